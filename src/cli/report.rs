@@ -93,6 +93,7 @@ pub fn visible_lines(text: &str) -> String {
 /// The errors of [`complain`], in a process whose standard error nobody reads.
 static KEPT: Mutex<Option<Vec<String>>> = Mutex::new(None);
 
+/// Errors that are kept: a run of many files may have any number.
 const MOST_KEPT: usize = 1000;
 
 /// Keeps the errors that are not about the contents of a file, for [`kept`].
@@ -165,6 +166,7 @@ pub(crate) fn replaced(path: &Path) {
 
 /// Says which outputs of earlier commands were replaced: each of a few, the number of many.
 pub(crate) fn tell_replaced() {
+    /// Replaced outputs that are named: of more, the number is told.
     const FEW: usize = 3;
     let paths = std::mem::take(&mut *REPLACED.lock().unwrap_or_else(PoisonError::into_inner));
     match paths.len() {

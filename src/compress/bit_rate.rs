@@ -76,6 +76,7 @@ wide::dispatch! {
 
 #[inline(always)]
 fn may_suffice_lanes(joint: &Compensation, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
+    /// Key frames from one of a sample to the next: a prime, so that no rhythm of a motion is the sample's.
     const EVERY: usize = 13;
     let sample: Vec<u32> = key_frames.iter().step_by(EVERY).copied().collect();
     let mut keys = Vec::with_capacity(LANES);

@@ -35,6 +35,8 @@ impl Decoder {
     pub(super) const AT_KEYS: &[Self] = &[Self::Slerp, Self::Unnormalized];
     /// For files of curves.
     pub(super) const WITH_CURVES: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp, Self::Curves];
+
+    /// The number of interpolations, for arrays by interpolation.
     const COUNT: usize = Self::WITH_CURVES.len();
 }
 

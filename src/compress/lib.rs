@@ -86,11 +86,14 @@ use self::refinement::Refinement;
 
 // Fractions of the bound, found by trials on the fixtures. The bound holds with any other values.
 
-/// For replacing tracks by constants.
+/// The fraction of the bound for replacing tracks by constants: found by trials on the fixtures.
 const CONSTANT_FRACTION: f32 = 0.2;
-/// For key frame reduction of the whole pose; the rest is for quantization, which takes less where rotations are stored
-/// with 16 or 32 bits.
+
+/// The fraction of the bound for key frame reduction of the whole pose, of streams. The rest is for quantization, which
+/// takes less where rotations are stored with 16 or 32 bits.
 const KEY_FRACTION_OF_STREAMS: f32 = 0.8;
+
+/// The fraction of the bound for key frame reduction, of numbers of 32 bits.
 const KEY_FRACTION_OF_NUMBERS: f32 = 0.97;
 
 /// Fewer shared key frames than this fraction of all frames may be smaller in streams than keys at all frames. Keys at

@@ -13,11 +13,13 @@ pub const CORNERS: usize = 8;
 // About the bits of a difference in a stream: `format/gltf/stream_size` counts them exactly. Found by trials on the
 // fixtures.
 
-/// Of the low byte. More than nothing for 0, for other differences of its group often need bits.
+/// Bits of the low byte of a difference: more than nothing for 0, for other differences of its group often need bits.
 const LOW_BYTE: f32 = 0.8;
-/// What is added to that for differences from 1, 2 and 8 on, which take 2, 4 and 8 bits.
+
+/// Bits that are added to that for differences from 1, 2 and 8 on, which take 2, 4 and 8 bits.
 const LARGER: [(f32, f32); 3] = [(0.5, 1.6), (1.5, 2.0), (7.5, 4.6)];
-/// Of the high byte, which hardly ever changes: then its whole group takes bits.
+
+/// Bits of the high byte, which hardly ever changes: then its whole group takes bits.
 const HIGH_BYTE: f32 = 7.0;
 
 /// One component of eight rotations, as it is stored.
@@ -77,6 +79,7 @@ impl Rates {
 /// Rounds down numbers of a size below 2^16. Adding 1.5 * 2^23 leaves no bits for a fraction.
 #[inline(always)]
 pub fn floor(value: Lanes) -> Lanes {
+    /// The number that rounds to a whole one when it is added: 1.5 times 2^23.
     const ROUND: f32 = 12_582_912.0;
     Lanes::of(|lane| {
         let rounded = value.0[lane] + ROUND - ROUND;

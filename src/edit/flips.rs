@@ -26,9 +26,11 @@ const BESIDE: f32 = 0.45;
 const LEAST: f32 = 35.0;
 /// The smallest rotation over frames that are not known that may be a jump, in degrees: exchanged limbs are nearer.
 const LEAST_OVER: f32 = 20.0;
-/// The longest run that is turned back, in seconds ...
+
+/// The longest run that is turned back, in seconds: longer ones may be meant.
 const LONGEST: f64 = 2.0;
-/// ... and the longest that is replaced, since what was there cannot be known.
+
+/// The longest run that is replaced, in seconds: what was there cannot be known.
 const LONGEST_REPLACED: f64 = 0.2;
 /// Frames of a run at most, so that the time is no product of two numbers of frames.
 const MOST_FRAMES: usize = 2000;

@@ -18,48 +18,57 @@ use self::least_squares::{Knots, LeastSquares, biweight};
 use super::work::Work;
 use crate::frames::tracks;
 
-/// A point of a foot may tell of the floor while it is slower than this, in m/s, over this many seconds.
+/// The largest speed in m/s at which a point of a foot tells of the floor: in a step it is ten times as fast.
 const SLOW: f64 = 0.35;
+/// The time in seconds over which that speed is taken: noise has hardly a speed over it.
 const OVER: f64 = 0.1;
 /// How high above the lowest tenth a point of a foot that stands is, in metres.
 const LOW: f64 = 0.04;
-/// The first and the last scale of the fit in metres, and the number of rounds.
+/// The first and the last scale of the robust fit in metres: all steps of a stair, and the noise of feet that stand.
 const SCALES: [f64; 2] = [0.25, 0.015];
+/// Rounds of the fit, in which the scale shrinks: each makes it a sixth smaller.
 const ROUNDS: usize = 16;
-/// Seconds from a knot of the drift to the next, and how many there are at most.
+/// The time in seconds from a knot of the drift to the next: two steps of a walk.
 const KNOT: f64 = 2.5;
+/// Knots at most: the time of the fit grows with their square.
 const KNOTS: usize = 100;
-/// What is expected before anything is seen, as standard deviations: the height of a foot that stands, in metres, where
-/// a tenth of a second counts as one observation; the rise per metre; how much higher the right foot stands than the
-/// left, as markers are off; the drift in height, and how much it bends at a
-/// knot; the speed of a foot that stands and of the drift over the ground, in m/s, and how much that bends.
+/// The standard deviation in metres of the height of a foot that stands: soles and noise differ by as much.
 const OF_FOOT: f64 = 0.01;
+/// The time in seconds that counts as one observation: noise of neighbouring frames is alike.
 const ONE_OBSERVATION: f64 = 0.1;
+/// The standard deviation of the rise of the floor, in m/m: cameras are tilted by 3 degrees.
 const OF_RISE: f64 = 0.06;
+/// The standard deviation in metres of the height of the right foot over the left: markers are placed as differently.
 const OF_SIDES: f64 = 0.008;
+/// The standard deviation in metres of the drift in height, and of its bend at a knot: what cameras lose in two steps.
 const OF_DRIFT: [f64; 2] = [0.015, 0.01];
+/// The standard deviation of the speed in m/s of a foot that stands: it rolls.
 const OF_STANDING: f64 = 0.01;
+/// The standard deviation in m/s of the drift over the ground, and of its bend at a knot: as `OF_DRIFT`, in a second.
 const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
 /// A foot must stand for so many seconds to tell of a drift over the ground: in a step it rolls on.
 const STANDS: f64 = 0.8;
-/// A height, a slope in degrees and a drift below these are left, in metres and m/s: a height of a motion that is
-/// clean, and of one that had noise.
+/// The least heights in metres that are taken out, of a motion that is clean and of one that had noise: thick soles are
+/// the first.
 pub(super) const LEAST_HEIGHTS: [f64; 2] = [0.06, 0.03];
+/// The least slope in degrees that is taken out: it lifts a foot by 17 mm in a metre, which is not seen.
 pub(super) const LEAST_SLOPE: f64 = 1.0;
+/// The least drift in height in metres that is taken out: `OF_DRIFT` twice.
 const LEAST_DRIFT: f64 = 0.03;
-/// A drift over the ground below this is left: people shuffle.
+/// The least drift over the ground in metres that is taken out: people shuffle by less.
 const LEAST_DRIFT_OVER_GROUND: f64 = 0.1;
-/// A slope above this is a hill, a drift in height beyond this is stairs, and one over the ground that is faster is a
-/// treadmill: they are left.
+/// The largest slope in degrees that is taken out: above it is a hill.
 const LARGEST_SLOPE: f64 = 12.0;
+/// The largest drift in height in metres that is taken out: two steps of stairs have more.
 const LARGEST_DRIFT: f64 = 0.25;
+/// The fastest drift over the ground in m/s that is taken out: a faster one is a treadmill.
 const FASTEST_DRIFT: f64 = 0.08;
-/// How many times as many points must be near a slope as near a level plane, and what is near, in metres.
+/// The ratio of points near a slope to points near a level plane from which on the slope is believed: a tenth more.
 const EXPLAINS: f64 = 1.1;
+/// The distance in metres at which a point is near a plane: twice `OF_FOOT`.
 const NEAR: f64 = 0.02;
-/// How many times its own uncertainty a slope must be.
+/// The ratio of a slope to its own uncertainty from which on it is believed: below four in 10,000 by chance.
 const CERTAIN: f64 = 4.0;
-
 /// The floor that the feet tell of. Lengths are in metres.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Floor {
@@ -288,11 +297,12 @@ struct Slow {
     at: DVec3,
 }
 
-/// What is fitted: two levels, two rises, how much higher the right foot is than the left, and the knots of the drift.
+/// The unknowns of the two rises, after the two levels.
 const RISES: [usize; 2] = [2, 3];
+/// The unknown of the height of the right foot over the left.
 const RIGHT_OVER_LEFT: usize = 4;
+/// The first unknown of the knots of the drift.
 const DRIFT: usize = 5;
-
 /// The floor of a motion; `None` where no foot is ever slow.
 pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
     of(&Feet::new(work))

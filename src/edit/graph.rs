@@ -86,7 +86,7 @@ impl Default for GraphOptions {
     }
 }
 
-/// Frames of a window at most.
+/// Frames of a window at most: 33 seconds at 30 frames per second, beyond any transition.
 const LONGEST_WINDOW: f64 = 1000.0;
 
 impl GraphOptions {

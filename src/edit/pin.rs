@@ -159,6 +159,7 @@ fn within_reach(
     target: Found,
     of_frames: impl Iterator<Item = usize>,
 ) -> Vec3 {
+    /// Rounds of projections onto the reaches of all frames, which bound the time.
     const ROUNDS: usize = 200;
     /// Of the length of the limb: it need not be stretched wholly.
     const STRETCHED: f32 = 0.9999;

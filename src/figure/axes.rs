@@ -41,9 +41,11 @@ const FARTHEST: f32 = 1.05;
 /// of the hinge, in the frame of the joint: the cosine of 25 degrees.
 const CLEAR: f32 = 0.906;
 
-/// The largest angle between a joint of the trunk whose frame is laid along it, or of the head, on the average of the
-/// motion, and the axes of the body, in radians, with which its axes are those of the body.
+/// The largest angle in radians between the axes of the body and a joint of the trunk whose frame is laid along it, on
+/// the average of the motion, with which its axes are those of the body: 34 degrees.
 const AGREES: f32 = 0.6;
+
+/// The same angle in radians of a head, which looks around: 46 degrees.
 const HEAD_AGREES: f32 = 0.8;
 
 /// The cosine of the largest angle between the line of the hip joints and an axis of a pelvis whose frame is laid along

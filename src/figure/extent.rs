@@ -16,8 +16,10 @@ use mocap_scene::scene::report::Guess;
 /// spread span as much.
 const TYPICAL_HEIGHT: f64 = 1.7;
 
-/// Factors around the typical height within which a guess is sure, and likely.
+/// The factor around the typical height within which a guess is sure: 1.36 m to 2.1 m, nearly all adults.
 const SURE_WITHIN: f64 = 1.25;
+
+/// The factor within which a guess is likely: children of six years, and figures in games.
 const LIKELY_WITHIN: f64 = 1.4;
 
 /// The largest variation of the floor's height, as a fraction of the figure's size: a jump, or stairs.

@@ -18,10 +18,12 @@ use mocap_scene::scene::report::Guess;
 /// happen to be.
 const LOPSIDED: f32 = 18.0;
 
-/// Beyond this, one must lie along the axes of its world: the line of its hips is that near to one, in degrees. Those
-/// of the fixtures do exactly; the few moments of the fixtures' motions that look like a T-pose, mirrored to less than
-/// 18 degrees, are 6 to 10 degrees off.
+/// The asymmetry in degrees beyond which a rest pose must lie along the axes of its world. Those of the fixtures do
+/// exactly; the few moments of motions that look like a T-pose, mirrored to less than 18 degrees, are 6 to 10 degrees
+/// off.
 const SLANTING: f32 = 6.0;
+
+/// The angle in degrees between the line of the hips and an axis within which the pose lies along it: half of that.
 const ALONG_AN_AXIS: f32 = 3.0;
 
 /// Nor is one bound with elbows that are bent by more than this, in degrees: MakeHuman's, bent most of the fixtures,
@@ -191,6 +193,8 @@ impl<'a> Measures<'a> {
 
     /// Whether no arm goes across the body, as one may where bones lie along one axis.
     fn has_arms_outwards(&self) -> bool {
+        /// The cosine of the angle between an upper arm and the line outwards below which the arm goes across the body:
+        /// 107 degrees.
         const ACROSS: f32 = -0.3;
         let shoulders = self.at(Bone::LeftUpperArm).zip(self.at(Bone::RightUpperArm));
         let outwards = shoulders.and_then(|(left, right)| (left - right).try_normalize());

@@ -453,7 +453,11 @@ impl<'a> Tree<'a> {
     /// The point nearest to the axes of some joints. Of many joints the last three count: clavicles and spines come
     /// before them. In a direction that the axes leave open, it is the point of the first joint.
     fn centre(&self, joints: &[usize]) -> Option<DVec3> {
+        /// The weight of the first joint, as a fraction of that of an axis: it only decides the direction that the axes
+        /// leave open.
         const PULL: f64 = 1e-4;
+
+        /// The last joints that count: a ball joint has three.
         const JOINTS: usize = 3;
         let joints = &joints[joints.len().saturating_sub(JOINTS)..];
         let first = self.anchor(*joints.first()?);

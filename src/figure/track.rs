@@ -64,7 +64,8 @@ pub fn is_twisted_at_beginning(bone: Bone) -> bool {
 /// Whether two positions tell the direction from one to the other. A bone that is too short for how far it is from the
 /// origin has only its rotation: of the seven digits of 32 bits too few are left for its direction.
 fn is_told(start: Vec3, end: Vec3) -> bool {
-    /// Of the farther of the two from the origin.
+    /// The length of a bone below which its direction is not told, as a fraction of the distance of its farther end
+    /// from the origin: of seven digits, three are left.
     const SHORTEST: f32 = 1e-4;
     start.distance(end) > SHORTEST * start.abs().max(end.abs()).max_element()
 }

@@ -9,9 +9,12 @@ use super::axis::Axis;
 use super::measure::Measures;
 use mocap_scene::scene::report::Guess;
 
-/// Heights of a body that lies on a floor at height 0, as fractions of the figure: that of its lowest joint, and that
-/// of its hips, which are above it. One that stands above the origin has its hips at 0, and joints behind it.
+/// Heights of the lowest joint of a body that lies on a floor at height 0, as fractions of the figure: joints are in
+/// the middle of a lying limb.
 const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.06;
+
+/// Heights of its hips, as fractions of the figure, which are above it. A body that stands above the origin has its
+/// hips at 0, and joints behind it.
 const LYING_HIPS: std::ops::RangeInclusive<f32> = 0.02..=0.2;
 
 impl Measures<'_> {

@@ -228,6 +228,7 @@ fn heading(body: &Body) -> f64 {
 /// The whole ticks of an animation, its end, and the keys between: another frame rate leaves those around a cut. A file
 /// whose keys are far more than its frames is taken at its frames.
 fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
+    /// Keys that a bone may have in a frame: curves of programs have one.
     const MOST_KEYS_A_FRAME: usize = 4;
     let whole = ticks(animation);
     let mut all = whole.clone();

@@ -129,6 +129,7 @@ const END_OF_HEADER: &str = "endheader";
 
 /// The name of the first file of an archive, from its bytes.
 fn first_name(bytes: &[u8]) -> Option<&str> {
+    /// Bytes of the header of a file in a ZIP archive before its name.
     const NAME: usize = 30;
     if !bytes.starts_with(b"PK\x03\x04") {
         return None;
@@ -148,6 +149,7 @@ fn is_pickle(bytes: &[u8]) -> bool {
 
 /// Whether the header of a text ends.
 fn is_mot(bytes: &[u8]) -> bool {
+    /// Bytes in which the header of a motion of OpenSim ends: it has some lines.
     const NEAR: usize = 4096;
     let start = &bytes[..bytes.len().min(NEAR)];
     start

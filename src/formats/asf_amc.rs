@@ -51,6 +51,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 const HEADER: [&str; 3] = [":FULLY-SPECIFIED", ":DEGREES", ":RADIANS"];
 
 fn sniff(bytes: &[u8]) -> bool {
+    /// Bytes in which the first word of a file stands, after its comments.
     const ENOUGH: usize = 64 << 10;
     decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| begins_skeleton(&text) || begins_motion(&text))
 }

@@ -59,6 +59,7 @@ pub const FORMAT: FormatInfo = FormatInfo {
 
 /// A BVH file begins with `HIERARCHY`; only comment lines may precede it.
 fn sniff(bytes: &[u8]) -> bool {
+    /// Bytes in which `HIERARCHY` stands, after comment lines.
     const ENOUGH: usize = 64 << 10;
     decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| {
         let mut cursor = Cursor::new(&text);

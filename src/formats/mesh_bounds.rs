@@ -105,6 +105,7 @@ fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {
 
 /// Binary STL: 80 bytes, the number of triangles, then 50 bytes for each.
 pub fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
+    /// Bytes of a triangle of binary STL: twelve numbers of 32 bits, and an attribute of 16.
     const TRIANGLE: usize = 50;
     let count = u32::from_le_bytes(*bytes.get(80..84)?.first_chunk::<4>()?) as usize;
     let triangles = &bytes[84..];

@@ -9,7 +9,7 @@ use super::Failure;
 use super::text::quote;
 use super::xml::Element;
 
-/// How far the limits of a leader and its followers may miss each other by rounding.
+/// The difference in radians or metres by which limits of a leader and its followers may miss each other: rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// A follower and its leader, as a file names them.

@@ -91,7 +91,7 @@ fn is_old_model(bytes: &[u8]) -> bool {
 /// Metres of a unit: the usual choice, by which a model of 20 units is 1.6 m tall. Files state none.
 const METRES_PER_UNIT: f64 = 0.08;
 
-/// Frames per second of every motion.
+/// Frames per second of every motion of MikuMikuDance.
 const FRAME_RATE: f64 = 30.0;
 
 /// What helps where a file is broken.

@@ -8,17 +8,31 @@ use glam::Vec3;
 
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
-/// Metres.
+/// The height of the generic body in metres: that of an average adult.
 pub(crate) const HEIGHT: f32 = 1.70;
+
+/// The height of an ankle in metres (Drillis and Contini, in Winter, Biomechanics and Motor Control of Human Movement).
 const ANKLE: f32 = 0.039 * HEIGHT;
+
+/// The height of a knee in metres, from the same source.
 const KNEE: f32 = ANKLE + 0.246 * HEIGHT;
+
+/// The height of a hip in metres, from the same source.
 const HIP: f32 = KNEE + 0.245 * HEIGHT;
-/// From the middle of the body to the joint of the hip.
+
+/// The distance in metres from the middle of the body to the joint of the hip.
 const HIP_X: f32 = 0.09;
-/// The joints of the arm, sideways and up.
+
+/// The distance in metres from the middle of the body to the shoulder.
 const SHOULDER_X: f32 = 0.18;
+
+/// The distance in metres from the middle of the body to the elbow, in a T-pose, from the source of `ANKLE`.
 const ELBOW_X: f32 = SHOULDER_X + 0.186 * HEIGHT;
+
+/// The distance in metres from the middle of the body to the wrist, from the source of `ANKLE`.
 const WRIST_X: f32 = ELBOW_X + 0.146 * HEIGHT;
+
+/// The height of the shoulder in metres, from the source of `ANKLE`.
 const ARM: f32 = 0.818 * HEIGHT;
 
 /// Where bones of the left side and of the middle are, in metres: left is +X, up +Y, forward +Z.

@@ -33,6 +33,7 @@ pub fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
 
 /// Whether the first page has a NUL byte, and so is not text.
 pub(crate) fn is_binary(text: &[u8]) -> bool {
+    /// Bytes in which a NUL shows that a file is no text.
     const PAGE: usize = 4096;
     text[..text.len().min(PAGE)].contains(&0)
 }
@@ -81,6 +82,7 @@ pub(crate) fn decode_name(bytes: &[u8]) -> String {
 
 /// Text of the file, quoted for a message and cut to a readable length.
 pub(crate) fn quote(bytes: &[u8]) -> String {
+    /// Letters of a quotation: a line of a terminal has room for them.
     const LONGEST: usize = 40;
     let text = decode_name(bytes);
     if text.chars().count() <= LONGEST {
@@ -223,7 +225,10 @@ impl<'a> Cursor<'a> {
     /// The text around a position, and the column of its first character. A row of motion may be megabytes long, so it
     /// is cut.
     fn excerpt(&self, line_start: usize, offset: usize, column: usize) -> (String, usize) {
+        /// Bytes of an excerpt before the place of an error.
         const BYTES_BEFORE: usize = 60;
+
+        /// Bytes of an excerpt after the place of an error.
         const BYTES_AFTER: usize = 100;
         let is_continuation = |byte: &u8| byte & 0xC0 == 0x80;
         let near = &self.text[offset.saturating_sub(BYTES_BEFORE).max(line_start)..offset];

@@ -52,6 +52,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 const FIRST_WORD: &str = "PathFileType";
 
 fn sniff(bytes: &[u8]) -> bool {
+    /// Bytes in which the first word of a file stands.
     const NEAR: usize = 256;
     let start = decode(&bytes[..bytes.len().min(NEAR)]);
     start.is_ok_and(|text| {

@@ -61,8 +61,10 @@ const DURATION: &str = "mocap:duration";
 
 /// Whether the bytes are an archive of a stage, `.usdz`, and not one of arrays.
 pub fn is_archive(bytes: &[u8]) -> bool {
-    /// Where the header of a file in an archive has the length of its name, and the name.
+    /// Bytes of the header of a file in an archive before the length of its name.
     const LENGTH: usize = 26;
+
+    /// Bytes of the header of a file in an archive before its name.
     const NAME: usize = 30;
     let name = || {
         let length = bytes.get(LENGTH..LENGTH + 2)?.try_into().ok()?;

@@ -39,6 +39,7 @@ impl Length {
     #[doc(hidden)]
     pub fn question(text: &str) -> Option<String> {
         // What is smaller was meant in metres.
+        /// The number of millimetres below which a length without a unit was meant in metres: no motion is as exact.
         const SMALLEST_IN_MILLIMETRES: f64 = 0.1;
         let number: f64 = text.trim().parse().ok().filter(|&number| number != 0.0)?;
         let millimetres = match number.abs() < SMALLEST_IN_MILLIMETRES {

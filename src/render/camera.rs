@@ -82,8 +82,10 @@ impl Extent {
     }
 }
 
-/// Width of a bone at its widest, as a fraction of its length, and of the figure's reach at most.
+/// The width of a bone at its widest, as a fraction of its length: bones of animation programs look so.
 const BONE_WIDTH: f32 = 0.17;
+
+/// The largest width of a bone, as a fraction of the figure's reach, so that thighs do not look swollen.
 const WIDEST_BONE: f32 = 0.065;
 /// Radius of a joint, as a fraction of the figure's reach.
 const JOINT_RADIUS: f32 = 0.013;
@@ -109,7 +111,8 @@ pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Draw
 
 /// Paints a pointer from one point to another.
 pub(super) fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: Color) {
-    /// The position along the bone of its widest point.
+    /// The position along the bone of its widest point, as a fraction: near the joint, so that the bone points to its
+    /// child.
     const SHOULDER: f32 = 0.18;
     let (start, end) = (Vec2::from(from), Vec2::from(to));
     let along = end - start;

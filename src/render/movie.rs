@@ -253,6 +253,7 @@ impl<'a> Movie<'a> {
 /// A camera that shows the figure and its shadow in every picture, with a margin. The bounds are measured on a few
 /// dozen pictures.
 fn fitting_camera(figure: &mut DrawnClip<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
+    /// Frames by which the camera is fitted at most: the figure is between them in the others.
     const SAMPLES: usize = 48;
     let mut camera = Camera::three_quarters();
     let mut extent = Extent::default();

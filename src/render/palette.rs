@@ -55,6 +55,7 @@ impl Palette {
 
     /// Colours on the paper and on the shadow, with those of the ground and of words.
     fn blends(painted: impl Iterator<Item = super::drawing::Color>) -> Vec<[u8; 3]> {
+        /// Shades of a colour on the paper: edges are smooth with a dozen.
         const STEPS: usize = 12;
         let mut colors = vec![theme::PAPER.rgb];
         for color in painted.chain([theme::FADED, theme::RULE, theme::SHADOW]) {

@@ -153,10 +153,19 @@ fn curves(clip: &Clip<'_>, joint: NodeId, track: Track) -> (Vec<Curve>, Vec<Curv
     (position.collect(), rotation.collect())
 }
 
+/// Pixels beside the curves for the numbers of the axis.
 const LEFT: f32 = 64.0;
+
+/// Pixels to the right of the curves, so that the last label fits.
 const RIGHT: f32 = 16.0;
+
+/// Pixels above the curves for the title.
 const TOP: f32 = 34.0;
+
+/// Pixels below the curves for the times.
 const BOTTOM: f32 = 34.0;
+
+/// The height of the letters of labels in pixels: the smallest that is read well.
 const LABEL: f32 = 11.0;
 
 /// The unit of this length, in which six digits count.

@@ -35,10 +35,12 @@ setters! {
     }
 }
 
+/// Pixels around the sheet: the width of a letter of a heading.
 const MARGIN: f32 = 16.0;
 /// The width of the part of a row with the name and the root's path.
 const HEAD: f32 = 220.0;
-/// The height of a row divided by the width of a pose.
+
+/// The ratio of the height of a row to the width of a pose: a figure with bent arms fits.
 const POSE_ASPECT: f32 = 1.35;
 
 impl Drawing {
@@ -88,6 +90,7 @@ impl Drawing {
 
 /// Draws a few small poses of a clip in a row.
 pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
+    /// Poses of a thumbnail: begin, middle and end.
     const POSES: usize = 3;
     let mut drawing = Drawing::new(width, height, theme::PAPER, clip.name);
     let mut figure = DrawnClip::new(*clip);
@@ -106,6 +109,7 @@ pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
 
 /// The root's path on the ground over the whole clip.
 fn root_path(figure: &mut DrawnClip<'_>) -> Vec<Vec3> {
+    /// Points of the root's path: a curve of so many looks smooth.
     const POINTS: usize = 240;
     let ticks = figure.ticks(POINTS);
     ticks
@@ -118,7 +122,10 @@ fn root_path(figure: &mut DrawnClip<'_>) -> Vec<Vec3> {
 }
 
 fn paint_head(drawing: &mut Drawing, clip: &Clip<'_>, path: &[Vec3], top: f32, row: f32) {
+    /// The height of the letters of a name in pixels, as of a heading.
     const NAME: f32 = 15.0;
+
+    /// The height of the letters of facts in pixels: the smallest that is read well.
     const FACTS: f32 = 11.0;
     let width = HEAD - MARGIN;
     drawing.text(
@@ -181,6 +188,7 @@ fn paint_poses(
     [left, top]: Point,
     [cell, row]: Point,
 ) {
+    /// Pixels below the poses for their times.
     const CAPTION: f32 = 26.0;
     let poses: Vec<_> = figure
         .ticks(poses)

@@ -27,9 +27,13 @@ pub struct TPoseClip<'a> {
     pub t_pose: &'a TPose,
 }
 
+/// Pixels around the sheet: the width of a letter of a heading.
 const MARGIN: f32 = 16.0;
-/// The width of the part of a row with the name and the facts.
+
+/// The width in pixels of the part of a row with the name and the facts.
 const HEAD: f32 = 250.0;
+
+/// Pixels below the views for their captions.
 const CAPTION: f32 = 26.0;
 
 /// Where a T-pose is seen from: degrees around the figure, degrees up.
@@ -89,7 +93,10 @@ impl Drawing {
 }
 
 fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {
+    /// The height of the letters of a name in pixels, as of a heading.
     const NAME: f32 = 15.0;
+
+    /// The height of the letters of facts in pixels: the smallest that is read well.
     const FACTS: f32 = 11.0;
     let width = HEAD - MARGIN;
     let name = shortened(clip.name, NAME, width);
@@ -255,6 +262,7 @@ impl<'a> TPoseFigure<'a> {
     /// The names of the bones of trunk and limbs, where they do not cover one another: above and
     /// below the arms, beside the rest.
     fn paint_names(&self, drawing: &mut Drawing, camera: &Camera) {
+        /// The height of the letters of names of bones in pixels: they stand close to each other.
         const SIZE: f32 = 10.0;
         let mut painted: Vec<[Point; 2]> = Vec::new();
         for &bone in NAMED {

@@ -166,6 +166,7 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
             &format!("{}: {}", note.choice, note.explanation()),
         );
     }
+    /// Warnings that are shown at most: `mocap check` prints all.
     const MOST: usize = 6;
     let warnings = &clip.scene.warnings;
     for warning in warnings.iter().take(MOST) {
@@ -189,6 +190,8 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
 /// The mean height of the root in one time interval per character, and its lowest and highest.
 fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+    /// Samples of a bar of the chart, of which it shows the mean.
     const SAMPLES_A_BAR: usize = 4;
     let mut figure = DrawnClip::new(*clip);
     let ticks = figure.ticks(SAMPLES_A_BAR * width);
@@ -255,6 +258,7 @@ impl<'a> Tree<'a> {
 
     /// One line for every chain, down to the number of forks that fits; deeper nodes are counted.
     fn lines(&self, width: usize, most: usize) -> Vec<String> {
+        /// Forks down to which chains are listed at most: no body has more.
         const DEEPEST: usize = 32;
         let fits = |lines: &Vec<String>| lines.len() <= most;
         let lines = (1..=DEEPEST).rev().map(|depth| self.lines_to(depth, width));

@@ -11,7 +11,8 @@ const WIDEST: u32 = 4096;
 const ANY_PIXELS: usize = 4096 * 4096;
 /// Pixels for each byte of their files: 8 bytes are in use for a pixel while a texture is read.
 const PIXELS_PER_BYTE: usize = 8;
-/// What is drawn of a half transparent surface: what is nearer to opaque.
+
+/// The opacity, as a fraction, from which on a half transparent surface is drawn: what is nearer to opaque.
 const HALF: f32 = 0.5;
 
 /// An image, row by row from the top: red, green, blue and opacity, in sRGB.

@@ -21,8 +21,10 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene, UpAx
 use super::quality::{ByNames, RetargetReport, Verdict, verdict};
 use super::{Scale, no_animation};
 
-/// The fewest joints of one name, and the fraction of those of the source, that make two skeletons of one kind.
+/// The fewest joints of one name that make two skeletons of one kind: fewer may be chance.
 const FEWEST: usize = 4;
+
+/// The fraction of the joints of the source with such a name: half, so that a rig with helpers is of the kind.
 const MOST_OF_THEM: f64 = 0.5;
 
 /// Of all frames those whose lowest joint may be below the ground: a twentieth, as for contacts.

@@ -13,8 +13,10 @@ const MORE_SKATE: f64 = 0.005;
 /// The fraction of frames in which they may be below the floor.
 const MOST_BELOW: f64 = 0.01;
 
-/// The largest differences between feet that move alike, in metres a second and in metres.
+/// The largest difference of speed in m/s between feet that move alike: rounding of keys.
 const SAME_SKATE: f64 = 1e-4;
+
+/// The largest difference of height in metres between feet that move alike: it is not seen.
 const SAME_HEIGHT: f64 = 1e-3;
 
 /// How far the directions of a limb are apart on two bodies.
@@ -194,13 +196,16 @@ const fn limits(aspect: Aspect) -> (f64, f64) {
     }
 }
 
-/// The fraction of frames with a foot below the floor, and how deep, in metres, above which a motion is poor.
+/// The fraction of frames with a foot below the floor above which a motion is poor: half of it.
 const OFTEN_BELOW: f64 = 0.5;
+
+/// The depth below the floor in metres above which a motion is poor: deeper than an ankle.
 const DEEP_BELOW: f64 = 0.2;
 
-/// The mean angles of limbs, and of all bones of creatures, up to which a motion is good and fair, in degrees.
-/// Creatures of one kind are built so differently.
+/// The mean angles in degrees of limbs up to which a motion is good and fair: three are seen beside the source.
 const OF_LIMBS: (f64, f64) = (1.0, 3.0);
+
+/// The same of all bones of creatures, in degrees: creatures of one kind are built so differently.
 const OF_CREATURES: (f64, f64) = (15.0, 30.0);
 
 /// The verdict by one value, with its bounds of good and fair.

@@ -12,9 +12,11 @@ use mocap_scene::scene::{Mesh, NodeId, Scene};
 /// The highest that a vertex of a sole is above the floor, as a fraction of the leg.
 const SOLE: f32 = 0.025;
 
-/// The directions over the ground in which the outermost vertices are looked for, and how steeply they point down: the
-/// edge of a foot that is tilted or points down is lower than its outline.
+/// Directions over the ground in which the outermost vertices are looked for: each tenth degree.
 const DIRECTIONS: usize = 36;
+
+/// The tangents of the angles by which these directions point down: the edge of a foot that is tilted or points down is
+/// lower than its outline.
 const SLOPES: [f32; 3] = [0.0, 0.5, 1.5];
 
 /// The least fraction of a vertex that moves with the foot.

@@ -102,7 +102,7 @@ impl FrameBudget {
         reason = "every caller makes an error of it, which is boxed"
     )]
     pub fn frames(&mut self, last: f64, values_a_frame: usize) -> Result<usize, Diagnostic> {
-        /// Whole numbers up to here have no gaps in 64 bits.
+        /// Whole numbers up to here have no gaps: the number of values of 53 bits, which a double has.
         const WHOLE: f64 = (1_u64 << 53) as f64;
         let values = values_a_frame.max(1) as u64;
         let last = not_negative(Code::InvalidValue, "the number of the last frame", last)?.floor();

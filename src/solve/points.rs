@@ -115,6 +115,7 @@ impl Points {
 
     /// The median of a number over frames, of which at most some hundreds are looked at.
     pub(super) fn median(&self, number: impl Fn(usize) -> f32) -> f32 {
+        /// Frames of which a median is taken at most, which bound the time.
         const SAMPLES: usize = 500;
         let step = (self.frames / SAMPLES).max(1);
         let mut numbers: Vec<f32> = (0..self.frames)
@@ -154,6 +155,7 @@ fn find(scene: &Scene, nodes: &[usize], set: &JointSet) -> Result<Vec<usize>> {
     if missing.is_empty() {
         return Ok(found.into_iter().flatten().collect());
     }
+    /// Names that a message lists at most.
     const NAMED: usize = 8;
     let there: Vec<&str> = nodes
         .iter()

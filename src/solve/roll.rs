@@ -10,7 +10,7 @@ use mocap_scene::math::directions::arc;
 /// limb over. In degrees.
 const TELLS: f32 = 20.0;
 
-/// Where no frame is bent so far, a frame bent by this tells.
+/// The bend in degrees from which on a frame tells where no frame is bent by [`TELLS`].
 const TELLS_LITTLE: f32 = 6.0;
 
 /// The fastest change from one frame to the next, in degrees, beyond what the limb itself turns.

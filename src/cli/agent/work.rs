@@ -103,6 +103,7 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
 
 /// What the command has printed as errors.
 fn told() -> String {
+    /// Errors that are told one by one: more fill the answer of a call.
     const MOST: usize = 3;
     let kept = report::kept();
     let mut words = kept.iter().take(MOST).cloned().collect::<Vec<_>>().join("; ");

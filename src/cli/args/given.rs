@@ -15,7 +15,7 @@ pub(crate) struct Given {
     pub(super) max_error: Option<Length>,
 }
 
-/// A larger error in metres is seen in any motion of a body.
+/// The error in metres above which a bound is doubted: 5 cm are seen in any motion of a body.
 const LARGE_ERROR: f64 = 0.05;
 
 impl Given {

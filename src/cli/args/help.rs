@@ -42,8 +42,10 @@ pub fn arranged(command: Command) -> Command {
         .mut_arg("quiet", |quiet| quiet.display_order(LAST))
 }
 
-/// The place of an option that comes after those of any guide.
+/// The place of an option that comes after those of any guide: no guide has as many.
 const LATER: usize = 100;
+
+/// The place of an option that comes last of all.
 const LAST: usize = 1000;
 
 /// A command whose subcommands, and theirs, show what their guides say. `words` are those before its subcommands.

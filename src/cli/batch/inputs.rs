@@ -220,6 +220,7 @@ impl Gathered {
 }
 
 fn say_skipped(paths: &[PathBuf], one: &str, several: &str, how: &str) {
+    /// Files that a note names: more fill the line.
     const NAMED: usize = 3;
     let names = paths
         .iter()

@@ -139,6 +139,7 @@ impl Progress {
 
     /// Says of a file that it failed and why, of the first of many.
     pub(crate) fn tell_failure(&self, input: &Input, error: &str) {
+        /// Failures that are told one by one: the manifest has all.
         const MOST: usize = 20;
         match self.counts.failed {
             0..=MOST => report::fail(&match error.contains(&*input.path.to_string_lossy()) {

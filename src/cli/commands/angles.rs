@@ -53,6 +53,8 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
 /// What to say of a pelvis that faces aside of the laboratory's forward, about whose axes it tilts.
 fn faces_aside(angles: &JointAngles) -> Option<String> {
     // As far as that from forward, tilt and list have changed places.
+    /// The angle in degrees between forward and the axis of a joint from which on tilt and list have changed places:
+    /// half of a right angle.
     const ASIDE: f64 = 45.0;
     let column = angles.columns.iter().position(|name| name == "pelvis_rotation")?;
     let rows = angles.values.chunks_exact(angles.columns.len());

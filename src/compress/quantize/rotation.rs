@@ -116,9 +116,12 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
 /// The component of a quaternion that the QUATERNION filter drops: the largest one. As long as the others fit it stays
 /// the one that the key before has dropped, because the differences to that key are large where it changes.
 pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
-    /// Stored components are at most the root of a half, 0.707; less, so that candidates beside the nearest one fit.
+    /// The largest stored component of a unit quaternion: at most the root of a half, 0.707; less, so that candidates
+    /// beside the nearest one fit.
     const MAX_STORED: f32 = 0.705;
-    /// A dropped component below this is computed from the others with a large error. Found by trials on the fixtures.
+
+    /// The dropped component of a unit quaternion below which it is computed from the others with a large error. Found
+    /// by trials on the fixtures.
     const MIN_DROPPED: f32 = 0.3;
     let larger = |a: usize, b: usize| {
         if components[b].abs() > components[a].abs() {

@@ -32,7 +32,8 @@ pub struct QuantizedTranslation {
 const MAX_MANTISSA: f32 = 8_388_607.0;
 /// The largest power of two of a step, far within the 8 bits with sign that the filter has for it, and the least.
 const MAX_EXPONENT: f32 = 100.0;
-/// The largest multiple of a step.
+
+/// The largest multiple of a step, as a number: half of the largest mantissa, so that candidates beside it fit.
 const MAX_MULTIPLE: f32 = 4_000_000.0;
 
 impl TranslationFormat {

@@ -22,8 +22,10 @@ const PACKED_ERROR: f64 = 0.0001;
 /// hand, which has joints of its own on another body.
 const PACKED_SHELL: f64 = 0.1;
 
-/// The longest leg, in metres, and the latest begin, in seconds, that are believed.
+/// The longest leg in metres that is believed: larger numbers are damage.
 const LONGEST_LEG: f32 = 1000.0;
+
+/// The latest begin in seconds that is believed: 115 days.
 const LATEST: f64 = 1e7;
 
 /// A clip of a database.

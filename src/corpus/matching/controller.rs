@@ -29,8 +29,11 @@ const FADE: usize = 20;
 
 /// How much of what a figure is off its path is corrected in a frame: half of it in a third of a second.
 const CORRECTED: f32 = 0.034;
-/// How far a figure is moved by a correction at most, as a part of its step, and turned, in radians a metre.
+
+/// The largest shift of a figure by a correction, as a part of its step: it is not seen as sliding.
 const MOST_MOVED: f32 = 0.06;
+
+/// The largest turn of a figure by a correction, in radians per metre of its step.
 const MOST_TURNED: f32 = 0.4;
 
 /// A figure that is not to go farther than this is asked to stand: metres, on legs of [`LEG`](super::features::LEG).

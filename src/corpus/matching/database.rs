@@ -14,7 +14,8 @@ pub struct Database {
 impl Database {
     /// The numbers of the features of a frame.
     pub const FEATURES: usize = FEATURES;
-    /// Frames of features in a second.
+
+    /// Frames of features in a second: the rate at which all motions are compared.
     pub const RATE: f64 = FEATURE_RATE;
 
     /// The database of these clips, in the order of their files.

@@ -19,20 +19,30 @@ use crate::survey::{Body, Motion};
 
 /// Numbers of a frame.
 pub(super) const FEATURES: usize = 27;
-/// Frames of features in a second.
+
+/// Frames of features in a second: that of games, so that a jump is not late.
 pub(super) const FEATURE_RATE: f64 = 60.0;
 /// From hip through knee to ankle of the body on which all features are, in metres: that of a man of 1.78 m.
 pub(super) const LEG: f32 = 0.87;
 /// How far ahead the trajectory is looked at, in frames.
 pub const AHEAD: [usize; 3] = [20, 40, 60];
-/// The velocities of feet and hips among the numbers, and where those of the hips begin.
+
+/// The velocities of feet and hips among the numbers: three each.
 const VELOCITIES: std::ops::Range<usize> = 6..15;
+
+/// Where the velocity of the hips begins among the numbers.
 const HIPS_VELOCITY: usize = 12;
-/// Where the three positions and the three directions of the trajectory begin among the numbers.
+
+/// Where the three positions of the trajectory begin among the numbers.
 const POSITIONS: usize = 15;
+
+/// Where the three directions of the trajectory begin among the numbers.
 const DIRECTIONS: usize = 21;
-/// Half the frames over which position and direction of the root are smoothed.
+
+/// Half the frames over which the position of the root is smoothed: half a second, a step.
 const SMOOTH_POSITION: usize = 15;
+
+/// Half the frames over which the direction of the root is smoothed: a second, two steps.
 const SMOOTH_DIRECTION: usize = 30;
 /// The bits of the contacts of a frame: those of the left ankle and ball, which stand one below those of the right
 /// foot.

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::Records;
 
-/// A stick that is this near to its centre is at its centre.
+/// The part of the range of a stick that counts as its centre: sticks do not return to it exactly.
 const DEAD_ZONE: f32 = 0.1;
 /// The longest time, in seconds.
 const LONGEST: f64 = 3600.0;

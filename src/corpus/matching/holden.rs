@@ -15,7 +15,7 @@ use super::features::{AHEAD, FEATURE_RATE, FEATURES, set_ahead};
 use super::moves::Moves;
 use super::tree::statistics;
 
-/// How far the scales of a bone along its axes may be apart, of their size.
+/// The difference of the scales of a bone along its axes, as a fraction, up to which they are one: rounding.
 const UNIFORM: f32 = 1e-3;
 /// The bits of the contacts of both balls, and of both ankles.
 const BALLS: [u8; 2] = [4, 8];

@@ -17,7 +17,7 @@ use super::query::Query;
 use crate::survey::report::ClipRow;
 use crate::survey::{Condition, LIMBS, WIDTH, mirrored_row};
 
-/// How much faster or slower a part may be.
+/// The factor by which a part may be faster or slower: more looks like another movement.
 const PACE: f64 = 1.2;
 /// Samples beyond that before the last, for the steps of whole samples.
 const SLACK: f64 = 1.0;

@@ -13,8 +13,14 @@ pub const NUMBERS: usize = 2 * LIMBS + 5;
 /// What is summed of a sample: speeds of limbs, directions, their squares, the four numbers after the limbs, and the
 /// square of the height.
 const SUMS: usize = LIMBS + 3 * LIMBS + LIMBS + 5;
+
+/// Where the directions of limbs begin among the sums.
 const DIRECTIONS: usize = LIMBS;
+
+/// Where the squares of directions begin among the sums.
 const SQUARES: usize = 4 * LIMBS;
+
+/// Where the numbers after the limbs begin among the sums.
 const OTHERS: usize = 5 * LIMBS;
 /// The first limb that is one of a pair: before it are trunk and neck.
 const PAIRS: usize = 2;

@@ -15,21 +15,33 @@
 
 use super::motion::{Body, Motion};
 
-/// Speeds of the hips from which the body walks and runs, in metres per second: people change over at about 2.
+/// The speed of the hips in m/s from which on a body walks: slower ones shift their weight.
 const WALKS: f32 = 0.4;
+
+/// The speed of the hips in m/s from which on a body runs: people change over at about 2.
 const RUNS: f32 = 2.2;
 /// The time over which speeds are taken, on each side, in seconds.
 const HALF_WINDOW: f64 = 0.25;
-/// Angles of the trunk from the vertical, as cosines: 60 and 120 degrees.
+
+/// The cosine of the angle of a trunk from the vertical beyond which it leans: 60 degrees.
 const LEANS: f32 = 0.5;
+
+/// The cosine of the angle of a trunk from the vertical beyond which the head is down: 120 degrees.
 const HEAD_DOWN: f32 = -0.5;
-/// Heights of the hips, in legs.
+
+/// The height of the hips in lengths of the leg below which a body sits, kneels or lies.
 const LOW: f32 = 0.5;
+
+/// The height of the hips in lengths of the leg above which it stands.
 const HIGH: f32 = 0.75;
-/// The height of both feet in a jump, in legs.
+
+/// The height of both feet in lengths of the leg in a jump: that of a small hop.
 const OFF: f32 = 0.1;
-/// The shortest and the longest jump, and the shortest of a body that runs, in seconds.
+
+/// The shortest and the longest jump in seconds: 3 cm and 1.8 m high.
 const JUMP: [f64; 2] = [0.15, 1.2];
+
+/// The shortest jump in seconds of a body that runs: the flights of a run are shorter.
 const JUMP_OF_RUNNER: f64 = 0.35;
 
 /// Seconds of each activity, and how often the body jumps and turns over.

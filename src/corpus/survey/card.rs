@@ -18,12 +18,20 @@ const STYLE: &str = include_str!("card/card.css");
 
 /// How many of the worst clips, of usual ones and of groups of twins move on the page.
 const MOVING: usize = 8;
-/// Frames per second and seconds of a moving figure, and its joints at most.
+
+/// Frames per second of a moving figure: fewer jerk, more make the page larger.
 const RATE: f64 = 15.0;
+
+/// Seconds of a moving figure: some steps.
 const SECONDS: f64 = 6.0;
-/// The longest part of a clip that is in the player, and how long before the worst finding it begins, in seconds.
+
+/// The longest part of a clip that is in the player, in seconds, so that pages stay small.
 const PLAYED: f64 = 12.0;
+
+/// The time in seconds by which that part begins before the worst finding: a person sees what leads to it.
 const BEFORE: f64 = 2.0;
+
+/// Joints of a moving figure at most: more make the page larger, and are fingers.
 const MOST_JOINTS: usize = 120;
 /// Rows of the list; the page says where there are more.
 const MOST_ROWS: usize = 20_000;

@@ -81,10 +81,13 @@ const HALF_A_STEP: f32 = 0.5;
 const HALF_SECOND: isize = 5;
 /// Bits of a hash that find it in the list of all moments.
 const LEADING: usize = 20;
-/// How far limbs must move within a moment, on average, as a chord: others are like any that stand.
+
+/// How far limbs must move within a moment, on average, as a chord of the unit sphere: others are like any that stand.
 const MOMENT_MOVES: f32 = 0.03;
 /// Votes that make two clips worth aligning, and how many such clips are aligned with one at most.
 const VOTES: u16 = 3;
+
+/// Clips that are aligned with one at most: the time of a survey grows with them.
 const MOST_ALIGNED: usize = 24;
 
 /// The limb on the other side of each.

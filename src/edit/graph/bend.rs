@@ -13,9 +13,10 @@ use super::walk::{Bend, Walk, WalkPath, smooth as blended};
 /// walk is taken, in seconds: a step.
 const SMOOTH: f64 = 0.5;
 
-/// How far a walk is shifted at most, in metres, and turned, in radians: a walk that is farther off does not follow the
-/// path, and shall not look as if.
+/// The largest shift of a walk in metres: a walk farther off does not follow the path, and shall not look as if.
 const MOST_MOVED: f64 = 0.4;
+
+/// The largest turn of a walk in radians: 29 degrees, for the same reason.
 const MOST_TURNED: f64 = 0.5;
 
 /// A figure that moves by less than this in the time of a direction goes nowhere, in metres.

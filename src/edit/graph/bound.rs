@@ -38,8 +38,11 @@ pub const NUMBERS: usize = 64;
 const FUNCTIONS: usize = 3;
 /// Patterns of points in which windows are written. More are tighter, and take longer.
 const PATTERNS: usize = 12;
-/// Windows of which patterns and axes are made, spread over all clips, and rounds of the iteration that finds them.
+
+/// Windows of which patterns and axes are made, spread over all clips: any windows give a bound, these a tight one.
 const SAMPLE: usize = 1024;
+
+/// Rounds of the iteration that finds them, which bounds its time: any patterns give a bound.
 const ROUNDS: usize = 30;
 /// Windows whose numbers are computed at once, so that memory is not that of a long clip.
 const PIECE: usize = 256;

@@ -74,6 +74,7 @@ fn edges(points: &[[usize; 2]], transitions: &[GraphTransition]) -> Vec<Vec<usiz
 
 /// The number of the component of each node.
 fn components(edges: &[Vec<usize>]) -> Vec<usize> {
+    /// The number of a node that was not visited: no graph has as many.
     const NEW: usize = usize::MAX;
     let count = edges.len();
     let (mut order, mut low, mut component) = (vec![NEW; count], vec![0; count], vec![NEW; count]);

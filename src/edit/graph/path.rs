@@ -19,20 +19,28 @@ use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
 
-/// How far ahead walks are searched, and how much of the best one is kept, in metres of the path.
+/// The length of path in metres over which walks are searched ahead: some steps, within which transitions come.
 const AHEAD: f64 = 6.0;
+
+/// The length of path in metres that is kept of the best walk: half of `AHEAD`, so that its end is not greedy.
 const KEPT: f64 = 3.0;
 
-/// Walks are compared that have come equally far, in metres; so many of them go on.
+/// The length of path in metres at which walks are compared: a twentieth of a step.
 const STRETCH: f64 = 0.05;
+
+/// Walks that go on at each comparison: the time of a search grows with them.
 const BEAM: usize = 400;
 
-/// Two walks in one frame of a clip are the same that are no farther apart than this, in metres and radians.
+/// The distance in metres within which two walks in one frame of a clip are the same: not seen on a path.
 const SAME_PLACE: f64 = 0.03;
+
+/// The angle in radians within which they are the same: 3 degrees, which move 6 m of path by 0.3 m.
 const SAME_TURN: f64 = 0.05;
 
-/// Where a walk can begin: so many frames of each second of a clip, and so many at most.
+/// Frames of each second of a clip in which a walk can begin: a step takes half a second.
 const STARTS: f64 = 3.0;
+
+/// Beginnings at most: each costs as a walk of the beam.
 const MOST_STARTS: usize = 2000;
 
 /// What a transition at the threshold costs, in square metres: as a second of motion at 3 cm from the path.
@@ -47,8 +55,10 @@ const FARTHEST: f64 = 2.0;
 /// How far ahead on the path the nearest point is looked for from frame to frame, in metres.
 pub(super) const LOOKED_AT: f64 = 0.5;
 
-/// The longest path, in metres, and the slowest walk along one, in metres per second.
+/// The longest path in metres: more than a day's search.
 const LONGEST: f64 = 1e4;
+
+/// The slowest walk along a path in m/s: a slower one stands.
 const SLOWEST: f64 = 0.1;
 
 /// A walk so far: where the figure is in its clip, how it is moved, how far along the path it is, and what that costs.

@@ -128,8 +128,10 @@ pub(super) fn spare_knees(
     carried
 }
 
-/// How often the shifts are made smaller at most to keep a limit, and what fraction of it they aim at.
+/// Rounds at most in which shifts are made smaller to keep a limit, each by a half at most.
 const ROUNDS: usize = 10;
+
+/// The fraction of the limit at which they aim, so that rounding does not exceed it.
 const BELOW: f32 = 0.98;
 
 fn quarter(blend: usize) -> usize {

@@ -201,6 +201,7 @@ impl Limb {
 
 /// The mean of weighted axes, in which those far from it count little; `None` where they show none.
 fn hinge(seen: &[(Vec3, f32)]) -> Option<Hinge> {
+    /// Rounds of the mean that weighs axes by their distance from it: each moves it less.
     const ROUNDS: usize = 8;
     if seen.len() < FEWEST {
         return None;

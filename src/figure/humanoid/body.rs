@@ -15,11 +15,11 @@ const MOST_PAIRS: usize = 12;
 /// Joints between hips and shoulders, and from there to the head. The longest that was met has ten.
 const LONGEST_TRUNK: usize = 24;
 
-/// A lead of more than this is clear.
+/// The lead in log-odds above which a reading is clear: 2.7 to 1.
 pub(super) const CLEAR_LEAD: f32 = 1.0;
 
-/// What a trunk is worth at most: names of head, neck, spine and hips, a head with a face, and a neck behind the
-/// shoulders.
+/// What a trunk is worth at most, in log-odds: names of head, neck, spine and hips, a head with a face, and a neck
+/// behind the shoulders.
 const MOST_OF_TRUNK: f32 = HEAD.log_odds
     + FACE.log_odds
     + NECK_BEHIND_SHOULDERS.log_odds

@@ -41,8 +41,10 @@ impl Creature {
     }
 }
 
-/// The joints of a tail at least, and its length as a fraction of thigh and shin: less may be a part of a coat.
+/// The joints of a tail at least: one may be a part of a coat.
 const TAIL_JOINTS: usize = 2;
+
+/// The length of a tail at least, as a fraction of thigh and shin: less may be a part of a coat.
 const SHORTEST_TAIL: f32 = 0.3;
 
 /// From the ankle to the toes, as a fraction of the shin: 0.35 for people, and 0.27 is the spread of its logarithm in

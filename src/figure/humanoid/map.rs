@@ -13,10 +13,12 @@ use super::sides::Found;
 use super::topology::Tree;
 use crate::names::words::Part;
 
-/// Lengths fit where they are, a bone in the mean, not farther off than this.
+/// The mean log-odds of the lengths of bones from which on they fit: each is off by one standard deviation of its
+/// table, about.
 const LENGTHS_FIT: f32 = -0.45;
 
-/// And may be those of a body down to this.
+/// The mean log-odds of the lengths of bones down to which they may be those of a body: each is off by 1.6 standard
+/// deviations of its table, about.
 pub(super) const LENGTHS_MAY_FIT: f32 = -1.3;
 
 /// The bones of a body.

@@ -8,7 +8,7 @@ use super::map::LENGTHS_MAY_FIT;
 use super::topology::Tree;
 use crate::names::words::Part;
 
-/// A body is named where the bones of its limbs are, in the mean, at least this well.
+/// The mean score of the names of the bones of limbs, from 0 to 1, from which on a body is named: half of them.
 const NAMED: f32 = 0.5;
 
 /// Whether the names say that it is a body.

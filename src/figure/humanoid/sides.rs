@@ -14,7 +14,7 @@ use super::body::Body;
 use super::limb::Fit;
 use super::topology::Tree;
 
-/// Evidence about the sides that says something.
+/// The log-odds from which on evidence says a side: 1.3 to 1.
 const SAYS_A_SIDE: f32 = 0.25;
 
 /// A rest pose stands where the legs point this much against the trunk: the cosine.
@@ -168,6 +168,7 @@ fn bend(start: Vec3, middle: Vec3, end: Vec3) -> Option<Vec3> {
 
 /// Eyes, jaw and the like are in front of the joint of the head.
 fn face(tree: &Tree, head: usize, at: &impl Fn(usize) -> Vec3, forward: Vec3) -> Option<f32> {
+    /// The joints of a face from which on they tell where it looks: both eyes and a jaw.
     const ENOUGH: usize = 3;
     let mut parts = Vec::new();
     let mut open = vec![head];

@@ -7,8 +7,10 @@ use super::builder::Builder;
 use super::stance::{self, Foot};
 use super::{TPoseReason, TPoseSource};
 
-/// The largest angle by which a foot of a rest pose that stands may be off its sole, in radians, and of any other.
+/// The largest angle in radians by which a foot of a rest pose that stands may be off its sole: 40 degrees, high heels.
 const LEVELLED: f32 = 0.7;
+
+/// The same of any other rest pose, in radians: 69 degrees, for a foot that points along the shin.
 const LEVELLED_WITHOUT_REST: f32 = 1.2;
 
 /// The cosine of the largest angle between a head and the chest, on the average of a motion, that a T-pose may leave.
@@ -18,9 +20,11 @@ const TIPPED_HEAD: f32 = 0.7;
 /// mean is at most 20 degrees.
 const TURNED_SHOULDER: f32 = 0.35;
 
-/// The smallest angle of a foot of a rest pose that stands, in radians, that counts: in fixtures whose rest pose stands
-/// on its soles, the feet of the motion seem to stand up to 13 degrees otherwise. And of any other.
+/// The smallest angle in radians of a foot of a rest pose that stands, that counts: in fixtures whose rest pose stands
+/// on its soles, the feet of the motion seem to stand up to 13 degrees otherwise.
 const SMALLEST_LEVELLED: f32 = 0.26;
+
+/// The same of any other rest pose, in radians: what rounding leaves.
 const SMALLEST_WITHOUT_REST: f32 = 0.02;
 
 /// The smallest angle of both legs of a rest pose that stands apart, in radians. Those of CMU's database are 20 degrees

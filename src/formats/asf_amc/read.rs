@@ -97,6 +97,7 @@ fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
 }
 
 fn list(files: &[PathBuf]) -> String {
+    /// Files that an error names at most.
     const MOST: usize = 8;
     let names = files.iter().take(MOST).filter_map(|file| file.file_name());
     let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into_owned()).collect();

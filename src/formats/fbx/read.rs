@@ -35,9 +35,11 @@ use crate::fbx::{END_SITE, SOURCE_NAME};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
-/// Memory that ufbx may take, for any file and for each byte of it. Compressed numbers expand at most a thousandfold,
-/// and only in broken files do all of them.
+/// Bytes that ufbx may take for any file.
 const MEMORY: usize = 64 << 20;
+
+/// Bytes that ufbx may take for each byte of a file. Compressed numbers expand at most a thousandfold, and only in
+/// broken files do all of them.
 const MEMORY_PER_BYTE: usize = 64;
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

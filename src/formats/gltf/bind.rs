@@ -18,8 +18,10 @@ use super::json::Skin;
 /// The smallest rotation between a node and its bind pose that counts, in radians. Compressed matrices are rounded.
 const ROTATED: f32 = 0.005;
 
-/// The smallest distance between them, as a fraction of the node's own distance from its parent, and in metres.
+/// The smallest distance between them, as a fraction of the node's own distance from its parent: rounding of matrices.
 const MOVED: f32 = 0.005;
+
+/// The smallest distance between them in metres: it is not seen.
 const FAR: f32 = 1e-4;
 
 /// The largest difference of a scale between them: a file whose joints are bound in another size is not understood.

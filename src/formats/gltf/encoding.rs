@@ -19,8 +19,11 @@ struct Meshopt {
 // To which fraction of the error bound constants are rounded. They stand in the JSON, where a digit takes a byte. By
 // trials on the fixtures.
 
-/// One digit more takes fewer bytes than the keys that it saves.
+/// The step of constants as a fraction of the bound, with 16 bits: one digit more takes fewer bytes than the keys that
+/// it saves.
 const CONSTANT_STEP_OF_INT16: f64 = 1e-3;
+
+/// The step of constants as a fraction of the bound, with meshopt, for which a digit takes more.
 const CONSTANT_STEP_OF_MESHOPT: f64 = 1e-2;
 
 impl Compression {

@@ -247,6 +247,7 @@ impl GltfReport {
 
 /// What a VRM animation does not have of its source, in words.
 fn left_out(joints: &[String]) -> Option<String> {
+    /// Joints that a note names at most.
     const MOST: usize = 8;
     let (shown, more) = joints.split_at(joints.len().min(MOST));
     let more = match more.len() {

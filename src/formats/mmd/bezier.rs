@@ -3,7 +3,7 @@
 /// A curve from (0, 0) to (1, 1) by two points between: `[ax, ay, bx, by]`, each from 0 to 127.
 pub(super) type Curve = [u8; 4];
 
-/// The largest coordinate of a point.
+/// The largest coordinate of a point, a number of 7 bits, as MikuMikuDance stores it.
 const LARGEST: f64 = 127.0;
 
 /// Halvings of the interval: 2^-40 is far below what 32 bits hold.

@@ -12,12 +12,19 @@ use crate::proportions;
 /// How far the arms hang below the horizontal, in degrees: in most models 35 to 40.
 pub const ARMS: f64 = 37.0;
 
-/// The loops and steps (radians) of the IK of legs and of toes, and the limits of knees in degrees, as MMD's first
-/// models have them.
+/// Loops of the IK of legs, as MMD's first models have them.
 const LEG_LOOPS: usize = 40;
+
+/// The largest step of the IK of legs in radians, as MMD's first models have it.
 const LEG_STEP: f64 = 2.0;
+
+/// Loops of the IK of toes, as MMD's first models have them.
 const TOE_LOOPS: usize = 3;
+
+/// The largest step of the IK of toes in radians, as MMD's first models have it.
 const TOE_STEP: f64 = 4.0;
+
+/// The limits of knees in degrees, as MMD has them.
 const KNEE: [f64; 2] = [0.5, 180.0];
 
 /// The name of the model, as the motion of no certain one has it.

@@ -32,10 +32,16 @@ const HAS_LOCAL_AXES: u16 = 0x0800;
 const IS_AFTER_PHYSICS: u16 = 0x1000;
 const HAS_EXTERNAL_PARENT: u16 = 0x2000;
 
-/// Bytes of a bone, a morph, a texture and a material at least: empty texts and no options.
+/// Bytes of a bone at least: empty texts and no options.
 const BONE_BYTES: usize = 8 + 12 + 1 + 4 + 2 + 1;
+
+/// Bytes of a morph at least.
 const MORPH_BYTES: usize = 8 + 1 + 1 + 4;
+
+/// Bytes of a texture at least: an empty text.
 const TEXT_BYTES: usize = 4;
+
+/// Bytes of a material at least.
 const MATERIAL_BYTES: usize = 8 + MATERIAL_NUMBERS;
 /// Colours, flags, and the edge of a material.
 const MATERIAL_NUMBERS: usize = 16 + 12 + 4 + 12 + 1 + 16 + 4;
@@ -180,12 +186,22 @@ fn check_parents(bones: &[Bone], limits: &Limits) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What an index is of, as a place in the header's sizes.
+/// The place of the size of an index of vertices in the header.
 const VERTEX: usize = 0;
+
+/// The place of the size of an index of textures.
 const TEXTURE: usize = 1;
+
+/// The place of the size of an index of materials.
 const MATERIAL: usize = 2;
+
+/// The place of the size of an index of bones.
 const BONE: usize = 3;
+
+/// The place of the size of an index of morphs.
 const MORPH: usize = 4;
+
+/// The place of the size of an index of rigid bodies.
 const BODY: usize = 5;
 
 struct Reader<'a> {

@@ -29,13 +29,29 @@ use crate::Failure;
 use crate::warnings::Warnings;
 
 const OLD: &[u8] = b"Vocaloid Motion Data file";
+
+/// Bytes of the mark at the beginning of a file.
 const HEADER_BYTES: usize = 30;
+
+/// Bytes of the name of the model in the older version.
 const OLD_MODEL_NAME_BYTES: usize = 10;
+
+/// Bytes of the curves of interpolation of a key of a bone.
 const CURVE_BYTES: usize = 64;
+
+/// Bytes of a key of a bone: name, frame, seven numbers, curves.
 const BONE_BYTES: usize = NAME_BYTES + 4 + 7 * 4 + CURVE_BYTES;
+
+/// Bytes of a key of a morph: name, frame, weight.
 const MORPH_BYTES: usize = NAME_BYTES + 4 + 4;
+
+/// Bytes of a key of the camera.
 const CAMERA_BYTES: usize = 61;
+
+/// Bytes of a key of the light.
 const LIGHT_BYTES: usize = 28;
+
+/// Bytes of a key of the shadow.
 const SHADOW_BYTES: usize = 9;
 
 /// What a file has. Names are the bytes that the file has for them.

@@ -14,7 +14,7 @@ pub struct Number {
     pub(crate) comma: bool,
 }
 
-/// How Microsoft's C runtime prints numbers that are not finite.
+/// Infinities and values that are no numbers, as Microsoft's C runtime prints them: the marks of `printf`.
 const MICROSOFT: [(&str, f64); 4] = [
     ("1.#QNAN", f64::NAN),
     ("1.#IND", f64::NAN),

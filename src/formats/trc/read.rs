@@ -281,6 +281,8 @@ impl Motion {
 
 /// Whether all other positions are farther from the origin than a few of the longest steps between them.
 fn jumps_to_zero(positions: &[Vec3]) -> bool {
+    /// The number of longest steps by which all other positions must be farther from the origin: a marker does not jump
+    /// as far and back.
     const STEPS: f32 = 4.0;
     let others = positions.iter().filter(|position| **position != Vec3::ZERO);
     let nearest = others.map(|position| position.length()).fold(f32::INFINITY, f32::min);

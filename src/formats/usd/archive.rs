@@ -12,9 +12,13 @@ pub const ALIGNMENT: usize = 64;
 const CENTRAL: &[u8] = b"PK\x01\x02";
 const END: &[u8] = b"PK\x05\x06";
 
-/// Bytes of a header before its name.
+/// Bytes of the header of a file before its name (the specification of ZIP, 4.3.7).
 const LOCAL_LENGTH: usize = 30;
+
+/// Bytes of the entry of a file in the directory before its name (4.3.12).
 const CENTRAL_LENGTH: usize = 46;
+
+/// Bytes of the end of the directory without its comment (4.3.16).
 const END_LENGTH: usize = 22;
 
 /// Bytes of the longest comment at the end of an archive.

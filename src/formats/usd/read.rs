@@ -151,6 +151,7 @@ fn metadata_number(layer: &Layer<'_>, name: &str) -> Option<f64> {
 
 /// Metres in a unit: the centimetre where the layer states none, as USD has it.
 fn metres(layer: &Layer<'_>) -> Result<f64, Failure> {
+    /// Metres in a unit where the layer states none: USD's default, the centimetre.
     const DEFAULT: f64 = 0.01;
     let stated = metadata_number(layer, "metersPerUnit").unwrap_or(DEFAULT);
     Ok(mocap_scene::limits::positive(

@@ -113,8 +113,10 @@ pub struct BodyArrays {
     joints: Vec<Joint>,
 }
 
-/// The joints of SMPL-X, and those of its body.
+/// The joints of SMPL-X, with hands, jaw and eyes.
 const ALL_JOINTS: usize = 55;
+
+/// The joints of its body: those of SMPL without hands.
 const BODY_JOINTS: usize = 22;
 
 impl BodyArrays {

@@ -6,8 +6,10 @@ use mocap_retarget::robot::{Robot, RobotMotion};
 
 use super::pickle::Pickle;
 
-/// Decimals of a row.
+/// Decimals of a row: a micrometre.
 const DECIMALS: usize = 6;
+
+/// The last of these decimals as a number, by which a value is kept within its limit.
 const LAST_DECIMAL: f64 = 1e-6;
 
 /// The motion of a robot as CSV without a header, as in the LAFAN1 set for Unitree's robots. Each frame is a row: the

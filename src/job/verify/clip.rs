@@ -371,7 +371,7 @@ struct Moment {
 
 /// Whether the axes of a matrix are those of a rotation, each with a length: none is mirrored, flat or sheared.
 fn is_rotation(matrix: &DMat4) -> bool {
-    /// Of the cosine between two axes.
+    /// The cosine of the angle between two axes below which they are at right angles: rounding of single precision.
     const SQUARE: f64 = 1e-3;
     let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize_or_zero());
     (x.cross(y).dot(z) - 1.0).abs() < SQUARE

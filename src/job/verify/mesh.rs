@@ -16,7 +16,7 @@ use super::{Finding, FindingKind};
 /// How far a corner may be from where it is in the source, as a fraction of the size of all meshes.
 const SAME_PLACE: f64 = 1e-3;
 
-/// How far a texture coordinate may be from that of the source.
+/// The difference of texture coordinates, as a fraction of the texture, that counts as none: half a pixel of 4096.
 const SAME_COORDS: f32 = 1e-4;
 
 /// The joints of a vertex that every format can store.

@@ -45,7 +45,7 @@ const LONG_BYTES: usize = 128 << 20;
 /// 1.4 mm for a person, less than a pixel where the figure fills a screen of 1080 lines.
 const LONG_MAX_ERROR: f64 = 1.5e-3;
 
-/// A component of a rotation is left out only where it stays above this.
+/// The component of a unit quaternion above which it may be left out: the largest of four is at least a half.
 const LEAST_LEFT_OUT: f32 = 0.5;
 
 /// One of the three tracks of a channel.

@@ -17,8 +17,10 @@ use crate::image_size::image_size;
 /// The largest size in bytes of a skin without its textures: about 700,000 vertices.
 const LARGEST_SKIN: usize = 32 << 20;
 
-/// The largest size in bytes of one texture, and of all of a clip.
+/// Bytes of one texture at most: a page with more opens slowly.
 const LARGEST_TEXTURE: usize = 8 << 20;
+
+/// Bytes of all textures of a clip at most.
 const LARGEST_TEXTURES: usize = 32 << 20;
 
 /// The largest width or height of a texture in pixels.

@@ -11,8 +11,10 @@ use super::vmc::{BONE, BonePose, ROOT, STATE, TIME, mirrored, unity_name};
 /// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
 const LONGEST: usize = 1452;
 
-/// Bytes of a bundle before its messages, and before each of them.
+/// Bytes of a bundle before its messages: `#bundle`, a zero and a time tag (Open Sound Control 1.0).
 const BUNDLE: usize = 16;
+
+/// Bytes before each message of a bundle: its size (Open Sound Control 1.0).
 const BEFORE_MESSAGE: usize = 4;
 
 /// The motion of a humanoid as packets of VMC.

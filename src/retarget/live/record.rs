@@ -328,11 +328,13 @@ fn add_face_node(scene: &mut Scene, face: Face, keys: Channel) {
 /// The frames a second, and the tick of each frame: the next one that is free, so that no frame is lost where the
 /// times of a network shake.
 fn ticks_of(times: &[f64]) -> (f64, Vec<f64>) {
-    /// Of a sender without two frames.
+    /// The rate in Hz of a sender without two frames: that of most programs.
     const USUAL: f64 = 60.0;
     /// Steps that differ from the median by a larger share of it are not averaged: a frame is missing there.
     const NEAR: f64 = 0.5;
-    /// How far a rate may be from a whole one, of it, and be meant as that.
+
+    /// The distance of a rate from a whole one that is meant as it, as a fraction: 29.97 is farther from 30 than clocks
+    /// are off.
     const WHOLE: f64 = 2e-3;
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.retain(|step| *step > 1e-6);

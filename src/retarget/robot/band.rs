@@ -21,7 +21,7 @@ pub struct Band {
     pub right: Vec<f64>,
 }
 
-/// The smallest pivot.
+/// The smallest pivot, as a fraction of 1: below it a row has no information, and dividing would overflow.
 const SMALLEST: f64 = 1e-18;
 
 impl Band {

@@ -15,8 +15,10 @@ const EDGES: usize = 4;
 /// it only decides how contacts share a force.
 const SHARED: f64 = 1e-6;
 
-/// Steps of Newton's method, and the slope at which it ends.
+/// Steps of Newton's method at most, which bound the time of a frame.
 const STEPS: usize = 60;
+
+/// The slope at which it ends, in units of the weight of the robot: rounding.
 const FLAT: f64 = 1e-10;
 
 /// A force and a moment.

@@ -13,9 +13,11 @@ use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 use super::twin::Twin;
 
-/// The ranges of the joints of fingers and thumbs in degrees: knuckle, middle and end (American Academy of Orthopaedic
-/// Surgeons, Joint Motion, 1965).
+/// The ranges of the joints of a finger in degrees, knuckle, middle and end (American Academy of Orthopaedic Surgeons,
+/// Joint Motion, 1965).
 pub const FINGER: [f64; 3] = [90.0, 100.0, 90.0];
+
+/// The ranges of the joints of a thumb in degrees, from the same source.
 const THUMB: [f64; 3] = [15.0, 50.0, 80.0];
 
 /// The bones of each finger, and the words by which a robot's file names it.

@@ -32,8 +32,10 @@ pub enum Floor {
 /// A foot that stands higher than this above the floor stands on something else, in metres.
 const HIGHEST: f64 = 0.06;
 
-/// The deviation of the bell that smooths how far a robot is brought down, in seconds, and how many it reaches.
+/// The standard deviation in seconds of the Gaussian that smooths how far a robot is brought down: below a step.
 const BELL: f64 = 0.1;
+
+/// Standard deviations that the Gaussian reaches: beyond are 0.3 % of it.
 const REACH: f64 = 3.0;
 
 /// How far the robot is brought down in each frame: as far as the lower foot that stands is above the floor, between

@@ -8,8 +8,10 @@ use super::motion::RobotMotion;
 use super::source_rotations::SourceRotations;
 use super::terms::Goals;
 
-/// How long frames are kept for the report, in seconds, and how many at most: 30 s at 120 frames a second.
+/// The time in seconds for which frames are kept for the report: some tens of steps.
 const SECONDS: f64 = 30.0;
+
+/// Frames that are kept at most: 30 s at 120 frames per second.
 const FRAMES: usize = 3600;
 
 /// The frames that were given last, and the poses of the source that they are of.

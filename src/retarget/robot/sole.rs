@@ -32,9 +32,10 @@ const GUESSED: [f64; 3] = [0.1, 0.25, 0.1];
 /// The longest side of a foot, as a fraction of the leg: what inertia makes longer is no foot.
 const LONGEST: f64 = 0.6;
 
-/// A foot may be tilted by this where all joints are at 0, in degrees, and this is the step by which its sole is looked
-/// for: knees of some robots are bent there.
+/// Degrees by which a foot may be tilted where all joints are at 0: knees of some robots are bent there.
 const MOST_TILTED: usize = 48;
+
+/// Degrees of a step in which its sole is looked for: half of what makes a face stand on an edge.
 const TILT_STEP: usize = 3;
 
 /// How many times as large the face must be on which a tilted foot stands, against what touches the floor without a

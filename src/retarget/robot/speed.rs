@@ -9,10 +9,14 @@ use super::source_rotations::{LIMBS, SourceRotations, limb};
 use super::terms::Goals;
 use super::twin::Twin;
 
-/// A joint that moves farther than this in [`WINDOW`] seconds jumps, unless the limb of the source turns by at least
-/// [`EXPLAINED`] times as much.
+/// The angle in radians, or the distance in metres, above which a joint jumps in [`WINDOW`]: 15 rad/s, faster than
+/// people move limbs.
 const JUMP: f64 = 0.5;
+
+/// The time in seconds over which a jump is looked for: a frame of film.
 const WINDOW: f64 = 1.0 / 30.0;
+
+/// The fraction of that angle by which the limb of the source must turn for it to be no jump.
 const EXPLAINED: f64 = 0.5;
 
 /// The part of what would be a jump that is used.

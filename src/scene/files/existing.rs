@@ -144,6 +144,7 @@ impl ReplacePolicy {
 
     /// The names of inputs that the record has of an output; none where they are too many to say anything.
     pub(super) fn noted_sources(&self) -> Vec<&str> {
+        /// Names of inputs at most: more say nothing.
         const MOST: usize = 16;
         let names = self.made_from.as_ref().unwrap_or(&self.source_names);
         let mut names: Vec<&str> = names.iter().map(String::as_str).collect();

@@ -11,6 +11,8 @@ pub const USD_HEAD: &[u8] = b"#usda ";
 /// How every ZIP archive begins, `.usdz` too, and the bytes of the header of a file in it before its name.
 #[doc(hidden)]
 pub const ZIP_HEAD: &[u8] = b"PK\x03\x04";
+
+/// Bytes of the header of a file in an archive before its name: the specification of ZIP.
 const ZIP_HEADER: usize = 30;
 
 /// Where it is looked for: the metadata of the layer stand at its beginning.

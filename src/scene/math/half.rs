@@ -1,6 +1,6 @@
 //! Numbers of 16 bits, IEEE 754's binary16: 11 significant bits, up to 65,504.
 
-/// The largest number of 16 bits.
+/// The largest number of 16 bits: (2 - 2^-10) 2^15.
 pub const MOST: f32 = 65_504.0;
 /// Bits of a mantissa of 32 that one of 16 lacks.
 const DROPPED: u32 = 13;

@@ -86,6 +86,7 @@ pub fn log_without_branches([x, y, z, w]: [f32; 4]) -> [f32; 3] {
 /// its size.
 #[inline(always)]
 pub fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
+    /// Coefficients of the quotient of the squared angle and the squared chord, by powers of the squared chord.
     const QUOTIENT: [f32; 9] = [
         4.0,
         0.333_331_8,

@@ -58,6 +58,7 @@ pub struct Lanes<T, const N: usize>(pub [T; N]);
 
 /// Eight 32-bit floats, a vector of 32 bytes.
 pub mod single {
+    /// Numbers of 32 bits in a vector of 32 bytes, the width of AVX2.
     pub const LANES: usize = 8;
     pub type Lanes = super::Lanes<f32, LANES>;
     pub type Vectors = super::Vectors<f32, LANES>;
@@ -67,6 +68,7 @@ pub mod single {
 
 /// Four 64-bit floats, a vector of 32 bytes.
 pub mod double {
+    /// Numbers of 64 bits in a vector of 32 bytes, the width of AVX2.
     pub const LANES: usize = 4;
     pub type Lanes = super::Lanes<f64, LANES>;
     pub type Vectors = super::Vectors<f64, LANES>;

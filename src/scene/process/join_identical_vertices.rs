@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::split::{NewIds, renumbered_bones};
 use crate::scene::{Mesh, Scene};
 
-/// Normals closer than this count as equal; Assimp's limit.
+/// The squared distance of normals below which they count as equal: Assimp's limit.
 const NORMAL_TOLERANCE: f32 = 1e-5;
 
 impl Scene {

@@ -383,6 +383,7 @@ impl RobotShape {
 
 /// The moments of a symmetric matrix about its principal axes, and these, by Jacobi's rotations.
 fn principal(mut matrix: DMat3) -> (DVec3, DQuat) {
+    /// Sweeps of Jacobi's rotations: they converge quadratically, and a 3 by 3 matrix needs four.
     const SWEEPS: usize = 16;
     let mut axes = DQuat::IDENTITY;
     for _ in 0..SWEEPS {

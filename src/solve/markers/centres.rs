@@ -6,10 +6,14 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::take::Take;
 
-/// Harrington et al., J. Biomech. 40 (2007), table 3: the centre of the hip from the middle of the front spines, in
-/// metres and in parts of the depth of the pelvis and of the distance of the front spines: forward, up, sideways.
+/// The centre of the hip from the middle of the front spines, forward: the part of the depth of the pelvis, and metres
+/// (Harrington et al., J. Biomech. 40, 2007, table 3).
 const HIP_FORWARD: (f64, f64) = (-0.24, -0.0099);
+
+/// The same upwards: the part of the distance of the front spines, and metres.
 const HIP_UP: (f64, f64) = (-0.30, -0.0109);
+
+/// The same sideways: the part of the distance of the front spines, and metres.
 const HIP_SIDE: (f64, f64) = (0.33, 0.0073);
 
 /// Depth of a pelvis in parts of the distance of its front spines, where the back is one marker on the sacrum.
@@ -20,10 +24,14 @@ const SACRAL_DEPTH: f64 = 0.6;
 /// the pelvis, whose markers stand on the belly of one and on the belt of another.
 const SHANK: f64 = 0.423;
 
-/// From the marker beside a joint to its centre, in metres: half the width of an adult's knee, ankle and elbow, and the
-/// 7 mm of a marker's radius.
+/// The distance in metres from the marker beside a knee to its centre: half the width of an adult's knee, and the 7 mm
+/// of a marker's radius.
 const KNEE: f64 = 0.06;
+
+/// The same distance in metres of an ankle: half of its width, and the radius.
 const ANKLE: f64 = 0.043;
+
+/// The same distance in metres of an elbow: half of its width, and the radius.
 const ELBOW: f64 = 0.042;
 
 /// Rab et al., J. Biomech. 35 (2002): the centre of the shoulder is below the acromion by this part of the distance of

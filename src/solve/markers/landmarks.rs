@@ -281,6 +281,7 @@ pub(super) fn named(name: &str) -> Option<Landmark> {
 
 /// The set whose own names are nearly all there, with the most of them.
 pub fn set_name(keys: &[String]) -> Option<&'static str> {
+    /// The part of the labels of a set that are in a file from which on the file has that set: some are always lost.
     const NEARLY_ALL: f64 = 0.75;
     let count = |names: &str| {
         names

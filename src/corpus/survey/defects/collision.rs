@@ -8,9 +8,10 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::SelfCollision;
 
-/// Radii of the trunk and of the head, in legs: 12 cm and 9 cm of a leg of 85 cm. Half the depth of a trunk is 11 cm to
-/// 13 cm.
+/// The radius of the trunk in lengths of the leg: 12 cm of a leg of 85 cm. Half the depth of a trunk is 11 cm to 13 cm.
 const TRUNK: f32 = 0.14;
+
+/// The radius of the head in lengths of the leg: 9 cm of a leg of 85 cm.
 const HEAD: f32 = 0.105;
 /// The depth at which a span begins, in metres.
 const BEGINS: f32 = 0.02;

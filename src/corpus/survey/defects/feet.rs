@@ -10,10 +10,13 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{Skate, Treadmill, UnderFloor};
 
-/// The height up to which a foot that slides fast counts as on the floor, in metres, and the least speed of that, in
-/// metres per second. A foot that swings past is as low for less than the time below.
+/// The height in metres up to which a foot that slides fast counts as on the floor.
 const GLIDES_BELOW: f32 = 0.04;
+
+/// The least speed in m/s of such a foot: slower ones roll.
 const GLIDES: f32 = 0.3;
+
+/// The time in seconds for which it glides at least: a foot that swings past is as low for less.
 const GLIDES_FOR: f64 = 0.2;
 /// How deep below the floor a span begins, in metres.
 const BELOW: f32 = 0.02;
@@ -21,8 +24,11 @@ const BELOW: f32 = 0.02;
 const A_STEP: f64 = 0.4;
 /// The window in which steps of a treadmill are looked for, in seconds.
 const WINDOW: f64 = 2.0;
-/// The least length of such a step, in legs, and the longest path of the hips in the window.
+
+/// The least length of the step of a treadmill, in lengths of the leg: shorter ones are shuffled.
 const STEP: f32 = 0.35;
+
+/// The longest path of the hips in the window, in lengths of the leg: who walks on a floor goes farther.
 const STAYS: f32 = 0.45;
 /// The median speed at which the lower foot goes backwards, or forwards, in the window, in metres per second: that of
 /// the belt. The feet of one who dances on the spot stand.

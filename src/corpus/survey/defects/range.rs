@@ -10,12 +10,17 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::BeyondRange;
 
-/// How far a joint bends at most, in degrees: knees and elbows from straight (Norkin and White, "Measurement of joint
-/// motion", 2016, have 140 and 150 on the average), the head from the trunk.
+/// How far a knee bends at most, in degrees from straight: 140 on the average (Norkin and White, "Measurement of joint
+/// motion", 2016), and the most limber.
 const KNEE: f32 = 158.0;
+
+/// How far an elbow bends at most, in degrees from straight: 150 on the average, from the same source.
 const ELBOW: f32 = 160.0;
+
+/// How far a head bends from the trunk at most, in degrees: the neck has 45 to 60, and the upper trunk some.
 const NECK: f32 = 100.0;
-/// The sine of the least angle between shin and foot.
+
+/// The sine of the least angle between shin and foot by which the foot tells a direction: 14 degrees.
 const FOOT_TELLS: f32 = 0.25;
 /// The mean sine of the angle of a knee from which its axis is known.
 const BENDS: f32 = 0.05;

@@ -15,21 +15,32 @@ const STILL: f32 = 2e-5;
 const STILL_ROTATION: f32 = 4e-5;
 /// The shortest time in which a joint is said to hold its pose, in seconds.
 const SHORTEST_GAP: f64 = 0.4;
-/// The step with which such a joint moves on, as a multiple of its usual step, and in radians: 1 degree. One that is
-/// held at the end of its range, as solvers of few sensors do, leaves it as it came.
+
+/// The step with which such a joint moves on, as a multiple of its usual step. One that is held at the end of its
+/// range, as solvers of few sensors do, leaves it as it came.
 const JUMPS: f32 = 3.0;
+
+/// The least such step in radians: 1 degree, which is seen.
 const JUMPS_BY: f32 = 0.0175;
 /// The fraction of all other frames in which a joint moves that is said to have a gap.
 const MOVES: f32 = 0.6;
-/// How far arms may be off the horizontal, legs off the vertical, and the trunk off it, in a T-pose: cosines of 15, 25
-/// and 18 degrees. Legs of CMU's stand 20 degrees apart.
+
+/// The cosine of the angle by which arms may be off the horizontal in a T-pose: 15 degrees.
 const ARM: f32 = 0.966;
+
+/// The cosine of the angle by which legs may be off the vertical: 25 degrees. Legs of CMU's stand 20 degrees apart.
 const LEG: f32 = 0.906;
+
+/// The cosine of the angle by which a trunk may be off the vertical: 18 degrees.
 const TRUNK: f32 = 0.951;
-/// The cosine of 30 degrees: so far off are arms that a person holds up for a calibration. It counts where the hands
-/// are slower than this, in metres per second, for so many seconds.
+
+/// The cosine of the angle of arms that a person holds up for a calibration: 30 degrees.
 const HELD_ARM: f32 = 0.866;
+
+/// The speed of hands in m/s below which they count as held up for a calibration.
 const HELD_SPEED: f32 = 0.1;
+
+/// The time in seconds for which they must be held: shorter poses are part of a movement.
 const HELD: f64 = 0.5;
 
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {

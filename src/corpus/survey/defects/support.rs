@@ -7,9 +7,11 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
 
-/// The height of the lowest joint at which a body begins to hover, in metres, and that from which something must carry
-/// it, in legs. The hips of a body that lies are lower.
+/// The height in metres of the lowest joint at which a body begins to hover: that of a thick sole.
 const HOVERS: f32 = 0.04;
+
+/// The height in lengths of the leg of the lowest joint from which on something must carry the body. The hips of a body
+/// that lies are lower.
 const CARRIED: f32 = 0.2;
 /// The shortest time of hovering, in seconds.
 const SHORTEST: f64 = 0.25;

@@ -17,10 +17,13 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+/// Joints of a frame: those of SMPL without hands.
 pub(crate) const JOINTS: usize = 22;
-/// Numbers of a frame.
+
+/// Numbers of a frame: the layout of HumanML3D.
 pub const NUMBERS: usize = 263;
-/// Frames per second of the data set.
+
+/// Frames per second of HumanML3D, to which its authors resampled all motions.
 pub const RATE: f64 = 20.0;
 
 /// The chains of joints from the root, as the data set walks them.
@@ -40,16 +43,26 @@ const AT_REST: [DVec3; JOINTS] = [
     DVec3::NEG_Y, DVec3::NEG_Y, DVec3::NEG_Y,
 ];
 
+/// The joint of SMPL that is the left hip.
 const LEFT_HIP: usize = 1;
+
+/// The joint of SMPL that is the right hip.
 const RIGHT_HIP: usize = 2;
+
+/// The joint of SMPL that is the left shoulder.
 const LEFT_SHOULDER: usize = 16;
+
+/// The joint of SMPL that is the right shoulder.
 const RIGHT_SHOULDER: usize = 17;
 /// Ankles and toes, the left ones first.
 const FEET: [usize; 4] = [7, 10, 8, 11];
 /// A joint of a foot is in contact whose step in a frame has at most this square, in square metres.
 const CONTACT: f64 = 0.002;
-/// The deviation of the Gaussian that smooths headings, in frames, and how many deviations it reaches.
+
+/// The standard deviation in frames of the Gaussian that smooths headings, as HumanML3D's code has it.
 const SMOOTHING: f64 = 20.0;
+
+/// Standard deviations that the Gaussian reaches: SciPy's default, which HumanML3D uses.
 const REACH: f64 = 4.0;
 
 type Frame = [DVec3; JOINTS];

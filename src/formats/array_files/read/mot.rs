@@ -158,7 +158,10 @@ impl Columns {
     /// The first row that comes much earlier or later after the one before than others do, at so many frames a second.
     pub(super) fn uneven_row(&self, rate: f64) -> Option<usize> {
         // Times of files have as few as three digits behind the point.
+        /// The fraction of a step by which times may be off: a file is sampled evenly otherwise.
         const UNEVEN: f64 = 0.1;
+
+        /// The time in seconds by which they may be off anyhow: files have as few as three digits behind the point.
         const ROUNDED: f64 = 0.001;
         let step = 1.0 / rate;
         let is_uneven = |pair: &[f64]| (pair[1] - pair[0] - step).abs() > f64::max(UNEVEN * step, ROUNDED);

@@ -48,6 +48,7 @@ impl Motion {
 
     /// The axis along which the spine points on the average, which is up where the body stands more than it lies.
     pub(super) fn up_of_body(&self) -> (UpAxis, Confidence) {
+        /// The cosine of the angle between spine and axis, on the average, from which on up is sure: 26 degrees.
         const SURE: f64 = 0.9;
         let spines = self
             .rotations

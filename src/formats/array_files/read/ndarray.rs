@@ -296,6 +296,7 @@ impl<'a> Entries<'a> {
 
     /// The names and the shapes, for errors.
     pub(super) fn describe(&self) -> String {
+        /// Arrays that an error names at most.
         const NAMED: usize = 12;
         let named = self.arrays.iter().take(NAMED);
         let mut words: Vec<String> = named

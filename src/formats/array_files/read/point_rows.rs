@@ -16,9 +16,11 @@ use crate::warnings::Warnings;
 pub(super) const TABLES: &str = "tables of motion are those of mocap fk, and of positions: the columns frame, joint, x, \
                                  y, z, or for each point NAME_x, NAME_y, NAME_z";
 
-/// Positions that are missing for each that is there, at most, and any number of them: a table with frames far from
-/// each other would else fill the memory.
+/// Missing positions for each that is there, at most: a table with frames far from each other would else fill the
+/// memory.
 const MOST_GAPS: usize = 64;
+
+/// Missing positions that any table may have: 3 MB.
 const ANY_GAPS: usize = 1 << 18;
 
 pub(super) struct PointRows<'c> {
@@ -62,6 +64,7 @@ impl<'c> PointRows<'c> {
             let left = names.iter().enumerate().filter(is_left);
             let left: Vec<&str> = left.map(|(_, name)| name.as_str()).collect();
             if !left.is_empty() {
+                /// Columns that a warning names at most.
                 const NAMED: usize = 8;
                 let named = left.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
                 let message = format!("{} columns of the table are no positions: {named}", left.len());

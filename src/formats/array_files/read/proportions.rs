@@ -7,8 +7,8 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 pub(super) use crate::proportions::HEIGHT;
 use crate::proportions::position;
 
-/// How far the root of SMPL's family is below the origin of its template: the template's origin is near its middle,
-/// and the pelvis a little above half of the height.
+/// The height in metres of the origin of SMPL's template over its root: the origin is near the middle of the body, and
+/// the pelvis a little above half of the height.
 const TEMPLATE_ABOVE_PELVIS: f32 = 0.25;
 
 /// From a joint that is a bone to a joint below it that is none: an end, or a part of the palm.

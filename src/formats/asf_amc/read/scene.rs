@@ -12,8 +12,11 @@ use crate::ReadOptions;
 /// The frame rate of CMU's captures, from which nearly all Acclaim files come. The files do not state it.
 const CMU_FRAME_RATE: f64 = 120.0;
 
-/// `:units length` of CMU's skeletons. Lengths divided by it are in inches, according to the notes of that database.
+/// `:units length` of CMU's skeletons, a factor: lengths divided by it are in inches, according to the notes of that
+/// database.
 const CMU_LENGTH_UNIT: f64 = 0.45;
+
+/// Metres in an inch: the definition.
 const METRES_PER_INCH: f64 = 0.0254;
 
 /// The scene of a skeleton and its motion, if there is one, without meshes.

@@ -68,7 +68,8 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     const NEAR_ZERO: f32 = 0.02;
     /// The fraction for the height in the median frame: a walking pelvis rises and sinks by as much.
     const NEAR_FLOOR: f32 = 0.05;
-    /// A pelvis that moves from its OFFSET rarely comes as far as this along it.
+
+    /// The fraction of the OFFSET's length along it that a moving pelvis rarely reaches.
     const FAR_ALONG: f32 = 0.5;
     let used = |policy, confidence, reason: String| RootOffsetUsed {
         policy,
@@ -111,6 +112,7 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
 /// Whether the positions of the joints below the root are moves from their OFFSETs, as MakeHuman writes them: near zero
 /// in all frames while the OFFSETs are not. As positions they would put all joints into one point.
 pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
+    /// The fraction of the OFFSET's length within which a position is no position but a move: noise of solvers.
     const NEAR_ZERO: f32 = 0.05;
     let is_whole = |joint: &&Positions<'_>| joint.axes == [true; 3] && joint.offset_length() > 0.0;
     let with_offset = || joints.iter().filter(is_whole);
@@ -135,8 +137,11 @@ pub(super) fn far_from_offset<'a>(
     hierarchy: &Hierarchy,
     positions_of: impl Fn(usize) -> Option<Positions<'a>>,
 ) -> Option<Vec<usize>> {
-    /// Of the OFFSET's length.
+    /// The distance of a joint from its parent, as a multiple of the OFFSET's length, from which on positions are in
+    /// the world.
     const FAR: f32 = 3.0;
+
+    /// Joints that tell at least: fewer may be chance.
     const LEAST: usize = 4;
     let is_below_root = |joint: &usize| hierarchy.joints[*joint].parent.is_some();
     let (mut all, mut far) = (0, Vec::new());
@@ -161,8 +166,11 @@ pub(super) fn are_in_world<'a>(
     joints: &[usize],
     positions_of: impl Fn(usize) -> Option<Positions<'a>>,
 ) -> bool {
-    /// Of a length.
+    /// The fraction of a length by which it may vary over time and still be constant: rounding of positions in the
+    /// world.
     const SPREAD: f32 = 0.02;
+
+    /// The fraction of a length by which it may be off that of the OFFSET.
     const OFF: f32 = 0.1;
     let (mut all, mut constant) = (0, 0);
     for &joint in joints {

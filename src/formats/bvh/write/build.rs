@@ -288,7 +288,8 @@ fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool
 
 /// Whether a position may be read as a move from the OFFSET.
 fn is_near_zero(position: Vec3, offset: Vec3) -> bool {
-    /// Of the OFFSET's length; wider than the limits of this crate's reader.
+    /// The fraction of the OFFSET's length within which a position is written so that no reader takes it for a move:
+    /// wider than the limits of this crate's reader.
     const NEAR_ZERO: f32 = 0.06;
     position.abs().max_element() <= NEAR_ZERO * offset.length()
 }

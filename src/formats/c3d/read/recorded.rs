@@ -11,14 +11,22 @@ use super::{Header, scene};
 use crate::points;
 use crate::warnings::Warnings;
 
-/// Where the header has its events, in bytes: the mark of labels with four letters, the count, times, labels.
+/// Bytes before the mark of labels with four letters in the header (the C3D file format, user guide, 2008).
 const HEADER_MARK: usize = 298;
+
+/// Bytes before the number of events in the header.
 const HEADER_COUNT: usize = 300;
+
+/// Bytes before the times of events in the header.
 const HEADER_TIMES: usize = 304;
+
+/// Bytes before the labels of events in the header.
 const HEADER_LABELS: usize = 396;
 
 /// The value at [`HEADER_MARK`], and the most events that fit.
 const HAS_LABELS: u16 = 12_345;
+
+/// Events that fit into the header.
 const HEADER_EVENTS: usize = 18;
 
 /// What the file has beside points, of its complete frames; `None` where that is nothing.

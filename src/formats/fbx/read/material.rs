@@ -16,7 +16,7 @@ use crate::named_file::below;
 use crate::texture::media_type;
 use crate::warnings::Warnings;
 
-/// The alpha from which on a surface with holes is there.
+/// The alpha, a fraction, from which on a surface with holes is there: glTF's default.
 const CUTOFF: f32 = 0.5;
 
 /// FBX has no mirror.

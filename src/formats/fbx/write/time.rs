@@ -7,7 +7,7 @@ use mocap_scene::scene::Scene;
 use super::FbxOptions;
 use crate::fbx::whole_rate;
 
-/// FBX's units of time in a second.
+/// FBX's units of time in a second, as `KTime` has them.
 pub const SECOND: f64 = 46_186_158_000.0;
 
 /// Frames per second of a file that holds no motion.

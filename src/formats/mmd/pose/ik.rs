@@ -18,7 +18,7 @@ use crate::mmd::model::{Ik, Model};
 /// Where target and goal are so near, in squared units, there is nothing to do.
 const NEAR: f64 = 1e-8;
 
-/// An axis of a turn whose squared length is below this has no direction.
+/// The squared length of the axis of a turn below which it has no direction: rounding of unit vectors.
 const NO_AXIS: f64 = 1e-14;
 
 /// An IK, and how its links may turn.

@@ -260,7 +260,7 @@ fn is_driven(scene: &Scene, node: usize) -> bool {
     })
 }
 
-/// Differences below this are roundings.
+/// The difference of numbers of the model below which they are the same: rounding.
 const ROUNDED: f32 = 1e-6;
 
 /// The length of a leg of a humanoid in metres, in units.

@@ -196,7 +196,7 @@ fn set_transforms(prim: &Prim, nodes: &mut [Node]) -> Result<(), Failure> {
 
 /// A matrix of 32 bits, where its last row is 0 0 0 1 up to rounding.
 fn transform(matrix: DMat4) -> Option<Mat4> {
-    /// What products and inverses in 64 bits leave of it.
+    /// The fraction of a number that products and inverses in 64 bits leave of it.
     const ROUNDING: f64 = 1e-9;
     let is_affine = matrix.row(3).abs_diff_eq(DVec4::W, ROUNDING);
     is_affine.then(|| {

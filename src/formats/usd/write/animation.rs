@@ -188,8 +188,10 @@ pub const STEP: f32 = 5.960_464_5e-8;
 
 /// The half (IEEE 754 binary16) that is nearest, as USD has it.
 pub fn half(value: f32) -> f32 {
-    /// The least number that a half has with all of its digits.
+    /// The least number that a half has with all of its digits: 2^-14.
     const NORMAL: f32 = 6.103_515_6e-5;
+
+    /// The largest number of a half: (2 - 2^-10) 2^15.
     const LARGEST: f32 = 65_504.0;
     if value.abs() < NORMAL {
         return (value / STEP).round_ties_even() * STEP;

@@ -20,12 +20,16 @@ use super::RobotRetargeter;
 /// How often the base is shifted at most.
 const SHIFTS: usize = 2;
 
-/// A fraction of feasible frames that is enough, and by how much it must grow for a shift to be worth what it costs.
+/// The fraction of feasible frames that is enough: the others are moments of contact.
 const FEASIBLE: f64 = 0.97;
+
+/// The fraction of frames that a shift must gain: less is not worth what it costs.
 const GAIN: f64 = 0.01;
 
-/// How much farther off limbs may become, in degrees, and how much faster feet slide that stand, in m/s.
+/// The angle in degrees by which limbs may become worse: a tenth of what is seen.
 const FARTHER: f64 = 0.3;
+
+/// The speed in m/s by which feet that stand may become worse: below what a report counts.
 const FASTER: f64 = 0.002;
 
 /// How far outside a centre of pressure is believed, in metres.

@@ -119,7 +119,8 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
 pub fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
     /// Adding it rounds to a whole number, which then stands in the low bits.
     const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
-    /// Beyond it `90 n` might not be exact.
+
+    /// The angle in degrees beyond which `90 n` might not be exact: it is up to 2^53 / 90, and no file has a millionth.
     const LARGEST: f64 = 1e9;
     // Without an early end, so that the loop becomes vector instructions.
     if degrees.0.iter().fold(false, |any, angle| any | (angle.abs() > LARGEST)) {
@@ -152,6 +153,7 @@ fn without_whole_turns(degrees: Lanes) -> Lanes {
 /// `x - x^3/3! + x^5/5! - ...`
 #[inline(always)]
 fn sin_near_zero(x: f64) -> f64 {
+    /// Coefficients of the Taylor series of the sine after the first: to x^15.
     const TERMS: [f64; 7] = [
         -1.0 / 6.0,
         1.0 / 120.0,
@@ -180,6 +182,7 @@ fn polynomial<const N: usize>(terms: [f64; N], x: f64) -> f64 {
 /// `1 - x^2/2! + x^4/4! - ...`
 #[inline(always)]
 fn cos_near_zero(x: f64) -> f64 {
+    /// Coefficients of the Taylor series of the cosine after the first: to x^16.
     const TERMS: [f64; 8] = [
         -1.0 / 2.0,
         1.0 / 24.0,

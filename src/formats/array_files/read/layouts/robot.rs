@@ -14,7 +14,7 @@ use crate::array_files::read::body::Body;
 use crate::array_files::read::motion::Motion;
 use crate::array_files::read::ndarray::{Entries, NdArray};
 
-/// What is assumed where the arrays state no rate: that of motions for Unitree's robots.
+/// The rate in Hz where the arrays state none: that of motions for Unitree's robots.
 const USUAL_RATE: f64 = 30.0;
 
 /// A layout: the names of its arrays.
@@ -61,6 +61,8 @@ const LAYOUTS: &[Layout] = &[
 
 /// MuJoCo's positions: the base in seven numbers, then the joints.
 const QPOS: &str = "qpos";
+
+/// Numbers of the base in `qpos`: a position and a quaternion.
 const BASE: usize = 7;
 
 /// Whether the arrays are the motion of a robot.
@@ -220,6 +222,7 @@ fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
 }
 
 fn no_joint(name: &str, names: &[String]) -> Failure {
+    /// Joints that an error names at most.
     const NAMED: usize = 6;
     let message = "the arrays and the robot have other joints: {body} names another robot than that of the motion";
     let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
