@@ -5,6 +5,7 @@
 //! joint of its feet, or at height 0 where that is near.
 
 use glam::Vec3;
+use mocap_scene::math::median::percentile;
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{NodeId, Scene};
 
@@ -18,7 +19,7 @@ const FRAMES: usize = 600;
 
 /// The fraction of frames in which the lower foot is below its level of rest: a twentieth. The minimum would be that of
 /// a rest pose in the first frame, in which CMU's files have the hips at the origin and the feet far below.
-const BELOW: usize = 20;
+const BELOW: f64 = 0.05;
 
 /// How far from the ground the lowest joint of a rest pose may be that stands on it, as a fraction of the leg.
 const STANDS: f32 = 0.1;
@@ -56,7 +57,8 @@ impl Ground {
                 }
             }
         }
-        let [ankles, balls] = heights.map(|heights| percentile(heights).filter(|level| level.is_finite()));
+        let [ankles, balls] =
+            heights.map(|heights| percentile(heights, BELOW, f64::floor).filter(|level| level.is_finite()));
         (ankles.is_some() || balls.is_some()).then_some(Self { ankles, balls })
     }
 
@@ -80,17 +82,12 @@ fn ends_of_shins(scene: &Scene, humanoid: &Humanoid) -> Vec<NodeId> {
 pub fn level(heights: &[f32], points: usize) -> f32 {
     let rows: Vec<&[f32]> = heights.chunks(points.max(1)).collect();
     let lowest = |frame: usize| rows[frame].iter().copied().fold(f32::INFINITY, f32::min);
-    percentile(examined(rows.len()).map(lowest).collect()).unwrap_or(0.0)
+    percentile(examined(rows.len()).map(lowest), BELOW, f64::floor).unwrap_or(0.0)
 }
 
 /// The frames that are examined of so many.
 fn examined(frames: usize) -> impl Iterator<Item = usize> {
     (0..frames).step_by(frames.div_ceil(FRAMES).max(1))
-}
-
-fn percentile(mut heights: Vec<f32>) -> Option<f32> {
-    heights.sort_by(f32::total_cmp);
-    heights.get(heights.len().saturating_sub(1) / BELOW).copied()
 }
 
 /// The height of the ankles over the origin when the body stands: in its animations, else in its rest pose.

@@ -19,20 +19,3 @@ pub use self::goal::Goal;
 pub use self::hinge::{bend_about_hinge, hinge_rotations, plane_normal, seen_hinge};
 pub use self::limit::JointLimit;
 pub use self::two_bone::TwoBone;
-
-use glam::{DQuat, DVec3};
-
-/// The smallest rotation from one direction to another, which need not have unit length; about `axis` where they are
-/// opposite. Exact for small angles too, where glam's gives none at all.
-fn arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
-    let length = (from.length_squared() * to.length_squared()).sqrt();
-    let (w, v) = (length + from.dot(to), from.cross(to));
-    // 1 + cos is 1e-12 at 1.4e-6 radians from opposite: the axis has no digits left.
-    if w.is_nan() || length <= 0.0 {
-        DQuat::IDENTITY
-    } else if w <= 1e-12 * length {
-        DQuat::from_xyzw(axis.x, axis.y, axis.z, 0.0).normalize()
-    } else {
-        DQuat::from_xyzw(v.x, v.y, v.z, w).normalize()
-    }
-}

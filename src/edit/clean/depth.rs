@@ -92,7 +92,7 @@ fn noisiest(track: &[DVec3]) -> Option<DVec3> {
     }
     let noise = |direction: DVec3| {
         let mut sizes: Vec<f64> = differences.iter().map(|d| d.dot(direction).abs()).collect();
-        mocap_scene::math::median::wide_median(&mut sizes) / MEDIAN_OF_NORMAL / OF_WHITE.sqrt()
+        mocap_scene::math::median::median(&mut sizes).unwrap_or_default() / MEDIAN_OF_NORMAL / OF_WHITE.sqrt()
     };
     let (one, other) = axis.any_orthonormal_pair();
     let along = noise(axis);

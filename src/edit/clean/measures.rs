@@ -1,7 +1,7 @@
 //! The measures of a motion before and after a part.
 
 use glam::Vec3;
-use mocap_scene::math::median::median;
+use mocap_scene::math::median::{median, ranked};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeKind};
 use serde::Serialize;
@@ -114,10 +114,7 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
         .flat_map(|(a, b)| a.iter().zip(*b).map(|(a, b)| a.distance(*b)))
         .collect();
     let rank = steps.len().saturating_sub(1) - steps.len().saturating_sub(1) / PEAK;
-    let peak = match steps.is_empty() {
-        true => 0.0,
-        false => f64::from(*steps.select_nth_unstable_by(rank, f32::total_cmp).1) * rate / over as f64,
-    };
+    let peak = ranked(&mut steps, rank).map_or(0.0, |peak| f64::from(peak) * rate / over as f64);
     [jerk * rate.powi(3) / count.max(1) as f64, peak]
 }
 

@@ -7,7 +7,7 @@
 
 use glam::{DVec3, Vec3};
 use mocap_figure::contacts::points_of_feet;
-use mocap_scene::math::median::{median, wide_median};
+use mocap_scene::math::median::median;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
@@ -15,34 +15,53 @@ use crate::frames::tracks;
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The longest pattern of repeated frames, in frames, and how many times it must come.
+/// The longest pattern of repeated frames, in frames: 24 frames per second in 30 have one of five, 50 in 60 of six.
 const LONGEST_PATTERN: usize = 10;
+
+/// How many times a pattern must come: fewer can be chance.
 const REPEATS: usize = 8;
 /// The fraction of the frames in which a pattern must hold.
 const HOLDS: f64 = 0.95;
-/// Metres per second squared.
+
+/// The acceleration of gravity in m/s^2: its standard value, rounded.
 const GRAVITY: f64 = 9.81;
-/// The height of both feet above where they rest in a flight, in metres; its shortest time in frames.
+
+/// The height of both feet above where they rest in a flight, in metres: more than in a run's noise.
 const IN_FLIGHT: f64 = 0.06;
+
+/// The shortest flight in frames: a parabola has three unknowns, and as many frames tell how well it fits.
 const LEAST_FLIGHT: usize = 6;
-/// How far the parabola of a flight bends at least, in metres, and how much of that the centre of mass may be beside
-/// it.
+
+/// The least rise of the parabola of a flight in metres: of a lower one, noise changes the rate by more than a tenth.
 const LEAST_BEND: f64 = 0.05;
+
+/// The largest distance of the centre of mass from the parabola, as a fraction of its rise: masses are of an average
+/// body.
 const BESIDE: f64 = 0.15;
 /// How far flights may differ in the rate that they tell of, as a fraction.
 const AGREE: f64 = 0.12;
-/// The factors between a stated and a true rate that are corrected, and how far the measured one may be from them.
+
+/// The factors between a stated and a true rate that are corrected: frames that were doubled, halved, or both.
 const FACTORS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
+
+/// The largest deviation from such a factor, as a fraction: half of what two factors are apart is 0.3.
 const NEAR: f64 = 0.12;
-/// A rate within this of the stated one is that.
+
+/// The factor within which the measured rate is the stated one: steps tell the rate no better.
 const ALIKE: f64 = 1.25;
+
 /// The ratio of the length of steps to their frequency, both made free of dimensions by the length of the leg and
-/// gravity, and the factor by which it may be off. It hardly depends on speed: 0.0063 m for a step a minute (Sekiya and
-/// Nagasaki, "Reproducibility of the walking patterns of normal young adults", 1998), with 0.84 m from hip to ankle.
+/// gravity. It hardly depends on speed: 0.0063 m for a step a minute (Sekiya and Nagasaki, "Reproducibility of the
+/// walking patterns of normal young adults", 1998), with 0.84 m from hip to ankle.
 const WALK_RATIO: f64 = 1.54;
+
+/// The factor by which that ratio may be off: people differ by a fifth, and styles of walking by more.
 const WALK_RATIO_OFF: f64 = 1.55;
-/// Steps of a walk that are needed, and their least length as a fraction of the leg.
+
+/// Steps of a walk that are needed: two of each foot.
 const STEPS: usize = 4;
+
+/// The least length of a step, as a fraction of the leg: who shuffles does not keep the ratio.
 const LEAST_STEP: f64 = 0.45;
 /// In a step of a walk the body goes at least this fraction of it.
 const GOES: f64 = 0.7;
@@ -302,7 +321,7 @@ fn lowest(tracks: &[Vec<DVec3>]) -> Vec<f64> {
     let heights: Vec<f64> = (0..frames).map(of_frame).collect();
     let calm = |frame: usize| {
         let mut around = heights[frame.saturating_sub(2)..(frame + 3).min(frames)].to_vec();
-        wide_median(&mut around)
+        median(&mut around).unwrap_or_default()
     };
     (0..frames).map(calm).collect()
 }

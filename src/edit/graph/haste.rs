@@ -5,6 +5,7 @@
 //! distance, is not.
 
 use glam::DVec3;
+use mocap_scene::math::median::ranked;
 
 use super::GraphTransition;
 use super::clouds::Clouds;
@@ -66,11 +67,7 @@ impl Network<'_> {
             }
         }
         let place = (speeds.len() as f64 * (1.0 - FAST)) as usize;
-        let place = place.min(speeds.len().saturating_sub(1));
-        match speeds.is_empty() {
-            true => f64::INFINITY,
-            false => *speeds.select_nth_unstable_by(place, f64::total_cmp).1,
-        }
+        ranked(&mut speeds, place).unwrap_or(f64::INFINITY)
     }
 }
 

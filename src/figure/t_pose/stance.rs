@@ -5,6 +5,7 @@
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::directions::rotation_of;
+use mocap_scene::math::median::percentile;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
 
@@ -14,7 +15,7 @@ use crate::poses::sample;
 const SHARE: f32 = 0.2;
 
 /// The fraction of the positions of an ankle that are lower than the least height of it that counts, as noise is.
-const NOISE: f32 = 0.02;
+const NOISE: f64 = 0.02;
 
 /// The fewest frames that show how a foot stands.
 const FEWEST: usize = 8;
@@ -61,7 +62,7 @@ pub(super) fn stance(scene: &Scene, feet: &[Foot]) -> Option<Stance> {
     let least = |of: fn(&Sample) -> f32| {
         let least = seen
             .iter()
-            .filter_map(|samples| quantile(samples.iter().map(of), NOISE));
+            .filter_map(|samples| percentile(samples.iter().map(of), NOISE, f64::floor));
         least.reduce(f32::min)
     };
     let (ankle, ball) = (least(|sample| sample.ankle)?, least(|sample| sample.ball)?);
@@ -72,7 +73,7 @@ pub(super) fn stance(scene: &Scene, feet: &[Foot]) -> Option<Stance> {
     };
     let mut standing: Vec<&Sample> = seen.iter().flatten().collect();
     lowest(&mut standing);
-    let slope = quantile(standing.iter().filter_map(|sample| sample.slope), 0.5);
+    let slope = percentile(standing.iter().filter_map(|sample| sample.slope), 0.5, f64::floor);
     let has_lifted_heels = slope.is_some_and(|slope| slope < LEAST_SLOPE);
     let is_low = standing.iter().all(|sample| above(sample) <= HIGHEST * sample.length);
     let is_clear = is_low && !has_lifted_heels;
@@ -80,7 +81,10 @@ pub(super) fn stance(scene: &Scene, feet: &[Foot]) -> Option<Stance> {
         let mut standing: Vec<&Sample> = samples.iter().collect();
         lowest(&mut standing);
         let rolls = || standing.iter().map(|sample| sample.roll);
-        Some((quantile(rolls(), 0.5)?, is_clear && agreed(rolls()).is_some()))
+        Some((
+            percentile(rolls(), 0.5, f64::floor)?,
+            is_clear && agreed(rolls()).is_some(),
+        ))
     };
     Some(Stance {
         pitch: agreed(standing.iter().map(|sample| sample.pitch)).filter(|_| is_clear),
@@ -88,19 +92,10 @@ pub(super) fn stance(scene: &Scene, feet: &[Foot]) -> Option<Stance> {
     })
 }
 
-/// The value below which this fraction of the values is.
-fn quantile(values: impl Iterator<Item = f32>, fraction: f32) -> Option<f32> {
-    let mut values: Vec<f32> = values.collect();
-    values.sort_by(f32::total_cmp);
-    values
-        .get((values.len().saturating_sub(1) as f32 * fraction) as usize)
-        .copied()
-}
-
 /// The median of angles that agree.
 fn agreed(angles: impl Iterator<Item = f32>) -> Option<f32> {
     let angles: Vec<f32> = angles.collect();
-    let at = |fraction: f32| quantile(angles.iter().copied(), fraction);
+    let at = |fraction: f64| percentile(angles.iter().copied(), fraction, f64::floor);
     (angles.len() >= FEWEST && at(0.75)? - at(0.25)? <= SPREAD).then(|| at(0.5))?
 }
 

@@ -13,7 +13,8 @@ use super::vmc::{BonePose, Said, flat, said};
 
 /// Frames from which the rate of a sender is measured; until then none is given back.
 const MEASURED: usize = 24;
-/// The rates that a sender may have.
+
+/// The rates in Hz that a sender may have: a slower one is no motion, a faster one is a clock that is wrong.
 const RATES: [f64; 2] = [5.0, 500.0];
 /// A sender that was silent for so many seconds begins anew.
 const SILENCE: f64 = 1.0;
@@ -158,7 +159,9 @@ impl VmcCleaner {
         let clocks: Option<Vec<f64>> = self.waiting.iter().map(|frame| frame.clock).collect();
         let times = clocks.unwrap_or_else(|| self.waiting.iter().map(|frame| frame.arrival).collect());
         let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let rate = mocap_scene::math::median::wide_median(&mut steps).recip();
+        let rate = mocap_scene::math::median::median(&mut steps)
+            .unwrap_or_default()
+            .recip();
         let rate = if rate.is_finite() {
             rate.clamp(RATES[0], RATES[1])
         } else {

@@ -3,6 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use mocap_scene::math::hull::convex_hull;
+use mocap_scene::math::median::ranked;
 use mocap_scene::scene::robot::{JointKind, Robot};
 use serde::{Deserialize, Serialize};
 
@@ -15,14 +16,17 @@ use super::sole::SoleBall;
 /// A point of a sole touches the floor where it is lower than this, in metres.
 const TOUCHING: f64 = 0.02;
 
-/// A frame is feasible up to this force, as a fraction of the weight, and this moment, in metres of a lever of the
-/// weight, beyond what the contacts give.
+/// The force beyond what contacts give up to which a frame is feasible, as a fraction of the weight: masses of models
+/// are off by as much.
 const SPARE_FORCE: f64 = 0.1;
+
+/// The moment up to which a frame is feasible, as a lever of the weight in metres: less than half of a sole.
 const SPARE_LEVER: f64 = 0.05;
 
-/// The centre of pressure is outside the soles beyond this, in metres; and it is looked for where the floor carries
-/// more than this fraction of the weight.
+/// The distance in metres from which on a centre of pressure is outside the soles: rounding of shapes.
 const OUTSIDE: f64 = 0.01;
+
+/// The fraction of the weight above which a centre of pressure is looked for: of less, it is anywhere.
 const CARRIED: f64 = 0.1;
 
 /// The percentile by which what is needed beyond the contacts is reported.
@@ -100,8 +104,8 @@ pub(super) fn feasibility(
     Some(Feasibility {
         mass,
         fraction_feasible: feasible as f64 / residuals.len().max(1) as f64,
-        residual_force: percentile(residuals.iter().map(|residual| residual.force)),
-        residual_lever: percentile(residuals.iter().map(|residual| residual.lever)),
+        residual_force: largest(residuals.iter().map(|residual| residual.force)),
+        residual_lever: largest(residuals.iter().map(|residual| residual.lever)),
         fraction_pressure_outside: (!pressures.is_empty()).then(|| outside as f64 / pressures.len() as f64),
         fraction_over_effort: efforts.fraction(),
         most_loaded_joint: efforts.most_loaded(robot),
@@ -281,11 +285,11 @@ impl Efforts {
     }
 }
 
-fn percentile(values: impl Iterator<Item = f64>) -> f64 {
+/// The largest of the values but for the fraction above [`PERCENTILE`].
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let index = (PERCENTILE * values.len() as f64).ceil() as usize;
-    values.get(index.saturating_sub(1)).copied().unwrap_or_default()
+    let count = (PERCENTILE * values.len() as f64).ceil() as usize;
+    ranked(&mut values, count.saturating_sub(1)).unwrap_or_default()
 }
 
 /// How far and where to a point is outside the convex hull of others, of which there is one at least.

@@ -124,7 +124,11 @@ impl Builder<'_> {
     /// The end of a forearm that has no hand: along the forearm, as far beyond its centre of mass as that is from the
     /// elbow, and a little less. The centre of its shapes is taken where the file states no mass.
     fn tip(&self, forearm: Bone) -> Option<DVec3> {
+        /// The distance of the end of a forearm from the elbow, as a multiple of the distance of its centre of mass: 2
+        /// for a bar, less for a forearm that is thicker at the elbow.
         const BEYOND: f64 = 1.8;
+
+        /// The distance in metres of a centre from the elbow below which it tells no direction: rounding of files.
         const NOWHERE: f64 = 1e-3;
         let bone = self.found.get(&forearm)?;
         let from_joint = |centre: DVec3| {
@@ -186,7 +190,7 @@ impl Builder<'_> {
             };
             // Legs stand side by side at rest; they lean forward or back where knees and hips are bent there.
             let flat = |vector: DVec3| vector.reject_from_normalized(self.left);
-            let down = |vector: DVec3| arc(vector, DVec3::NEG_Z, self.left);
+            let down = |vector: DVec3| turn_about(vector, DVec3::NEG_Z, self.left);
             let (thigh, shin) = (flat(knee - hip), flat(ankle - knee));
             if thigh.length() < 1e-3 || shin.length() < 1e-3 {
                 let message = format!(
@@ -244,9 +248,13 @@ impl Builder<'_> {
 
     /// Adds the legs of a person with such shoulders, for a robot without; returns the height of the floor.
     fn add_legs(&self, parts: &mut BTreeMap<Bone, Part>) -> f64 {
-        /// How wide hips are, and how high they and the knees, as fractions of the width and the height of shoulders.
+        /// The width of hips, as a fraction of the width of shoulders: that of an upper body without legs, of a person.
         const WIDTH: f64 = 0.5;
+
+        /// The height of hips, as a fraction of the height of shoulders, of a person.
         const HIPS: f64 = 0.6;
+
+        /// The height of knees, as a fraction of the height of shoulders, of a person.
         const KNEES: f64 = 0.3;
         /// How high the shoulders of a person are, as a multiple of their width.
         const HEIGHT: f64 = 4.0;
@@ -277,7 +285,7 @@ impl Builder<'_> {
         let outwards = if side == Side::Left { self.left } else { -self.left };
         let end = self.at(hand).or_else(|| self.tip(lower));
         let vector = end.map_or(DVec3::ZERO, |end| end - elbow);
-        let mut turn = shortest(elbow - shoulder, outwards);
+        let mut turn = shortest_arc(elbow - shoulder, outwards);
         let hinge = self
             .hinge(lower)
             .filter(|(axis, _)| axis.dot((elbow - shoulder).normalize_or_zero()).abs() < 0.8);
@@ -285,13 +293,13 @@ impl Builder<'_> {
             && vector.length() > 1e-3
         {
             // The position at which the arm is straight, and the direction in which it bends from there.
-            let along = arc(vector, elbow - shoulder, axis);
+            let along = turn_about(vector, elbow - shoulder, axis);
             let straight = along.to_scaled_axis().dot(axis);
             let bends = if middle >= straight { axis } else { -axis };
             // In the T-pose an arm bends forward.
-            turn = arc(turn * bends, outwards.cross(self.forward), outwards) * turn;
+            turn = turn_about(turn * bends, outwards.cross(self.forward), outwards) * turn;
             let fore = turn * along;
-            let fore = shortest(fore * vector, outwards) * fore;
+            let fore = shortest_arc(fore * vector, outwards) * fore;
             parts.insert(
                 lower,
                 Part {
@@ -300,7 +308,7 @@ impl Builder<'_> {
                 },
             );
         } else {
-            let fore = shortest(turn * vector, outwards) * turn;
+            let fore = shortest_arc(turn * vector, outwards) * turn;
             parts.insert(
                 lower,
                 Part {
@@ -436,16 +444,14 @@ impl Builder<'_> {
     }
 }
 
-/// The shortest rotation that turns one direction into another.
-fn shortest(from: DVec3, to: DVec3) -> DQuat {
-    match (from.try_normalize(), to.try_normalize()) {
-        (Some(from), Some(to)) => DQuat::from_rotation_arc(from, to),
-        _ => DQuat::IDENTITY,
-    }
+/// glam's shortest rotation from one direction to another, which need not have unit length.
+fn shortest_arc(from: DVec3, to: DVec3) -> DQuat {
+    let directions = from.try_normalize().zip(to.try_normalize());
+    directions.map_or(DQuat::IDENTITY, |(from, to)| DQuat::from_rotation_arc(from, to))
 }
 
 /// The rotation about an axis that turns one direction to another as far as it can.
-fn arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
+fn turn_about(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
     let (from, to) = (from.reject_from_normalized(axis), to.reject_from_normalized(axis));
     let angle = from.cross(to).dot(axis).atan2(from.dot(to));
     DQuat::from_axis_angle(axis, if angle.is_finite() { angle } else { 0.0 })

@@ -7,10 +7,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::arc;
 use super::goal::Goal;
 use super::limit::JointLimit;
 use super::two_bone::TwoBone;
+use crate::math::directions::wide_arc;
 use crate::options::setters;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
@@ -269,7 +269,7 @@ fn cyclic_coordinate_descent(pose: &mut Pose, nodes: &[NodeId], goal: Vec3, opti
 fn turn(pose: &mut Pose, node: NodeId, from: Vec3, to: Vec3) {
     let (from, to) = (from.as_dvec3(), to.as_dvec3());
     let axis = from.try_normalize().map_or(DVec3::X, DVec3::any_orthonormal_vector);
-    pose.rotate(node, arc(from, to, axis).as_quat());
+    pose.rotate(node, wide_arc(from, to, axis).as_quat());
 }
 
 /// Brings the rotation of `node` to its parent within its limit.

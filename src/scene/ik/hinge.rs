@@ -3,10 +3,9 @@
 
 use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
 
-use super::arc;
 use super::goal::Goal;
 use super::two_bone::{NO_DIRECTION, Triangle, direction};
-use crate::math::directions::rotation_of;
+use crate::math::directions::{rotation_of, wide_arc};
 use crate::pose::Pose;
 use crate::scene::NodeId;
 
@@ -71,7 +70,7 @@ pub fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2]) -> Opt
     let rotation = |from: DVec3, to: DVec3| Some(DQuat::from_mat3(&turn(from, to)?).normalize());
     let (upper, lower) = (rotation(first, upper_way)?, rotation(second, lower_way)?);
     // What is left of rounding goes by the shortest rotation.
-    let exact = |rotation: DQuat, from: DVec3, to: DVec3| arc(rotation * from, to, normal) * rotation;
+    let exact = |rotation: DQuat, from: DVec3, to: DVec3| wide_arc(rotation * from, to, normal) * rotation;
     let (upper, lower) = (exact(upper, first, upper_way), exact(lower, second, lower_way));
     let found = HingeRotations {
         upper: upper.normalize().as_quat(),
@@ -106,7 +105,7 @@ pub fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<Hi
     let hinge = hinge.as_dvec3().reject_from_normalized(old).normalize_or_zero();
     let seen = first.cross(old);
     let normal = (seen + more.clamp(0.0, MOST_OF_HINGE * a) * hinge).try_normalize()?;
-    let turned = arc(old, new, normal) * normal;
+    let turned = wide_arc(old, new, normal) * normal;
     hinge_rotations(joints, goal, [normal.as_vec3(), turned.as_vec3()])
 }
 

@@ -2,12 +2,12 @@
 
 use glam::{DVec3, Quat, Vec3};
 
-use super::arc;
 use super::goal::Goal;
+use crate::math::directions::wide_arc;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
-/// Below this fraction of a bone's length a direction is not known.
+/// The fraction of a bone's length below which a direction is not known: the rounding of single precision.
 pub(super) const NO_DIRECTION: f64 = 1e-6;
 
 /// How two bones turn to reach a goal.
@@ -71,14 +71,14 @@ impl TwoBone {
         // The middle joint comes `along` the direction to the goal, and `aside` of it.
         let Triangle { reach, along, aside } = Triangle::new(a, b, to_goal.length());
 
-        let mut turn = arc(old, new, old.any_orthonormal_vector());
+        let mut turn = wide_arc(old, new, old.any_orthonormal_vector());
         let bend_now = direction(first.reject_from_normalized(old), nothing).map(|bend| turn * bend);
         let to_pole = pole
             .map(|pole| pole.as_dvec3() - start)
             .filter(|offset| offset.is_finite());
         let to_pole = to_pole.and_then(|offset| direction(offset.reject_from_normalized(new), nothing));
         if let (Some(from), Some(to)) = (bend_now, to_pole) {
-            turn = arc(from, to, new) * turn;
+            turn = wide_arc(from, to, new) * turn;
         }
         let bend = to_pole.or(bend_now).unwrap_or_else(|| new.any_orthonormal_vector());
         // Both exactly perpendicular, or the bones would not keep their lengths.
@@ -87,8 +87,8 @@ impl TwoBone {
 
         let upper_way = new * along + bend * aside;
         let lower_way = new * reach - upper_way;
-        let upper = arc(turn * first, upper_way, normal) * turn;
-        let lower = arc(turn * second, lower_way, normal) * turn;
+        let upper = wide_arc(turn * first, upper_way, normal) * turn;
+        let lower = wide_arc(turn * second, lower_way, normal) * turn;
         let (middle, end) = (start + upper_way, start + new * reach);
         let found = TwoBone {
             upper: upper.normalize().as_quat(),

@@ -1,30 +1,59 @@
-//! The median.
+//! The median, and percentiles.
+
+use std::cmp::Ordering;
 
 use glam::DVec3;
 
-/// The median of the values, of an even number the upper one; `None` for none. The order of the values changes.
-pub fn median(values: &mut [f32]) -> Option<f32> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    Some(*values.select_nth_unstable_by(middle, f32::total_cmp).1)
+/// The median of the absolute values of a normal variable with the standard deviation 1: its 75th percentile.
+pub const MEDIAN_OF_NORMAL: f64 = 0.6745;
+
+/// A number that is sorted.
+pub trait Sorted: Copy {
+    fn compare(&self, other: &Self) -> Ordering;
 }
 
-/// The median of the values, of an even number the upper one, and 0 for none. The order of the values changes.
-pub fn wide_median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
+impl Sorted for f32 {
+    fn compare(&self, other: &Self) -> Ordering {
+        self.total_cmp(other)
     }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+impl Sorted for f64 {
+    fn compare(&self, other: &Self) -> Ordering {
+        self.total_cmp(other)
+    }
+}
+
+/// The value of a rank, counted from 0; of a rank beyond the last, the last; `None` for no values. The order of the
+/// values changes.
+pub fn ranked<N: Sorted>(values: &mut [N], rank: usize) -> Option<N> {
+    let last = values.len().checked_sub(1)?;
+    Some(*values.select_nth_unstable_by(rank.min(last), N::compare).1)
+}
+
+/// The median of the values, of an even number the upper one; `None` for none. The order of the values changes.
+pub fn median<N: Sorted>(values: &mut [N]) -> Option<N> {
+    ranked(values, values.len() / 2)
+}
+
+/// The value below which a fraction of the values is; `None` for no values. Ranks are counted from 0, and `rounding`
+/// makes the rank a whole one.
+pub fn percentile<N: Sorted>(
+    values: impl IntoIterator<Item = N>,
+    fraction: f64,
+    rounding: fn(f64) -> f64,
+) -> Option<N> {
+    let mut values: Vec<N> = values.into_iter().collect();
+    let last = values.len().saturating_sub(1) as f64;
+    ranked(&mut values, rounding(last * fraction) as usize)
 }
 
 /// The median of each coordinate of those that are finite.
 pub fn median_vector(vectors: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     let of = |axis: usize| {
         let numbers = vectors.clone().map(|vector| vector[axis]);
-        wide_median(&mut numbers.filter(|number| number.is_finite()).collect::<Vec<f64>>())
+        let mut numbers: Vec<f64> = numbers.filter(|number| number.is_finite()).collect();
+        median(&mut numbers).unwrap_or_default()
     };
     DVec3::new(of(0), of(1), of(2))
 }

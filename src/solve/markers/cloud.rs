@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use mocap_scene::math::median::wide_median;
+use mocap_scene::math::median::{median, percentile};
 
 /// Frames that are looked at.
 const FRAMES: usize = 300;
@@ -37,6 +37,7 @@ pub(super) struct Cloud {
 impl Cloud {
     /// `None` where there are too few markers for a body, or too many.
     pub(super) fn of(tracks: &[Vec<Option<DVec3>>]) -> Option<Self> {
+        /// Markers of a body at least: three of the pelvis, of the trunk and of each foot.
         const FEWEST: usize = 12;
         let count = tracks.first().map_or(0, Vec::len);
         let is_seen = |marker: &usize| tracks[*marker].iter().flatten().count() as f64 > SEEN * count as f64;
@@ -115,9 +116,11 @@ impl Cloud {
             })
             .collect();
         let tall: Vec<f64> = ends.iter().map(|(low, high)| high - low).collect();
-        self.stature = percentile(tall.clone(), 0.95);
-        let stands = percentile(tall.clone(), STANDS);
-        let ground = percentile(ends.iter().map(|(low, _)| *low).collect(), 0.05);
+        let part = |part: f64| percentile(tall.iter().copied(), part, f64::round).unwrap_or(f64::NAN);
+        self.stature = part(0.95);
+        let stands = part(STANDS);
+        let lows = ends.iter().map(|(low, _)| *low);
+        let ground = percentile(lows, 0.05, f64::round).unwrap_or(f64::NAN);
         self.upright = (0..tall.len()).filter(|frame| tall[*frame] >= stands).collect();
         if !(self.stature.is_finite() && self.stature > 0.0) {
             return None;
@@ -131,7 +134,7 @@ impl Cloud {
             let middle = if seen.is_empty() {
                 ground
             } else {
-                wide_median(&mut seen)
+                median(&mut seen).unwrap_or_default()
             };
             (middle - ground) / self.stature
         };
@@ -141,7 +144,7 @@ impl Cloud {
 
     /// The distances of all pairs.
     fn compare(&mut self) {
-        /// From the 10th percentile to the 90th are so many standard deviations.
+        /// Standard deviations from the 10th percentile to the 90th: 2 times 1.28, of a normal distribution.
         const DEVIATIONS: f64 = 2.56;
         let count = self.count();
         self.spread = vec![0.0; count * count];
@@ -156,8 +159,9 @@ impl Cloud {
                 let (spread, middle) = match pairs.len() {
                     0 => (1.0, 1.0),
                     _ => {
-                        let range = percentile(pairs.clone(), 0.9) - percentile(pairs.clone(), 0.1);
-                        (range / DEVIATIONS / self.stature, percentile(pairs, 0.5) / self.stature)
+                        let part = |part: f64| percentile(pairs.iter().copied(), part, f64::round).unwrap_or(f64::NAN);
+                        let range = part(0.9) - part(0.1);
+                        (range / DEVIATIONS / self.stature, part(0.5) / self.stature)
                     }
                 };
                 for cell in [a * count + b, b * count + a] {
@@ -204,7 +208,7 @@ impl Cloud {
         if heights.is_empty() {
             0.0
         } else {
-            wide_median(&mut heights)
+            median(&mut heights).unwrap_or_default()
         }
     }
 }
@@ -217,7 +221,7 @@ fn tallest_axis(frames: &[Vec<Option<DVec3>>]) -> Option<DVec3> {
             let (low, high) = heights.fold((f64::MAX, f64::MIN), |(low, high), own| (low.min(own), high.max(own)));
             high - low
         };
-        percentile(frames.iter().map(of_frame).collect(), 0.5)
+        percentile(frames.iter().map(of_frame), 0.5, f64::round).unwrap_or(f64::NAN)
     };
     // Ties, and all but lying bodies, are for +Y, as readers turn what they know.
     [DVec3::Y, DVec3::Z, DVec3::X].into_iter().reduce(|best, other| {
@@ -227,11 +231,4 @@ fn tallest_axis(frames: &[Vec<Option<DVec3>>]) -> Option<DVec3> {
             best
         }
     })
-}
-
-/// The value below which this part of the values is.
-pub(super) fn percentile(mut values: Vec<f64>, part: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let last = values.len().saturating_sub(1) as f64;
-    values.get((last * part).round() as usize).copied().unwrap_or(f64::NAN)
 }

@@ -11,31 +11,39 @@
 //! Human Movement: ankle 0.039, knee 0.285, hip 0.53, shoulder 0.82 of the height of the body.
 
 use glam::DVec3;
+use mocap_scene::math::median::percentile;
 
-use super::cloud::{Cloud, percentile};
+use super::cloud::Cloud;
 use super::landmarks::{Landmark, named};
 
-/// Heights in parts of that of the body: of feet, below; of a knee, and how far around it; of legs, below; of the
-/// pelvis; of shoulders, above; of the head, above; of the chest, above.
+/// The part of the height of the body below which markers are of feet: ankles are at 0.04, markers of shins above 0.15.
 const FEET: f64 = 0.10;
+/// The part of the height of the body at which a knee is: 0.285 (Drillis and Contini, in Winter, Biomechanics and Motor
+/// Control of Human Movement).
 const KNEE: f64 = 0.285;
+/// Parts of the height of the body around it in which markers of knees are: half of thigh and shin.
 const KNEES: std::ops::Range<f64> = 0.2..0.4;
+/// The part of the height of the body below which markers are of legs: hips are at 0.53.
 const LEGS: f64 = 0.52;
+/// Parts of the height of the body in which markers of the pelvis are: front spines are at 0.58.
 const PELVIS: std::ops::Range<f64> = 0.48..0.68;
+/// The part of the height of the body above which markers are of shoulders: these are at 0.82.
 const SHOULDERS: f64 = 0.72;
+/// The part of the height of the body above which markers are of the head: the chin is at 0.87.
 const HEAD: f64 = 0.86;
+/// The part of the height of the body above which markers are of the chest: the navel is at 0.6.
 const CHEST: f64 = 0.55;
-
-/// Distances of markers on one bone change by less than this, in parts of the height of the body: about 20 mm on the
-/// pelvis, whose skin slides, 7 mm on the head and 10 mm on the trunk.
+/// The change of distances of markers of the pelvis, as a part of the height of the body, up to which they are on one
+/// bone: about 20 mm, for its skin slides.
 const RIGID: f64 = 0.012;
+/// The same part of the height for the head: 7 mm.
 const RIGID_HEAD: f64 = 0.004;
+/// The same part of the height for the trunk: 10 mm.
 const RIGID_TRUNK: f64 = 0.006;
-
-/// How far beside the middle of the body a marker of its middle is, and those of shoulders are.
+/// The distance from the middle of the body, as a part of its height, within which a marker is of the middle: 6 cm.
 const MIDDLE: f64 = 0.035;
+/// Distances from the middle of the body, as parts of its height, in which markers of shoulders are: 12 to 27 cm.
 const BESIDE: std::ops::Range<f64> = 0.07..0.16;
-
 /// The landmarks of the markers, in their order, or what was not found.
 pub(super) fn landmarks(tracks: &[Vec<Option<DVec3>>]) -> Result<Vec<Option<Landmark>>, &'static str> {
     let cloud = Cloud::of(tracks).ok_or("fewer than 12 markers that are seen often, or more than 200")?;
@@ -423,7 +431,7 @@ impl Guess {
         const HANGS: f64 = 0.3;
         let cloud = &self.cloud;
         let height = |frame: usize| cloud.middle(wrist, frame).map(|middle| middle.dot(cloud.up));
-        let limit = percentile((0..cloud.frames.len()).filter_map(height).collect(), HANGS);
+        let limit = percentile((0..cloud.frames.len()).filter_map(height), HANGS, f64::round).unwrap_or(f64::NAN);
         let frames: Vec<usize> = (0..cloud.frames.len())
             .filter(|frame| height(*frame).is_some_and(|own| own <= limit))
             .collect();

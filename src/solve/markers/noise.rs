@@ -1,6 +1,6 @@
 //! The noise of a take: how far cameras see a marker from where it is, anew in every frame.
 
-use mocap_scene::math::median::wide_median;
+use mocap_scene::math::median::{MEDIAN_OF_NORMAL, median};
 
 use super::take::Track;
 
@@ -10,12 +10,11 @@ const LEAST_RATE: f64 = 60.0;
 /// Differences that are taken, so that it is quick.
 const DIFFERENCES: usize = 20_000;
 
-/// Weights of a third difference, by which motion without jerk is nothing, and the sum of their squares.
+/// Weights of a third difference, by which motion without jerk is nothing: the binomial coefficients.
 const WEIGHTS: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
-const SQUARES: f64 = 20.0;
 
-/// The median of the sizes of normal numbers with a standard deviation of 1.
-const MEDIAN_OF_NORMAL: f64 = 0.6745;
+/// The sum of the squares of these weights, by which it multiplies the variance of noise.
+const SQUARES: f64 = 20.0;
 
 /// The standard deviation of the noise of a coordinate, in metres; 0 where the rate does not tell it.
 pub fn of(tracks: &[Track], rate: f64) -> f64 {
@@ -36,6 +35,6 @@ pub fn of(tracks: &[Track], rate: f64) -> f64 {
     let mut sizes: Vec<f64> = (0..count).step_by(step).filter_map(difference).flatten().collect();
     match sizes.is_empty() {
         true => 0.0,
-        false => wide_median(&mut sizes) / (MEDIAN_OF_NORMAL * SQUARES.sqrt()),
+        false => median(&mut sizes).unwrap_or_default() / (MEDIAN_OF_NORMAL * SQUARES.sqrt()),
     }
 }

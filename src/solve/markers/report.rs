@@ -1,7 +1,7 @@
 //! What is said of a solved take: how well the body explains its markers, and which of them to look at.
 
 use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::math::median::wide_median;
+use mocap_scene::math::median::median;
 use mocap_scene::scene::report::{MarkerSolution, SolvedJoint, SolvedMarker, SwappedMarkers};
 use mocap_scene::scene::{Assumption, Confidence, Scene, Topic};
 
@@ -101,7 +101,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
     let seen = all.clone().flatten().count();
     let mut distances: Vec<f64> = all.clone().flatten().copied().collect();
     let mean = rms(distances.iter().copied());
-    let median = wide_median(&mut distances);
+    let median = median(&mut distances).unwrap_or_default();
     let possible = (take.frames * take.tracks.len()).max(1);
     let text = format!(
         "{:.1} mm RMS and {:.1} mm in the median from their bodies; seen in {:.2} % of frames",
@@ -215,8 +215,10 @@ fn say_file(scene: &mut Scene, take: &Take) {
 /// Whether a guess goes with a body: the median of its markers is near to it, both arms are there, and both sides are
 /// alike.
 fn is_plausible(solved: &MarkerSolution, distance: f64) -> bool {
-    /// Metres, and the part of a length.
+    /// The median distance in metres of markers from the body up to which a guess is plausible: as far as skin slides.
     const NEAR: f64 = 0.010;
+
+    /// The part of a length by which left and right may differ in a plausible guess: solved lengths are off by as much.
     const ALIKE: f64 = 0.12;
     let length = |name: &str| {
         solved

@@ -2,22 +2,26 @@
 //! to those markers tell that keep theirs.
 
 use glam::DVec3;
-use mocap_scene::math::median::wide_median;
+use mocap_scene::math::median::median;
 
 use super::take::Take;
 
 /// Frames from which distances are known.
 const FRAMES: usize = 100;
 
-/// The partners of a marker, those whose distances to it change least, and the least of them that must be seen.
+/// Partners of a marker, those whose distances to it change least: those of one bone.
 const PARTNERS: usize = 4;
+
+/// Partners that must be seen at least: one alone could itself be wrong.
 const LEAST_PARTNERS: usize = 2;
 
 /// Partners whose distance is off by more than this in the median, in metres, tell nothing.
 const KEEPS: f64 = 0.03;
 
-/// A distance is wrong where it is off by more than this, in metres, and by so many times its usual deviation.
+/// The distance in metres above which a distance is wrong: twice as far as skin of one bone slides.
 const WRONG: f64 = 0.04;
+
+/// How many times its usual deviation a wrong distance is off: normal noise is once in a billion.
 const TIMES: f64 = 6.0;
 
 /// A marker whose distance to another stays the same.
@@ -57,9 +61,9 @@ fn partners(take: &Take) -> Vec<Vec<Partner>> {
         for b in 0..a {
             let pairs = std::iter::zip(&take.tracks[a], &take.tracks[b]).step_by(step);
             let mut distances: Vec<f64> = pairs.filter_map(|(a, b)| Some(DVec3::distance((*a)?, (*b)?))).collect();
-            let distance = wide_median(&mut distances);
+            let distance = median(&mut distances).unwrap_or_default();
             distances.iter_mut().for_each(|own| *own = (*own - distance).abs());
-            let deviation = wide_median(&mut distances);
+            let deviation = median(&mut distances).unwrap_or_default();
             if deviation < KEEPS && !distances.is_empty() {
                 for (own, marker) in [(a, b), (b, a)] {
                     found[own].push(Partner {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{DMat3, DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FrameBudget, Limits};
-use mocap_scene::math::median::wide_median;
+use mocap_scene::math::median::median;
 use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
 
 use super::landmarks::{self, KNOWN, Labels, Landmark};
@@ -122,7 +122,7 @@ impl Take {
     fn width_of_pelvis(&self) -> Option<f64> {
         let width = |frame: usize| Some(self.at("LASI", frame)?.distance(self.at("RASI", frame)?));
         let mut widths: Vec<f64> = (0..self.frames).filter_map(width).collect();
-        (!widths.is_empty()).then(|| wide_median(&mut widths))
+        (!widths.is_empty()).then(|| median(&mut widths).unwrap_or_default())
     }
 
     pub(super) fn at(&self, name: &str, frame: usize) -> Option<DVec3> {
@@ -253,6 +253,8 @@ fn carried(pairs: &[(DVec3, DVec3)], point: DVec3) -> Option<DVec3> {
 /// The rotation that brings points nearest to others (B. Horn, J. Opt. Soc. Am. A 4, 1987), by iterating the largest
 /// eigenvector of his matrix. `sums`: a column for each coordinate of the others, of sums of products with the points.
 fn best_rotation(sums: &DMat3) -> DQuat {
+    /// Iterations of the power method, which bound the time: each multiplies the error by the ratio of the two largest
+    /// eigenvalues.
     const ITERATIONS: usize = 200;
     let s = |row: usize, column: usize| sums.col(column)[row];
     let delta = DVec3::new(s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0));

@@ -1,5 +1,6 @@
 //! How two clips fit best: from which moment of one on, and at which pace, the limbs of both are nearest.
 
+use mocap_scene::math::median::ranked;
 use std::ops::RangeInclusive;
 
 use glam::Vec4;
@@ -9,32 +10,45 @@ use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
 /// The shortest piece, in samples: two seconds, less a sample for the rounding at its ends.
 const SHORTEST: usize = 19;
-/// The largest mean distance of limbs of twins, as a chord: 3.2 degrees; and the largest of nine tenths of samples.
+
+/// The largest mean distance of limbs of near-duplicates, as a chord of the unit sphere: 3.2 degrees.
 const NEAR: f32 = 0.056;
+
+/// The largest such distance, as a chord, of nine tenths of the samples: twice the mean.
 const NEAR_MOST: f32 = 0.11;
 /// What the time between samples adds to the distance of twins, as a fraction of a step from one sample to the next:
 /// values between samples are taken, and this is what a line misses of a curve.
 const OFF_A_LINE: f32 = 0.12;
-/// How far the limbs must move in what is compared, each on average, as a sum of chords: one that stands is like any
-/// other that stands.
+
+/// How far the limbs must move in what is compared, each on average, as a sum of chords of the unit sphere: one that
+/// stands is like any other that stands.
 const MOVES: f32 = 0.35;
 /// Less than this counts as no movement between two samples: the grain of a byte.
 const GRAIN: f32 = 0.02;
-/// Paces at which clips are compared: a tenth slower to a tenth faster, in steps of two hundredths, and then of one.
+
+/// The slowest pace at which clips are compared, as a factor: a tenth slower.
 const SLOWEST: f32 = 0.9;
 const PACES: u8 = 11;
+
+/// The step from one pace to the next, as a factor: halved in the second round.
 const PACE_STEP: f32 = 0.02;
 /// How many samples from a moment that both clips have the matching one may be.
 const AROUND: i8 = 4;
-/// Twins often begin together: clips whose moments are so many samples apart are also compared from their beginnings.
+
+/// Samples within which near-duplicates begin together: a second. They are also compared from their beginnings.
 const BEGIN_TOGETHER: f32 = 10.0;
 const AROUND_BEGINNING: i8 = 2;
-/// Samples that are compared at first, at least one in three.
+
+/// Samples that are compared at first: most pairs are no near-duplicates by them.
 const FEW: usize = 16;
+
+/// Samples from one of them to the next at least, so that a moment is not all that is compared.
 const LEAST_STRIDE: usize = 3;
-/// How many steps off the best timing the nearest one tried may be: half a sample and half a pace, over half the
-/// overlap on average, and a margin of two.
+
+/// Steps by which the nearest timing tried may be off the best: half a sample, with a margin of two.
 const OFF_AT_FIRST: f32 = 1.5;
+
+/// The same of half a pace over half the overlap, in steps for each sample, with a margin of two.
 const OFF_BY_PACE: f32 = 0.005;
 
 /// Limbs four at a time.
@@ -223,8 +237,8 @@ impl Both<'_> {
     /// The distance that nine tenths of the samples keep below.
     fn most(&self, timing: Timing, overlap: &RangeInclusive<usize>) -> f32 {
         let mut distances: Vec<f32> = overlap.clone().map(|sample| self.distance(timing, sample)).collect();
-        let nine_tenths = (distances.len() * 9 / 10).min(distances.len() - 1);
-        *distances.select_nth_unstable_by(nine_tenths, f32::total_cmp).1
+        let nine_tenths = distances.len() * 9 / 10;
+        ranked(&mut distances, nine_tenths).unwrap_or_default()
     }
 
     /// The mean distance of limbs of a sample of the second from the first at that time.
