@@ -24,7 +24,7 @@ use mocap_figure::convert::Conversion;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "InputOptions"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct InputOptions {

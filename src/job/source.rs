@@ -55,7 +55,7 @@ pub struct Sources {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "InputOptions"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceSpace {
@@ -79,7 +79,7 @@ pub struct SourceSpace {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "InputOptions"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceUp {
@@ -102,7 +102,7 @@ pub struct SourceUp {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "InputOptions"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceMap {

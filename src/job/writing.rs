@@ -28,7 +28,7 @@ use super::text::UnitChoice;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "OutputOptions"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Writing"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OutputOptions {
@@ -124,7 +124,7 @@ pub struct FileOutputOptions {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "OutputOptions"))]
+#[cfg_attr(feature = "clap", derive(clap::Args), command(next_help_heading = "Writing"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OutSpace {

@@ -24,10 +24,10 @@
 //! A [`PoseRetargeter`] moves single poses as an engine has them; [`robot`] has the same for robots.
 //!
 //! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward
-//! is +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's, bone
-//! by bone. This is the transfer that VRM describes for its animations, written for rotations in the world (vrm-c,
-//! vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move by the path of the
-//! source, scaled by the length of the legs.
+//! is +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's,
+//! bone by bone. This is the transfer that VRM describes for its animations, written for rotations in the world
+//! (vrm-c, vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move by the path of
+//! the source, scaled by the length of the legs.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();

@@ -219,7 +219,8 @@ impl ReplacePolicy {
             || !has_changed && !self.may_be_source(path);
         if is_ours {
             if is_told(path) {
-                record::may_replace(path, &self.noted_sources());
+                let sources = needs_record(path).then(|| self.noted_sources());
+                record::may_replace(path, sources.as_deref());
             }
             return Ok(());
         }

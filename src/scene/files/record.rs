@@ -70,12 +70,13 @@ fn real_path(target: &Path) -> Option<PathBuf> {
     Some(fs::canonicalize(folder_of(target)).ok()?.join(name))
 }
 
-/// Takes the path of an earlier output that an output may replace; both are made from `sources`.
-pub(super) fn may_replace(path: &Path, sources: &[&str]) {
+/// Takes the path of an earlier output that an output may replace; both are made from `sources`, where they are noted.
+pub(super) fn may_replace(path: &Path, sources: Option<&[&str]>) {
     if let Some(record) = record() {
         // A process may be killed between its note and the rename. The file that is there must then not look like an
         // output that somebody has changed.
-        if find(path) == RecordState::Unknown
+        if let Some(sources) = sources
+            && find(path) == RecordState::Unknown
             && let Ok(Target::File(target)) = Target::of(path)
             && let Some((path, mut earlier)) = real_path(&target).zip(File::open(&target).ok())
         {

@@ -54,6 +54,14 @@ const TEXTS: &[(&str, &str)] = &[
 /// Definitions that TypeScript calls otherwise.
 const RENAMED: &[(&str, &str)] = &[("UnitChoice", "Unit"), ("UpChoice", "Axis")];
 
+/// What the options of calls are called that a record has.
+fn call_options(record: &str) -> String {
+    match record.strip_suffix("Options") {
+        Some(of) => format!("{of}CallOptions"),
+        None => format!("{record}Options"),
+    }
+}
+
 /// Steps of a list, which has a name only in the schema.
 const STEPS: &str = "Steps";
 
@@ -188,11 +196,7 @@ impl TypeScript<'_> {
             });
             Some(member(&name, false, &kind, &documented(&field.docs, default)))
         });
-        interface(
-            &format!("{record}Options"),
-            &definition.docs,
-            &fields.collect::<String>(),
-        )
+        interface(&call_options(record), &definition.docs, &fields.collect::<String>())
     }
 
     fn fields(&self, fields: &[Field]) -> String {

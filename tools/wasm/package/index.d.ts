@@ -1,6 +1,6 @@
 import type {
-  Axis, BoneNames, CharacterTargetOptions, EditStep, Job, ReadingOptions, RobotFormatName, RobotTargetOptions, SmallerOptions, SourceFramesOptions,
-  SourceSpaceOptions, StepName, Unit, WrittenExtension, WritingBvhOptions,
+  Axis, BoneNames, CharacterTargetOptions, EditStep, Job, InputCallOptions, RobotFormatName, RobotTargetOptions, SizeCallOptions, SourceFramesOptions,
+  SourceSpaceOptions, StepName, Unit, WrittenExtension, BvhOutputCallOptions,
 } from "./options.js";
 
 export * from "./options.js";
@@ -26,7 +26,7 @@ export type Moment = { seconds: number } | { frame: number };
 /** The joints of bones of the VRM humanoid; null for a bone that there is not. Others are searched for. */
 export type Bones = Record<string, string | null>;
 
-export interface ReadOptions extends ReadingOptions {
+export interface ReadOptions extends InputCallOptions {
   /** Whether a track that never changes is one key. Default: true. */
   collapseKeys?: boolean;
   /** Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true; reading takes half as long without. */
@@ -56,18 +56,18 @@ export interface ConvertOptions extends SourceSpaceOptions, SourceFramesOptions 
 }
 
 /** How far a file may be from the scene. */
-export type ErrorOptions = Omit<SmallerOptions, "compress">;
+export type ErrorOptions = Omit<SizeCallOptions, "compress">;
 
 export interface GlbOptions extends ErrorOptions {
   /** How keys are stored. Default: `"none"`, as 32-bit floats. */
-  compress?: SmallerOptions["compress"];
+  compress?: SizeCallOptions["compress"];
   /** Write constant tracks as animation channels too. */
   keepConstant?: boolean;
   /** Leave out the meshes, the materials and all else beside the skeleton and its motion; in FBX the skin. */
   skeletonOnly?: boolean;
 }
 
-export type BvhOptions = WritingBvhOptions;
+export type BvhOptions = BvhOutputCallOptions;
 
 export interface EditOptions {
   /** The second motions of those steps that take one, in their order. */

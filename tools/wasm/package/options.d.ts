@@ -3,7 +3,7 @@
 import type { File } from "./index.js";
 
 /** How the files of a job are read. */
-export interface InputOptionsOptions {
+export interface InputCallOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   allRows?: boolean;
   /**
@@ -66,7 +66,7 @@ export interface SourceFramesOptions {
 }
 
 /** Fewer keys and bits, within a largest error. */
-export interface SizeOptionsOptions {
+export interface SizeCallOptions {
   /** How to store the keys. Default with a largest error: int16, otherwise none. */
   compress?: "none" | "int16";
   /**
@@ -82,7 +82,7 @@ export interface SizeOptionsOptions {
 }
 
 /** Options of BVH. */
-export interface BvhOutputOptionsOptions {
+export interface BvhOutputCallOptions {
   /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
   /** Decimals of every number. Default: as many as are needed to read the same motion back. */

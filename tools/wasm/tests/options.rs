@@ -600,7 +600,7 @@ fn declared(types: &str, name: &str) -> BTreeSet<String> {
     for other in extended.filter(|other| !other.is_empty()) {
         // This one lacks an option, which the interface has itself.
         let other = if other == "ErrorOptions" {
-            "SmallerOptions"
+            "SizeCallOptions"
         } else {
             other
         };
@@ -616,7 +616,7 @@ fn the_types_have_the_options_that_calls_take() {
     let types = types.concat();
     let scene = read(WALK, "a.bvh", &json!({})).unwrap();
     let mut writing = declared(&types, "GlbOptions");
-    writing.append(&mut declared(&types, "WritingBvhOptions"));
+    writing.append(&mut declared(&types, "BvhOutputCallOptions"));
     writing.insert("name".to_owned());
     for (request, options) in [
         (

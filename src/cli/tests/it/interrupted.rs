@@ -25,6 +25,7 @@ const WRITE_NOTHING: &[&str] = &[
     "check",
     "dump",
     "pose",
+    "chain",
     "formats",
     "find",
     "mcp",

@@ -437,7 +437,7 @@ fn any_humanoid_is_written_for_the_usual_bones() {
             .help
             .as_deref()
             .unwrap()
-            .contains("retarget FILE MODEL.pmx")
+            .contains("retarget INPUT MODEL.pmx")
     );
     assert!(
         said.notes
