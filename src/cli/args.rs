@@ -35,7 +35,7 @@ pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
-pub(crate) use self::change::ChangeArgs;
+pub(crate) use self::change::{ChangeArgs, WeightsArgs};
 pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
@@ -184,6 +184,8 @@ pub(crate) struct ConvertArgs {
     pub(crate) write: OutputOptions,
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
+    #[command(flatten)]
+    pub(crate) weights: WeightsArgs,
     /// Steps between reading and writing.
     #[arg(skip)]
     pub(crate) steps: Vec<EditStep>,

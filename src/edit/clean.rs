@@ -33,6 +33,7 @@ use super::quantity::counted;
 use super::step::step;
 use super::work::Work;
 use super::{Step, StepInput, StepKey, ValueKind, flips};
+use crate::clean_weights::CleanWeights;
 
 step! {
     /// Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts
@@ -51,7 +52,8 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
+    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation, and
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a weight that is out of its range.
     Clean {
         /// Repair timing: held, duplicated and dropped frames. Default: `true`.
         time: bool = true, ValueKind::Flag;
@@ -65,6 +67,8 @@ step! {
         floor: bool = true, ValueKind::Flag;
         /// Stop foot sliding during ground contact. Default: `true`.
         contacts: bool = true, ValueKind::Flag;
+        /// The weights of the cleaning that differ from their defaults. Default: `None`.
+        weights: Option<CleanWeights> = None, ValueKind::Numbers;
     }
 }
 
@@ -79,6 +83,8 @@ impl Step for Clean {
         let figure = Work::figure(scene, input);
         let reach = Work::reaches(scene, &figure);
         let mut work = Work::new(scene, &figure, &reach, input.animation)?;
+        work.weights = self.weights.unwrap_or_default();
+        work.weights.check()?;
         let before = work.clone();
         let mut report = CleanReport::new(&work);
         // Those of the motion before its noise is taken out.
@@ -260,11 +266,14 @@ impl Clean {
     }
 }
 
+/// How many times the jerk of the first try is allowed, try by try: a smoother that allows more cuts less of the peaks.
+const TRIES: [f64; 3] = [1.0, 2.0, 8.0];
+
 /// Takes the noise out, as strongly as the peaks allow, and says what was done. Finds what the hands meet before.
 fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanReport) -> String {
     let mut depth = None;
     if work.is_humanoid() {
-        let [strong, weaker, _] = pace::STRENGTHS.map(|strength| pace::Bank::new(work.frames.rate, strength));
+        let [strong, weaker, _] = TRIES.map(|times| pace::Bank::new(work.frames.rate, times * work.weights.smoothing));
         *meetings = Meetings::new(work, &weaker);
         report.measure_hands(meetings, work);
         depth = depth::steady(work, &strong);
@@ -273,18 +282,18 @@ fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanRepo
         report.measure_steadied(work);
     }
     let steady = work.clone();
-    let mut what = remove_noise(work, pace::STRENGTHS[0]);
-    for strength in &pace::STRENGTHS[1..] {
+    let mut what = remove_noise(work, work.weights.smoothing);
+    for strength in TRIES[1..].iter().map(|times| times * steady.weights.smoothing) {
         if what.is_nothing() || !report.is_worse(CleanPart::Noise, work) {
             break;
         }
         *work = steady.clone();
-        what = remove_noise(work, *strength);
+        what = remove_noise(work, strength);
     }
     noise::Smoothed { depth, ..what }.to_string()
 }
 
-/// Smooths the rotations of joints, and then where these are in the world, with one of [`pace::STRENGTHS`].
+/// Smooths the rotations of joints, and then where these are in the world, allowing so much jerk.
 fn remove_noise(work: &mut Work<'_>, strength: f64) -> noise::Smoothed {
     let bank = pace::Bank::new(work.frames.rate, strength);
     let noisy = work.frames.clone();

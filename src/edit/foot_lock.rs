@@ -5,7 +5,7 @@ use std::fmt;
 use mocap_scene::error::Result;
 use mocap_scene::scene::Scene;
 
-use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
+use crate::lock::{FootLockOptions, FootLockReport, FootLockWeights, foot_lock};
 use crate::quantity::{centimetres, counted};
 use crate::step::step;
 use crate::{ContactOptions, Step, StepInput, StepKey, ValueKind};
@@ -35,6 +35,8 @@ step! {
         /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives
         /// way, and keeps a part of its slide. Default: `None`, no foot slides.
         largest_change: Option<f64> = None, ValueKind::Metres;
+        /// The weights of the lock that differ from their defaults. Default: `None`.
+        weights: Option<FootLockWeights> = None, ValueKind::Numbers;
     }
 }
 
@@ -59,6 +61,7 @@ impl Step for FootLock {
             floor: self.floor,
             largest_change: self.largest_change,
             humanoid: input.bones().cloned(),
+            weights: self.weights.unwrap_or_default(),
             ..FootLockOptions::default()
         };
         foot_lock(scene, input.animation, &options)

@@ -18,6 +18,7 @@ mod body;
 mod bridge;
 mod carrier;
 mod chain;
+mod clean_weights;
 mod contacts;
 mod fit;
 mod flips;
@@ -52,11 +53,13 @@ mod work;
 pub use self::body::knee_at_rest;
 #[doc(hidden)]
 pub use self::clean::{LiveClean, MotionErrors};
+pub use self::clean_weights::CleanWeights;
 pub use self::contacts::ContactOptions;
 #[doc(hidden)]
 pub use self::contacts::{LiveContacts, contacts_of};
 pub use self::layer_part::LayerPart;
 pub use self::limb::Limb;
+pub use self::lock::FootLockWeights;
 #[doc(hidden)]
 pub use self::lock::{FootGuide, SolePoint, follow_feet};
 #[doc(hidden)]

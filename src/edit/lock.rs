@@ -18,6 +18,7 @@ mod legs;
 mod pace;
 pub(crate) mod shift;
 mod sole;
+mod weights;
 
 use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -33,6 +34,7 @@ use self::hold::Hold;
 use self::legs::Legs;
 #[doc(hidden)]
 pub use self::sole::SolePoint;
+pub use self::weights::FootLockWeights;
 use super::body::figure_of;
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 
@@ -56,6 +58,8 @@ pub struct FootLockOptions {
     pub floor: Option<f32>,
     /// The bones where the caller knows them.
     pub humanoid: Option<Humanoid>,
+    /// The weights of the lock.
+    pub weights: FootLockWeights,
     /// The height along the up axis of each known point in contact, in metres. Empty: each point keeps its height.
     pub(super) levels: Vec<f32>,
 }
@@ -68,6 +72,7 @@ setters! {
         largest_change: Option<f64>,
         floor: Option<f32>,
         humanoid: Option<Humanoid>,
+        weights: FootLockWeights,
     }
 }
 
@@ -80,6 +85,7 @@ impl Default for FootLockOptions {
             largest_change: None,
             floor: None,
             humanoid: None,
+            weights: FootLockWeights::default(),
             levels: Vec::new(),
         }
     }
@@ -114,10 +120,11 @@ pub struct FootLockReport {
     pub out_of_reach: [usize; 2],
     /// The largest distance of such a foot from its target.
     pub farthest_out_of_reach: [f32; 2],
-    /// The largest ratio of the speed of a foot to its speed without the lock, around the same moment. Above 1.2 the
-    /// lock is relaxed.
+    /// The largest ratio of the speed of a foot to its speed without the lock, around the same moment. Above
+    /// [`FootLockWeights::speed_ratio`] the lock is relaxed.
     pub speed_ratio: f32,
-    /// The largest ratio of accelerations, measured in the same way. Above 1.5 the lock is relaxed.
+    /// The largest ratio of accelerations, measured in the same way. Above
+    /// [`FootLockWeights::acceleration_ratio`] the lock is relaxed.
     pub acceleration_ratio: f32,
     /// The frames in which the lock of the left and of the right foot is relaxed.
     pub given_way: [usize; 2],
@@ -138,10 +145,11 @@ pub struct FootLockReport {
 ///
 /// # Errors
 /// As [`ContactOptions::detect`](crate::ContactOptions::detect); [`Code::NotHumanoid`] also where a leg lacks a
-/// joint, and [`Code::InvalidValue`] where known contacts have another number of frames, or the floor is more than a
-/// leg above the feet. `scene` is then unchanged.
+/// joint, and [`Code::InvalidValue`] where known contacts have another number of frames, the floor is more than a
+/// leg above the feet, or a weight is out of its range. `scene` is then unchanged.
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
     options.contacts.check()?;
+    options.weights.check()?;
     not_negative(Code::InvalidValue, "blend", options.blend)?;
     if let Some(change) = options.largest_change {
         positive(Code::InvalidValue, "largest-change", change)?;
@@ -173,9 +181,9 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     let limit = options
         .largest_change
         .map_or(f32::INFINITY, |metres| metres as f32 / figure.metres());
-    let (blend, floor) = (legs.blend(options.blend)?, floor / figure.metres());
+    let (blend, floor) = (legs.blend(options.blend, &options.weights)?, floor / figure.metres());
     let levels: Vec<f32> = options.levels.iter().map(|level| level / figure.metres()).collect();
-    let hold = |leg| Hold::new(scene, &figure, leg, &contacts, &levels);
+    let hold = |leg| Hold::new(scene, &figure, leg, options.weights, &contacts, &levels);
     let mut feet: Vec<Hold> = std::mem::take(&mut legs.legs).into_iter().map(hold).collect();
     let report = legs.change(scene, &figure, floor, &mut feet, |feet, shifts| {
         hips::spare_knees(feet, shifts, figure.up_direction(), floor, blend, limit)
@@ -193,6 +201,7 @@ pub fn follow_feet(
     figure: &Figure,
     followed: &FootGuide<'_>,
 ) -> Result<FootLockReport> {
+    followed.weights.check()?;
     let pivots: Vec<NodeId> = followed
         .soles
         .iter()
@@ -201,7 +210,7 @@ pub fn follow_feet(
         .collect();
     let mut legs = Legs::new(scene, animation, figure, &pivots)?;
     legs.check(followed.contacts)?;
-    let blend = legs.blend(FootLockOptions::default().blend)?;
+    let blend = legs.blend(FootLockOptions::default().blend, &followed.weights)?;
     let follow = |leg| Follow::new(scene, figure, leg, followed);
     let mut feet: Vec<Follow> = std::mem::take(&mut legs.legs).into_iter().map(follow).collect();
     let report = legs.change(scene, figure, followed.floor, &mut feet, |feet, shifts| {

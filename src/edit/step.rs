@@ -310,6 +310,8 @@ pub enum ValueKind {
     Frames,
     /// A weight, or a curve of weights over time.
     Weights,
+    /// Numbers with their names.
+    Numbers,
     /// Points over the ground.
     Path,
     /// Times, and those at which they are to be: in text each is a key of its own.
@@ -343,6 +345,7 @@ impl ValueKind {
             Self::FrameRange | Self::TimeRange => "A..B",
             Self::Frames => "A+B+...",
             Self::Weights => "0..1 or S:0..1+...",
+            Self::Numbers => "NAME:NUMBER+...",
             Self::Path => "[S:]M/M+...",
             Self::Moments => "S=S,...",
             Self::Target => "M/M/M or NAME",
@@ -372,6 +375,7 @@ impl ValueKind {
             Self::FrameRange => "20..140",
             Self::TimeRange => "0..1.5",
             Self::Frames => "0+30+60",
+            Self::Numbers => "aim:0.9",
             Self::Path => "0/0+1/2",
             Self::Moments => "0=0,1.5=3",
             Self::Target | Self::Point => "0.3/1.2/0.5",
@@ -405,6 +409,7 @@ impl fmt::Display for ValueKind {
                 f,
                 "a weight from 0 to 1 such as {example}, or a curve SECONDS:WEIGHT+... such as 0:0+1.5:1"
             ),
+            Self::Numbers => f.write_str("weights NAME:NUMBER+... of docs/weights.md"),
             Self::Path => write!(
                 f,
                 "points M/M+... such as {example}, or SECONDS:M/M+... such as 0:0/0+2.5:1/2"

@@ -15,6 +15,10 @@ pub(super) fn parsed(takes: ValueKind, text: &str) -> Value {
             Some((time, weight)) => Value::Array(vec![scalar(time), scalar(weight)]),
             None => Value::from(part),
         }),
+        ValueKind::Numbers => {
+            let pairs = text.split('+').map(|part| part.split_once(':').unwrap_or((part, "")));
+            Value::Object(pairs.map(|(name, number)| (name.to_owned(), scalar(number))).collect())
+        }
         ValueKind::Path => list("+", point),
         ValueKind::Target if text.split('/').count() == 3 => list("/", scalar),
         ValueKind::Point => list("/", scalar),
@@ -77,6 +81,11 @@ pub(super) fn print(takes: ValueKind, value: &Value) -> Option<String> {
         ValueKind::FrameRange => joined("..", word),
         ValueKind::Frames | ValueKind::Names => joined("+", word),
         ValueKind::Weights => joined("+", |pair| joined_pair(pair, ":")),
+        ValueKind::Numbers => {
+            let pairs = value.as_object()?.iter();
+            let pairs: Vec<String> = pairs.map(|(name, number)| format!("{name}:{}", word(number))).collect();
+            (!pairs.is_empty()).then(|| pairs.join("+"))
+        }
         ValueKind::Moments => joined(",", |pair| joined_pair(pair, "=")),
         ValueKind::Path => joined("+", |point| {
             let at = joined_pair(&point["at"], "/");

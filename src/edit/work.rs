@@ -8,6 +8,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene};
 
 use crate::StepInput;
 use crate::body::and_below;
+use crate::clean_weights::CleanWeights;
 use crate::frames::Frames;
 
 /// The frames that are changed, and what is known about the body.
@@ -23,6 +24,7 @@ pub(super) struct Work<'a> {
     /// Metres in a unit of the scene.
     pub(super) metres: f32,
     pub(super) up: Vec3,
+    pub(super) weights: CleanWeights,
     /// For each node how far the farthest node below it is at rest, in metres.
     reach: &'a [f32],
 }
@@ -37,6 +39,7 @@ impl<'a> Work<'a> {
             depth: None,
             metres: figure.metres(),
             up: figure.up_direction(),
+            weights: CleanWeights::default(),
             reach,
         })
     }

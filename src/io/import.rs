@@ -31,7 +31,7 @@ pub use self::memory::MemoryFile;
 #[cfg(feature = "gltf")]
 use mocap_formats::gltf::Character;
 #[cfg(feature = "solve")]
-use mocap_solve::Lengths;
+use mocap_solve::{Lengths, MarkerWeights};
 
 /// Imports a motion file with the default options.
 ///
@@ -78,6 +78,8 @@ pub struct Importer {
     #[cfg(feature = "solve")]
     markers: Option<String>,
     #[cfg(feature = "solve")]
+    marker_weights: MarkerWeights,
+    #[cfg(feature = "solve")]
     standing: Option<PathBuf>,
     #[cfg(feature = "arrays")]
     body: Option<PathBuf>,
@@ -109,6 +111,8 @@ impl Importer {
             lengths: None,
             #[cfg(feature = "solve")]
             markers: None,
+            #[cfg(feature = "solve")]
+            marker_weights: MarkerWeights::default(),
             #[cfg(feature = "solve")]
             standing: None,
             #[cfg(feature = "arrays")]

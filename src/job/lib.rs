@@ -54,6 +54,7 @@ mod text;
 pub mod verify;
 mod walk;
 mod walk_job;
+mod weights;
 mod writing;
 
 use std::collections::BTreeMap;
@@ -104,6 +105,8 @@ pub use self::text::{Angle, Length, UnitChoice, UpChoice};
 pub use self::walk::WalkOptions;
 #[doc(hidden)]
 pub use self::walk_job::{WalkJob, WalkSources};
+#[doc(hidden)]
+pub use self::weights::JobWeights;
 #[doc(hidden)]
 pub use self::writing::{
     BvhOutputOptions, FbxOutputOptions, FileOutputOptions, MeshStyle, OutBoneAxis, OutSpace, OutUp, OutputOptions,

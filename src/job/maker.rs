@@ -100,9 +100,11 @@ impl<'a> Maker<'a> {
     }
 
     pub(super) fn of(job: &MotionJob, files: Files<'a>, hear: Hear<'_>) -> Result<Self> {
+        job.weights.check()?;
         let names = job.source.with.iter().map(|file| file.display().to_string());
         EditStep::second_motions(&job.steps, &Vec::from_iter(names))?;
         let mut job = job.clone();
+        job.weights.give_to(&mut job.steps);
         let (form, target, robot) = match &job.target {
             None => {
                 let robot = robot_of_inputs(&job, files)?;
@@ -273,7 +275,7 @@ impl<'a> Maker<'a> {
     /// # Errors
     /// As [`Importer::import`](mocap_io::Importer::import); [`Code::NoMotion`] where the job needs a motion.
     pub fn import(&self, motion: &Path, hear: Hear<'_>) -> Result<Scene> {
-        let importer = self.job.read.importer();
+        let importer = self.job.importer();
         let importer = match self.form {
             Form::Scene(row) if self.target.is_none() => {
                 let mesh = meshes::shown(&self.job, Some(row));

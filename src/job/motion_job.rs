@@ -4,13 +4,14 @@ use std::path::Path;
 
 use mocap_edit::EditStep;
 use mocap_formats::gltf::report::Provenance;
+use mocap_io::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::files::policy;
-use super::{InputOptions, JobTarget, OutputOptions, Sources, is_default};
+use super::{InputOptions, JobTarget, JobWeights, OutputOptions, Sources, is_default};
 use crate::verify::Verifier;
 use crate::verify::report::Verification;
 
@@ -45,6 +46,9 @@ pub struct MotionJob {
     /// What the motions are retargeted to. Default: they keep their skeletons.
     #[serde(skip_serializing_if = "is_default")]
     pub target: Option<JobTarget>,
+    /// The weights of solvers that differ from their defaults.
+    #[serde(skip_serializing_if = "is_default")]
+    pub weights: JobWeights,
     /// The output.
     pub write: OutputOptions,
     /// Whether the output is compared with its source.
@@ -66,7 +70,7 @@ impl MotionJob {
         let (input, verifier) = match &self.target {
             Some(target) => (target.file(), verifier),
             None => {
-                let verifier = verifier.importer(self.read.importer());
+                let verifier = verifier.importer(self.importer());
                 let verifier = verifier.space(self.source.space.clone());
                 (input.as_path(), verifier.second_motions(self.source.with.clone()))
             }
@@ -79,6 +83,11 @@ impl MotionJob {
         // The keys of a long take are better gone before the file is read back.
         drop(scene);
         verifier.files(input, output)
+    }
+
+    /// How the inputs are read.
+    pub(super) fn importer(&self) -> Importer {
+        self.read.importer().marker_weights(self.weights.markers)
     }
 
     /// Which files the output may replace: no input, and no other file that the job reads.

@@ -15,8 +15,8 @@ use super::files::{Files, check_inputs, policy};
 use super::run::{check_one_file, describe, save};
 use super::said::Hear;
 use super::{
-    GraphJobOptions, InputOptions, JobOutput, JobReport, JobTarget, Maker, MotionJob, OutputOptions, SourceSpace,
-    Sources, WalkOptions, is_default, refuse,
+    GraphJobOptions, InputOptions, JobOutput, JobReport, JobTarget, JobWeights, Maker, MotionJob, OutputOptions,
+    SourceSpace, Sources, WalkOptions, is_default, refuse,
 };
 
 /// A walk over a motion graph, which is changed, retargeted and written as a motion of a file is.
@@ -45,6 +45,9 @@ pub struct WalkJob {
     /// What the walk is retargeted to. Default: it keeps its skeleton.
     #[serde(default, skip_serializing_if = "is_default")]
     pub target: Option<JobTarget>,
+    /// The weights of solvers that differ from their defaults.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub weights: JobWeights,
     /// The output.
     #[serde(default)]
     pub write: OutputOptions,
@@ -87,6 +90,7 @@ impl WalkJob {
             },
             steps: self.steps.clone(),
             target: self.target.clone(),
+            weights: self.weights.clone(),
             write: self.write.clone(),
             verify: false,
         })

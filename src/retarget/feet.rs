@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use mocap_edit::report::DetectedContacts;
-use mocap_edit::{FootGuide, SolePoint};
+use mocap_edit::{FootGuide, FootLockWeights, SolePoint};
 use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::{HumanoidBone as Bone, Side};
@@ -16,20 +16,28 @@ use super::skin::{Skin, Vertex};
 /// stand.
 const STANDS: f32 = 0.05;
 
-/// From the joint of the toes to their tip, and from the ankle back to the heel, as fractions of the distance over the
-/// ground from the ankle to the toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two
-/// thirds of it in front of the heel.
+/// The distance from the joint of the toes to their tip, as a fraction of the distance over the ground from the ankle
+/// to the toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two thirds of it in front
+/// of the heel.
 const TIP: f32 = 0.5;
+
+/// The distance from the ankle back to the heel, as the same fraction.
 const HEEL: f32 = 0.4;
 
-/// Half the width of a foot at the ball and at the heel, and from the ball to the front of what does not bend with the
-/// toes, likewise.
+/// Half the width of a foot at the ball, as a fraction of the distance from the ankle to the toes: that of a shoe.
 const WIDTH: f32 = 0.3;
+
+/// Half the width of a foot at the heel, as the same fraction: two thirds of that at the ball.
 const HEEL_WIDTH: f32 = 0.2;
+
+/// The distance from the ball to the front of what does not bend with the toes, as the same fraction.
 const FRONT: f32 = 0.1;
 
-/// The largest angles by which an ankle and the joint of the toes turn to bring a foot above the floor, in radians.
+/// The largest angle in radians by which an ankle turns to bring a foot above the floor: 34 degrees.
 const ANKLE_TURNS: f32 = 0.6;
+
+/// The largest angle in radians by which toes turn: 57 degrees, of the 70 of a joint (American Academy of Orthopaedic
+/// Surgeons, Joint Motion, 1965).
 const TOES_TURN: f32 = 1.0;
 
 /// What the feet of the target follow. `None` where the source does not stand.
@@ -39,6 +47,7 @@ pub(super) fn followed<'a>(
     scene: &Scene,
     root: &Root,
     contacts: &'a DetectedContacts,
+    weights: FootLockWeights,
 ) -> Option<FootGuide<'a>> {
     let ankles = contacts
         .points
@@ -57,6 +66,7 @@ pub(super) fn followed<'a>(
         floor: root.target_ankle - ground::ankle(target),
         leg: target.leg,
         soles: Side::ALL.map(|side| sole(target, scene, side)),
+        weights,
     })
 }
 

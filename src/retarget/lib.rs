@@ -67,7 +67,7 @@ mod solve;
 use glam::{Quat, Vec3};
 use mocap_edit::report::DetectedContacts;
 use mocap_edit::report::FootLockReport;
-use mocap_edit::{contacts_of, follow_feet};
+use mocap_edit::{FootLockWeights, contacts_of, follow_feet};
 use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::ticks::ticks;
@@ -116,6 +116,8 @@ pub struct PoseRetargetOptions {
     pub source: Option<Humanoid>,
     /// Which joints of the target are which bones. Default: as for the source.
     pub target: Option<Humanoid>,
+    /// The weights of [`PoseRetargeter::lock_feet`].
+    pub foot_lock: FootLockWeights,
 }
 
 setters! {
@@ -123,6 +125,7 @@ setters! {
         scale: Scale,
         source: Option<Humanoid>,
         target: Option<Humanoid>,
+        foot_lock: FootLockWeights,
     }
 }
 
@@ -154,6 +157,7 @@ pub struct PoseRetargeter {
     target: Body,
     plan: Plan,
     root: Root,
+    foot_lock: FootLockWeights,
     /// What is computed of the current pose.
     solved: Solved<1>,
 }
@@ -171,7 +175,14 @@ impl PoseRetargeter {
             Figure::with_bones(scene, bones)
         };
         let figures = (figure(source, &options.source), figure(target, &options.target));
-        Self::with_figures((source, figures.0), (target, figures.1), options.scale)
+        let retargeter = Self::with_figures((source, figures.0), (target, figures.1), options.scale)?;
+        Ok(retargeter.with_foot_lock(options.foot_lock))
+    }
+
+    /// The same with other weights of [`lock_feet`](Self::lock_feet).
+    pub(crate) fn with_foot_lock(mut self, weights: FootLockWeights) -> Self {
+        self.foot_lock = weights;
+        self
     }
 
     /// The same for two figures that are found already.
@@ -193,6 +204,7 @@ impl PoseRetargeter {
             target: to,
             plan,
             root,
+            foot_lock: FootLockWeights::default(),
         })
     }
 
@@ -266,7 +278,14 @@ impl PoseRetargeter {
             return Err(no_animation(animation, source));
         };
         let contacts = self.contacts(source, motion)?;
-        let Some(followed) = feet::followed(&self.source, &self.target, target, &self.root, &contacts) else {
+        let Some(followed) = feet::followed(
+            &self.source,
+            &self.target,
+            target,
+            &self.root,
+            &contacts,
+            self.foot_lock,
+        ) else {
             return Ok(FootLockReport::default());
         };
         let mut scene = Scene {

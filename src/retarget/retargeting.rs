@@ -210,7 +210,7 @@ impl Retargeter {
                     None => {
                         let figures = ((scene, from), (&*target, figure));
                         let retargeter = PoseRetargeter::with_figures(figures.0, figures.1, self.options.scale)?;
-                        Mover::Body(Box::new(retargeter))
+                        Mover::Body(Box::new(retargeter.with_foot_lock(self.options.foot_lock_weights)))
                     }
                 }
             }
@@ -223,6 +223,8 @@ impl Retargeter {
                     passes: self.options.passes,
                     floor: self.options.floor,
                     lock_feet: self.options.lock_feet,
+                    weights: self.options.robot_weights,
+                    foot_lock: self.options.foot_lock_weights,
                 };
                 Mover::Robot(Box::new(RobotRetargeter::new(scene, robot, &options)?))
             }

@@ -62,6 +62,7 @@ mod touches;
 #[doc(hidden)]
 pub(crate) mod twin;
 pub(crate) mod verdict;
+pub(crate) mod weights;
 pub(crate) mod window;
 
 #[doc(hidden)]
@@ -74,6 +75,7 @@ pub use self::retargeter::{RobotOptions, RobotRetargeter, RobotStream};
 pub use self::smooth_stream::SmoothRobotStream;
 #[doc(hidden)]
 pub use self::torques::InverseDynamics;
+pub use self::weights::Weights;
 pub use mocap_figure::robot_bones::{RobotBone, RobotMap};
 #[doc(hidden)]
 pub use mocap_figure::robot_bones::{robot_bones, robot_scene};

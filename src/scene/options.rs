@@ -3,6 +3,8 @@
 //! Structs of options are `#[non_exhaustive]`, so that a new option breaks no program. Such a struct is not written as
 //! a literal: it begins with `new()` and is changed field by field, as an `Importer` is.
 
+use crate::error::{Code, Diagnostic, Result};
+
 /// Gives a struct of options `new()`, which has the defaults, and for each field a method that sets it and returns the
 /// options. A field that is an `Option` is set from a value or from an `Option`.
 #[macro_export]
@@ -42,6 +44,107 @@ macro_rules! setters {
 }
 #[doc(inline)]
 pub use setters;
+
+/// Declares a struct of weights from one table: field, default, unit, and the reason for the default with its source.
+/// It gives the documentation, the default, the setters, the JSON in which only other values than the defaults stand,
+/// and `ROWS`, from which `docs/weights.md` and the schema of jobs are written.
+#[macro_export]
+macro_rules! weights {
+    (
+        $(#[$about:meta])*
+        $name:ident in $kind:literal {
+            $($field:ident = $default:literal, $unit:literal, $reason:literal;)+
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
+        #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+        #[non_exhaustive]
+        pub struct $name {
+            $(
+                #[doc = concat!($reason, "\n\nUnit: ", $unit, ". Default: ", stringify!($default), ".")]
+                pub $field: f64,
+            )+
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)+ }
+            }
+        }
+
+        $crate::options::setters! { $name { $($field: f64,)+ } }
+
+        impl $name {
+            #[doc(hidden)]
+            pub const ROWS: &'static [$crate::options::WeightRow] = &[$(
+                $crate::options::WeightRow {
+                    kind: $kind,
+                    field: stringify!($field),
+                    unit: $unit,
+                    default: $default,
+                    reason: $reason,
+                },
+            )+];
+
+            /// Refuses values that are not from a thousandth to a thousand times their defaults.
+            #[doc(hidden)]
+            pub fn check(&self) -> $crate::Result<()> {
+                let values = [$(self.$field),+];
+                Self::ROWS.iter().zip(values).try_for_each(|(row, value)| row.check(value))
+            }
+        }
+
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                let values = [$(self.$field),+];
+                let changed = Self::ROWS.iter().zip(values).filter(|(row, value)| row.default != *value);
+                serializer.collect_map(changed.map(|(row, value)| (row.key(), value)))
+            }
+        }
+    };
+}
+#[doc(inline)]
+pub use weights;
+
+/// What there is to know of a weight.
+#[derive(Clone, Copy, Debug)]
+pub struct WeightRow {
+    /// What it is a weight of, as a job names it.
+    pub kind: &'static str,
+    pub field: &'static str,
+    pub unit: &'static str,
+    pub default: f64,
+    /// What it does, and why the default is what it is.
+    pub reason: &'static str,
+}
+
+/// The factor by which a weight may be below or above its default: a thousandth is as good as none, and the solvers
+/// still have a solution.
+const LARGEST_FACTOR: f64 = 1000.0;
+
+impl WeightRow {
+    /// Its name in JSON: the field in kebab case.
+    pub fn key(&self) -> String {
+        self.field.replace('_', "-")
+    }
+
+    /// The least and the largest value.
+    pub fn range(&self) -> [f64; 2] {
+        [self.default / LARGEST_FACTOR, self.default * LARGEST_FACTOR]
+    }
+
+    /// Refuses a value outside of the range.
+    pub fn check(&self, value: f64) -> Result<()> {
+        let [least, largest] = self.range();
+        if (least..=largest).contains(&value) {
+            return Ok(());
+        }
+        let (key, kind) = (self.key(), self.kind);
+        let message = format!("the weight {key} of {kind} must be from {least} to {largest}, got {value}");
+        Err(Diagnostic::new(Code::InvalidValue, message).into())
+    }
+}
 
 /// A type that serializes as its text; a number is read as its text too.
 #[macro_export]

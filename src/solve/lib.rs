@@ -32,6 +32,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::up_axis::to_y_up;
 use mocap_scene::scene::{Animation, Assumption, Channel, Confidence, Keys, Node, NodeId, Scene, Topic, UpAxis};
 
+pub use self::markers::MarkerWeights;
 use self::points::Points;
 use self::rest::Rest;
 pub use self::set::{JointSet, Lengths};

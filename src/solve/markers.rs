@@ -22,6 +22,7 @@ mod strays;
 mod subjects;
 pub(crate) mod take;
 mod track;
+mod weights;
 
 use std::sync::Arc;
 
@@ -33,12 +34,13 @@ use self::calibrate::calibrate;
 use self::centres::{Centres, centres};
 use self::landmarks::Labels;
 use self::take::Take;
+pub use self::weights::MarkerWeights;
 use super::points::Points;
 use super::rest::Rest;
 use super::set::{JointSet, SetJoint};
 use super::{rules, turn, turned, write};
 
-/// Frames from which the body is known.
+/// Frames from which the body is calibrated: the time of a step grows with them.
 const CALIBRATED: usize = 40;
 
 /// What is known of markers beside their labels.
@@ -46,6 +48,7 @@ const CALIBRATED: usize = 40;
 pub struct Known {
     labels: Labels,
     standing: Option<Scene>,
+    weights: MarkerWeights,
 }
 
 impl Known {
@@ -96,6 +99,12 @@ impl Known {
         self
     }
 
+    /// The weights of the solver.
+    pub fn weights(mut self, weights: MarkerWeights) -> Self {
+        self.weights = weights;
+        self
+    }
+
     /// A trial of somebody who stands, with markers that the motion may not have.
     pub fn standing(mut self, scene: Scene) -> Self {
         self.standing = Some(scene);
@@ -106,6 +115,7 @@ impl Known {
 /// Puts a skeleton in the at of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
 /// up.
 pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
+    known.weights.check()?;
     let may_guess = known.labels.named.is_empty() && known.standing.is_none();
     let mut take = Take::of_scene(scene, &known.labels, may_guess)?;
     let standing = match &known.standing {
@@ -133,7 +143,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     // Markers of the standing trial alone are no markers of the motion.
     let mut seen = chosen.take.clone();
     seen.keep_first(take.landmarks.len());
-    let (mut model, mut frames) = body::model(&set, &rest, &world, &points, &seen);
+    let (mut model, mut frames) = body::model(&set, &rest, &world, &points, &seen, known.weights);
     let rate = scene
         .animations
         .first()

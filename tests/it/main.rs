@@ -19,6 +19,7 @@ mod public;
 mod sample;
 mod scene_as_json;
 mod source;
+mod weights;
 mod wrap;
 
 /// The root of the repository.

@@ -1,6 +1,6 @@
 //! The options of `mocap convert` that change a motion.
 
-use mocap::job::SourceFrames;
+use mocap::job::{JobWeights, SourceFrames};
 
 /// Changes of the motion.
 #[derive(Debug, clap::Args)]
@@ -14,4 +14,21 @@ pub(crate) struct ChangeArgs {
     /// Move the translation over the ground and the heading to a new joint `Root`
     #[arg(long)]
     pub(crate) root_motion: bool,
+}
+
+/// The weights of solvers.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Changing")]
+pub(crate) struct WeightsArgs {
+    /// Weights of the solvers that differ from their defaults: a JSON file such as {"robot": {"hand": 1}, "clean": {},
+    /// "foot-lock": {}, "markers": {}}; docs/weights.md lists them
+    #[arg(long, value_name = "FILE", value_parser = JobWeights::parse_file)]
+    weights: Option<JobWeights>,
+}
+
+impl WeightsArgs {
+    /// The weights, as a job has them.
+    pub(crate) fn weights(&self) -> JobWeights {
+        self.weights.clone().unwrap_or_default()
+    }
 }

@@ -9,7 +9,7 @@ use mocap::job::{
 };
 
 use super::write::writing;
-use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat};
+use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, WeightsArgs};
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -89,6 +89,8 @@ pub(crate) struct WalkArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
+    weights: WeightsArgs,
+    #[command(flatten)]
     pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) write: OutputOptions,
@@ -110,6 +112,7 @@ impl WalkArgs {
         job.walk = self.walking.clone();
         let character = self.on.as_ref().map(CharacterTarget::new);
         job.target = character.map(JobTarget::Character);
+        job.weights = self.weights.weights();
         job.write = writing(&self.write, &self.output, extension, self.force);
         job
     }

@@ -26,6 +26,7 @@ impl ConvertArgs {
         job.source.frames = self.change.frames.clone();
         job.source.frames.root = root_motion(self.change.in_place, self.change.root_motion);
         job.steps.clone_from(&self.steps);
+        job.weights = self.weights.weights();
         job.write = writing(&self.write, output, extension, self.force);
         job.verify = self.verify;
         job

@@ -7,7 +7,7 @@ use mocap::job::{InputOptions, OutputOptions, SourceMap, SourceSpace, Sources};
 
 use super::job::{root_motion, sources};
 use super::write::writing;
-use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs};
+use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs, WeightsArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OntoArgs {
@@ -32,6 +32,8 @@ pub(crate) struct OntoArgs {
     pub(crate) resume: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
+    #[command(flatten)]
+    pub(crate) weights: WeightsArgs,
     #[command(flatten)]
     pub(crate) write: OutputOptions,
     #[command(flatten)]

@@ -9,7 +9,7 @@ use mocap::job::{InputOptions, MotionJob, OutputOptions, SourceMap, SourceSpace}
 use super::batch::is_folder;
 use super::job::sources;
 use super::write::writing;
-use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs};
+use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs, WeightsArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OwnArgs {
@@ -32,6 +32,8 @@ pub(crate) struct OwnArgs {
     /// Skip motions that were changed in the same steps, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) weights: WeightsArgs,
     #[command(flatten)]
     pub(crate) write: OutputOptions,
     #[command(flatten)]
@@ -70,6 +72,7 @@ impl OwnArgs {
         job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
         job.source.frames.fps = self.fps;
         job.steps = steps;
+        job.weights = self.weights.weights();
         job.write = writing(&self.write, &self.output, extension, self.force);
         job.verify = self.verify;
         job

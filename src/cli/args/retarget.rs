@@ -60,6 +60,7 @@ impl RetargetArgs {
             Some(_) => JobTarget::Skeleton(target.into()),
             None => JobTarget::Character(target),
         });
+        job.weights = self.onto.weights.weights();
         job.write = self.onto.writing(&self.output, extension);
         job
     }

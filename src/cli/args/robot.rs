@@ -71,6 +71,7 @@ impl RobotArgs {
         job.target = Some(JobTarget::Robot(target));
         let folder = self.output.join("");
         let output = if self.is_many() { &folder } else { &self.output };
+        job.weights = self.onto.weights.weights();
         job.write = self.onto.writing(output, format);
         job
     }

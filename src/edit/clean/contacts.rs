@@ -12,22 +12,9 @@ use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// Feet that slide less than this in contact are left where nothing else was changed, in m/s.
-pub(super) const LEAST_SKATE: f64 = 0.13;
-/// The largest speed of a foot in contact where noise was taken out, in m/s: what is left of 2 degrees of noise moves
-/// one that stands by about 0.2 m/s.
-const SPEED: f64 = 0.4;
-/// In a motion that was smoothed a foot comes to rest slowly and leaves slowly. It belongs to its contact while it is
-/// within this distance of where it rests over the ground, in metres.
-const WITHIN: f32 = 0.03;
-/// Seconds in which no foot leaves its spot and comes back to it.
-const RETURNS: f64 = 0.15;
-/// It is then at most this high above where it rests, in metres.
-const LOW: f32 = 0.08;
-
 /// Locks the feet, where they slide or the motion was changed before, and says what it did: an empty text if nothing.
 pub(super) fn lock(work: &mut Work<'_>, animation: usize, is_changed: bool, skate: Option<f64>) -> Result<String> {
-    if !is_changed && skate.is_none_or(|skate| skate < LEAST_SKATE) {
+    if !is_changed && skate.is_none_or(|skate| skate < work.weights.least_skate) {
         return Ok(String::new());
     }
     let mut options = FootLockOptions::default().humanoid(work.figure.humanoid.clone());
@@ -59,10 +46,13 @@ fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
             point.above_rest = above.iter().map(|above| *above as f32).collect();
         }
     }
-    let (within, most) = (WITHIN / work.metres, work.frames.frames_in(RETURNS));
+    let (within, most) = (
+        work.weights.contact_distance as f32 / work.metres,
+        work.frames.frames_in(work.weights.contact_gap),
+    );
     for point in &mut found.points {
         join(point, work.up, within, most);
-        extend(point, work.up, within);
+        extend(point, work.up, within, work.weights.contact_height as f32);
     }
     (found, levels)
 }
@@ -70,7 +60,7 @@ fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
 /// When a point is at rest that trembles where it stands, by how high it is above there.
 fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<bool> {
     let rule = ContactRule {
-        speed: SPEED,
+        speed: work.weights.contact_speed,
         ..ContactRule::default()
     };
     let flat: Vec<f32> = point.positions.iter().flat_map(Vec3::to_array).collect();
@@ -100,13 +90,13 @@ fn join(point: &mut ContactPoint, up: Vec3, within: f32, most: usize) {
 }
 
 /// Adds to each contact the frames beside it in which the point is where it rests.
-fn extend(point: &mut ContactPoint, up: Vec3, within: f32) {
+fn extend(point: &mut ContactPoint, up: Vec3, within: f32, low: f32) {
     for [first, last] in point.intervals() {
         let positions_held = &point.positions[first..=last];
         let centre = positions_held.iter().sum::<Vec3>() / positions_held.len() as f32;
         let is_there = |frame: &usize| {
             let off = (point.positions[*frame] - centre).reject_from_normalized(up).length();
-            off < within && point.above_rest[*frame] < LOW
+            off < within && point.above_rest[*frame] < low
         };
         let before = (0..first).rev().take_while(is_there).count();
         let after = (last + 1..point.positions.len()).take_while(is_there).count();

@@ -6,27 +6,34 @@
 //! ground, made free of what lasts for seconds, which may be a walk.
 
 use glam::{DMat3, DVec2, DVec3, Mat4};
+use mocap_scene::math::median::{MEDIAN_OF_NORMAL, median};
 
-use super::noise::{LEAST_DISTANCE, without_noise};
+use super::noise::without_noise;
 use super::pace::Bank;
 use super::smoother::Positions;
 use crate::floor::{Feet, axes};
 use crate::frames::tracks;
 use crate::work::Work;
 
-/// The difference that shows noise: the fourth, which multiplies the variance of white noise by 70.
+/// The order of the difference that shows noise: the fourth, in which a motion is small.
 const ORDER: usize = 4;
+
+/// The factor by which that difference multiplies the variance of white noise: 8! / (4!)^2.
 const OF_WHITE: f64 = 70.0;
-/// The median of the absolute value of a normal variable of variance 1.
-const MEDIAN_OF_NORMAL: f64 = 0.6745;
-/// How many times as much noise there is along the axis as across it, and how much at least, in metres.
+
+/// The ratio of noise along the axis to noise across it from which on the depth trembles: rotations alone make less.
 const TIMES: f64 = 2.5;
+
+/// The least noise along the axis in metres: that of an estimate from video, and not of markers.
 const LEAST_JITTER: f64 = 6e-3;
-/// The slower foot stands while the ground under it wavers by at most this, in m/s, and not across the axis by more
-/// than this.
+
+/// The largest speed in m/s at which the ground under the slower foot wavers: a faster one walks.
 const FASTEST: f64 = 0.6;
+
+/// The largest speed in m/s across the axis: a foot that stands moves along the axis alone.
 const ACROSS: f64 = 0.15;
-/// The part of the axis that must be over the ground.
+
+/// The fraction of the axis that must be over the ground: a camera that looks down does not tell depth by feet.
 const LEVEL: f64 = 0.7;
 /// The fraction of the frames in which a foot must stand.
 const STANDING: f64 = 0.4;
@@ -34,8 +41,11 @@ const STANDING: f64 = 0.4;
 const SLOWEST: f64 = 3.0;
 /// A smaller standard deviation of the depth, in metres, is not taken for wavering.
 const LEAST_WAVER: f64 = 0.012;
-/// Once it is taken out, the slower foot is slower than this, in m/s, in this fraction of the frames.
+
+/// The speed in m/s of the slower foot below which it stands once the wavering is taken out: half of a slow step.
 const STILL: f64 = 0.2;
+
+/// The fraction of the frames in which the slower foot then stands: in a walk it always does, in a dance mostly.
 const STANDS: f64 = 0.65;
 /// Seconds over which the drift of the ground is made smooth: it changes from one foot to the other.
 const SMOOTH: f64 = 0.08;
@@ -53,7 +63,7 @@ pub(super) fn steady(work: &mut Work<'_>, bank: &Bank) -> Option<f64> {
     let axis = noisiest(&track)?;
     // The smoother takes vectors: this one has the same value on each axis.
     let along: Vec<DVec3> = track.iter().map(|position| DVec3::splat(position.dot(axis))).collect();
-    let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
+    let is_noise = |noise: f64| noise >= work.weights.least_distance;
     let (smooth, noise) = without_noise::<Positions>(&along, &work.missing, work.frames.rate, bank, true, is_noise)?;
     let shifts: Vec<DVec3> = smooth
         .iter()
@@ -92,7 +102,7 @@ fn noisiest(track: &[DVec3]) -> Option<DVec3> {
     }
     let noise = |direction: DVec3| {
         let mut sizes: Vec<f64> = differences.iter().map(|d| d.dot(direction).abs()).collect();
-        mocap_scene::math::median::median(&mut sizes).unwrap_or_default() / MEDIAN_OF_NORMAL / OF_WHITE.sqrt()
+        median(&mut sizes).unwrap_or_default() / MEDIAN_OF_NORMAL / OF_WHITE.sqrt()
     };
     let (one, other) = axis.any_orthonormal_pair();
     let along = noise(axis);

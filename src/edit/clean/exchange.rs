@@ -5,6 +5,7 @@
 //! cross quickly stay.
 
 use glam::Quat;
+use mocap_scene::math::median::ranked;
 use mocap_scene::math::quaternion::squared_angle;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
@@ -17,9 +18,6 @@ const LIMBS: [&[Bone]; 2] = [
 ];
 /// The longest time for which limbs are exchanged, in seconds.
 const LONGEST: f64 = 2.0;
-/// What an exchange costs beside the steps themselves, in degrees and as a multiple of the median step.
-const COST: f32 = 4.0;
-const COST_OF_STEPS: f32 = 1.0;
 /// A joint that changes by more than this in a step is flipped, and tells nothing more of an exchange, in degrees.
 const MOST_OF_JOINT: f32 = 60.0;
 /// Rotations at rest that differ by more than this are those of other frames, in degrees: they cannot be exchanged.
@@ -109,11 +107,11 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
         .map(|frame| [false, true].map(|crossed| distance(frame - 1, frame, crossed)))
         .collect();
     let mut usual: Vec<f32> = steps.iter().map(|step| step[0]).collect();
-    let Some(middle) = usual.len().checked_sub(1).map(|last| last / 2) else {
+    let middle = usual.len().saturating_sub(1) / 2;
+    let Some(median) = ranked(&mut usual, middle) else {
         return vec![false; frames];
     };
-    let median = *usual.select_nth_unstable_by(middle, f32::total_cmp).1;
-    let cost = COST.to_radians() + COST_OF_STEPS * median;
+    let cost = (work.weights.exchange as f32).to_radians() + median;
     // The least costs to be as is, and to be exchanged, and where these came from.
     let mut costs = [0.0, cost];
     let mut from: Vec<[bool; 2]> = Vec::with_capacity(frames);

@@ -9,21 +9,24 @@ use glam::{Vec3, Vec3A};
 
 use mocap_scene::math::median::median;
 
-/// Frames on either side, and the degree of the polynomial.
+/// Frames on either side of a gap: a quadratic motion and noise are told apart by eight.
 const SIDE: usize = 4;
+
+/// Frames of a window: both sides.
 const WINDOW: usize = 2 * SIDE;
+
+/// The degree of the polynomial: a motion over eight frames has no more.
 const DEGREE: usize = 4;
 /// What the polynomial leaves of a window has as many dimensions.
 const LEFT: usize = WINDOW - DEGREE - 1;
-/// Windows on either side, each third one, that say what is usually left over.
+
+/// Windows on either side that say what is usually left over: half a second at 30 frames per second.
 const AROUND: usize = 4;
+
+/// Windows from one of them to the next: neighbours share most of their frames, and say the same.
 const STRIDE: usize = 3;
 /// What is left over by rounding, in squares of radians and of fractions of the body.
 const ROUNDING: f32 = 1e-9;
-/// The mean of the logarithm of how much less is left over, from which a frame is missing. Of 42 clean cuts of 3 to 8
-/// seconds at 30 and 60 frames a second, none has more than 0.22 anywhere, and 142 of 144 frames that were taken out of
-/// them while a joint turned by at least 60 degrees a second have more than 0.24.
-pub(super) const SURE: f32 = 0.23;
 /// From this on it may be: what white noise of 2 degrees leaves of it.
 const POSSIBLE: f32 = 0.08;
 /// How many frames are missing, as the joints measure it: one.
@@ -248,6 +251,7 @@ fn usual(left: &[[f32; 2]]) -> Vec<f32> {
 
 /// The median, by the least network of comparisons for nine values.
 pub fn middle_of_nine(mut values: [f32; 2 * AROUND + 1]) -> f32 {
+    /// Pairs of a network that finds the median of nine, for it has no branches: Paeth, Graphics Gems (1990).
     const PAIRS: [[usize; 2]; 19] = [
         [1, 2],
         [4, 5],

@@ -10,18 +10,18 @@ use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 use super::measures::jitter_and_peak;
-use super::noise::{LEAST_DISTANCE, without_noise};
+use super::noise::without_noise;
 use super::pace::Bank;
 use super::smoother::Positions;
 use crate::frames::Frames;
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The leg of the body that these lengths are of, in metres: one of 1.7 m.
+/// The leg in metres of the body that these lengths are of: one of 1.7 m.
 const LEG: f32 = 0.84;
-/// How near the middles of two hands are when they meet, in metres ...
-const HANDS: f32 = 0.13;
-/// ... and the middle of a hand and the line along a bone of the body: about half as thick as this is with its flesh.
+
+/// The distance in metres of the middle of a hand and the line along a bone that it touches: about half the thickness
+/// of that part of the body.
 const BODY: [(Bone, f32); 8] = [
     (Bone::Head, 0.17),
     (Bone::Chest, 0.19),
@@ -32,23 +32,11 @@ const BODY: [(Bone, f32); 8] = [
     (Bone::LeftUpperArm, 0.1),
     (Bone::LeftLowerArm, 0.09),
 ];
-/// Up to this many times as far, a meeting counts less and less.
-const EASE: f64 = 1.4;
-/// A hand rests on the body while it is slower there than this, in m/s: one that passes does not. Two hands that clap
-/// are fast.
-const RESTS: f64 = 0.15;
-/// Seconds in which a meeting comes to count, and counts no more.
-const COMES: f64 = 0.1;
-/// An arm is brought by this much at most, in metres: noise is not more.
-const LARGEST: f32 = 0.1;
 
-/// A hand that is never nearer than this to where it would meet something does not meet it without noise, in metres.
-const NOISE: f64 = 0.1;
-
-/// Arms stay as they were smoothed where this brings hands farther from where they were, by so much in metres.
+/// The distance in metres by which bringing arms may make the distance of hands worse: rounding, and no more.
 const WORSE: f64 = 1e-3;
 
-/// Nor where the whole body jerks more, by this factor.
+/// The ratio of the jitter of the whole body above which arms stay as they were smoothed: 15 % are not seen.
 const TREMBLES: f64 = 1.15;
 
 /// A hand and what it meets.
@@ -135,7 +123,7 @@ impl Meetings {
         let size = work.leg().map_or(1.0, |leg| leg / LEG);
         let mut pairs: Vec<(Palm, With, f32)> = Vec::new();
         if let [left, right] = hands[..] {
-            pairs.push((left, With::Hand(right), HANDS * size));
+            pairs.push((left, With::Hand(right), work.weights.hand_distance as f32 * size));
         }
         for hand in &hands {
             for (bone, thick) in BODY {
@@ -171,7 +159,7 @@ impl Meetings {
         }
         for (meeting, (_, _, near)) in found.iter_mut().zip(&pairs) {
             let near = f64::from(*near);
-            let is_near = |apart: &DVec3| meeting.with.distance(*apart, work.metres) < near + NOISE;
+            let is_near = |apart: &DVec3| meeting.with.distance(*apart, work.metres) < near + work.weights.hand_noise;
             if meeting.apart.iter().any(is_near) {
                 meeting.smooth(work, bank);
                 meeting.weights = meeting.weights(near, work);
@@ -242,7 +230,7 @@ impl Meetings {
             }
             for (palm, sum, weight) in arms {
                 // Of several meetings the mean, of one as much as it counts.
-                let by = (sum / weight.max(1.0)).clamp_length_max(LARGEST / work.metres);
+                let by = (sum / weight.max(1.0)).clamp_length_max(work.weights.hand_noise as f32 / work.metres);
                 bring(&mut pose, &mut work.frames, frame, palm.arm, by);
             }
             changed += 1;
@@ -254,7 +242,7 @@ impl Meetings {
 impl Meeting {
     /// Takes the noise out of where the hand is to what it meets.
     fn smooth(&mut self, work: &Work<'_>, bank: &Bank) {
-        let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
+        let is_noise = |noise: f64| noise >= work.weights.least_distance;
         let smooth = without_noise::<Positions>(&self.apart, &work.missing, work.frames.rate, bank, true, is_noise);
         if let Some((smooth, _)) = smooth {
             self.apart = smooth;
@@ -268,19 +256,20 @@ impl Meeting {
             let (from, to) = (frame.saturating_sub(1), (frame + 1).min(end));
             self.apart[to].distance(self.apart[from]) * work.frames.rate / (to - from).max(1) as f64
         };
+        let fade = work.weights.hand_fade;
         let least = |ratio: f64| {
-            let part = ((ratio - 1.0) / (EASE - 1.0)).clamp(0.0, 1.0);
+            let part = ((ratio - 1.0) / (fade - 1.0)).clamp(0.0, 1.0);
             1.0 - part * part * (3.0 - 2.0 * part)
         };
         let weight = |frame: usize| {
             let is_near = least(self.with.distance(self.apart[frame], work.metres) / near);
             match self.with {
                 With::Hand(_) => is_near,
-                With::Body(..) => is_near.min(least(speed(frame) / RESTS)),
+                With::Body(..) => is_near.min(least(speed(frame) / work.weights.hand_speed)),
             }
         };
         let weights: Vec<f64> = (0..self.apart.len()).map(weight).collect();
-        eased(&weights, work.frames.frames_in(COMES))
+        eased(&weights, work.frames.frames_in(work.weights.hand_blend))
     }
 
     /// How far each hand has to come, in units of the scene.

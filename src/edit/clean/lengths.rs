@@ -4,15 +4,12 @@ use glam::Vec3;
 
 use crate::work::Work;
 
-/// Noise of a length below this is none, in metres.
-const LEAST: f32 = 1e-3;
-/// A bone whose length changes by more than this fraction of it, on the average, is meant to.
-const LARGEST: f32 = 0.15;
-
 /// Holds the positions of joints to their parents where these tremble, and says of how many.
 pub(super) fn hold(work: &mut Work<'_>) -> usize {
     let mut held = 0;
     let carrier = work.carrier();
+    let least = work.weights.length_noise as f32;
+    let largest = work.weights.largest_length_change as f32;
     for column in 0..work.frames.nodes().len() {
         // What carries the body, and what stands in the world, moves.
         let is_inside = carrier.is_some_and(|carrier| column > carrier);
@@ -29,7 +26,7 @@ pub(super) fn hold(work: &mut Work<'_>) -> usize {
             .map(|pair| pair[1].translation.distance(pair[0].translation));
         let trembles = steps.sum::<f32>() / track.len().max(2) as f32 * work.metres;
         let off = track.iter().map(|trs| trs.translation.distance(middle)).sum::<f32>() / track.len().max(1) as f32;
-        if trembles > LEAST && off < LARGEST * middle.length() {
+        if trembles > least && off < largest * middle.length() {
             for trs in &mut track {
                 trs.translation = middle;
             }

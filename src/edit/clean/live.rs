@@ -8,12 +8,15 @@ use mocap_scene::limits::{not_negative, positive};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::Trs;
 
-use super::noise::{LEAST_DISTANCE, is_noise_of_angle, without_noise};
-use super::pace::{Bank, STRENGTHS};
+use super::noise::{is_noise_of_angle, without_noise};
+use super::pace::Bank;
 use super::smoother::{Positions, Rotations};
+use crate::clean_weights::CleanWeights;
 
-/// How many times the delay is seen of the past, and how many seconds at least: what is farther hardly counts.
+/// How many times the delay is seen of the past: what is farther hardly counts.
 const PAST: f64 = 2.0;
+
+/// The least time of the past in seconds: noise is told from two spans of half a second.
 const LEAST_PAST: f64 = 1.0;
 /// Frames that are seen at least, from which noise can be told.
 const LEAST_FRAMES: usize = 24;
@@ -60,7 +63,7 @@ impl LiveClean {
             rate,
             delay: delay_frames,
             longest: (delay_frames + past).max(LEAST_FRAMES),
-            bank: Bank::new(rate, STRENGTHS[0]),
+            bank: Bank::new(rate, CleanWeights::default().smoothing),
             seen: VecDeque::new(),
             given: 0,
         })
@@ -104,10 +107,12 @@ impl LiveClean {
         let rotations: Vec<DQuat> = track.clone().map(|trs| trs.rotation.as_dquat().normalize()).collect();
         let positions: Vec<DVec3> = track.map(|trs| trs.translation.as_dvec3()).collect();
         let (rate, bank) = (self.rate, &self.bank);
-        if let Some((smoothed, _)) = without_noise::<Rotations>(&rotations, &[], rate, bank, false, is_noise_of_angle) {
+        let weights = CleanWeights::default();
+        let is_noise = |noise: f64| is_noise_of_angle(noise, &weights);
+        if let Some((smoothed, _)) = without_noise::<Rotations>(&rotations, &[], rate, bank, false, is_noise) {
             trs.rotation = in_hemisphere_of(trs.rotation, smoothed[frame].as_quat());
         }
-        let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
+        let is_noise = |noise: f64| noise >= weights.least_distance;
         if let Some((smoothed, _)) = without_noise::<Positions>(&positions, &[], rate, bank, false, is_noise) {
             trs.translation = smoothed[frame].as_vec3();
         }

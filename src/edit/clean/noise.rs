@@ -6,33 +6,33 @@
 //! not touched.
 
 use glam::{DQuat, DVec3};
+use mocap_scene::math::median::{MEDIAN_OF_NORMAL, percentile};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::NodeId;
 
 use super::pace::Bank;
 use super::smoother::{Positions, Rotations, Values, smooth};
+use crate::clean_weights::CleanWeights;
 use crate::work::Work;
 
 /// The differences that are looked at.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=7;
-/// The span in seconds, and in frames at least.
+
+/// The time of a span in seconds: the calm part of a step.
 const SPAN: f64 = 0.5;
+
+/// Frames of a span at least: a median of fewer differences says little.
 const SPAN_FRAMES: usize = 16;
-/// Of the spans, from the calmest: a quarter are calmer than the one that counts.
+
+/// The fraction of the spans, from the calmest, below the one that counts: the very calmest are calm by chance.
 const CALM: f64 = 0.3;
-/// The last difference of white noise is as large as the one before; that of a motion is this much smaller, or more.
+
+/// The ratio of the last two differences from which on a track is white noise, whose ratio is 1; motions have less.
 const FLAT: f64 = 0.85;
 /// Of white noise less than all is found so, since the least of several estimates of a calm span counts: by this over
 /// the root of the frames of a span. Simulated with 60 draws each: 0.79 for 16 frames, 0.845 for 30, 0.887 for 60.
 const LESS: f64 = 0.85;
-/// The median of the absolute value of a normal variable of variance 1.
-const MEDIAN_OF_NORMAL: f64 = 0.6745;
-/// Noise below this moves no joint: as an angle in degrees, ...
-const LEAST_ANGLE: f64 = 0.5;
-/// ... as what the angle moves the farthest joint below, and as a position, in metres.
-pub(super) const LEAST_DISTANCE: f64 = 1.5e-3;
-
 /// What was found and done.
 #[derive(Default)]
 pub(super) struct Smoothed {
@@ -79,9 +79,11 @@ fn of_rotations(work: &Work<'_>) -> Vec<Option<Level>> {
 }
 
 /// Whether most joints that turn have noise: then a joint that looks calmer by chance has it too.
-fn is_in_most(levels: &[Option<Level>]) -> bool {
+fn is_in_most(levels: &[Option<Level>], weights: &CleanWeights) -> bool {
     let turning = levels.iter().flatten();
-    let noisy = turning.clone().filter(|level| is_noise_of_angle(level.noise(false)));
+    let noisy = turning
+        .clone()
+        .filter(|level| is_noise_of_angle(level.noise(false), weights));
     2 * noisy.count() > turning.count()
 }
 
@@ -89,7 +91,7 @@ fn is_in_most(levels: &[Option<Level>]) -> bool {
 pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> Smoothed {
     let levels = of_rotations(work);
     let mut done = Smoothed {
-        in_most: is_in_most(&levels),
+        in_most: is_in_most(&levels, &work.weights),
         ..Smoothed::default()
     };
     let mut angles = Vec::new();
@@ -125,7 +127,7 @@ fn rotations(
 ) -> Option<f64> {
     let reach = f64::from(work.reach(node));
     let least = level.noise(in_most);
-    if !is_noise_of_angle(least) || least * reach < LEAST_DISTANCE {
+    if !is_noise_of_angle(least, &work.weights) || least * reach < work.weights.least_distance {
         return None;
     }
     let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
@@ -142,7 +144,7 @@ fn rotations(
 fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank, in_most: bool) -> Option<f64> {
     let values: Vec<DVec3> = track.iter().map(|trs| trs.translation.as_dvec3()).collect();
     let metres = f64::from(work.metres);
-    let is_noise = |noise: f64| noise * metres >= LEAST_DISTANCE;
+    let is_noise = |noise: f64| noise * metres >= work.weights.least_distance;
     let (smoothed, noise) =
         without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, in_most, is_noise)?;
     for (trs, position) in track.iter_mut().zip(smoothed) {
@@ -152,8 +154,8 @@ fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank, in_most: bool) -> 
 }
 
 /// Whether an angle in radians is more than the noise that is left.
-pub(super) fn is_noise_of_angle(noise: f64) -> bool {
-    noise.to_degrees() >= LEAST_ANGLE
+pub(super) fn is_noise_of_angle(noise: f64, weights: &CleanWeights) -> bool {
+    noise.to_degrees() >= weights.least_angle
 }
 
 /// Values without their noise, and its standard deviation per axis; `None` where `is_noise` says no of that. `in_most`
@@ -255,7 +257,7 @@ impl Spans {
     fn level(&self, if_white: bool) -> Level {
         let last = *ORDERS.end();
         let ends = [last - 1, last].map(|order| self.of_order(order));
-        let [before, after] = [0, 1].map(|end| middle(&mut ends[end].clone(), CALM));
+        let [before, after] = [0, 1].map(|end| calm(&ends[end]));
         let mut level = Level {
             least: 0.0,
             of_white: 1.0 - LESS / (self.span as f64).sqrt(),
@@ -265,7 +267,7 @@ impl Spans {
             let found = (*ORDERS.start()..last - 1).map(|order| self.of_order(order));
             let found: Vec<Vec<f64>> = found.chain(ends).collect();
             let least = |span: usize| found.iter().map(|spans| spans[span]).fold(f64::INFINITY, f64::min);
-            level.least = middle(&mut (0..self.count).map(least).collect::<Vec<f64>>(), CALM);
+            level.least = calm(&(0..self.count).map(least).collect::<Vec<f64>>());
         }
         level
     }
@@ -282,11 +284,7 @@ impl Level {
     }
 }
 
-/// The value below which a fraction of the values are. The order of the values changes.
-fn middle(values: &mut [f64], fraction: f64) -> f64 {
-    let rank = (fraction * values.len().saturating_sub(1) as f64) as usize;
-    match values.is_empty() {
-        true => 0.0,
-        false => *values.select_nth_unstable_by(rank, f64::total_cmp).1,
-    }
+/// The value of a calm span.
+fn calm(spans: &[f64]) -> f64 {
+    percentile(spans.iter().copied(), CALM, f64::floor).unwrap_or_default()
 }

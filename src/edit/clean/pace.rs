@@ -9,23 +9,25 @@ use glam::DVec3;
 
 use super::smoother::Covariance;
 
-/// The lowest cut-off of the bank in Hz, and the ratio from one filter to the next.
+/// The lowest cut-off of the bank in Hz: a body that stands sways as slowly.
 const LOWEST: f64 = 0.4;
+
+/// The ratio from one filter to the next: 12 of them reach from sway to a step of 30 Hz.
 const RATIO: f64 = 1.5;
 /// The highest cut-off, as a fraction of the frame rate.
 const HIGHEST: f64 = 0.4;
-/// Seconds around a moment of which the likelihoods are summed (the time constant of an exponential window) ...
+
+/// The time constant in seconds of the exponential window over which likelihoods are summed: a fast movement begins in
+/// as much.
 const AROUND: f64 = 0.06;
-/// ... and frames at least.
+
+/// The same in frames at least, so that at 25 frames per second several count.
 const AROUND_FRAMES: f64 = 2.5;
 /// A filter whose likelihood is less than the best one's by this logarithm does not count.
 const HARDLY: f64 = -25.0;
-/// How much a likelihood counts: every frame is predicted from both sides, and would count twice.
+
+/// The exponent of a likelihood: every frame is predicted from both sides, and would count twice.
 const TEMPER: f64 = 0.5;
-/// How much jerk the smoother allows, as a fraction of what predicts best. Less than that is better, for it sees both
-/// sides of a moment, and a prediction one: 0.5 was chosen on seed 1 of `tools/clean`. The others are for motions whose
-/// peaks the first would cut.
-pub(super) const STRENGTHS: [f64; 3] = [0.5, 1.0, 4.0];
 
 /// A filter of the bank, for noise of variance 1.
 #[derive(Clone, Debug)]
@@ -43,7 +45,7 @@ pub(super) struct Bank {
     members: Vec<Member>,
     /// How much less the likelihood of a frame counts for each frame of distance.
     decay: f64,
-    /// One of [`STRENGTHS`].
+    /// The jerk that the smoother allows: `smoothing` of [`CleanWeights`](crate::CleanWeights).
     strength: f64,
 }
 

@@ -10,20 +10,11 @@ use mocap_scene::math::quaternion::exp;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::NodeId;
 
-use super::noise::{LEAST_DISTANCE, without_noise};
+use super::noise::without_noise;
 use super::pace::Bank;
 use super::smoother::Positions;
 use crate::frames::{Frames, tracks};
 use crate::work::Work;
-
-/// How far a position may be off where a rotation may be off by a radian, in metres: the shorter a bone is, the less
-/// its direction tells.
-const PER_RADIAN: f32 = 0.03;
-/// A joint goes so far from where the rotations without their noise have it to where its own track without noise has
-/// it: their errors are hardly alike, so that a mean is better than either. Chosen on seed 1 of `tools/clean`.
-const OF_WORLD: f32 = 0.8;
-/// The largest turn of a joint, in degrees: noise is not more.
-const LARGEST: f32 = 15.0;
 
 /// Moves the joints of the smoothed frames of `work` to where `noisy`, the frames before, have them without noise.
 pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: bool) {
@@ -37,6 +28,9 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
     let skeleton = Skeleton::new(work, &nodes);
     let mut pose = Pose::rest(work.scene);
     let frames = 0..work.frames.len();
+    let [world, joint_length, largest] =
+        [work.weights.world, work.weights.joint_length, work.weights.largest_turn].map(|weight| weight as f32);
+    let largest = largest.to_radians();
     for frame in frames {
         work.frames.pose(frame, &mut pose);
         let mut positions: Vec<Vec3> = nodes.iter().map(|node| pose.position(*node)).collect();
@@ -48,7 +42,7 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
             .map(|index| skeleton.offset(work, frame, index))
             .collect();
         let goals = goals.iter().zip(&positions);
-        let goals: Vec<Vec3> = goals.map(|(goal, joint)| joint.lerp(goal[frame], OF_WORLD)).collect();
+        let goals: Vec<Vec3> = goals.map(|(goal, joint)| joint.lerp(goal[frame], world)).collect();
         positions[0] = goals[0];
         for index in 0..nodes.len() {
             if let Some(parent) = skeleton.parents[index] {
@@ -62,7 +56,7 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
             let pairs: Vec<(Vec3, Vec3)> = children
                 .map(|child| (lasting[*child], goals[*child] - positions[index]))
                 .collect();
-            turns[index] = (turn(turns[index], &pairs, PER_RADIAN / work.metres) * turns[index]).normalize();
+            turns[index] = (turn(turns[index], &pairs, joint_length / work.metres, largest) * turns[index]).normalize();
         }
         skeleton.write(work, frame, &nodes, &positions, &turns, &pose);
     }
@@ -71,7 +65,7 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
 /// A track without its noise, where it has any.
 fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Vec<Vec3> {
     let values: Vec<DVec3> = track.iter().map(|position| position.as_dvec3()).collect();
-    let is_noise = |noise: f64| noise * f64::from(work.metres) >= LEAST_DISTANCE;
+    let is_noise = |noise: f64| noise * f64::from(work.metres) >= work.weights.least_distance;
     match without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, in_most, is_noise) {
         Some((smoothed, _)) => smoothed.into_iter().map(glam::DVec3::as_vec3).collect(),
         None => track,
@@ -79,8 +73,8 @@ fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Ve
 }
 
 /// The small rotation in the world by which the bones of a joint, turned by `rotation`, come closest to their goals in
-/// the sense of least squares, where a radian counts as much as `per_radian` of each.
-fn turn(rotation: Quat, bones: &[(Vec3, Vec3)], per_radian: f32) -> Quat {
+/// the sense of least squares, where a radian counts as much as `per_radian` of each, by `largest` radians at most.
+fn turn(rotation: Quat, bones: &[(Vec3, Vec3)], per_radian: f32, largest: f32) -> Quat {
     let mut matrix = Mat3::from_diagonal(Vec3::splat(per_radian * per_radian));
     let mut right = Vec3::ZERO;
     for (offset, goal) in bones {
@@ -93,7 +87,7 @@ fn turn(rotation: Quat, bones: &[(Vec3, Vec3)], per_radian: f32) -> Quat {
     }
     let by = matrix.inverse() * right;
     match by.is_finite() {
-        true => exp(by.clamp_length_max(LARGEST.to_radians())),
+        true => exp(by.clamp_length_max(largest)),
         false => Quat::IDENTITY,
     }
 }

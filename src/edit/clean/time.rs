@@ -9,23 +9,16 @@ use glam::Vec3;
 use mocap_scene::math::quaternion::log;
 use mocap_scene::pose::Trs;
 
-use super::gaps::{Gaps, SURE};
+use super::gaps::Gaps;
 use super::rate::{self, Pattern, Told};
 use crate::bridge::bridge;
 use crate::flips;
 use crate::work::Work;
 
-/// The longest run of held frames that is filled, in seconds. A longer one is frozen, and may be meant.
-const LONGEST_HELD: f64 = 0.5;
 /// The longest run of held frames that may be there in excess.
 const LONGEST_DOUBLED: usize = 4;
-/// How much must speak for that, as a logarithm: less than for a dropped frame, since the frame itself is seen.
-const DOUBLED: f32 = 0.02;
 /// A step in which nothing moves by more than this, in radians and in fractions of the body, is none.
 const STILL: f32 = 2e-6;
-/// A frame that was dropped is put in where something moves faster than this, in radians and in fractions of the body
-/// a second: below 20 degrees a second what steps tell is the rounding of a file, or the pace of its clock.
-const LEAST_SPEED: f64 = 0.35;
 
 /// What was found and done, in frames.
 #[derive(Default)]
@@ -109,7 +102,8 @@ fn find(work: &Work<'_>) -> (Vec<Row>, Mended) {
         .collect();
     let gaps = Gaps::new(&leading, seen.iter().map(|frame| *frame as f64).collect());
     let mut frames = vec![Row::Seen; held.len()];
-    let longest = work.frames.frames_in(LONGEST_HELD);
+    let longest = work.frames.frames_in(work.weights.longest_held);
+    let doubled = work.weights.least_evidence_of_doubled as f32;
     let mut excess = Vec::new();
     for (index, pair) in seen.windows(2).enumerate() {
         let run = pair[0] + 1..pair[1];
@@ -119,18 +113,18 @@ fn find(work: &Work<'_>) -> (Vec<Row>, Mended) {
             let is_short = run.len() <= LONGEST_DOUBLED;
             let by = -(run.len() as f64);
             let sure = if is_short { gaps.is_longer(index + 1, by) } else { None };
-            excess.extend(sure.filter(|sure| *sure > DOUBLED).map(|sure| (run.clone(), sure)));
+            excess.extend(sure.filter(|sure| *sure > doubled).map(|sure| (run.clone(), sure)));
             done.filled += run.len();
             frames[run].fill(Row::Held);
         }
     }
     let mut dropped = gaps.dropped();
-    let least = (LEAST_SPEED / work.frames.rate) as f32;
+    let least = (work.weights.least_speed / work.frames.rate) as f32;
     dropped.retain(|(index, _)| {
         let is_moving = |part: &Vec3| part.length() > least;
         seen[*index] == seen[*index - 1] + 1 && leading[*index - 1].iter().any(is_moving)
     });
-    balance(&mut excess, &mut dropped);
+    balance(&mut excess, &mut dropped, work.weights.least_evidence as f32);
     for (run, _) in excess {
         done.filled -= run.len();
         done.removed += run.len();
@@ -145,12 +139,12 @@ fn find(work: &Work<'_>) -> (Vec<Row>, Mended) {
 
 /// Keeps of the frames in excess, and of those before which one was dropped, what is sure. What is less sure is kept in
 /// pairs of both, the surest first: a program that is late drops a frame, and doubles one to catch up.
-fn balance(excess: &mut Vec<(Range<usize>, f32)>, dropped: &mut Vec<(usize, f32)>) {
+fn balance(excess: &mut Vec<(Range<usize>, f32)>, dropped: &mut Vec<(usize, f32)>, certain: f32) {
     excess.sort_by(|a, b| b.1.total_cmp(&a.1));
     dropped.sort_by(|a, b| b.1.total_cmp(&a.1));
     let sure = [
-        excess.iter().filter(|found| found.1 > SURE).count(),
-        dropped.iter().filter(|found| found.1 > SURE).count(),
+        excess.iter().filter(|found| found.1 > certain).count(),
+        dropped.iter().filter(|found| found.1 > certain).count(),
     ];
     let pairs = excess.len().min(dropped.len());
     excess.truncate(pairs.max(sure[0]));

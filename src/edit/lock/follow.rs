@@ -8,22 +8,13 @@ use mocap_scene::scene::{NodeId, Scene};
 
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::sole::{SolePoint, angle_to_height, turn_up, world_axis};
+use super::weights::FootLockWeights;
 use crate::body::Leg;
 use crate::contacts::DetectedContacts;
 
-/// As fractions of the leg: a foot of the motion that is followed is on the ground below the first height, and in the
-/// air above the second.
-const ON_THE_GROUND: f32 = 0.04;
-const IN_THE_AIR: f32 = 0.12;
-
-/// How far above its goal a foot may stay before the hips come down for it, as a fraction of the leg.
-const SLACK: f32 = 0.01;
-
-/// The largest angle by which a foot turns to follow another, in radians.
-const LARGEST_TURN: f32 = 0.6;
-
-/// The time in which a foot that is held on a sliding source gives way, in seconds.
-const GIVES_WAY: f32 = 2.0;
+/// The height from which on a foot is in the air, as a multiple of that below which it is on the ground, so that the one
+/// becomes the other over a part of the swing.
+const IN_THE_AIR: f64 = 3.0;
 
 /// The feet of another body, which those of a retargeted motion follow.
 #[doc(hidden)]
@@ -48,6 +39,8 @@ pub struct FootGuide<'a> {
     /// What of the left and of the right foot stays above the floor, parents before children.
     #[doc(hidden)]
     pub soles: [Vec<SolePoint>; 2],
+    #[doc(hidden)]
+    pub weights: FootLockWeights,
 }
 
 /// A foot that follows another.
@@ -106,7 +99,7 @@ impl Follow {
             let point = sole.iter().find(|point| point.node == Some(node));
             point.map_or(0.0, |point| point.height)
         };
-        let leg = LegTrack::new(scene, figure, (side, leg), contacts, sole, stands);
+        let leg = LegTrack::new(scene, figure, (side, leg), followed.weights, contacts, sole, stands);
         let sources = leg.points.iter().filter_map(|point| {
             let source = contacts.point(point.bone.on(side))?;
             let step = |pair: &[Vec3]| followed.turn * (pair[1] - pair[0]) * followed.scale;
@@ -121,7 +114,7 @@ impl Follow {
         Self {
             sources: sources.collect(),
             leg,
-            low: ON_THE_GROUND * followed.leg / followed.units_per_metre,
+            low: followed.weights.on_the_ground as f32 * followed.leg / followed.units_per_metre,
             heights: heights(side, followed),
             lifts: Vec::new(),
         }
@@ -224,7 +217,8 @@ impl Foot for Follow {
             if let Some(axis) = hinge.and_then(|point| point.axis) {
                 let axis = world_axis(pose, ankle, axis);
                 let [angle, steepness] = angle_to_height(axis, to_ball, up, wanted);
-                let angle = follow.weight * (1.0 - steepness) * angle.clamp(-LARGEST_TURN, LARGEST_TURN);
+                let largest = self.leg.weights.largest_turn as f32;
+                let angle = follow.weight * (1.0 - steepness) * angle.clamp(-largest, largest);
                 pose.rotate(ankle, Quat::from_axis_angle(axis, angle));
             }
         }
@@ -237,7 +231,7 @@ impl Foot for Follow {
     }
 
     fn known_shifts(&self, up: Vec3, frames_per_second: f32) -> Vec<Option<Vec3>> {
-        let gives_way = (1.0 / (GIVES_WAY * frames_per_second)).min(1.0);
+        let gives_way = (1.0 / (self.leg.weights.gives_way as f32 * frames_per_second)).min(1.0);
         let is_low = |frame: usize| self.leg.rests(frame) || self.weight(frame) == 1.0;
         let change = |frame: usize, held: &mut Vec3| self.change(frame, up, held, gives_way);
         let mean = |shifts: &[Vec3]| shifts.iter().sum::<Vec3>() / shifts.len() as f32;
@@ -249,7 +243,7 @@ impl Foot for Follow {
     }
 
     fn slack(&self) -> f32 {
-        SLACK * self.leg.length
+        self.leg.weights.slack as f32 * self.leg.length
     }
 }
 
@@ -260,7 +254,8 @@ fn heights(side: Side, followed: &FootGuide<'_>) -> Vec<Heights> {
     let height = |track: Option<&Vec<f32>>, frame: usize| {
         Some((track?.get(frame)? * followed.units_per_metre).max(0.0)).filter(|height| height.is_finite())
     };
-    let (near, far) = (ON_THE_GROUND * followed.leg, IN_THE_AIR * followed.leg);
+    let on_the_ground = followed.weights.on_the_ground;
+    let [near, far] = [on_the_ground, IN_THE_AIR * on_the_ground].map(|height| height as f32 * followed.leg);
     let of_frame = |frame: usize| {
         let Some(ankle) = height(ankle, frame) else {
             return Heights::default();

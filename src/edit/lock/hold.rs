@@ -8,14 +8,17 @@ use mocap_scene::scene::Scene;
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::shift;
 use super::sole::{Hinge, SolePoint, turn_up};
+use super::weights::FootLockWeights;
 use crate::body::{Leg, and_below};
 use crate::contacts::DetectedContacts;
 
-/// Of a contact, the median of how far the foot is off its level counts, and what is this near to it, in metres.
+/// The distance in metres from the median offset of a contact within which offsets count: others are noise.
 const NEAR: f32 = 0.02;
-/// A foot that is less than this off its level stays, and another comes as near, in metres.
+
+/// The offset in metres from its level that a foot keeps: soles of shoes differ by as much.
 const LEAST: f32 = 0.01;
-/// A foot that is farther off its level, in metres, stands on something else, as a stair.
+
+/// The offset in metres from which on a foot stands on something else: below the 0.15 m of a stair.
 const FARTHEST: f32 = 0.1;
 
 /// A held foot.
@@ -35,6 +38,7 @@ impl Hold {
         scene: &Scene,
         figure: &Figure,
         (side, leg): (Side, Leg),
+        weights: FootLockWeights,
         contacts: &DetectedContacts,
         levels: &[f32],
     ) -> Self {
@@ -43,7 +47,7 @@ impl Hold {
             .map(|node| SolePoint::at(scene, node, 0.0))
             .collect();
         let hinges = sole.iter().filter_map(|point| Hinge::new(leg.ankle, point)).collect();
-        let leg = LegTrack::new(scene, figure, (side, leg), contacts, sole, |_, _, height| {
+        let leg = LegTrack::new(scene, figure, (side, leg), weights, contacts, sole, |_, _, height| {
             height / figure.metres()
         });
         let level = |point: &ContactTrack| {

@@ -6,13 +6,12 @@ use mocap_scene::ik::bend_about_hinge;
 use super::leg::LegTrack;
 use super::shift;
 
-/// What a change of the height of a foot costs against one of its knee.
-const HEIGHT_COST: f32 = 10.0;
-
-/// The fraction of the thigh's length by which the knee of a straight leg is aside at least where its rate counts.
+/// The fraction of the thigh's length by which the knee of a straight leg is aside at least, so that its rate is
+/// finite.
 const STRAIGHT: f32 = 0.01;
 
-/// The fraction of a leg's length below which the direction to its ankle is not known.
+/// The fraction of a leg's length below which the direction to its ankle is not known: the rounding of single
+/// precision.
 const NO_REACH: f32 = 1e-6;
 
 impl LegTrack {
@@ -53,12 +52,13 @@ impl LegTrack {
         let to_ankle = (0..self.shifts.len())
             .map(|frame| self.ankle[frame] + self.shifts[frame] - self.thigh[frame] - carried[frame]);
         let to_ankle: Vec<Vec3> = to_ankle.collect();
+        let cost = self.weights.knee_height as f32;
         let change = |(frame, offset): (usize, &Vec3)| {
             let bones = self.bones(frame);
             let before = self.ankle[frame].distance(self.thigh[frame]);
             let change = aside(bones, offset.length()) - aside(bones, before);
             let rate = (self.bend_rate(frame) * offset.normalize_or_zero().dot(up)).powi(2);
-            change * HEIGHT_COST / (HEIGHT_COST + rate)
+            change * cost / (cost + rate)
         };
         let changes: Vec<f32> = to_ankle.iter().enumerate().map(change).collect();
         for (frame, change) in shift::smooth(&changes, radius).into_iter().enumerate() {

@@ -10,11 +10,9 @@ use mocap_scene::scene::{NodeId, Scene};
 
 use super::shift;
 use super::sole::SolePoint;
+use super::weights::FootLockWeights;
 use crate::body::{Leg, and_below, knee_at_rest};
 use crate::contacts::DetectedContacts;
-
-/// The fraction of its full length to which a leg may be stretched, unless the motion itself stretches it more.
-const STRETCH: f32 = 0.9995;
 
 /// A foot whose motion is changed while it is near to the ground: [`Hold`](super::hold::Hold) or
 /// [`Follow`](super::follow::Follow).
@@ -57,6 +55,7 @@ pub(super) trait Foot {
 /// A leg in every frame.
 pub(super) struct LegTrack {
     pub(super) leg: Leg,
+    pub(super) weights: FootLockWeights,
     /// The ankle and all below it.
     pub(super) foot: Vec<NodeId>,
     /// What stays above the floor.
@@ -108,6 +107,7 @@ impl LegTrack {
         scene: &Scene,
         figure: &Figure,
         (side, leg): (Side, Leg),
+        weights: FootLockWeights,
         contacts: &DetectedContacts,
         sole: Vec<SolePoint>,
         rest: impl Fn(&[SolePoint], NodeId, f32) -> f32,
@@ -131,6 +131,7 @@ impl LegTrack {
         Self {
             foot: and_below(scene, leg.ankle).collect(),
             leg,
+            weights,
             sole,
             length: 0.0,
             shifts: vec![Vec3::ZERO; contacts.frames],
@@ -193,7 +194,7 @@ impl LegTrack {
     /// it.
     pub(super) fn reach(&self, frame: usize) -> f32 {
         let now = self.thigh[frame].distance(self.ankle[frame]);
-        (STRETCH * self.length).max(now)
+        (self.weights.stretch as f32 * self.length).max(now)
     }
 
     /// The shifts of the runs of frames in which `is_low` holds. `shift_change` gives the change of the shift from a

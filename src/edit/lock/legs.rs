@@ -8,13 +8,14 @@ use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{Channel, NodeId, Scene};
 
 use super::leg::Foot;
-use super::pace::{self, Pace};
+use super::pace::Pace;
+use super::weights::FootLockWeights;
 use super::{FootLockReport, hips, sole};
 use crate::body::{Leg, and_below, mover};
 use crate::contacts::DetectedContacts;
 use crate::frames::{Frames, between};
 
-/// The distance from a goal that counts as out of reach, in metres.
+/// The distance from a goal in metres that counts as out of reach: a millimetre is not seen.
 const OUT_OF_REACH: f32 = 0.001;
 
 /// What a frame of a motion becomes; lengths are in metres.
@@ -116,9 +117,9 @@ impl Legs {
     }
 
     /// The frames of a time to blend, where those that the lock averages are not too many for the motion.
-    pub(super) fn blend(&self, seconds: f64) -> Result<usize> {
-        self.frames
-            .filter_radius(self.frames.frames_in(seconds.max(pace::AROUND)))?;
+    pub(super) fn blend(&self, seconds: f64, weights: &FootLockWeights) -> Result<usize> {
+        let longest = seconds.max(weights.around).max(weights.ease);
+        self.frames.filter_radius(self.frames.frames_in(longest))?;
         Ok(self.frames.frames_in(seconds))
     }
 

@@ -10,29 +10,12 @@ use mocap_scene::scene::NodeId;
 
 use super::leg::LegTrack;
 use super::shift::envelope;
+use super::weights::FootLockWeights;
 use crate::frames::Frames;
 
-/// The largest ratios of the speed and of the acceleration of a foot to those without the lock, and those that are
-/// aimed at, for keys are rounded.
-pub(super) const LARGEST_RATIOS: [f32; 2] = [1.2, 1.5];
-const AIM: f32 = 0.97;
-
-/// What is around a moment, in seconds: a lock may move the same acceleration to another frame.
-pub(super) const AROUND: f64 = 0.25;
-
-/// Slower than this fraction of the fastest moment of the motion, in m/s and in m/s2, a foot may always be ...
-const OF_FASTEST: f32 = 0.25;
-/// ... and slower than this, which is no movement that can be seen.
-const STILL: [f32; 2] = [0.1, 2.0];
-
-/// The time in which a foot gives way, and takes hold again, in seconds.
-const EASE: f64 = 0.15;
-
-/// After so many rounds a foot gives way altogether around its moments, and after as many again in the whole motion.
+/// Rounds after which a foot gives way altogether around its moments, and after as many again in the whole motion, so
+/// that the time is bounded.
 const ROUNDS: usize = 10;
-
-/// The smallest fraction by which a round makes a change less.
-const LEAST: f32 = 0.2;
 
 /// The joints of one foot over time, with the lock and without.
 pub(super) struct Pace {
@@ -50,6 +33,7 @@ pub(super) struct Pace {
     around: usize,
     ease: usize,
     rounds: usize,
+    weights_of_lock: FootLockWeights,
     /// The largest ratios of speeds and accelerations that were found last.
     pub(super) ratios: [f32; 2],
 }
@@ -65,9 +49,10 @@ impl Pace {
             is_new: vec![true; frames.len()],
             rate: frames.rate as f32,
             metres: 1.0,
-            around: frames.frames_in(AROUND),
-            ease: frames.frames_in(EASE),
+            around: frames.frames_in(leg.weights.around),
+            ease: frames.frames_in(leg.weights.ease),
             rounds: 0,
+            weights_of_lock: leg.weights,
             ratios: [0.0; 2],
             joints,
         }
@@ -84,14 +69,24 @@ impl Pace {
     pub(super) fn compare_with_free(&mut self, metres: f32) {
         self.metres = metres;
         self.changed.clone_from(&self.free);
+        let FootLockWeights {
+            moving,
+            still_speed,
+            still_acceleration,
+            ..
+        } = self.weights_of_lock;
+        let moving = moving as f32;
         let allowed = |values: Vec<f32>, still: f32| -> Vec<f32> {
-            let floor = still.max(OF_FASTEST * values.iter().copied().fold(0.0, f32::max));
+            let floor = still.max(moving * values.iter().copied().fold(0.0, f32::max));
             let highest = highest_around(&values, self.around);
             highest.map(|highest| highest.max(floor)).collect()
         };
         let most = self.free.iter().map(|track| {
             let [speeds, accelerations] = self.paces(track);
-            [allowed(speeds, STILL[0]), allowed(accelerations, STILL[1])]
+            [
+                allowed(speeds, still_speed as f32),
+                allowed(accelerations, still_acceleration as f32),
+            ]
         });
         self.most = most.collect();
     }
@@ -123,12 +118,15 @@ impl Pace {
         let mut excess = vec![0.0_f32; self.weights.len()];
         self.ratios = [0.0; 2];
         self.is_new.fill(false);
+        let weights = self.weights_of_lock;
+        let (aim, least) = (weights.aim as f32, weights.least_step as f32);
+        let ratios = [weights.speed_ratio, weights.acceleration_ratio].map(|ratio| ratio as f32);
         for (track, most) in self.changed.iter().zip(&self.most) {
-            let kinds = self.paces(track).into_iter().zip(most).zip(LARGEST_RATIOS);
+            let kinds = self.paces(track).into_iter().zip(most).zip(ratios);
             for (kind, ((values, most), largest)) in kinds.enumerate() {
                 for ((excess, value), most) in excess.iter_mut().zip(values).zip(most) {
                     self.ratios[kind] = self.ratios[kind].max(value / most);
-                    *excess = excess.max(value / (AIM * largest * most));
+                    *excess = excess.max(value / (aim * largest * most));
                 }
             }
         }
@@ -139,7 +137,7 @@ impl Pace {
         let less = |excess: &f32| match *excess > 1.0 {
             _ if self.rounds > 2 * ROUNDS => 1.0,
             true if self.rounds > ROUNDS => 1.0,
-            true => (1.0 - 1.0 / excess).max(LEAST),
+            true => (1.0 - 1.0 / excess).max(least),
             false => 0.0,
         };
         let less: Vec<f32> = excess.iter().map(less).collect();

@@ -15,7 +15,7 @@ use mocap_scene::scene::Scene;
 #[cfg(doc)]
 use mocap_scene::scene::report::Origin;
 #[cfg(feature = "solve")]
-use mocap_solve::Lengths;
+use mocap_solve::{Lengths, MarkerWeights};
 
 impl Importer {
     /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
@@ -184,6 +184,15 @@ impl Importer {
     #[must_use]
     pub fn markers(mut self, names: impl Into<String>) -> Self {
         self.markers = Some(names.into());
+        self
+    }
+
+    /// The weights with which skeletons are solved from markers. Default: [`MarkerWeights::default`], which has an
+    /// example.
+    #[cfg(feature = "solve")]
+    #[must_use]
+    pub fn marker_weights(mut self, weights: MarkerWeights) -> Self {
+        self.marker_weights = weights;
         self
     }
 

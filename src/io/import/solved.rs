@@ -35,7 +35,7 @@ impl Importer {
 
     fn solve_markers(&self, scene: &mut Scene, names: &str, source: &Source<'_>) -> Result<()> {
         check_markers(scene)?;
-        let mut known = Known::default();
+        let mut known = Known::default().weights(self.marker_weights);
         if let Some(subject) = names.strip_prefix(AUTO).and_then(|rest| rest.strip_prefix(':')) {
             known = known.subject(subject);
         } else if names != AUTO {

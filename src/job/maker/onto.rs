@@ -177,7 +177,9 @@ pub(super) fn import_onto(
             // Of the clips on the body, after feet are locked.
             _ => frames.conversion().root(RootMotion::Keep),
         })
-        .root(frames.root);
+        .root(frames.root)
+        .robot_weights(job.weights.robot)
+        .foot_lock_weights(job.weights.foot_lock);
     let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
     let mesh = match (named, job.write.mesh) {
         (JobTarget::Skeleton(_), None) => SkeletonMesh::None,

@@ -1,9 +1,11 @@
 //! The options of a retargeting.
 
+use mocap_edit::FootLockWeights;
 use mocap_figure::HumanoidMap;
 use mocap_figure::convert::{Conversion, RootMotion};
 
 use crate::Scale;
+use crate::robot::Weights;
 use crate::robot::report::Floor;
 
 /// How a [`Retargeter`](super::Retargeter) moves motions.
@@ -28,6 +30,8 @@ pub struct RetargetOptions {
     pub(super) passes: u8,
     pub(super) floor: Floor,
     pub(super) root: RootMotion,
+    pub(super) robot_weights: Weights,
+    pub(super) foot_lock_weights: FootLockWeights,
 }
 
 impl Default for RetargetOptions {
@@ -43,6 +47,8 @@ impl Default for RetargetOptions {
             passes: 2,
             floor: Floor::Auto,
             root: RootMotion::Keep,
+            robot_weights: Weights::default(),
+            foot_lock_weights: FootLockWeights::default(),
         }
     }
 }
@@ -118,6 +124,18 @@ impl RetargetOptions {
     /// [`Floor::Auto`].
     pub fn floor(mut self, floor: Floor) -> Self {
         self.floor = floor;
+        self
+    }
+
+    /// The weights of the robot solver. Default: [`Weights::default`].
+    pub fn robot_weights(mut self, weights: Weights) -> Self {
+        self.robot_weights = weights;
+        self
+    }
+
+    /// The weights by which feet are held. Default: [`FootLockWeights::default`].
+    pub fn foot_lock_weights(mut self, weights: FootLockWeights) -> Self {
+        self.foot_lock_weights = weights;
         self
     }
 }

@@ -16,27 +16,31 @@ use super::motion::RobotMotion;
 use super::solver::{Bounds, Solver};
 use super::terms::{Goals, Terms};
 use super::twin::Twin;
+use super::weights::Weights;
 
-/// A limb is followed again where its cost is above this in the mean of a window of so many seconds: about 20 degrees.
+/// The cost in rad^2 from which on a limb is followed again, in the mean of a [`WINDOW`]: a direction that is off by 20
+/// degrees, which everybody sees.
 pub const SUSPECT: f64 = 0.12;
+
+/// The time in seconds over which the cost of a limb is averaged: a limb that is off for less is fast.
 const WINDOW: f64 = 0.2;
 
-/// Of how many of its worst moments other beginnings are tried, how far apart these are in seconds, and how much better
-/// such a beginning must be.
+/// The number of worst moments of a limb at which other beginnings are tried: each costs a pass over all frames.
 const SEEDS: usize = 3;
+
+/// The least time in seconds between two of these moments: nearer ones have the same cause.
 const APART: f64 = 0.5;
+
+/// The fraction of the cost of a limb below which another beginning is followed: less is not worth a pass.
 const BETTER: f64 = 0.6;
 
-/// Steps of the solver for a new beginning, and for each frame after it.
+/// Steps of the solver for a new beginning: half of those of a first frame, for one limb alone.
 const FIRST_STEPS: usize = 60;
+
+/// Steps of the solver for each frame after it: as in the first pass.
 const STEPS: usize = 8;
 
-/// The square of the weight of an ankle's place, of a metre against a radian: 3 cm are as much as 20 degrees.
-const PLACE: f64 = 130.0;
-
-/// What a change of joints from frame to frame costs at 30 frames a second, in squares of radians, against the error of
-/// a limb in a frame.
-const CHANGE: f64 = 1.0;
+/// The frame rate in Hz to which `branch_change` of [`Weights`] applies.
 const RATE: f64 = 30.0;
 
 /// An arm or a leg: what it follows, and the positions of its joints.
@@ -47,6 +51,7 @@ pub struct Limb {
     pub foot: Option<usize>,
     pub positions: Vec<usize>,
     solver: Solver,
+    weights: Weights,
 }
 
 /// The arms and legs of a robot.
@@ -78,11 +83,11 @@ pub struct Track {
 }
 
 impl Branches {
-    pub fn new(kinematics: &Kinematics, twin: &Twin) -> Self {
+    pub fn new(kinematics: &Kinematics, twin: &Twin, weights: &Weights) -> Self {
         let bones = LIMBS
             .iter()
             .flat_map(|bones| Side::ALL.map(|side| bones.map(|bone| bone.on(side))));
-        let limbs = bones.map(|bones| Limb::new(kinematics, twin, bones));
+        let limbs = bones.map(|bones| Limb::new(kinematics, twin, bones, weights));
         Self {
             limbs: limbs.filter(|limb| !limb.positions.is_empty()).collect(),
         }
@@ -101,7 +106,7 @@ impl Branches {
 }
 
 impl Limb {
-    fn new(kinematics: &Kinematics, twin: &Twin, bones: [Bone; 3]) -> Self {
+    fn new(kinematics: &Kinematics, twin: &Twin, bones: [Bone; 3], weights: &Weights) -> Self {
         let found = twin.bones.iter().enumerate();
         let found = found.filter(|(_, bone)| bones.contains(&bone.bone));
         let rotations: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();
@@ -114,7 +119,8 @@ impl Limb {
             rotations,
             foot: feet.next().map(|(_, bone)| kinematics.body_of(bone.link).0),
             positions: (0..used.len()).filter(|position| used[*position]).collect(),
-            solver: Solver::new(Terms::of_positions(kinematics, used, 0)),
+            solver: Solver::new(Terms::of_positions(kinematics, used, 0), weights.hold),
+            weights: *weights,
         }
     }
 
@@ -157,7 +163,7 @@ impl Limb {
                 .into_iter()
                 .for_each(|cost| *cost *= 1.0 + free.ahead as f64);
         }
-        let chosen = shortest(&tracks, CHANGE * motion.fps / RATE);
+        let chosen = shortest(&tracks, self.weights.branch_change * motion.fps / RATE);
         if chosen.iter().all(|track| *track == 0) {
             return false;
         }
@@ -181,7 +187,7 @@ impl Limb {
         let mut pose = kinematics.rest();
         let costs = goals.iter().enumerate().map(|(frame, goals)| {
             motion.set(first + frame, kinematics, &mut pose);
-            cost(goals, &pose)
+            cost(goals, &pose, &self.weights)
         });
         let of = |frame: usize| self.positions.iter().map(|at| motion.dof_of(frame)[*at]).collect();
         Track {
@@ -231,7 +237,7 @@ impl Follow<'_> {
         for (at, value) in self.limb.positions.iter().zip(positions) {
             *value = pose.positions[*at];
         }
-        cost(goals, &pose)
+        cost(goals, &pose, &self.limb.weights)
     }
 
     /// The best of several beginnings in a frame: joints near 0, in the middles of their limits, and a quarter off to
@@ -277,7 +283,7 @@ impl Follow<'_> {
 }
 
 /// How far a pose is from goals, in squares of radians by their weights.
-fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
+fn cost(goals: &Goals, pose: &RobotPose, weights: &Weights) -> f64 {
     let rotations = goals.rotations.iter().map(|turn| {
         let rotation = pose.bodies[turn.body].rotation;
         let apart = rotation_vector(turn.target * rotation.inverse());
@@ -286,7 +292,7 @@ fn cost(goals: &Goals, pose: &RobotPose) -> f64 {
     });
     let places = goals.reaches.iter().map(|reach| {
         let apart = reach.target - pose.bodies[reach.body].point(reach.point);
-        (reach.weight.min(DVec3::splat(PLACE)) * apart * apart).element_sum()
+        (reach.weight.min(DVec3::splat(weights.branch_place)) * apart * apart).element_sum()
     });
     rotations.sum::<f64>() + places.sum::<f64>()
 }

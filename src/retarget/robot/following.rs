@@ -10,45 +10,31 @@ use super::kinematics::{Kinematics, RobotPose};
 use super::sole::SoleBall;
 use super::terms::{Goals, Reach, RotationGoal};
 use super::twin::{Twin, TwinBone};
+use super::weights::Weights;
 
-/// Squares of weights: of directions of limbs, of rotations about limbs, of what no joint of an ankle does, and of
-/// positions, of a metre against a radian.
+/// The weight of the direction of a limb and of the rotation of the trunk, in 1/rad^2: the measure of all [`Weights`].
 const DIRECTION: f64 = 1.0;
-const TWIST: f64 = 0.01;
-const NOT_DRIVEN: f64 = 0.01;
-const TRUNK: f64 = 1.0;
-const HAND: f64 = 0.2;
-const HEAD: f64 = 0.3;
-const FOOT_TURN: f64 = 0.3;
-/// How many times as much the rotation of a foot counts that stands, less 1.
-const STANDING: f64 = 12.0;
-const FOOT_PLACE: f64 = 10_000.0;
-const HIPS_PLACE: f64 = 9.0;
 
-/// Squares of the weights in the second pass: of the position of an ankle in the air, and of the height of one that
-/// stands; and how long the one takes to become the other, in seconds.
-const AIR_PLACE: f64 = 100.0;
-const STANDING_HEIGHT: f64 = 3000.0;
-const NEARING: f64 = 0.08;
-
-/// Of the base of a robot without legs, which stays.
+/// The weight of the base of a robot without legs, in 1/rad^2 and 1/m^2: a thousand times that of a foot that stands,
+/// so that the base stays within micrometres.
 const FIXED: f64 = 1e7;
 
-/// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often
-/// the interval is halved in which the rotation is looked for.
+/// The largest distance in metres by which an ankle is raised, before its foot is turned, to bring the foot above the
+/// floor: what soles of boxes and balls differ from the source's.
 const RAISED: f64 = 0.02;
+
+/// How many times the interval of the rotation of a foot is halved: 180 degrees become 0.04.
 const HALVINGS: usize = 12;
 
-/// How far a foot that stands is held away from where the twin has it at most, in metres, and how long it takes to come
-/// back, in seconds.
-const FARTHEST_HELD: f64 = 0.1;
-const RETURN: f64 = 0.12;
-
-/// The cosine of the angle from upright above which hips lie.
+/// The cosine of the angle from upright above which hips lie: 60 degrees, between standing and lying.
 const LYING: f64 = 0.5;
 
-/// How much lower another ball of the sole must be for a foot to stand on that, in metres.
+/// The difference in height in metres from which on a foot stands on another, lower ball of its sole: more than the
+/// solver leaves, so that the ball does not change from frame to frame.
 const LOWER: f64 = 0.002;
+
+/// The cosine of the angle between an axis of the figure and a joint of the ankle that drives it: 45 degrees.
+const DRIVES: f64 = 0.7;
 
 /// A bone of the twin with the body of the robot that follows it.
 #[derive(Clone, Debug)]
@@ -103,16 +89,17 @@ pub struct Following {
     pub(super) stand: Option<Placement>,
     /// Where its source faces, as a rotation about the up axis.
     pub(super) heading: DQuat,
+    settings: Weights,
 }
 
 impl Following {
-    pub fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin) -> Self {
+    pub fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin, settings: &Weights) -> Self {
         let mut goals = Goals::default();
         let (mut rotations, mut reaches) = (Vec::new(), Vec::new());
         for bone in &twin.bones {
             let (body, transform) = kinematics.body_of(bone.link);
             let body_to_frame = (bone.link_to_frame * transform.rotation.inverse()).normalize();
-            let weights = weights(twin, bone, robot);
+            let weights = weights(twin, bone, robot, settings);
             goals.rotations.push(RotationGoal {
                 body,
                 weight_axes: body_to_frame.inverse(),
@@ -129,9 +116,9 @@ impl Following {
                     _ => None,
                 },
             });
-            let weight = match bone.bone.on(Side::Left) {
-                Bone::LeftFoot => FOOT_PLACE,
-                Bone::Hips => HIPS_PLACE,
+            let (weight, side) = match bone.bone.on(Side::Left) {
+                Bone::LeftFoot => (settings.foot_place, bone.bone.side()),
+                Bone::Hips => (settings.hips_place, None),
                 _ => continue,
             };
             goals.reaches.push(Reach {
@@ -140,7 +127,6 @@ impl Following {
                 weight: DVec3::splat(weight),
                 target: DVec3::ZERO,
             });
-            let side = bone.bone.side().filter(|_| weight == FOOT_PLACE);
             reaches.push(Reached {
                 node: bone.node,
                 point: transform.point(bone.start),
@@ -171,6 +157,7 @@ impl Following {
             figure_to_world: twin.figure_to_world,
             stand: (!twin.has_legs).then(|| stand(robot)),
             heading: DQuat::IDENTITY,
+            settings: *settings,
         }
         .with_fixed_base()
     }
@@ -280,6 +267,11 @@ impl Following {
         }
     }
 
+    /// The fraction of the distance back to where the twin has a foot that is left after a frame.
+    pub(super) fn returned(&self, fps: f64) -> f64 {
+        (-1.0 / (self.settings.return_time * fps)).exp()
+    }
+
     /// The ankle of a side: its index among the reaches, the rotation of the foot, and the sole.
     fn ankle(&self, side: usize) -> Option<(usize, usize, &[SoleBall])> {
         let feet = self.reaches.iter().enumerate();
@@ -316,19 +308,19 @@ impl Following {
         };
         if let Some((ball, anchor)) = &mut stand.ball {
             let there = (twin + offset(*ball)).truncate();
-            *anchor = there + (*anchor - there).clamp_length_max(FARTHEST_HELD);
+            *anchor = there + (*anchor - there).clamp_length_max(self.settings.held_distance);
             held.point = sole[*ball].centre;
             held.target = anchor.extend(height + stand.above + sole[*ball].radius);
-            held.weight = DVec3::splat(FOOT_PLACE);
+            held.weight = DVec3::splat(self.settings.foot_place);
         }
         // A foot that stands is turned as it should be; one in the air follows the leg.
         let grip = f64::from(u8::from(is_held));
         stand.grip = grip + returned * (stand.grip - grip);
         (stand.twin, stand.height) = (twin, height);
-        self.goals.rotations[turn].weights = self.rotations[turn].weights * (1.0 + STANDING * stand.grip);
+        self.goals.rotations[turn].weights = self.rotations[turn].weights * (1.0 + self.settings.standing * stand.grip);
         let goal = &mut self.goals.reaches[ankle];
         goal.target += stand.shift;
-        goal.weight = FOOT_PLACE - held.weight;
+        goal.weight = self.settings.foot_place - held.weight;
         self.goals.reaches[self.reaches.len() + side] = held;
     }
 
@@ -366,7 +358,14 @@ impl Following {
     /// Weighs the ankles of the frames less that are far from the ground in time, for the second pass: there they may
     /// move smoothly.
     pub(super) fn loosen(&self, goals: &mut [Goals], contacts: &[[bool; 2]], fps: f64) {
-        let fades = (-1.0 / (NEARING * fps)).exp();
+        let Weights {
+            foot_place,
+            air_place,
+            standing_height,
+            nearing,
+            ..
+        } = self.settings;
+        let fades = (-1.0 / (nearing * fps)).exp();
         for side in Side::ALL.map(|side| side as usize) {
             let Some((ankle, _, _)) = self.ankle(side) else {
                 continue;
@@ -383,11 +382,11 @@ impl Following {
                 near[index - 1] = near[index - 1].max(fades * near[index]);
             }
             for (goals, near) in goals.iter_mut().zip(near) {
-                let weight = AIR_PLACE + (FOOT_PLACE - AIR_PLACE) * near * near;
-                let height = weight.min(STANDING_HEIGHT);
+                let weight = air_place + (foot_place - air_place) * near * near;
+                let height = weight.min(standing_height);
                 for reach in [ankle, held] {
                     let reach = &mut goals.reaches[reach];
-                    reach.weight = DVec3::new(weight, weight, height) * (reach.weight / FOOT_PLACE);
+                    reach.weight = DVec3::new(weight, weight, height) * (reach.weight / foot_place);
                 }
             }
         }
@@ -422,18 +421,14 @@ fn stand(robot: &Robot) -> Placement {
     }
 }
 
-/// The fraction of the distance back to where the twin has a foot that is left after a frame.
-pub(super) fn returned(fps: f64) -> f64 {
-    (-1.0 / (RETURN * fps)).exp()
-}
-
 /// Squares of the weights of a bone's rotation about left, up and forward of the figure in the T-pose.
-fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot) -> DVec3 {
+fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot, settings: &Weights) -> DVec3 {
+    let twist = settings.twist;
     match bone.bone.on(Side::Left) {
-        Bone::LeftUpperLeg | Bone::LeftLowerLeg => DVec3::new(DIRECTION, TWIST, DIRECTION),
-        Bone::LeftUpperArm | Bone::LeftLowerArm => DVec3::new(TWIST, DIRECTION, DIRECTION),
-        Bone::LeftHand => DVec3::splat(HAND),
-        Bone::Head => DVec3::splat(HEAD),
+        Bone::LeftUpperLeg | Bone::LeftLowerLeg => DVec3::new(DIRECTION, twist, DIRECTION),
+        Bone::LeftUpperArm | Bone::LeftLowerArm => DVec3::new(twist, DIRECTION, DIRECTION),
+        Bone::LeftHand => DVec3::splat(settings.hand),
+        Bone::Head => DVec3::splat(settings.head),
         Bone::LeftFoot => {
             let points = robot.zero_pose();
             let drives = |direction: DVec3| {
@@ -442,12 +437,16 @@ fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot) -> DVec3 {
                     .iter()
                     .map(|joint| points[*joint].rotation * robot.links[*joint].joint.axis);
                 let mut along = axes.map(|axis| (twin.figure_to_world.inverse() * axis).dot(direction).abs());
-                along.any(|along| along > 0.7)
+                along.any(|along| along > DRIVES)
             };
-            let weight = |direction| if drives(direction) { FOOT_TURN } else { NOT_DRIVEN };
+            let weight = |direction| if drives(direction) { settings.foot } else { twist };
             // A foot is turned about the up axis by the hip.
-            DVec3::new(weight(DVec3::X), 0.3 * FOOT_TURN, weight(DVec3::Z))
+            DVec3::new(
+                weight(DVec3::X),
+                settings.foot_heading * settings.foot,
+                weight(DVec3::Z),
+            )
         }
-        _ => DVec3::splat(TRUNK),
+        _ => DVec3::splat(DIRECTION),
     }
 }

@@ -4,6 +4,7 @@ pub(crate) mod balance;
 mod stream;
 
 use glam::{DQuat, DVec3};
+use mocap_edit::FootLockWeights;
 use mocap_edit::report::DetectedContacts;
 use mocap_figure::robot_bones::{RobotMap, robot_bones};
 use mocap_figure::{Figure, Humanoid};
@@ -20,7 +21,7 @@ use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::fingers::Fingers;
 use super::floor::{Floor, drops};
-use super::following::{Following, Stand, returned};
+use super::following::{Following, Stand};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
 use super::motion::{RobotMotion, rate};
@@ -30,6 +31,7 @@ use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::terms::{Goals, Terms};
 use super::twin::Twin;
+use super::weights::Weights;
 use super::window::{Bound, Windows};
 use crate::{PoseRetargeter, Scale};
 use mocap_figure::LimbAngles;
@@ -71,6 +73,10 @@ pub struct RobotOptions {
     pub passes: u8,
     /// Where the floor is. Default: under the feet that stand.
     pub floor: Floor,
+    /// The weights of the solver.
+    pub weights: Weights,
+    /// The weights by which feet are held before the robot follows them.
+    pub foot_lock: FootLockWeights,
 }
 
 impl Default for RobotOptions {
@@ -83,6 +89,8 @@ impl Default for RobotOptions {
             lock_feet: true,
             passes: 2,
             floor: Floor::Auto,
+            weights: Weights::default(),
+            foot_lock: FootLockWeights::default(),
         }
     }
 }
@@ -96,11 +104,15 @@ setters! {
         lock_feet: bool,
         passes: u8,
         floor: Floor,
+        weights: Weights,
+        foot_lock: FootLockWeights,
     }
 }
 
-/// Steps of the solver for the first frame, which has no frame before it, and for the others.
+/// Steps of the solver for the first frame, which has no frame before it.
 const FIRST_STEPS: usize = 120;
+
+/// Steps of the solver at most for each frame after the first: it begins at the frame before.
 const STEPS: usize = 8;
 
 /// Puts the motions of one source on a robot.
@@ -128,22 +140,26 @@ impl RobotRetargeter {
     /// Prepares motions of the skeleton of `source` for `robot`. The animations of `source` tell where its floor is.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where the source or the robot is no humanoid.
+    /// [`Code::NotHumanoid`] where the source or the robot is no humanoid; [`Code::InvalidValue`] for a weight that is
+    /// out of its range.
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
+        let weights = &options.weights;
+        weights.check()?;
         let bones = robot_bones(robot, Some(&options.map))?;
         let twin = Twin::new(robot, &bones)?;
         let bones = options.source.clone().unwrap_or_else(|| Humanoid::of(source));
         let figure = Figure::with_bones(source, bones.clone());
         let retargeter =
             PoseRetargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
+        let retargeter = retargeter.with_foot_lock(options.foot_lock);
         let kinematics = Kinematics::new(robot);
-        let following = Following::new(robot, &kinematics, &twin);
+        let following = Following::new(robot, &kinematics, &twin, weights);
         let terms = Terms::new(&kinematics, &following.goals);
         Ok(Self {
-            branches: Branches::new(&kinematics, &twin),
+            branches: Branches::new(&kinematics, &twin, weights),
             fingers: Fingers::new(robot, &kinematics, &twin, source, &bones),
-            windows: Windows::new(terms.clone()),
-            solver: Solver::new(terms),
+            windows: Windows::new(terms.clone(), weights),
+            solver: Solver::new(terms, weights.hold),
             collisions: Collisions::new(robot, &kinematics),
             robot: robot.clone(),
             options: options.clone(),
@@ -327,7 +343,7 @@ impl RobotRetargeter {
     /// Follows the twin into its next frame, brought down by `drop`.
     pub(super) fn next(&mut self, followed: &mut Followed, twin: &Pose, drop: f64, contacts: [bool; 2], fps: f64) {
         self.following.aim(twin, drop);
-        let returned = returned(fps);
+        let returned = self.following.returned(fps);
         for (side, stand) in followed.stands.iter_mut().enumerate() {
             let stood = followed.contacts.is_some_and(|before| before[side]);
             let is_held = self.options.lock_feet && contacts[side] && stood;

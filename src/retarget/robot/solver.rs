@@ -13,16 +13,13 @@ use mocap_scene::scene::robot::Placement;
 use super::kinematics::{Kinematics, RobotPose};
 use super::terms::{Goals, ROOT, Terms};
 
-/// How much a joint is held where it was in the frame before, against a rotation of a link by the same angle.
-const HOLD: f64 = 4e-4;
-
-/// The largest rotation of a joint in a step, in radians.
+/// The largest rotation of a joint in a step, in radians: farther away the linear terms do not hold.
 const LARGEST_STEP: f64 = 0.6;
 
-/// A step below this, in radians or metres, is the last.
+/// The step below which the solver ends, in radians or metres: a tenth of what a file of six decimals shows.
 const SMALLEST_STEP: f64 = 2e-6;
 
-/// Rounds of holding joints at their limits.
+/// Rounds in which joints are held at their limits: a limb has at most as many joints that reach them at once.
 const ROUNDS: usize = 4;
 
 /// The limits of the positions in a frame.
@@ -36,15 +33,18 @@ pub struct Bounds {
 #[derive(Clone, Debug)]
 pub struct Solver {
     pub(super) terms: Terms,
+    /// The weight of a change of a joint from the frame before, in 1/rad^2.
+    hold: f64,
     step: Vec<f64>,
     scratch: Vec<f64>,
 }
 
 impl Solver {
-    pub fn new(terms: Terms) -> Self {
+    pub fn new(terms: Terms, hold: f64) -> Self {
         Self {
             step: vec![0.0; terms.size()],
             terms,
+            hold,
             scratch: Vec::new(),
         }
     }
@@ -69,7 +69,7 @@ impl Solver {
             for index in 0..self.terms.positions.len() {
                 let position = self.terms.positions[index];
                 let back = before[position] - pose.positions[position];
-                self.terms.add_position(self.terms.base + index, HOLD, back);
+                self.terms.add_position(self.terms.base + index, self.hold, back);
             }
             self.bounded_step(bounds, pose);
             let largest = self.step.iter().fold(0.0_f64, |largest, step| largest.max(step.abs()));

@@ -10,14 +10,11 @@ use super::collision::Collisions;
 use super::kinematics::{Kinematics, RobotPose};
 use super::terms::Terms;
 
-/// The square of the weight of a metre of links in each other.
-const APART: f64 = 1000.0;
-
-/// How far in each other links may be, in metres, less than what a report counts.
+/// The depth in metres by which links may be in each other: less than half of the 10 mm that a report counts.
 const TOUCHING: f64 = 0.004;
 
-/// Links that are this near to being too far in each other count in the first round, in metres: a round before may have
-/// pushed them.
+/// The depth in metres below [`TOUCHING`] from which on links count in the first round: a round before may have pushed
+/// them apart.
 const NEAR: f64 = 0.002;
 
 /// The term of two links in one frame.
@@ -38,9 +35,18 @@ pub(super) struct Touches {
     /// Frames and pairs whose terms pushed in the round before.
     held: BTreeSet<(usize, usize)>,
     is_first: bool,
+    /// The weight of a metre of depth, in 1/m^2.
+    weight: f64,
 }
 
 impl Touches {
+    pub(super) fn new(weight: f64) -> Self {
+        Self {
+            weight,
+            ..Self::default()
+        }
+    }
+
     /// Begins a window.
     pub(super) fn begin(&mut self) {
         self.held.clear();
@@ -69,7 +75,7 @@ impl Touches {
                 pair: touch.pair,
                 error,
                 row: terms
-                    .add_apart(kinematics, pose, touch.points, touch.along, APART, error)
+                    .add_apart(kinematics, pose, touch.points, touch.along, self.weight, error)
                     .to_vec(),
             }
         });

@@ -23,44 +23,38 @@ use super::solver::{Bounds, moved};
 use super::speed::Steps;
 use super::terms::{Goals, ROOT, Reach, Terms};
 use super::touches::Touches;
+use super::weights::Weights;
 
-/// Frames of a window, and how many of them the next window solves again.
+/// Frames of a window: some steps of a walk. Memory grows with them.
 const FRAMES: usize = 192;
+
+/// Frames of a window that the next window solves again: the Gaussians reach 0.18 s, 22 frames at 120 fps.
 const OVERLAP: usize = 32;
 
 /// Rounds of Gauss-Newton at most: three are enough where nothing reaches its limits.
 const ROUNDS: usize = 10;
 
-/// The same of a window in which one frame is new.
+/// Rounds of a window in which one frame is new: the others were solved before.
 const LIVE_ROUNDS: usize = 3;
 
-/// A frame that moved by less than this in a round is solved, in radians or metres.
+/// The change in a round, in radians or metres, below which a frame is solved: a millimetre is not seen.
 pub const SMALL: f64 = 1e-3;
 
-/// How far from a frame that moved frames are solved again, in seconds: some times the reach of what makes it smooth.
+/// The time in seconds around a frame that moved in which frames are solved again: some times the reach of the
+/// Gaussians that make it smooth.
 const NEAR: f64 = 0.2;
 
-/// The largest step of a frame in a round.
+/// The weight of the angular acceleration of the base, as a multiple of that of a joint: the base turns the whole mass.
+const TURN_OF_BASE: f64 = 10.0;
+
+/// The largest step of a frame in a round, in radians or metres: farther away the linear terms do not hold.
 const LARGEST: f64 = 0.5;
 
-/// Squares of weights: of a joint's acceleration in rad/s2 and of its velocity in rad/s, and how many times as much
-/// that velocity of the base counts in m/s.
-const ACCELERATION: f64 = 3e-6;
-const VELOCITY: f64 = 4e-7;
-const BASE: f64 = 9.0;
+/// The fraction of a limit from which on a step is held back: 1, less the rounding of a step that was cut off there.
+const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// Squares of weights of the acceleration of the base, in m/s2 and rad/s2. It carries the mass of the robot: what
-/// jitters there is a force that no floor gives, while limbs take a little of it without a visible change.
-const BASE_ACCELERATION: [f64; 2] = [1e-3, 3e-5];
-
-/// The deviations of the bells that smooth the accelerations of the first pass, in seconds: for the base, of which half
-/// of 3 Hz stays (people walk with two steps a second), and for joints half of 5 Hz.
-const BASE_BELL: f64 = 0.06;
-const JOINT_BELL: f64 = 0.04;
-
-/// Squares of weights of a metre below the floor, and of a radian of a step that is too long.
-const FLOOR: f64 = 10_000.0;
-const TOO_LONG: f64 = 100.0;
+/// Standard deviations that a Gaussian reaches on either side: beyond are 0.3 % of it.
+const REACH: f64 = 3.0;
 
 /// What a motion keeps to.
 pub(super) struct Bound<'a> {
@@ -78,17 +72,19 @@ pub(super) struct Windows {
     terms: Terms,
     band: Band,
     touches: Touches,
+    weights: Weights,
     /// For each frame the acceleration that each unknown should have, by step and step: that of the first pass without
     /// what is faster than people move.
     wanted: Vec<f64>,
 }
 
 impl Windows {
-    pub(super) fn new(terms: Terms) -> Self {
+    pub(super) fn new(terms: Terms, weights: &Weights) -> Self {
         Self {
             terms,
             band: Band::default(),
-            touches: Touches::default(),
+            touches: Touches::new(weights.apart),
+            weights: *weights,
             wanted: Vec::new(),
         }
     }
@@ -185,7 +181,10 @@ impl Windows {
             }
         }
         let mut smooth = vec![0.0; frames * size];
-        for (part, deviation) in [(0..ROOT, BASE_BELL), (ROOT..size, JOINT_BELL)] {
+        for (part, deviation) in [
+            (0..ROOT, self.weights.base_smoothing),
+            (ROOT..size, self.weights.joint_smoothing),
+        ] {
             smoothed(&steps, size, part, deviation * motion.fps, &mut smooth);
         }
         self.wanted = steps;
@@ -211,7 +210,7 @@ impl Windows {
                         let above = Reach {
                             body: *body,
                             point: ball.centre,
-                            weight: DVec3::Z * FLOOR,
+                            weight: DVec3::Z * self.weights.foot_place,
                             target: DVec3::new(point.x, point.y, ball.radius),
                         };
                         self.terms.add_reach(kinematics, &above, &pose);
@@ -246,8 +245,9 @@ impl Windows {
 
     fn add_root(&mut self, motion: &RobotMotion, rows: &Rows) {
         let fps = motion.fps;
-        let velocity = VELOCITY * fps * fps;
-        let [along, about] = BASE_ACCELERATION.map(|weight| weight * fps.powi(4));
+        let velocity = self.weights.velocity * fps * fps;
+        let accelerations = [self.weights.base_acceleration, TURN_OF_BASE * self.weights.acceleration];
+        let [along, about] = accelerations.map(|weight| weight * fps.powi(4));
         let size = self.terms.size();
         let step = |frame: usize| root_step(motion, frame);
         for frame in rows.terms.clone() {
@@ -255,7 +255,7 @@ impl Windows {
             let before = (frame > 1).then(|| step(frame - 1));
             for axis in 0..3 {
                 let rates = [
-                    (axis, BASE * velocity, along, translation[axis]),
+                    (axis, self.weights.hips_place * velocity, along, translation[axis]),
                     (3 + axis, velocity, about, turn[axis]),
                 ];
                 for (unknown, velocity, acceleration, now) in rates {
@@ -274,7 +274,10 @@ impl Windows {
 
     fn add_joints(&mut self, bound: &Bound<'_>, motion: &RobotMotion, rows: &Rows) {
         let fps = motion.fps;
-        let (velocity, acceleration) = (VELOCITY * fps * fps, ACCELERATION * fps.powi(4));
+        let (velocity, acceleration) = (
+            self.weights.velocity * fps * fps,
+            self.weights.acceleration * fps.powi(4),
+        );
         let count = motion.dof_names.len();
         for index in 0..self.terms.positions.len() {
             let position = self.terms.positions[index];
@@ -285,8 +288,9 @@ impl Windows {
                 let pair = [(frame - 1, -1.0), (frame, 1.0)];
                 self.add(&rows.part, unknown, &pair, velocity, step);
                 let most = bound.steps.most(frame, position);
-                if step.abs() >= most * (1.0 - 1e-9) {
-                    self.add(&rows.part, unknown, &pair, TOO_LONG, step - most.copysign(step));
+                if step.abs() >= most * AT_LIMIT {
+                    let limit = self.weights.step_limit;
+                    self.add(&rows.part, unknown, &pair, limit, step - most.copysign(step));
                 }
                 if frame > 1 {
                     let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
@@ -409,7 +413,7 @@ pub fn near(moved: &[f64], first: usize, reach: f64) -> Vec<Range<usize>> {
 /// out.
 fn smoothed(steps: &[f64], size: usize, columns: Range<usize>, deviation: f64, smooth: &mut [f64]) {
     let frames = steps.len() / size;
-    let reach = (3.0 * deviation).ceil().min(frames as f64) as usize;
+    let reach = (REACH * deviation).ceil().min(frames as f64) as usize;
     let bell = |apart: usize| (-0.5 * (apart as f64 / deviation).powi(2)).exp();
     let bell: Vec<f64> = (0..=reach).map(bell).collect();
     let row = |frame: usize| frame * size + columns.start..frame * size + columns.end;

@@ -9,20 +9,10 @@ use super::centres::Centres;
 use super::landmarks::On;
 use super::model::{Freedom, Hinge, Joint, Marker, Model, Pose};
 use super::take::Take;
+use super::weights::MarkerWeights;
 use crate::points::Points;
 use crate::rest::{Rest, bend_axis, limb_direction};
 use crate::set::{JointSet, Lengths, Mark, SetJoint};
-
-/// Standard deviations of the offset of a marker on a bone and on a muscle, in metres.
-const ON_BONE: f64 = 0.012;
-const ON_MUSCLE: f64 = 0.04;
-
-/// Standard deviation of a hip's centre about its regression, in metres: Harrington 2007 states 3 to 8 mm a coordinate
-/// for markers on bones.
-const HIP: f64 = 0.012;
-
-/// As above, of joints of the trunk, which no regression tells.
-const TRUNK: f64 = 0.02;
 
 /// The joint that a hand points to.
 const KNUCKLES: [&str; 2] = ["leftKnuckles", "rightKnuckles"];
@@ -153,10 +143,11 @@ pub(super) fn model(
     world: &[Vec<glam::Quat>],
     points: &Points,
     take: &Take,
+    weights: MarkerWeights,
 ) -> (Model, Vec<Frame>) {
     let joints: Vec<Joint> = (set.joints.iter().enumerate())
         .map(|(index, joint)| {
-            let (freedom, bend) = joint.bone.map_or((Freedom::Fixed, None), kind);
+            let (freedom, bend) = joint.bone.map_or((Freedom::Fixed, None), |bone| kind(bone, &weights));
             Joint {
                 parent: joint.parent,
                 offset: rest.offsets[index].as_dvec3(),
@@ -183,7 +174,10 @@ pub(super) fn model(
         markers.push(Marker {
             joint,
             offset,
-            spread: if landmark.on == On::Bone { ON_BONE } else { ON_MUSCLE },
+            spread: match landmark.on == On::Bone {
+                true => weights.on_bone,
+                false => weights.on_muscle,
+            },
         });
     }
     let poses = (0..frames).map(|frame| Frame {
@@ -201,7 +195,7 @@ pub(super) fn model(
         seen: take.tracks.iter().map(|track| track[frame]).collect(),
     });
     let poses = poses.collect();
-    (Model::new(joints, markers), poses)
+    (Model::new(joints, markers, weights), poses)
 }
 
 /// Whether a marker stands beside a joint, on the axis about which it bends, and none on the other side tells the axis:
@@ -227,18 +221,18 @@ fn attached(set: &JointSet, bone: Bone) -> usize {
 }
 
 /// What can change of a joint, and how far it bends without a reason, in radians.
-fn kind(bone: Bone) -> (Freedom, Option<f64>) {
+fn kind(bone: Bone, weights: &MarkerWeights) -> (Freedom, Option<f64>) {
     match bone.on(Side::Left) {
         Bone::Hips => (Freedom::Fixed, Some(1.0)),
-        Bone::LeftUpperLeg => (Freedom::Position(HIP), Some(2.0)),
+        Bone::LeftUpperLeg => (Freedom::Position(weights.hip), Some(2.0)),
         Bone::LeftLowerLeg => (Freedom::Length, Some(2.0)),
         Bone::LeftFoot => (Freedom::Length, Some(0.8)),
         Bone::LeftToes => (Freedom::Fixed, None),
-        Bone::LeftUpperArm => (Freedom::Position(TRUNK), Some(2.0)),
+        Bone::LeftUpperArm => (Freedom::Position(weights.trunk), Some(2.0)),
         Bone::LeftLowerArm => (Freedom::Length, Some(2.0)),
         Bone::LeftHand => (Freedom::Length, Some(0.6)),
-        Bone::Neck | Bone::Head => (Freedom::Position(TRUNK), Some(0.5)),
-        _ => (Freedom::Position(TRUNK), Some(0.3)),
+        Bone::Neck | Bone::Head => (Freedom::Position(weights.trunk), Some(0.5)),
+        _ => (Freedom::Position(weights.trunk), Some(0.3)),
     }
 }
 

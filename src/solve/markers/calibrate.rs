@@ -12,21 +12,11 @@ use mocap_scene::math::cholesky;
 use super::fit::{self, Fit, add_term};
 use super::model::{Freedom, Model, Pose, World};
 
-/// Steps over all frames.
+/// Steps over all frames at most, which bound the time.
 const STEPS: usize = 15;
 
-/// Of sliding skin a frame counts as so much of an independent one: it slides in the next much as in this one. Noise
-/// of the cameras is another one in every frame.
-const INDEPENDENT: f64 = 0.05;
-
-/// A step below this, in metres, is the last.
+/// The step in metres below which the calibration ends: half of the noise of cameras.
 const SMALLEST_STEP: f64 = 5e-4;
-
-/// The least that markers slide, in metres.
-const LEAST_SLIDE: f64 = 0.001;
-
-/// Standard deviation of the length of a bone, in metres.
-const LENGTH_SPREAD: f64 = 0.03;
 
 /// A pose with the markers that were seen.
 pub(super) struct Frame {
@@ -75,11 +65,12 @@ pub(super) struct Certainty {
     pub(super) before: f64,
 }
 
-/// How much a frame counts of an independent one, by the part of noise in how far markers are from their bodies.
+/// How much a frame counts of an independent one, by the part of noise in how far markers are from their bodies. Noise
+/// of the cameras is another one in every frame, and sliding skin is not.
 fn independence(model: &Model, noise: f64) -> f64 {
     let all = model.slides * model.slides;
     let noise = f64::min(noise * noise, all);
-    all / (noise + (all - noise) / INDEPENDENT)
+    all / (noise + (all - noise) / model.weights.independent_slide)
 }
 
 /// Refines the body and the poses, and says how well each joint is known then. `noise` is that of a coordinate of a
@@ -97,8 +88,9 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame], noise: f64) -> 
         for frame in frames.iter_mut() {
             fit.fit(model, &mut frame.pose, &frame.seen);
             for distance in fit.distances(model, &frame.seen).into_iter().flatten() {
-                squares += distance * distance * fit::weight(distance);
-                seen += fit::weight(distance);
+                let weight = fit::weight(distance, model.weights.outlier);
+                squares += distance * distance * weight;
+                seen += weight;
             }
             eliminated((model, counts), &unknowns, frame, &fit.world, (&mut matrix, &mut right));
         }
@@ -112,7 +104,8 @@ pub(super) fn calibrate(model: &mut Model, frames: &mut [Frame], noise: f64) -> 
         // How far markers slide is told by the take, once the body is near.
         model.slides = (squares / f64::max(3.0 * seen, 1.0))
             .sqrt()
-            .clamp(LEAST_SLIDE, model.slides);
+            .max(model.weights.least_slide)
+            .min(model.slides);
         if largest < SMALLEST_STEP {
             break;
         }
@@ -138,7 +131,7 @@ fn certainties(model: &Model, unknowns: &Unknowns, factor: &[f64]) -> Vec<Option
         let column = (*column)?;
         let (size, before) = match joint.freedom {
             Freedom::Fixed => return None,
-            Freedom::Length => (1, LENGTH_SPREAD),
+            Freedom::Length => (1, model.weights.length),
             Freedom::Position(deviation) => (3, deviation * 3.0_f64.sqrt()),
         };
         let deviation = (column..column + size).map(variance).sum::<f64>().sqrt();
@@ -166,7 +159,7 @@ fn eliminated(
     for (marker, seen) in frame.seen.iter().enumerate() {
         let Some(seen) = seen else { continue };
         let off = *seen - model.marker(marker, world);
-        let weight = fit::weight(off.length()) / (model.slides * model.slides) * counts;
+        let weight = fit::weight(off.length(), model.weights.outlier) / (model.slides * model.slides) * counts;
         model.moves(marker, world, &mut moves);
         model.grows(marker, world, &unknowns.offsets, unknowns.markers, &mut grows);
         for &(row, a) in &moves {
@@ -238,7 +231,8 @@ fn prior(model: &Model, first: &Model, unknowns: &Unknowns, mut add: impl FnMut(
     for (joint, column) in unknowns.offsets.iter().enumerate() {
         if let (Some(column), Freedom::Length) = (*column, model.joints[joint].freedom) {
             let off = model.joints[joint].offset.length() - first.joints[joint].offset.length();
-            add((off / LENGTH_SPREAD, &[(column, 1.0 / LENGTH_SPREAD)]));
+            let deviation = model.weights.length;
+            add((off / deviation, &[(column, 1.0 / deviation)]));
         }
     }
 }

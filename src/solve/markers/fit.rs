@@ -11,17 +11,13 @@ use super::model::{Model, Pose, World};
 /// Where markers are in a frame, in metres; none where they were not seen.
 pub(super) type Seen = [Option<DVec3>];
 
-/// A marker this far off, in metres, has a quarter of its weight.
-const FAR: f64 = 0.05;
-
-/// How far a joint moves from the frame before where markers do not say, in radians.
-const HOLDS: f64 = 0.35;
-
-/// Iterations at most, and the step that is the last one, in radians or metres.
+/// Iterations at most, which bound the time of a frame.
 const ITERATIONS: usize = 12;
+
+/// The step in radians or metres below which a frame is solved: half of the noise of cameras.
 const SMALLEST_STEP: f64 = 5e-4;
 
-/// The largest turn in a step, in radians.
+/// The largest turn in a step, in radians: farther away the linear terms do not hold.
 const LARGEST_STEP: f64 = 0.5;
 
 /// What a fit needs of memory, used again for every frame.
@@ -42,9 +38,9 @@ pub(super) fn largest(step: &[f64]) -> Option<f64> {
     })
 }
 
-/// The weight of a marker that is so far from where it should be, in metres.
-pub(super) fn weight(distance: f64) -> f64 {
-    let ratio = distance / FAR;
+/// The weight of a marker that is so far from where it should be; at `outlier` it is a quarter.
+pub(super) fn weight(distance: f64, outlier: f64) -> f64 {
+    let ratio = distance / outlier;
     1.0 / (1.0 + ratio * ratio).powi(2)
 }
 
@@ -66,10 +62,15 @@ impl Fit {
         let size = model.unknowns;
         self.moved.clear();
         self.moved.resize(size, 0.0);
+        let deviation = model.weights.hold;
         for _ in 0..ITERATIONS {
             self.normal_equations(model, pose, seen);
             for row in 0..size {
-                let hold = if row >= model.root { 1.0 } else { 1.0 / (HOLDS * HOLDS) };
+                let hold = if row >= model.root {
+                    1.0
+                } else {
+                    1.0 / (deviation * deviation)
+                };
                 self.matrix[row * size + row] += hold;
                 self.right[row] -= hold * self.moved[row];
             }
@@ -97,7 +98,7 @@ impl Fit {
         for (marker, seen) in seen.iter().enumerate() {
             let Some(seen) = seen else { continue };
             let off = *seen - model.marker(marker, &self.world);
-            let weight = weight(off.length()) / (model.slides * model.slides);
+            let weight = weight(off.length(), model.weights.outlier) / (model.slides * model.slides);
             model.moves(marker, &self.world, &mut self.columns);
             for (index, &(row, a)) in self.columns.iter().enumerate() {
                 let a = a * weight;

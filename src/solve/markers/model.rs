@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use super::weights::MarkerWeights;
+
 /// What can change of a joint's offset from its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Freedom {
@@ -65,6 +67,7 @@ pub(super) struct Model {
     pub(super) markers: Vec<Marker>,
     /// Standard deviation of a coordinate of a marker about its offset, in metres.
     pub(super) slides: f64,
+    pub(super) weights: MarkerWeights,
     /// The first of the three unknowns of a joint's rotation: those of children stand before those of their parents, so
     /// that normal equations are solved along the tree.
     pub(super) unknown: Vec<Option<usize>>,
@@ -77,15 +80,8 @@ pub(super) struct Model {
     chains: Vec<Vec<usize>>,
 }
 
-/// Standard deviation of a marker about its offset before the take tells, in metres: skin slides by about so much
-/// (Leardini et al., Gait & Posture 21, 2005, report 5 to 30 mm).
-const SLIDES: f64 = 0.01;
-
-/// A joint bends by so much beside the axis of its hinge, in radians: 5 degrees.
-const BESIDE_HINGE: f64 = 0.087;
-
 impl Model {
-    pub(super) fn new(joints: Vec<Joint>, markers: Vec<Marker>) -> Self {
+    pub(super) fn new(joints: Vec<Joint>, markers: Vec<Marker>, weights: MarkerWeights) -> Self {
         let mut root = 0;
         let mut unknown = vec![None; joints.len()];
         for (index, joint) in joints.iter().enumerate().rev() {
@@ -112,7 +108,8 @@ impl Model {
         Self {
             joints,
             markers,
-            slides: SLIDES,
+            slides: weights.slide,
+            weights,
             unknown,
             unknowns,
             root,
@@ -226,12 +223,16 @@ impl Model {
             }
             let Some(hinge) = joint.hinge else { continue };
             let along = local * hinge.along;
-            term(hinge.axis.dot(along), along.cross(hinge.axis), BESIDE_HINGE);
+            term(
+                hinge.axis.dot(along),
+                along.cross(hinge.axis),
+                self.weights.beside_hinge,
+            );
             if hinge.is_pure {
                 let own = local * hinge.axis;
                 let across = hinge.axis.cross(hinge.along);
-                term(own.dot(hinge.along), own.cross(hinge.along), BESIDE_HINGE);
-                term(own.dot(across), own.cross(across), BESIDE_HINGE);
+                term(own.dot(hinge.along), own.cross(hinge.along), self.weights.beside_hinge);
+                term(own.dot(across), own.cross(across), self.weights.beside_hinge);
             }
         }
     }

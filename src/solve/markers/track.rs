@@ -5,14 +5,6 @@ use glam::{DQuat, DVec3};
 use super::fit::Fit;
 use super::model::{Model, Pose, World};
 
-/// Two markers are swapped where both are farther than this from where they should be, in metres, and nearer by this
-/// factor where each has the position of the other.
-const SWAPPED: f64 = 0.03;
-const NEARER: f64 = 0.4;
-
-/// A marker farther than this from its body, in metres, is a reflection, or that of something else.
-const GHOST: f64 = 0.08;
-
 /// Two markers that had each other's labels, with the first frame and the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Swap {
@@ -97,7 +89,7 @@ impl Tracker<'_> {
         self.swapped.extend(once.map(|pair| (frame, *pair)));
         let distances = self.fit.distances(self.model, &self.seen);
         for (marker, distance) in distances.into_iter().enumerate() {
-            tracked.ghosts[marker] += usize::from(distance.is_some_and(|distance| distance > GHOST));
+            tracked.ghosts[marker] += usize::from(distance.is_some_and(|distance| distance > self.model.weights.ghost));
             tracked.distances[marker][frame] = distance;
         }
         tracked.roots[frame] = pose.root;
@@ -110,7 +102,7 @@ impl Tracker<'_> {
 /// Pairs of markers that are nearer to where the body has them with the labels exchanged.
 fn swaps(model: &Model, world: &World, seen: &[Option<DVec3>]) -> Vec<(usize, usize)> {
     let expected: Vec<DVec3> = (0..seen.len()).map(|marker| model.marker(marker, world)).collect();
-    let far = |marker: usize| seen[marker].filter(|seen| seen.distance(expected[marker]) > SWAPPED);
+    let far = |marker: usize| seen[marker].filter(|seen| seen.distance(expected[marker]) > model.weights.swapped);
     let far: Vec<(usize, DVec3)> = (0..seen.len())
         .filter_map(|marker| Some((marker, far(marker)?)))
         .collect();
@@ -122,7 +114,7 @@ fn swaps(model: &Model, world: &World, seen: &[Option<DVec3>]) -> Vec<(usize, us
             let is_taken = found
                 .iter()
                 .any(|pair| [pair.0, pair.1].iter().any(|taken| *taken == a || *taken == b));
-            if other < NEARER * own && !is_taken {
+            if other < model.weights.swap * own && !is_taken {
                 found.push((a, b));
             }
         }

@@ -311,7 +311,7 @@ from ._scene import Scene, SceneLike
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from ._options import Bones, TimeRange, time_range
@@ -513,6 +513,7 @@ fn parameter_of_step(option: &StepOption) -> Parameter {
         ValueKind::Frames => "Sequence[int]".to_owned(),
         ValueKind::Weights => "float | Sequence[tuple[float, float]]".to_owned(),
         ValueKind::Moments => "Sequence[tuple[float, float]]".to_owned(),
+        ValueKind::Numbers => "Mapping[str, float]".to_owned(),
         ValueKind::Path => "Sequence[tuple[float, float] | tuple[float, float, float]]".to_owned(),
         ValueKind::Target => "str | Point".to_owned(),
         ValueKind::Point => "Point".to_owned(),

@@ -287,6 +287,7 @@ fn of_step(option: &StepOption) -> String {
         ValueKind::Frames => "number[]".to_owned(),
         ValueKind::Weights => "number | [number, number][]".to_owned(),
         ValueKind::Moments => "[number, number][]".to_owned(),
+        ValueKind::Numbers => "{ [name: string]: number }".to_owned(),
         ValueKind::Path => "{ seconds?: number | null; at: [number, number] }[]".to_owned(),
         ValueKind::Target => format!("string | {point}"),
         ValueKind::Point => point.to_owned(),

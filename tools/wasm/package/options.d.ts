@@ -3,7 +3,7 @@
 import type { File } from "./index.js";
 
 /** How the files of a job are read. */
-export interface InputCallOptions {
+export interface ReadingOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   allRows?: boolean;
   /**
@@ -11,7 +11,7 @@ export interface InputCallOptions {
    * file with a figure in any format. Default: generic proportions, 1.70 m tall.
    */
   body?: File;
-  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
+  /** The animation to use, by name or by its number from 0, of a file that has several. */
   clip?: Clips;
   /** Format of the input. Default: found from its contents, or else from its extension. */
   format?: Format;
@@ -66,7 +66,7 @@ export interface SourceFramesOptions {
 }
 
 /** Fewer keys and bits, within a largest error. */
-export interface SizeCallOptions {
+export interface SmallerOptions {
   /** How to store the keys. Default with a largest error: int16, otherwise none. */
   compress?: "none" | "int16";
   /**
@@ -82,7 +82,7 @@ export interface SizeCallOptions {
 }
 
 /** Options of BVH. */
-export interface BvhOutputCallOptions {
+export interface WritingBvhOptions {
   /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
   /** Decimals of every number. Default: as many as are needed to read the same motion back. */
@@ -94,8 +94,8 @@ export interface BvhOutputCallOptions {
 /** A character. */
 export interface CharacterTargetOptions {
   /**
-   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
    */
   feet?: Feet;
   /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
@@ -105,8 +105,8 @@ export interface CharacterTargetOptions {
 /** A robot. */
 export interface RobotTargetOptions {
   /**
-   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
    */
   feet?: Feet;
   /**
@@ -157,18 +157,6 @@ export type BoneMap = string | Record<string, string | null>;
  */
 export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu";
 
-/** Options of BVH. */
-export interface BvhOutputOptions {
-  /** Which joints have position channels. Default: `"auto"`. */
-  channels?: Channels;
-  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
-  digits?: number | null;
-  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
-  order?: RotationOrder | null;
-  /** Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too. */
-  sidecar?: boolean;
-}
-
 /**
  * Which joints have position channels.
  * `"auto"`: The ROOT, and joints whose position differs from their OFFSET in some frame.
@@ -180,8 +168,8 @@ export type Channels = "auto" | "3" | "6";
 /** A character. */
 export interface CharacterTarget {
   /**
-   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -205,6 +193,113 @@ export interface CharacterTarget {
   scale?: Scale;
 }
 
+export interface CleanWeights {
+  /**
+   * Distance over the ground from where a foot rests within which it belongs to the contact: after smoothing it comes to rest
+   * slowly. Unit: m. Default: `0.03`.
+   */
+  "contact-distance"?: number;
+  /**
+   * Time between two contacts on one spot that are one: no foot leaves its spot and comes back to it in less than half a
+   * swing. Unit: s. Default: `0.15`.
+   */
+  "contact-gap"?: number;
+  /**
+   * Largest height above where a foot rests that belongs to a contact: a heel that rolls off, and no swing. Unit: m. Default:
+   * `0.08`.
+   */
+  "contact-height"?: number;
+  /**
+   * Largest speed of a foot in contact after noise was taken out: what remains of 2 degrees of noise moves one that stands by
+   * about 0.2 m/s. Unit: m/s. Default: `0.4`.
+   */
+  "contact-speed"?: number;
+  /**
+   * Cost of an exchange of left and right limbs, beside the median change from frame to frame: twice the noise of an estimate
+   * from video, so that noise exchanges nothing. Unit: degrees. Default: `4.0`.
+   */
+  exchange?: number;
+  /**
+   * Time in which a meeting comes to count, and counts no more: three frames of video, so that no arm jerks. Unit: s.
+   * Default: `0.1`.
+   */
+  "hand-blend"?: number;
+  /**
+   * Distance of the middles of two hands that meet, of a body of 1.7 m: two half palms and some noise. Unit: m. Default:
+   * `0.13`.
+   */
+  "hand-distance"?: number;
+  /** How many times as far a meeting counts no more; between, less and less, so that nothing jumps. Unit: 1. Default: `1.4`. */
+  "hand-fade"?: number;
+  /**
+   * Largest distance by which an arm is brought to a meeting, and by which a hand may miss it: noise of an estimate from
+   * video is not more. Unit: m. Default: `0.1`.
+   */
+  "hand-noise"?: number;
+  /** Speed on the body below which a hand rests there: one that passes by is faster. Unit: m/s. Default: `0.15`. */
+  "hand-speed"?: number;
+  /**
+   * Distance of a position that counts as much as a radian of a rotation where both are smoothed: the direction of a bone
+   * shorter than this tells less than its rotation. Unit: m. Default: `0.03`.
+   */
+  "joint-length"?: number;
+  /** Mean change of a bone, as a fraction of its length, above which it is meant, as in a cartoon. Unit: 1. Default: `0.15`. */
+  "largest-length-change"?: number;
+  /**
+   * Largest angle by which a joint turns to its smoothed position: five times the noise of an estimate from video. Unit:
+   * degrees. Default: `15.0`.
+   */
+  "largest-turn"?: number;
+  /**
+   * Least standard deviation of a joint that is noise. Marker systems have less; estimates from video have 1 to 3 degrees.
+   * `tools/clean/check` judges it. Unit: degrees. Default: `0.5`.
+   */
+  "least-angle"?: number;
+  /**
+   * Least standard deviation of a position that is noise, and of what an angle moves the farthest joint below it. Marker
+   * systems have less than 1 mm. Unit: m. Default: `0.0015`.
+   */
+  "least-distance"?: number;
+  /**
+   * Mean logarithm of the residuals from which a frame was dropped for certain. Of 42 clean cuts of 3 to 8 s at 30 and 60 Hz
+   * none has more than 0.22 anywhere; of 144 frames that were taken out while a joint turned by 60 degrees per second, 142
+   * have more than 0.24. Unit: 1. Default: `0.23`.
+   */
+  "least-evidence"?: number;
+  /**
+   * The same for a frame in excess. It is lower than `least_evidence`, since the doubled frame itself is seen. Unit: 1.
+   * Default: `0.02`.
+   */
+  "least-evidence-of-doubled"?: number;
+  /**
+   * Mean speed of feet in contact below which they are not held, where nothing else was changed: marker systems have as much,
+   * since contacts begin and end in motion. Unit: m/s. Default: `0.13`.
+   */
+  "least-skate"?: number;
+  /**
+   * Least speed of a joint, or of the body in lengths of itself, at which a dropped frame is put in: below 20 degrees per
+   * second steps tell of the rounding of a file alone. Unit: rad/s. Default: `0.35`.
+   */
+  "least-speed"?: number;
+  /**
+   * Mean change of a bone from frame to frame above which it gets one length: positions of files are rounded to less. Unit:
+   * m. Default: `0.001`.
+   */
+  "length-noise"?: number;
+  /** Longest run of held frames that is filled. A longer one is frozen, and may be meant. Unit: s. Default: `0.5`. */
+  "longest-held"?: number;
+  /**
+   * Jerk that the smoother allows, as a fraction of what predicts the motion best. The smoother sees both sides of a moment
+   * and a prediction one, so that less is better. Chosen on seed 1 of `tools/clean`. Unit: 1. Default: `0.5`.
+   */
+  smoothing?: number;
+  /**
+   * Fraction of the way from where smoothed rotations have a joint to where its smoothed position is: their errors are hardly
+   * alike, so that a mean is better than either. Chosen on seed 1 of `tools/clean`. Unit: 1. Default: `0.8`.
+   */
+  world?: number;
+}
+
 /** Which animations of a file to keep. */
 export type Clips = number | string;
 
@@ -218,17 +313,13 @@ export type Clips = number | string;
  */
 export type Compression = "none" | "int16" | "meshopt" | "meshopt-khr";
 
-/** Options of FBX. */
-export interface FbxOutputOptions {
-  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
-  "fbx-rest"?: FbxRest | null;
-  /** Version of the file. Default: `"7.5"`. */
-  "fbx-version"?: FbxVersion;
-  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
-  target?: FbxTarget | null;
-  /** Where the images of textures are. Default: `"embedded"`. */
-  textures?: FbxTextures;
-}
+/**
+ * How the skeleton of a file without meshes is drawn.
+ * `"segmented"`: One mesh per node.
+ * `"skinned"`: One mesh with bones.
+ * `"none"`: No mesh.
+ */
+export type DrawnMesh = "segmented" | "skinned" | "none";
 
 /**
  * Where the rotations of the rest pose are.
@@ -264,20 +355,10 @@ export type FbxVersion = "7.4" | "7.5";
 
 /**
  * What happens to feet that stand.
- * `"lock"`: A foot is held still while the source foot is in ground contact.
- * `"free"`: Feet are not corrected.
+ * `"lock"`: They are held where the source's feet stand.
+ * `"free"`: They are left as they come.
  */
 export type Feet = "lock" | "free";
-
-/** The one file of a survey or of a motion graph. */
-export interface FileOutputOptions {
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
-  force?: boolean;
-  /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
-  output?: string;
-  /** The format by its extension, where the extension of the output is another. */
-  to?: string | null;
-}
 
 /**
  * What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU database.
@@ -295,6 +376,75 @@ export type FirstFrame = "auto" | "yes" | "no";
  * `"keep"`: Where the source has it in the mean, with every height as in the source, also below it.
  */
 export type Floor = "auto" | "z=0" | "keep";
+
+export interface FootLockWeights {
+  /**
+   * Largest ratio of accelerations, as `speed_ratio`: a foot that is held has to catch up with its swing. `tools/feet/check`
+   * measures it on every motion. Unit: 1. Default: `1.5`.
+   */
+  "acceleration-ratio"?: number;
+  /** Fraction of both ratios at which relaxing aims: keys are rounded, and the next frame moves too. Unit: 1. Default: `0.97`. */
+  aim?: number;
+  /**
+   * Time around a moment whose largest speed and acceleration without the lock count: the lock may move an acceleration to
+   * another frame. A quarter of a step of a walk. Unit: s. Default: `0.25`.
+   */
+  around?: number;
+  /**
+   * Time in which a lock is relaxed around a moment, and holds again: below the 0.2 s in which shifts ease out. Unit: s.
+   * Default: `0.15`.
+   */
+  ease?: number;
+  /**
+   * Time constant in which a foot that is held on a sliding source gives way: two steps of a walk, so that a body whose feet
+   * always slide does not leave them behind. Unit: s. Default: `2.0`.
+   */
+  "gives-way"?: number;
+  /**
+   * Cost of a change of the height of a foot against a change of its knee. Nearly straight legs move the knee by centimetres
+   * where the foot moves by a millimetre: the foot gives way there. Unit: 1. Default: `10.0`.
+   */
+  "knee-height"?: number;
+  /**
+   * Largest angle by which a foot turns to follow the foot of its source: 34 degrees, the range of an ankle (American Academy
+   * of Orthopaedic Surgeons, Joint Motion, 1965, has 20 and 50). Unit: rad. Default: `0.6`.
+   */
+  "largest-turn"?: number;
+  /** Least fraction by which a round of relaxing changes a lock, so that some rounds are enough. Unit: 1. Default: `0.2`. */
+  "least-step"?: number;
+  /**
+   * Fraction of the fastest speed and of the largest acceleration of the motion that a foot may always have: what is a
+   * quarter as fast is not seen as a jerk. Unit: 1. Default: `0.25`.
+   */
+  moving?: number;
+  /**
+   * Height in lengths of the leg below which the foot of a source is on the ground, for a retargeted motion: 3 cm of an
+   * adult, as the largest height of contacts. Unit: leg. Default: `0.04`.
+   */
+  "on-the-ground"?: number;
+  /**
+   * Height in lengths of the leg by which a foot may stay above its goal before the hips come down for it: 8 mm of an adult.
+   * Unit: leg. Default: `0.01`.
+   */
+  slack?: number;
+  /**
+   * Largest ratio of the speed of a joint of the foot to its speed without the lock. Above it the lock is relaxed: a fifth
+   * faster is not seen. `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.2`.
+   */
+  "speed-ratio"?: number;
+  /**
+   * Acceleration that a foot may always have: a fifth of gravity, below what a shifted weight makes. Unit: m/s^2. Default:
+   * `2.0`.
+   */
+  "still-acceleration"?: number;
+  /** Speed that a foot may always have: what is slower is not seen as a movement. Unit: m/s. Default: `0.1`. */
+  "still-speed"?: number;
+  /**
+   * Fraction of its full length to which a leg may be stretched, unless the motion stretches it more: the knee of a leg of
+   * 0.84 m then is 13 mm aside, which is not seen. Unit: 1. Default: `0.9995`.
+   */
+  stretch?: number;
+}
 
 /**
  * A file format, by the name that users type.
@@ -346,27 +496,36 @@ export type Format =
 /** Compares motions, and writes their motion graph. */
 export interface GraphJob {
   /** How their moments are compared. */
-  graph: GraphJobOptions;
+  graph: Graphing;
   /**
    * The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
    * lighter is more alike and red dots are transitions, or an array, .npy.
    */
   matrix?: string | null;
   /** How the inputs are read. */
-  read?: InputOptions;
+  read?: Reading;
   /** The inputs, and what is known of them. */
   source?: GraphSources;
   /** The graph. */
-  write?: FileOutputOptions;
+  write?: WritingFile;
   steps?: never;
   survey?: never;
   target?: never;
   verify?: never;
   walk?: never;
+  weights?: never;
+}
+
+/** What a motion graph is made of. */
+export interface GraphSources {
+  /** The motion files. */
+  inputs?: string[];
+  /** The unit and the up axis of the inputs. */
+  space?: SourceSpace;
 }
 
 /** How the moments of motions are compared. */
-export interface GraphJobOptions {
+export interface Graphing {
   /**
    * Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any motion
    * file, glTF, VRM or FBX file of a humanoid.
@@ -385,16 +544,151 @@ export interface GraphJobOptions {
   window?: number;
 }
 
-/** What a motion graph is made of. */
-export interface GraphSources {
-  /** The motion files. */
-  inputs?: string[];
-  /** The unit and the up axis of the inputs. */
-  space?: SourceSpace;
+/** What a job retargets its motions to. Each kind has only its own options. */
+export type JobTarget = { character: CharacterTarget } | { skeleton: SkeletonTarget } | { robot: RobotTarget };
+
+/** The weights of solvers, where they differ from their defaults. `docs/weights.md` lists them. */
+export interface JobWeights {
+  /** Of the step clean. */
+  clean?: CleanWeights;
+  /** Of feet that are held: of the step foot-lock, and of motions on a character, a skeleton or a robot. */
+  "foot-lock"?: FootLockWeights;
+  /** Of skeletons that are solved from markers. */
+  markers?: MarkerWeights;
+  /** Of motions on a robot. */
+  robot?: RobotWeights;
 }
 
+/** What the joints of a humanoid are called in the output. */
+export type JointNames = BoneNames | string | Record<string, string | null>;
+
+/** a length of 0 or more: metres, or a number with the unit m, cm, mm or um, such as 1mm. */
+export type Length = number | `${number}` | `${number}${"m" | "cm" | "mm" | "um"}`;
+
+/**
+ * What the lengths of a skeleton are that is made from points.
+ * `"median"`: The median of each over the frames: bones keep their lengths, and joints are near their points.
+ * `"moving"`: Those of each frame: joints are where their points are, and bones change their lengths.
+ */
+export type Lengths = "median" | "moving";
+
+export interface MarkerWeights {
+  /**
+   * Standard deviation of a knee or an elbow beside the axis of its hinge: 5 degrees. Knees bend aside and turn by 5 to 10
+   * degrees in a gait (Ramsey and Wretenberg, Clin. Biomech. 14, 1999). Unit: rad. Default: `0.087`.
+   */
+  "beside-hinge"?: number;
+  /**
+   * Distance from its body above which a marker is a reflection, or belongs to something else: twice as far as skin slides.
+   * Unit: m. Default: `0.08`.
+   */
+  ghost?: number;
+  /**
+   * Standard deviation of the centre of a hip about its regression. Harrington et al., J. Biomech. 40 (2007), state 3 to 8 mm
+   * per coordinate for markers on bones; markers on clothes are farther off. Unit: m. Default: `0.012`.
+   */
+  hip?: number;
+  /**
+   * Standard deviation of a joint about its pose in the frame before, where markers do not say: 20 degrees, so that markers
+   * that are seen hardly feel it. Unit: rad. Default: `0.35`.
+   */
+  hold?: number;
+  /**
+   * Fraction of an independent frame for which a frame counts whose markers are off because skin slides: it slides in the
+   * next frame much as in this one. Unit: 1. Default: `0.05`.
+   */
+  "independent-slide"?: number;
+  /** Least standard deviation of a marker about its offset: the noise of cameras is as much. Unit: m. Default: `0.001`. */
+  "least-slide"?: number;
+  /**
+   * Standard deviation of the length of a bone about the first estimate from two centres, each of which is off by `on_bone`
+   * to `trunk`. Unit: m. Default: `0.03`.
+   */
+  length?: number;
+  /**
+   * Standard deviation of the offset of a marker on a bone: people place markers that precisely (Della Croce et al., Gait &
+   * Posture 21, 2005, report 6 to 25 mm). Unit: m. Default: `0.012`.
+   */
+  "on-bone"?: number;
+  /**
+   * Standard deviation of the offset of a marker on a muscle, whose place no protocol states: half of the width of a thigh.
+   * Unit: m. Default: `0.04`.
+   */
+  "on-muscle"?: number;
+  /**
+   * Distance of a marker from its body at which it has a quarter of its weight (Geman and McClure's function): skin does not
+   * slide as far. Unit: m. Default: `0.05`.
+   */
+  outlier?: number;
+  /**
+   * Standard deviation of a marker about its offset before the take tells. Skin slides by 5 to 30 mm (Leardini et al., Gait &
+   * Posture 21, 2005). Unit: m. Default: `0.01`.
+   */
+  slide?: number;
+  /**
+   * Ratio of distances below which two labels are exchanged: clearly nearer, so that markers that pass each other are not.
+   * Unit: 1. Default: `0.4`.
+   */
+  swap?: number;
+  /**
+   * Distance from its body above which a marker may have the label of another: as far as skin slides. Unit: m. Default:
+   * `0.03`.
+   */
+  swapped?: number;
+  /**
+   * Standard deviation of the centre of a joint of the trunk and of a shoulder, for which no regression of all coordinates is
+   * known. Unit: m. Default: `0.02`.
+   */
+  trunk?: number;
+}
+
+/** Reads motions, changes them, retargets them, and writes the result. */
+export interface MotionJob {
+  /** How the inputs are read. */
+  read?: Reading;
+  /** The inputs, and what is known of them. */
+  source?: Sources;
+  /** What changes the motion, in this order. With a step, the first animation of an input is taken. */
+  steps?: EditStep[];
+  /** What the motions are retargeted to. Default: they keep their skeletons. */
+  target?: JobTarget | null;
+  /** Whether the output is compared with its source. */
+  verify?: boolean;
+  /** The weights of solvers that differ from their defaults. */
+  weights?: JobWeights;
+  /** The output. */
+  write?: Writing;
+  graph?: never;
+  matrix?: never;
+  survey?: never;
+  walk?: never;
+}
+
+/**
+ * The axis of joints' frames at rest that points along their bones.
+ * `"y"`: +Y, as Blender draws bones; joints bend about +X.
+ * `"x"`: +X, as in Unreal; joints bend about +Z.
+ * `"none"`: Frames are those of the input.
+ */
+export type OutBoneAxis = "y" | "x" | "none";
+
+/** The unit and the up axis of an output. */
+export interface OutSpace {
+  /** Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the input's; glTF is in metres. */
+  "out-unit"?: Unit | null;
+  /** Up axis of the output. Default: the input's; glTF has +Y up. */
+  "out-up"?: OutUp | null;
+}
+
+/**
+ * The up axis of an output.
+ * `"y"`: +Y.
+ * `"z"`: +Z.
+ */
+export type OutUp = "y" | "z";
+
 /** How the files of a job are read. */
-export interface InputOptions {
+export interface Reading {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   "all-rows"?: boolean;
   /**
@@ -402,7 +696,7 @@ export interface InputOptions {
    * file with a figure in any format. Default: generic proportions, 1.70 m tall.
    */
   body?: string | null;
-  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
+  /** The animation to use, by name or by its number from 0, of a file that has several. */
   clip?: Clips;
   /** Format of the input. Default: found from its contents, or else from its extension. */
   from?: Format | null;
@@ -433,115 +727,6 @@ export interface InputOptions {
   strict?: boolean;
 }
 
-/** What a job retargets its motions to. Each kind has only its own options. */
-export type JobTarget = { character: CharacterTarget } | { skeleton: SkeletonTarget } | { robot: RobotTarget };
-
-/** What the joints of a humanoid are called in the output. */
-export type JointNames = BoneNames | string | Record<string, string | null>;
-
-/** a length of 0 or more: metres, or a number with the unit m, cm, mm or um, such as 1mm. */
-export type Length = number | `${number}` | `${number}${"m" | "cm" | "mm" | "um"}`;
-
-/**
- * What the lengths of a skeleton are that is made from points.
- * `"median"`: The median of each over the frames: bones keep their lengths, and joints are near their points.
- * `"moving"`: Those of each frame: joints are where their points are, and bones change their lengths.
- */
-export type Lengths = "median" | "moving";
-
-/**
- * How the skeleton of a file without meshes is drawn.
- * `"segmented"`: One mesh per node.
- * `"skinned"`: One mesh with bones.
- * `"none"`: No mesh.
- */
-export type MeshStyle = "segmented" | "skinned" | "none";
-
-/** Reads motions, changes them, retargets them, and writes the result. */
-export interface MotionJob {
-  /** How the inputs are read. */
-  read?: InputOptions;
-  /** The inputs, and what is known of them. */
-  source?: Sources;
-  /** What changes the motion, in this order. With a step, the first animation of an input is taken. */
-  steps?: EditStep[];
-  /** What the motions are retargeted to. Default: they keep their skeletons. */
-  target?: JobTarget | null;
-  /** Whether the output is compared with its source. */
-  verify?: boolean;
-  /** The output. */
-  write?: OutputOptions;
-  graph?: never;
-  matrix?: never;
-  survey?: never;
-  walk?: never;
-}
-
-/**
- * The axis of joints' frames at rest that points along their bones.
- * `"y"`: +Y, as Blender draws bones; joints bend about +X.
- * `"x"`: +X, as in Unreal; joints bend about +Z.
- * `"none"`: Frames are those of the input.
- */
-export type OutBoneAxis = "y" | "x" | "none";
-
-/** The unit and the up axis of an output. */
-export interface OutSpace {
-  /** Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the input's; glTF is in metres. */
-  "out-unit"?: Unit | null;
-  /** Up axis of the output. Default: the input's; glTF has +Y up. */
-  "out-up"?: OutUp | null;
-}
-
-/**
- * The up axis of an output.
- * `"y"`: +Y.
- * `"z"`: +Z.
- */
-export type OutUp = "y" | "z";
-
-/** What a job writes, and how. What a format does not take is refused. */
-export interface OutputOptions {
-  /**
-   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
-   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
-   */
-  "bone-axis"?: OutBoneAxis | null;
-  /** Options of BVH. */
-  bvh?: BvhOutputOptions;
-  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
-  embed?: boolean;
-  /** Options of FBX. */
-  fbx?: FbxOutputOptions;
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
-  force?: boolean;
-  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
-  "keep-constant"?: boolean;
-  /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
-  mesh?: MeshStyle | null;
-  /**
-   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
-   * `mocap skeleton --json` prints. Default: those of the input.
-   */
-  names?: JointNames | null;
-  /**
-   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
-   * folder, which is there or ends in /. Default: `""`.
-   */
-  output?: string;
-  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
-  "skeleton-only"?: boolean;
-  /** Fewer keys and bits. */
-  smaller?: SizeOptions;
-  /** The unit and the up axis of the output. */
-  space?: OutSpace;
-  /**
-   * The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its name,
-   * such as amass, humanml3d, qpos or gmr.
-   */
-  to?: string | null;
-}
-
 /**
  * The worst verdict that a motion on a robot may have.
  * `"good"`: Only good ones.
@@ -555,8 +740,8 @@ export type RestPoseSource = "zero" | "t-pose" | "a-pose" | `frame:${number}`;
 /** A robot. */
 export interface RobotTarget {
   /**
-   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -584,6 +769,121 @@ export interface RobotTarget {
   scale?: Scale;
   /** With one pass: keep joints within the velocities too that the file of the robot allows. */
   "velocity-limits"?: boolean;
+}
+
+export interface RobotWeights {
+  /**
+   * Difference of the acceleration of a joint from the acceleration in the first pass without jitter. `tools/robot/check`
+   * measures the jitter. Unit: s^4/rad^2. Default: `3e-6`.
+   */
+  acceleration?: number;
+  /**
+   * Position of an ankle in the air in the second pass. A hundredth of `foot_place`, so that the swing becomes smooth. Unit:
+   * 1/m^2. Default: `100.0`.
+   */
+  "air-place"?: number;
+  /**
+   * Depth of two links in each other. 3 cm cost as much as a radian of a direction; a tenth of `foot_place`, so that feet
+   * stay where they stand. Unit: 1/m^2. Default: `1000.0`.
+   */
+  apart?: number;
+  /**
+   * Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot: its jitter is a
+   * force that no floor gives. Unit: s^4/m^2. Default: `0.001`.
+   */
+  "base-acceleration"?: number;
+  /**
+   * Standard deviation of the Gaussian that takes the jitter from the accelerations of the base. Half of 3 Hz remains: people
+   * walk with two steps per second. Unit: s. Default: `0.06`.
+   */
+  "base-smoothing"?: number;
+  /**
+   * Change of the joints of a limb from frame to frame at 30 frames per second, where the limb is followed again. A radian of
+   * it costs as much as a radian of a direction. Unit: 1/rad^2. Default: `1.0`.
+   */
+  "branch-change"?: number;
+  /**
+   * Largest weight of a position where a limb is followed again: 3 cm cost as much as 20 degrees, from which on a limb is
+   * followed again. Unit: 1/m^2. Default: `130.0`.
+   */
+  "branch-place"?: number;
+  /**
+   * Rotation of a foot in the air about the axes that the ankle drives. Below a direction, so that the foot follows the leg.
+   * Unit: 1/rad^2. Default: `0.3`.
+   */
+  foot?: number;
+  /** Fraction of `foot` about the up axis, about which the hip turns a foot, and not the ankle. Unit: 1. Default: `0.3`. */
+  "foot-heading"?: number;
+  /**
+   * Position of an ankle or of the sole on which a foot stands, and depth below the floor. A centimetre costs as much as a
+   * radian of a direction: feet shall not slide, which `tools/robot/check` measures. Unit: 1/m^2. Default: `10000.0`.
+   */
+  "foot-place"?: number;
+  /**
+   * Rotation of a hand. Below a direction, so that a wrist with few joints does not bend the forearm. Unit: 1/rad^2. Default:
+   * `0.2`.
+   */
+  hand?: number;
+  /**
+   * Rotation of the head. Below a direction, so that a neck with few joints does not bend the trunk. Unit: 1/rad^2. Default:
+   * `0.3`.
+   */
+  head?: number;
+  /**
+   * Largest distance by which a foot that stands is held away from its source: less than half a foot. Farther away, the
+   * source walks on. Unit: m. Default: `0.1`.
+   */
+  "held-distance"?: number;
+  /**
+   * Position of the hips, and velocity of the base in m/s against that of a joint in rad/s. A third of a metre costs as much
+   * as a radian: legs keep their lengths, so the hips give way. Unit: 1/m^2. Default: `9.0`.
+   */
+  "hips-place"?: number;
+  /**
+   * Change of a joint from the frame before in the first pass. A radian of it costs as much as 0.02 rad of a direction: it
+   * only decides between solutions that are equally good. Unit: 1/rad^2. Default: `0.0004`.
+   */
+  hold?: number;
+  /**
+   * Standard deviation of the Gaussian of joints. Half of 5 Hz remains: limbs are faster than the base. Unit: s. Default:
+   * `0.04`.
+   */
+  "joint-smoothing"?: number;
+  /**
+   * Time constant in which the weight of an ankle changes between air and ground: a fifth of the swing of a walk, which takes
+   * 0.4 s. Unit: s. Default: `0.08`.
+   */
+  nearing?: number;
+  /**
+   * Time constant in which a foot that leaves the ground returns to its source: a third of the swing of a walk, which takes
+   * 0.4 s. Unit: s. Default: `0.12`.
+   */
+  "return-time"?: number;
+  /**
+   * How many times `foot` is added in contact, so that a foot that stands is flat. `tools/robot/check` measures how far soles
+   * are from the floor. Unit: 1. Default: `12.0`.
+   */
+  standing?: number;
+  /**
+   * Largest weight of the height of a foot in the second pass. Below `foot_place`, so that heights give way before positions
+   * over the ground: the floor has its own term. Unit: 1/m^2. Default: `3000.0`.
+   */
+  "standing-height"?: number;
+  /**
+   * Part of the step of a joint that is faster than the robot's file allows. A tenth of a radian costs as much as a radian of
+   * a direction; what remains is cut off. Unit: 1/rad^2. Default: `100.0`.
+   */
+  "step-limit"?: number;
+  /**
+   * Rotation of a limb about itself, and of a foot about an axis that no joint of the ankle drives. A hundredth of a
+   * direction: it only decides what directions leave open. Unit: 1/rad^2. Default: `0.01`.
+   */
+  twist?: number;
+  /**
+   * Velocity of a joint in the second pass. 16 rad/s, faster than people move limbs, cost as much as 0.01 rad of a direction.
+   * Unit: s^2/rad^2. Default: `4e-7`.
+   */
+  velocity?: number;
 }
 
 /**
@@ -616,27 +916,11 @@ export type Scale = number | "auto" | "none" | `${number}`;
  */
 export type SelectBy = "quality" | "diversity";
 
-/** Fewer keys and bits, within a largest error. */
-export interface SizeOptions {
-  /** How to store the keys. Default with a largest error: int16, otherwise none. */
-  compress?: Compression | null;
-  /**
-   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
-   * it; fails where it cannot be kept. Default with a compression: 1mm.
-   */
-  "max-error"?: Length | null;
-  /**
-   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
-   * joints and end sites alone.
-   */
-  "shell-distance"?: Length | null;
-}
-
 /** The skeleton of a file alone. */
 export interface SkeletonTarget {
   /**
-   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
+   * it would slide more. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -652,6 +936,22 @@ export interface SkeletonTarget {
   "names-of-clips"?: string[];
   /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
   scale?: Scale;
+}
+
+/** Fewer keys and bits, within a largest error. */
+export interface Smaller {
+  /** How to store the keys. Default with a largest error: int16, otherwise none. */
+  compress?: Compression | null;
+  /**
+   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
+   * it; fails where it cannot be kept. Default with a compression: 1mm.
+   */
+  "max-error"?: Length | null;
+  /**
+   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
+   * joints and end sites alone.
+   */
+  "shell-distance"?: Length | null;
 }
 
 /** Which frames of the inputs are taken, before their unit and axes are changed. */
@@ -704,23 +1004,30 @@ export interface Sources {
 /** What is to be known of motions: a row for each clip, in the report and in the table that is written. */
 export interface SurveyJob {
   /** How the inputs are read. */
-  read?: InputOptions;
+  read?: Reading;
   /** The inputs. */
   source?: SurveySources;
   /** How they are surveyed. */
-  survey: SurveyOptions;
+  survey: Surveying;
   /** The table. */
-  write?: FileOutputOptions;
+  write?: WritingFile;
   graph?: never;
   matrix?: never;
   steps?: never;
   target?: never;
   verify?: never;
   walk?: never;
+  weights?: never;
+}
+
+/** What a survey works on. */
+export interface SurveySources {
+  /** The motion files, and `.jsonl` files of earlier surveys. */
+  inputs?: string[];
 }
 
 /** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
-export interface SurveyOptions {
+export interface Surveying {
   /** By what to select: quality leaves out bad clips and twins first. Default: quality,diversity. */
   by?: SelectBy[];
   /** Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so. */
@@ -740,12 +1047,6 @@ export interface SurveyOptions {
   where?: string | null;
 }
 
-/** What a survey works on. */
-export interface SurveySources {
-  /** The motion files, and `.jsonl` files of earlier surveys. */
-  inputs?: string[];
-}
-
 /** A..B in seconds, or Af..Bf in frames; either end may be left out. */
 export type TimeRange = `${string}..${string}`;
 
@@ -758,9 +1059,9 @@ export type Axis = "auto" | "y" | "z" | "-y" | "-z";
 /** A walk over a motion graph, which is changed, retargeted and written as a motion of a file is. */
 export interface WalkJob {
   /** How the moments of the inputs are compared. Default: the input is the file of a graph. */
-  graph?: GraphJobOptions | null;
+  graph?: Graphing | null;
   /** How the clips are read. */
-  read?: InputOptions;
+  read?: Reading;
   /** The graph, or with `graph` the clips. */
   source?: WalkSources;
   /** What changes the walk, in this order. */
@@ -768,24 +1069,14 @@ export interface WalkJob {
   /** What the walk is retargeted to. Default: it keeps its skeleton. */
   target?: JobTarget | null;
   /** Where the walk goes. */
-  walk: WalkOptions;
+  walk: Walking;
+  /** The weights of solvers that differ from their defaults. */
+  weights?: JobWeights;
   /** The output. */
-  write?: OutputOptions;
+  write?: Writing;
   matrix?: never;
   survey?: never;
   verify?: never;
-}
-
-/** Where a walk over a motion graph goes: for so many seconds, along a path, or through clips. */
-export interface WalkOptions {
-  /** Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is. */
-  path?: [number, number][] | null;
-  /** Walk for so long, where it was seldom. */
-  seconds?: number | null;
-  /** The number that a walk of some seconds depends on: another gives another walk. Default: `1`. */
-  seed?: number;
-  /** Walk through these clips in this order, by the cheapest transitions; CLIP@SECONDS is a moment of a clip. */
-  through?: string[];
 }
 
 /** What a walk is made of. */
@@ -796,6 +1087,91 @@ export interface WalkSources {
   space?: SourceSpace;
   /** The second motions, which steps join, blend or layer with the walk; a step counts them from 2. */
   with?: string[];
+}
+
+/** Where a walk over a motion graph goes: for so many seconds, along a path, or through clips. */
+export interface Walking {
+  /** Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is. */
+  path?: [number, number][] | null;
+  /** Walk for so long, where it was seldom. */
+  seconds?: number | null;
+  /** The number that a walk of some seconds depends on: another gives another walk. Default: `1`. */
+  seed?: number;
+  /** Walk through these clips in this order, by the cheapest transitions; CLIP@SECONDS is a moment of a clip. */
+  through?: string[];
+}
+
+/** What a job writes, and how. What a format does not take is refused. */
+export interface Writing {
+  /**
+   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
+   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
+   */
+  "bone-axis"?: OutBoneAxis | null;
+  /** Options of BVH. */
+  bvh?: WritingBvh;
+  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
+  embed?: boolean;
+  /** Options of FBX. */
+  fbx?: WritingFbx;
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
+  "keep-constant"?: boolean;
+  /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
+  mesh?: DrawnMesh | null;
+  /**
+   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
+   * `mocap skeleton --json` prints. Default: those of the input.
+   */
+  names?: JointNames | null;
+  /**
+   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
+   * folder, which is there or ends in /. Default: `""`.
+   */
+  output?: string;
+  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
+  "skeleton-only"?: boolean;
+  /** Fewer keys and bits. */
+  smaller?: Smaller;
+  /** The unit and the up axis of the output. */
+  space?: OutSpace;
+  /** The format by one of its extensions, where the extension of the output is another; for a robot also qpos. */
+  to?: string | null;
+}
+
+/** Options of BVH. */
+export interface WritingBvh {
+  /** Which joints have position channels. Default: `"auto"`. */
+  channels?: Channels;
+  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
+  digits?: number | null;
+  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
+  order?: RotationOrder | null;
+  /** Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too. */
+  sidecar?: boolean;
+}
+
+/** Options of FBX. */
+export interface WritingFbx {
+  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
+  "fbx-rest"?: FbxRest | null;
+  /** Version of the file. Default: `"7.5"`. */
+  "fbx-version"?: FbxVersion;
+  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
+  target?: FbxTarget | null;
+  /** Where the images of textures are. Default: `"embedded"`. */
+  textures?: FbxTextures;
+}
+
+/** The one file of a survey or of a motion graph. */
+export interface WritingFile {
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
+  output?: string;
+  /** The format by its extension, where the extension of the output is another. */
+  to?: string | null;
 }
 
 /** The names of the steps of `mocap edit`. */
@@ -880,6 +1256,8 @@ export interface FootLockStep {
    * a part of its slide. Default: none, no foot slides.
    */
   "largest-change"?: number;
+  /** The weights of the lock that differ from their defaults. Default: none. */
+  weights?: { [name: string]: number };
 }
 
 /**
@@ -940,32 +1318,34 @@ export interface FillStep {
 }
 
 /**
- * Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts without a defect
- * do not change. A skeleton that is no humanoid keeps its floor and contacts.
+ * Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is clean stays
+ * as it is. Without a body, floor and contacts are left out.
  */
 export interface CleanStep {
   step: "clean";
-  /** Repair timing: held, duplicated and dropped frames. Default: `true`. */
+  /** Frames that are held, doubled or dropped. Default: `true`. */
   time?: boolean;
-  /** Remove flips: rotations that jump for some frames and return. Default: `true`. */
+  /** Rotations that jump away and back. Default: `true`. */
   flips?: boolean;
-  /** Remove noise from rotations and positions. Default: `true`. */
+  /** Noise of rotations and positions. Default: `true`. */
   noise?: boolean;
-  /** Keep the length of each bone constant. Default: `true`. */
+  /** Lengths of bones that breathe. Default: `true`. */
   lengths?: boolean;
-  /** Correct the height and slope of the floor and the drift of the body. Default: `true`. */
+  /** Height and slope of the floor, and the drift of the body. Default: `true`. */
   floor?: boolean;
-  /** Stop foot sliding during ground contact. Default: `true`. */
+  /** Feet that slide while they stand. Default: `true`. */
   contacts?: boolean;
+  /** The weights of the cleaning that differ from their defaults. Default: none. */
+  weights?: { [name: string]: number };
 }
 
 /**
- * Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position over the
- * ground differs. Joint velocities are continuous at the seam.
+ * Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance that the
+ * figure went. Joints rotate at the seam as fast before it as after it.
  */
 export interface LoopStep {
   step: "loop";
-  /** The first and the last frame of the loop. Default: the two frames that match best. */
+  /** The first and the last frame of the loop. Default: those that fit best. */
   frames?: [number, number];
   /** The shortest loop to look for, in seconds. Default: 0.6. */
   shortest?: number;
@@ -973,7 +1353,7 @@ export interface LoopStep {
   longest?: number;
   /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
   blend?: number;
-  /** Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`. */
+  /** Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default: `false`. */
   "in-place"?: boolean;
 }
 
@@ -1034,7 +1414,7 @@ export interface LayerStep {
 /** Makes parts of a motion faster or slower, or bends its path over the ground. */
 export interface WarpStep {
   step: "warp";
-  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. The start stays. */
+  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. */
   moments?: [number, number][];
   /** How many times as fast all of the motion is to be, above 0. */
   speed?: number;
@@ -1051,7 +1431,7 @@ export interface InBetweenStep {
   keys?: number[];
   /** Every so many frames stay, besides those. Default: 0, no others. */
   every?: number;
-  /** How the others are computed. Default: squad, which keeps constant speeds and has no jumps of speed. */
+  /** How the others are computed. Default: squad. */
   interpolation?: "slerp" | "squad";
 }
 
@@ -1127,12 +1507,7 @@ export interface ReachStep {
   to: string | [number, number, number];
   /** A point that goes along with the target, from its origin in metres along its axes. Default: its origin. */
   offset?: [number, number, number];
-  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
-  start?: string;
-  /**
-   * The joint that goes to the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
-   * or the only end effector below `start`.
-   */
+  /** The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle. */
   tip?: string;
   /** The part in which it is at the target. Default: the whole motion. */
   range?: string;
@@ -1145,8 +1520,8 @@ export interface ReachStep {
 /**
  * Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move and rotate,
  * or next to it where the limb is too short for that. It is held in a given part of the motion, or in every part in which it
- * is near and slow beside it. Two bones, or the joints of a chain, are turned as by `Reach`; everything else stays. Feet on
- * the floor are for `FootLock`, which lets them roll.
+ * is near and slow beside it. Two bones are turned as by `Reach`; everything else stays. Feet on the floor are for
+ * `FootLock`, which lets them roll.
  */
 export interface PinStep {
   step: "pin";
@@ -1154,12 +1529,7 @@ export interface PinStep {
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
   /** What it touches. Default: the world, where it is. */
   to?: string | [number, number, number];
-  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
-  start?: string;
-  /**
-   * The joint that touches, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle, or the only
-   * end effector below `start`.
-   */
+  /** The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle. */
   tip?: string;
   /** The part in which it touches. Default: found. */
   range?: string;

@@ -31,6 +31,7 @@ mod text;
 #[path = "../../../figure/tests/it/truth.rs"]
 mod truth;
 mod verify;
+mod weights;
 
 /// The root of the repository. Cargo runs the tests in the folder of their package.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

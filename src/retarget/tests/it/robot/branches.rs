@@ -1,6 +1,6 @@
 //! Limbs that are stuck in the corners of their limits.
 
-use mocap::retarget::robot::RobotMotion;
+use mocap::retarget::robot::{RobotMotion, Weights};
 use mocap_figure::robot_bones::robot_bones;
 use mocap_retarget::internals::branches::{Branches, Follow, Free, SUSPECT, Track, shortest, suspects};
 use mocap_retarget::internals::{Bounds, Following, Goals, Kinematics, Twin};
@@ -34,7 +34,7 @@ fn stuck_leg() -> Stuck {
     let robot = mocap::Importer::new().read_robot(&urdf, "g1.urdf").unwrap();
     let twin = Twin::new(&robot, &robot_bones(&robot, None).unwrap()).unwrap();
     let kinematics = Kinematics::new(&robot);
-    let mut branches = Branches::new(&kinematics, &twin);
+    let mut branches = Branches::new(&kinematics, &twin, &Weights::new());
     branches.limbs.retain(|limb| limb.foot.is_some());
     branches.limbs.truncate(1);
     let bodies = &kinematics.bodies[1..];
@@ -52,7 +52,7 @@ fn stuck_leg() -> Stuck {
         wanted.positions[dof.unwrap()] = at;
     }
     kinematics.update(&mut wanted);
-    let mut goals = Following::new(&robot, &kinematics, &twin).goals;
+    let mut goals = Following::new(&robot, &kinematics, &twin, &Weights::new()).goals;
     goals
         .rotations
         .iter_mut()

@@ -1,6 +1,7 @@
 //! The solver of joint positions.
 
 use mocap::glam::{DQuat, DVec3};
+use mocap::retarget::robot::Weights;
 use mocap::scene::robot::{JointKind, Mimic, Robot, RobotJoint, RobotLink};
 use mocap_retarget::internals::{Bounds, Goals, Kinematics, RotationGoal, Solver, Terms};
 use mocap_scene::math::cholesky;
@@ -62,7 +63,7 @@ fn a_follower_shares_the_turn_of_its_leader() {
         lower: vec![-most; 2],
         upper: vec![most; 2],
     };
-    let mut solver = Solver::new(Terms::new(&kinematics, &goals));
+    let mut solver = Solver::new(Terms::new(&kinematics, &goals), Weights::new().hold);
     solver.solve(&kinematics, &goals, &bounds(3.0), &mut pose, 30);
     assert!((pose.positions[0] - 0.3).abs() < 1e-4, "{:?}", pose.positions);
     assert_eq!(pose.positions[1], 2.0 * pose.positions[0]);

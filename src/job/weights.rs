@@ -1,0 +1,124 @@
+//! The weights of solvers in a job.
+
+use mocap_edit::{CleanWeights, EditStep, FootLockWeights};
+use mocap_retarget::robot;
+use mocap_solve::MarkerWeights;
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+
+/// The weights of solvers, where they differ from their defaults. `docs/weights.md` lists them.
+///
+/// ```
+/// use mocap::job::JobWeights;
+///
+/// let weights: JobWeights = serde_json::from_str(r#"{"robot": {"hand": 1.0}}"#).unwrap();
+/// assert_eq!((weights.robot.hand, weights.robot.head), (1.0, 0.3));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct JobWeights {
+    /// Of motions on a robot.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(feature = "schema", schemars(with = "schema::RobotWeights"))]
+    pub robot: robot::Weights,
+    /// Of feet that are held: of the step foot-lock, and of motions on a character, a skeleton or a robot.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(feature = "schema", schemars(with = "schema::FootLockWeights"))]
+    pub foot_lock: FootLockWeights,
+    /// Of the step clean.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(feature = "schema", schemars(with = "schema::CleanWeights"))]
+    pub clean: CleanWeights,
+    /// Of skeletons that are solved from markers.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(feature = "schema", schemars(with = "schema::MarkerWeights"))]
+    pub markers: MarkerWeights,
+}
+
+impl JobWeights {
+    /// The weights of a JSON file, as a command line takes them: read at once, so that a bad file is refused before the
+    /// work begins.
+    #[cfg(feature = "clap")]
+    pub fn parse_file(path: &str) -> Result<Self, String> {
+        let text = mocap_io::import::read_text(path.as_ref()).map_err(|error| error.diagnostic().message.clone())?;
+        let weights: Self = serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_str(&text))
+            .map_err(|error| error.to_string())?;
+        weights.check().map_err(|error| error.diagnostic().message.clone())?;
+        Ok(weights)
+    }
+
+    /// Refuses weights that are out of their ranges.
+    pub(super) fn check(&self) -> mocap_scene::error::Result<()> {
+        self.robot.check()?;
+        self.foot_lock.check()?;
+        self.clean.check()?;
+        self.markers.check()
+    }
+
+    /// Gives the steps that have no weights of their own those of the job. Steps keep none where these are the
+    /// defaults.
+    pub(super) fn give_to(&self, steps: &mut [EditStep]) {
+        for step in steps {
+            match step {
+                EditStep::FootLock(step) if !is_default(&self.foot_lock) => {
+                    step.weights.get_or_insert(self.foot_lock);
+                }
+                EditStep::Clean(step) if !is_default(&self.clean) => {
+                    step.weights.get_or_insert(self.clean);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The schemas of weights, from their tables.
+#[cfg(feature = "schema")]
+mod schema {
+    use std::borrow::Cow;
+
+    use mocap_scene::options::WeightRow;
+    use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+    fn of(rows: &[WeightRow]) -> Schema {
+        let property = |row: &WeightRow| {
+            let [least, largest] = row.range();
+            let value = serde_json::json!({
+                "type": "number",
+                "description": format!("{} Unit: {}.", row.reason, row.unit),
+                "default": row.default,
+                "minimum": least,
+                "maximum": largest,
+            });
+            (row.key(), value)
+        };
+        let properties: serde_json::Map<String, serde_json::Value> = rows.iter().map(property).collect();
+        json_schema!({"type": "object", "properties": properties, "additionalProperties": false})
+    }
+
+    macro_rules! schemas {
+        ($($name:ident of $rows:expr;)*) => {$(
+            pub(super) struct $name;
+
+            impl JsonSchema for $name {
+                fn schema_name() -> Cow<'static, str> {
+                    stringify!($name).into()
+                }
+
+                fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                    of($rows)
+                }
+            }
+        )*};
+    }
+
+    schemas! {
+        RobotWeights of mocap_retarget::robot::Weights::ROWS;
+        FootLockWeights of mocap_edit::FootLockWeights::ROWS;
+        CleanWeights of mocap_edit::CleanWeights::ROWS;
+        MarkerWeights of mocap_solve::MarkerWeights::ROWS;
+    }
+}

@@ -1,0 +1,82 @@
+//! The weights of the robot solver, from one table.
+
+use mocap_scene::options::weights;
+
+weights! {
+    /// The weights of the robot solver. They multiply squared residuals. The direction of a limb and the rotation of
+    /// the trunk have the weight 1: a radian costs 1.
+    ///
+    /// ```
+    /// use mocap::retarget::robot::{RobotOptions, Weights};
+    ///
+    /// let options = RobotOptions::new().weights(Weights::new().hand(1.0));
+    /// assert_eq!(options.weights.hand, 1.0);
+    /// ```
+    Weights in "robot" {
+        twist = 0.01, "1/rad^2",
+            "Rotation of a limb about itself, and of a foot about an axis that no joint of the ankle drives. A \
+            hundredth of a direction: it only decides what directions leave open.";
+        hand = 0.2, "1/rad^2",
+            "Rotation of a hand. Below a direction, so that a wrist with few joints does not bend the forearm.";
+        head = 0.3, "1/rad^2",
+            "Rotation of the head. Below a direction, so that a neck with few joints does not bend the trunk.";
+        foot = 0.3, "1/rad^2",
+            "Rotation of a foot in the air about the axes that the ankle drives. Below a direction, so that the foot \
+            follows the leg.";
+        foot_heading = 0.3, "1",
+            "Fraction of `foot` about the up axis, about which the hip turns a foot, and not the ankle.";
+        standing = 12.0, "1",
+            "How many times `foot` is added in contact, so that a foot that stands is flat. `tools/robot/check` \
+            measures how far soles are from the floor.";
+        foot_place = 10000.0, "1/m^2",
+            "Position of an ankle or of the sole on which a foot stands, and depth below the floor. A centimetre \
+            costs as much as a radian of a direction: feet shall not slide, which `tools/robot/check` measures.";
+        hips_place = 9.0, "1/m^2",
+            "Position of the hips, and velocity of the base in m/s against that of a joint in rad/s. A third of a \
+            metre costs as much as a radian: legs keep their lengths, so the hips give way.";
+        air_place = 100.0, "1/m^2",
+            "Position of an ankle in the air in the second pass. A hundredth of `foot_place`, so that the swing \
+            becomes smooth.";
+        standing_height = 3000.0, "1/m^2",
+            "Largest weight of the height of a foot in the second pass. Below `foot_place`, so that heights give way \
+            before positions over the ground: the floor has its own term.";
+        nearing = 0.08, "s",
+            "Time constant in which the weight of an ankle changes between air and ground: a fifth of the swing of a \
+            walk, which takes 0.4 s.";
+        held_distance = 0.1, "m",
+            "Largest distance by which a foot that stands is held away from its source: less than half a foot. \
+            Farther away, the source walks on.";
+        return_time = 0.12, "s",
+            "Time constant in which a foot that leaves the ground returns to its source: a third of the swing of a \
+            walk, which takes 0.4 s.";
+        hold = 0.0004, "1/rad^2",
+            "Change of a joint from the frame before in the first pass. A radian of it costs as much as 0.02 rad of a \
+            direction: it only decides between solutions that are equally good.";
+        branch_change = 1.0, "1/rad^2",
+            "Change of the joints of a limb from frame to frame at 30 frames per second, where the limb is followed \
+            again. A radian of it costs as much as a radian of a direction.";
+        branch_place = 130.0, "1/m^2",
+            "Largest weight of a position where a limb is followed again: 3 cm cost as much as 20 degrees, from which \
+            on a limb is followed again.";
+        velocity = 4e-7, "s^2/rad^2",
+            "Velocity of a joint in the second pass. 16 rad/s, faster than people move limbs, cost as much as 0.01 \
+            rad of a direction.";
+        acceleration = 3e-6, "s^4/rad^2",
+            "Difference of the acceleration of a joint from the acceleration in the first pass without jitter. \
+            `tools/robot/check` measures the jitter.";
+        base_acceleration = 1e-3, "s^4/m^2",
+            "Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot: its \
+            jitter is a force that no floor gives. Its angular acceleration has ten times `acceleration`.";
+        base_smoothing = 0.06, "s",
+            "Standard deviation of the Gaussian that takes the jitter from the accelerations of the base. Half of 3 \
+            Hz remains: people walk with two steps per second.";
+        joint_smoothing = 0.04, "s",
+            "Standard deviation of the Gaussian of joints. Half of 5 Hz remains: limbs are faster than the base.";
+        step_limit = 100.0, "1/rad^2",
+            "Part of the step of a joint that is faster than the robot's file allows. A tenth of a radian costs as \
+            much as a radian of a direction; what remains is cut off.";
+        apart = 1000.0, "1/m^2",
+            "Depth of two links in each other. 3 cm cost as much as a radian of a direction; a tenth of `foot_place`, \
+            so that feet stay where they stand.";
+    }
+}
