@@ -5,6 +5,7 @@
 
 mod architecture;
 mod closed_forms;
+mod constants;
 #[allow(dead_code, reason = "the tests of the packages use it")]
 mod cut;
 mod examples;
