@@ -3,7 +3,7 @@
 import type { File } from "./index.js";
 
 /** How the files of a job are read. */
-export interface ReadingOptions {
+export interface InputCallOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   allRows?: boolean;
   /**
@@ -11,7 +11,7 @@ export interface ReadingOptions {
    * file with a figure in any format. Default: generic proportions, 1.70 m tall.
    */
   body?: File;
-  /** The animation to use, by name or by its number from 0, of a file that has several. */
+  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
   clip?: Clips;
   /** Format of the input. Default: found from its contents, or else from its extension. */
   format?: Format;
@@ -66,7 +66,7 @@ export interface SourceFramesOptions {
 }
 
 /** Fewer keys and bits, within a largest error. */
-export interface SmallerOptions {
+export interface SizeCallOptions {
   /** How to store the keys. Default with a largest error: int16, otherwise none. */
   compress?: "none" | "int16";
   /**
@@ -82,7 +82,7 @@ export interface SmallerOptions {
 }
 
 /** Options of BVH. */
-export interface WritingBvhOptions {
+export interface BvhOutputCallOptions {
   /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
   /** Decimals of every number. Default: as many as are needed to read the same motion back. */
@@ -94,8 +94,8 @@ export interface WritingBvhOptions {
 /** A character. */
 export interface CharacterTargetOptions {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
@@ -105,8 +105,8 @@ export interface CharacterTargetOptions {
 /** A robot. */
 export interface RobotTargetOptions {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /**
@@ -157,6 +157,18 @@ export type BoneMap = string | Record<string, string | null>;
  */
 export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu";
 
+/** Options of BVH. */
+export interface BvhOutputOptions {
+  /** Which joints have position channels. Default: `"auto"`. */
+  channels?: Channels;
+  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
+  digits?: number | null;
+  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
+  order?: RotationOrder | null;
+  /** Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too. */
+  sidecar?: boolean;
+}
+
 /**
  * Which joints have position channels.
  * `"auto"`: The ROOT, and joints whose position differs from their OFFSET in some frame.
@@ -168,8 +180,8 @@ export type Channels = "auto" | "3" | "6";
 /** A character. */
 export interface CharacterTarget {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -290,7 +302,8 @@ export interface CleanWeights {
   "longest-held"?: number;
   /**
    * Jerk that the smoother allows, as a fraction of what predicts the motion best. The smoother sees both sides of a moment
-   * and a prediction one, so that less is better. Chosen on seed 1 of `tools/clean`. Unit: 1. Default: `0.5`.
+   * and a prediction one, so that less is better. Chosen on seed 1 of `tools/clean`. Where it cuts the peaks of the motion,
+   * twice and eight times as much are tried. Unit: 1. Default: `0.5`.
    */
   smoothing?: number;
   /**
@@ -313,13 +326,17 @@ export type Clips = number | string;
  */
 export type Compression = "none" | "int16" | "meshopt" | "meshopt-khr";
 
-/**
- * How the skeleton of a file without meshes is drawn.
- * `"segmented"`: One mesh per node.
- * `"skinned"`: One mesh with bones.
- * `"none"`: No mesh.
- */
-export type DrawnMesh = "segmented" | "skinned" | "none";
+/** Options of FBX. */
+export interface FbxOutputOptions {
+  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
+  "fbx-rest"?: FbxRest | null;
+  /** Version of the file. Default: `"7.5"`. */
+  "fbx-version"?: FbxVersion;
+  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
+  target?: FbxTarget | null;
+  /** Where the images of textures are. Default: `"embedded"`. */
+  textures?: FbxTextures;
+}
 
 /**
  * Where the rotations of the rest pose are.
@@ -355,10 +372,20 @@ export type FbxVersion = "7.4" | "7.5";
 
 /**
  * What happens to feet that stand.
- * `"lock"`: They are held where the source's feet stand.
- * `"free"`: They are left as they come.
+ * `"lock"`: A foot is held still while the source foot is in ground contact.
+ * `"free"`: Feet are not corrected.
  */
 export type Feet = "lock" | "free";
+
+/** The one file of a survey or of a motion graph. */
+export interface FileOutputOptions {
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
+  output?: string;
+  /** The format by its extension, where the extension of the output is another. */
+  to?: string | null;
+}
 
 /**
  * What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU database.
@@ -419,7 +446,7 @@ export interface FootLockWeights {
   moving?: number;
   /**
    * Height in lengths of the leg below which the foot of a source is on the ground, for a retargeted motion: 3 cm of an
-   * adult, as the largest height of contacts. Unit: leg. Default: `0.04`.
+   * adult, below the 5 cm of contacts. From three times as high on it is in the air. Unit: leg. Default: `0.04`.
    */
   "on-the-ground"?: number;
   /**
@@ -496,18 +523,18 @@ export type Format =
 /** Compares motions, and writes their motion graph. */
 export interface GraphJob {
   /** How their moments are compared. */
-  graph: Graphing;
+  graph: GraphJobOptions;
   /**
    * The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
    * lighter is more alike and red dots are transitions, or an array, .npy.
    */
   matrix?: string | null;
   /** How the inputs are read. */
-  read?: Reading;
+  read?: InputOptions;
   /** The inputs, and what is known of them. */
   source?: GraphSources;
   /** The graph. */
-  write?: WritingFile;
+  write?: FileOutputOptions;
   steps?: never;
   survey?: never;
   target?: never;
@@ -516,16 +543,8 @@ export interface GraphJob {
   weights?: never;
 }
 
-/** What a motion graph is made of. */
-export interface GraphSources {
-  /** The motion files. */
-  inputs?: string[];
-  /** The unit and the up axis of the inputs. */
-  space?: SourceSpace;
-}
-
 /** How the moments of motions are compared. */
-export interface Graphing {
+export interface GraphJobOptions {
   /**
    * Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any motion
    * file, glTF, VRM or FBX file of a humanoid.
@@ -542,6 +561,54 @@ export interface Graphing {
   whole?: boolean;
   /** The length of the window that is compared, and of a transition, in seconds. Default: `0.3333333333333333`. */
   window?: number;
+}
+
+/** What a motion graph is made of. */
+export interface GraphSources {
+  /** The motion files. */
+  inputs?: string[];
+  /** The unit and the up axis of the inputs. */
+  space?: SourceSpace;
+}
+
+/** How the files of a job are read. */
+export interface InputOptions {
+  /** Read all rows of the motion, including those beyond the declared number of frames. */
+  "all-rows"?: boolean;
+  /**
+   * The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or .pkl, or a
+   * file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   */
+  body?: string | null;
+  /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
+  clip?: Clips;
+  /** Format of the input. Default: found from its contents, or else from its extension. */
+  from?: Format | null;
+  /**
+   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or
+   * a JSON file. Default: an array with the joints of SMPL is solved.
+   */
+  joints?: string | null;
+  /**
+   * Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are where
+   * their positions are.
+   */
+  lengths?: Lengths | null;
+  /**
+   * Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of that
+   * subject; or a JSON file, an object from labels to landmarks. Default: markers stay points.
+   */
+  markers?: string | null;
+  /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
+  retime?: number | null;
+  /** How the root's OFFSET and its position channels combine. Default: `"auto"`. */
+  "root-offset"?: RootOffset;
+  /** The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the only one. */
+  skeleton?: string | null;
+  /** A file of markers of somebody who stands, which may have more markers than the motion. */
+  static?: string | null;
+  /** Treat every warning as an error. */
+  strict?: boolean;
 }
 
 /** What a job retargets its motions to. Each kind has only its own options. */
@@ -642,10 +709,18 @@ export interface MarkerWeights {
   trunk?: number;
 }
 
+/**
+ * How the skeleton of a file without meshes is drawn.
+ * `"segmented"`: One mesh per node.
+ * `"skinned"`: One mesh with bones.
+ * `"none"`: No mesh.
+ */
+export type MeshStyle = "segmented" | "skinned" | "none";
+
 /** Reads motions, changes them, retargets them, and writes the result. */
 export interface MotionJob {
   /** How the inputs are read. */
-  read?: Reading;
+  read?: InputOptions;
   /** The inputs, and what is known of them. */
   source?: Sources;
   /** What changes the motion, in this order. With a step, the first animation of an input is taken. */
@@ -657,7 +732,7 @@ export interface MotionJob {
   /** The weights of solvers that differ from their defaults. */
   weights?: JobWeights;
   /** The output. */
-  write?: Writing;
+  write?: OutputOptions;
   graph?: never;
   matrix?: never;
   survey?: never;
@@ -687,44 +762,46 @@ export interface OutSpace {
  */
 export type OutUp = "y" | "z";
 
-/** How the files of a job are read. */
-export interface Reading {
-  /** Read all rows of the motion, including those beyond the declared number of frames. */
-  "all-rows"?: boolean;
+/** What a job writes, and how. What a format does not take is refused. */
+export interface OutputOptions {
   /**
-   * The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or .pkl, or a
-   * file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
+   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
    */
-  body?: string | null;
-  /** The animation to use, by name or by its number from 0, of a file that has several. */
-  clip?: Clips;
-  /** Format of the input. Default: found from its contents, or else from its extension. */
-  from?: Format | null;
+  "bone-axis"?: OutBoneAxis | null;
+  /** Options of BVH. */
+  bvh?: BvhOutputOptions;
+  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
+  embed?: boolean;
+  /** Options of FBX. */
+  fbx?: FbxOutputOptions;
+  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  force?: boolean;
+  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
+  "keep-constant"?: boolean;
+  /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
+  mesh?: MeshStyle | null;
   /**
-   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or
-   * a JSON file. Default: an array with the joints of SMPL is solved.
+   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
+   * `mocap skeleton --json` prints. Default: those of the input.
    */
-  joints?: string | null;
+  names?: JointNames | null;
   /**
-   * Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are where
-   * their positions are.
+   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
+   * folder, which is there or ends in /. Default: `""`.
    */
-  lengths?: Lengths | null;
+  output?: string;
+  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
+  "skeleton-only"?: boolean;
+  /** Fewer keys and bits. */
+  smaller?: SizeOptions;
+  /** The unit and the up axis of the output. */
+  space?: OutSpace;
   /**
-   * Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of that
-   * subject; or a JSON file, an object from labels to landmarks. Default: markers stay points.
+   * The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its name,
+   * such as amass, humanml3d, qpos or gmr.
    */
-  markers?: string | null;
-  /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
-  retime?: number | null;
-  /** How the root's OFFSET and its position channels combine. Default: `"auto"`. */
-  "root-offset"?: RootOffset;
-  /** The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the only one. */
-  skeleton?: string | null;
-  /** A file of markers of somebody who stands, which may have more markers than the motion. */
-  static?: string | null;
-  /** Treat every warning as an error. */
-  strict?: boolean;
+  to?: string | null;
 }
 
 /**
@@ -740,8 +817,8 @@ export type RestPoseSource = "zero" | "t-pose" | "a-pose" | `frame:${number}`;
 /** A robot. */
 export interface RobotTarget {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -789,7 +866,7 @@ export interface RobotWeights {
   apart?: number;
   /**
    * Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot: its jitter is a
-   * force that no floor gives. Unit: s^4/m^2. Default: `0.001`.
+   * force that no floor gives. Its angular acceleration has ten times `acceleration`. Unit: s^4/m^2. Default: `0.001`.
    */
   "base-acceleration"?: number;
   /**
@@ -916,11 +993,27 @@ export type Scale = number | "auto" | "none" | `${number}`;
  */
 export type SelectBy = "quality" | "diversity";
 
+/** Fewer keys and bits, within a largest error. */
+export interface SizeOptions {
+  /** How to store the keys. Default with a largest error: int16, otherwise none. */
+  compress?: Compression | null;
+  /**
+   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
+   * it; fails where it cannot be kept. Default with a compression: 1mm.
+   */
+  "max-error"?: Length | null;
+  /**
+   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
+   * joints and end sites alone.
+   */
+  "shell-distance"?: Length | null;
+}
+
 /** The skeleton of a file alone. */
 export interface SkeletonTarget {
   /**
-   * Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held only where
-   * it would slide more. Default: `"lock"`.
+   * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
+   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
@@ -936,22 +1029,6 @@ export interface SkeletonTarget {
   "names-of-clips"?: string[];
   /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
   scale?: Scale;
-}
-
-/** Fewer keys and bits, within a largest error. */
-export interface Smaller {
-  /** How to store the keys. Default with a largest error: int16, otherwise none. */
-  compress?: Compression | null;
-  /**
-   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
-   * it; fails where it cannot be kept. Default with a compression: 1mm.
-   */
-  "max-error"?: Length | null;
-  /**
-   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
-   * joints and end sites alone.
-   */
-  "shell-distance"?: Length | null;
 }
 
 /** Which frames of the inputs are taken, before their unit and axes are changed. */
@@ -1004,13 +1081,13 @@ export interface Sources {
 /** What is to be known of motions: a row for each clip, in the report and in the table that is written. */
 export interface SurveyJob {
   /** How the inputs are read. */
-  read?: Reading;
+  read?: InputOptions;
   /** The inputs. */
   source?: SurveySources;
   /** How they are surveyed. */
-  survey: Surveying;
+  survey: SurveyOptions;
   /** The table. */
-  write?: WritingFile;
+  write?: FileOutputOptions;
   graph?: never;
   matrix?: never;
   steps?: never;
@@ -1020,14 +1097,8 @@ export interface SurveyJob {
   weights?: never;
 }
 
-/** What a survey works on. */
-export interface SurveySources {
-  /** The motion files, and `.jsonl` files of earlier surveys. */
-  inputs?: string[];
-}
-
 /** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
-export interface Surveying {
+export interface SurveyOptions {
   /** By what to select: quality leaves out bad clips and twins first. Default: quality,diversity. */
   by?: SelectBy[];
   /** Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so. */
@@ -1047,6 +1118,12 @@ export interface Surveying {
   where?: string | null;
 }
 
+/** What a survey works on. */
+export interface SurveySources {
+  /** The motion files, and `.jsonl` files of earlier surveys. */
+  inputs?: string[];
+}
+
 /** A..B in seconds, or Af..Bf in frames; either end may be left out. */
 export type TimeRange = `${string}..${string}`;
 
@@ -1059,9 +1136,9 @@ export type Axis = "auto" | "y" | "z" | "-y" | "-z";
 /** A walk over a motion graph, which is changed, retargeted and written as a motion of a file is. */
 export interface WalkJob {
   /** How the moments of the inputs are compared. Default: the input is the file of a graph. */
-  graph?: Graphing | null;
+  graph?: GraphJobOptions | null;
   /** How the clips are read. */
-  read?: Reading;
+  read?: InputOptions;
   /** The graph, or with `graph` the clips. */
   source?: WalkSources;
   /** What changes the walk, in this order. */
@@ -1069,28 +1146,18 @@ export interface WalkJob {
   /** What the walk is retargeted to. Default: it keeps its skeleton. */
   target?: JobTarget | null;
   /** Where the walk goes. */
-  walk: Walking;
+  walk: WalkOptions;
   /** The weights of solvers that differ from their defaults. */
   weights?: JobWeights;
   /** The output. */
-  write?: Writing;
+  write?: OutputOptions;
   matrix?: never;
   survey?: never;
   verify?: never;
 }
 
-/** What a walk is made of. */
-export interface WalkSources {
-  /** The file of the graph, or the clips. */
-  inputs?: string[];
-  /** The unit and the up axis of the clips. */
-  space?: SourceSpace;
-  /** The second motions, which steps join, blend or layer with the walk; a step counts them from 2. */
-  with?: string[];
-}
-
 /** Where a walk over a motion graph goes: for so many seconds, along a path, or through clips. */
-export interface Walking {
+export interface WalkOptions {
   /** Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is. */
   path?: [number, number][] | null;
   /** Walk for so long, where it was seldom. */
@@ -1101,77 +1168,14 @@ export interface Walking {
   through?: string[];
 }
 
-/** What a job writes, and how. What a format does not take is refused. */
-export interface Writing {
-  /**
-   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
-   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
-   */
-  "bone-axis"?: OutBoneAxis | null;
-  /** Options of BVH. */
-  bvh?: WritingBvh;
-  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
-  embed?: boolean;
-  /** Options of FBX. */
-  fbx?: WritingFbx;
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
-  force?: boolean;
-  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
-  "keep-constant"?: boolean;
-  /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
-  mesh?: DrawnMesh | null;
-  /**
-   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
-   * `mocap skeleton --json` prints. Default: those of the input.
-   */
-  names?: JointNames | null;
-  /**
-   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
-   * folder, which is there or ends in /. Default: `""`.
-   */
-  output?: string;
-  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
-  "skeleton-only"?: boolean;
-  /** Fewer keys and bits. */
-  smaller?: Smaller;
-  /** The unit and the up axis of the output. */
-  space?: OutSpace;
-  /** The format by one of its extensions, where the extension of the output is another; for a robot also qpos. */
-  to?: string | null;
-}
-
-/** Options of BVH. */
-export interface WritingBvh {
-  /** Which joints have position channels. Default: `"auto"`. */
-  channels?: Channels;
-  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
-  digits?: number | null;
-  /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
-  order?: RotationOrder | null;
-  /** Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too. */
-  sidecar?: boolean;
-}
-
-/** Options of FBX. */
-export interface WritingFbx {
-  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
-  "fbx-rest"?: FbxRest | null;
-  /** Version of the file. Default: `"7.5"`. */
-  "fbx-version"?: FbxVersion;
-  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
-  target?: FbxTarget | null;
-  /** Where the images of textures are. Default: `"embedded"`. */
-  textures?: FbxTextures;
-}
-
-/** The one file of a survey or of a motion graph. */
-export interface WritingFile {
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
-  force?: boolean;
-  /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
-  output?: string;
-  /** The format by its extension, where the extension of the output is another. */
-  to?: string | null;
+/** What a walk is made of. */
+export interface WalkSources {
+  /** The file of the graph, or the clips. */
+  inputs?: string[];
+  /** The unit and the up axis of the clips. */
+  space?: SourceSpace;
+  /** The second motions, which steps join, blend or layer with the walk; a step counts them from 2. */
+  with?: string[];
 }
 
 /** The names of the steps of `mocap edit`. */
@@ -1318,34 +1322,34 @@ export interface FillStep {
 }
 
 /**
- * Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is clean stays
- * as it is. Without a body, floor and contacts are left out.
+ * Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts without a defect
+ * do not change. A skeleton that is no humanoid keeps its floor and contacts.
  */
 export interface CleanStep {
   step: "clean";
-  /** Frames that are held, doubled or dropped. Default: `true`. */
+  /** Repair timing: held, duplicated and dropped frames. Default: `true`. */
   time?: boolean;
-  /** Rotations that jump away and back. Default: `true`. */
+  /** Remove flips: rotations that jump for some frames and return. Default: `true`. */
   flips?: boolean;
-  /** Noise of rotations and positions. Default: `true`. */
+  /** Remove noise from rotations and positions. Default: `true`. */
   noise?: boolean;
-  /** Lengths of bones that breathe. Default: `true`. */
+  /** Keep the length of each bone constant. Default: `true`. */
   lengths?: boolean;
-  /** Height and slope of the floor, and the drift of the body. Default: `true`. */
+  /** Correct the height and slope of the floor and the drift of the body. Default: `true`. */
   floor?: boolean;
-  /** Feet that slide while they stand. Default: `true`. */
+  /** Stop foot sliding during ground contact. Default: `true`. */
   contacts?: boolean;
   /** The weights of the cleaning that differ from their defaults. Default: none. */
   weights?: { [name: string]: number };
 }
 
 /**
- * Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance that the
- * figure went. Joints rotate at the seam as fast before it as after it.
+ * Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position over the
+ * ground differs. Joint velocities are continuous at the seam.
  */
 export interface LoopStep {
   step: "loop";
-  /** The first and the last frame of the loop. Default: those that fit best. */
+  /** The first and the last frame of the loop. Default: the two frames that match best. */
   frames?: [number, number];
   /** The shortest loop to look for, in seconds. Default: 0.6. */
   shortest?: number;
@@ -1353,7 +1357,7 @@ export interface LoopStep {
   longest?: number;
   /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
   blend?: number;
-  /** Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default: `false`. */
+  /** Whether the loop stays in place instead of travelling over the ground from cycle to cycle. Default: `false`. */
   "in-place"?: boolean;
 }
 
@@ -1414,7 +1418,7 @@ export interface LayerStep {
 /** Makes parts of a motion faster or slower, or bends its path over the ground. */
 export interface WarpStep {
   step: "warp";
-  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. */
+  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. The start stays. */
   moments?: [number, number][];
   /** How many times as fast all of the motion is to be, above 0. */
   speed?: number;
@@ -1431,7 +1435,7 @@ export interface InBetweenStep {
   keys?: number[];
   /** Every so many frames stay, besides those. Default: 0, no others. */
   every?: number;
-  /** How the others are computed. Default: squad. */
+  /** How the others are computed. Default: squad, which keeps constant speeds and has no jumps of speed. */
   interpolation?: "slerp" | "squad";
 }
 
@@ -1507,7 +1511,12 @@ export interface ReachStep {
   to: string | [number, number, number];
   /** A point that goes along with the target, from its origin in metres along its axes. Default: its origin. */
   offset?: [number, number, number];
-  /** The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle. */
+  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
+  start?: string;
+  /**
+   * The joint that goes to the target, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle,
+   * or the only end effector below `start`.
+   */
   tip?: string;
   /** The part in which it is at the target. Default: the whole motion. */
   range?: string;
@@ -1520,8 +1529,8 @@ export interface ReachStep {
 /**
  * Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move and rotate,
  * or next to it where the limb is too short for that. It is held in a given part of the motion, or in every part in which it
- * is near and slow beside it. Two bones are turned as by `Reach`; everything else stays. Feet on the floor are for
- * `FootLock`, which lets them roll.
+ * is near and slow beside it. Two bones, or the joints of a chain, are turned as by `Reach`; everything else stays. Feet on
+ * the floor are for `FootLock`, which lets them roll.
  */
 export interface PinStep {
   step: "pin";
@@ -1529,7 +1538,12 @@ export interface PinStep {
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
   /** What it touches. Default: the world, where it is. */
   to?: string | [number, number, number];
-  /** The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle. */
+  /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
+  start?: string;
+  /**
+   * The joint that touches, at or below the hand or the foot, or below `start`. Default: the wrist or the ankle, or the only
+   * end effector below `start`.
+   */
   tip?: string;
   /** The part in which it touches. Default: found. */
   range?: string;

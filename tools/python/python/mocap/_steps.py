@@ -178,16 +178,16 @@ def clean(
     weights: Mapping[str, float] | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is
-    clean stays as it is. Without a body, floor and contacts are left out.
+    """Cleans a motion: repairs timing, flips, noise, bone lengths, floor and foot contacts, in this order. Parts
+    without a defect do not change. A skeleton that is no humanoid keeps its floor and contacts.
 
     Args:
-        time: Frames that are held, doubled or dropped. Default: ``True``.
-        flips: Rotations that jump away and back. Default: ``True``.
-        noise: Noise of rotations and positions. Default: ``True``.
-        lengths: Lengths of bones that breathe. Default: ``True``.
-        floor: Height and slope of the floor, and the drift of the body. Default: ``True``.
-        contacts: Feet that slide while they stand. Default: ``True``.
+        time: Repair timing: held, duplicated and dropped frames. Default: ``True``.
+        flips: Remove flips: rotations that jump for some frames and return. Default: ``True``.
+        noise: Remove noise from rotations and positions. Default: ``True``.
+        lengths: Keep the length of each bone constant. Default: ``True``.
+        floor: Correct the height and slope of the floor and the drift of the body. Default: ``True``.
+        contacts: Stop foot sliding during ground contact. Default: ``True``.
         weights: The weights of the cleaning that differ from their defaults. Default: ``None``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
@@ -214,15 +214,15 @@ def loop_clip(
     in_place: bool | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance
-    that the figure went. Joints rotate at the seam as fast before it as after it.
+    """Cuts a motion to a loop. Its last frame equals its first frame in pose, speed and contacts; only the position
+    over the ground differs. Joint velocities are continuous at the seam.
 
     Args:
-        frames: The first and the last frame of the loop. Default: those that fit best.
+        frames: The first and the last frame of the loop. Default: the two frames that match best.
         shortest: The shortest loop to look for, in seconds. Default: 0.6.
         longest: The longest loop to look for, in seconds. Default: 4.
         blend: Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-        in_place: Whether the figure stays where it is instead of going on over the ground from cycle to cycle.
+        in_place: Whether the loop stays in place instead of travelling over the ground from cycle to cycle.
             Default: ``False``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
@@ -315,7 +315,8 @@ def in_between(
     Args:
         keys: The frames whose poses stay. The first and the last frame always do.
         every: Every so many frames stay, besides those. Default: 0, no others.
-        interpolation: How the others are computed. Default: squad.
+        interpolation: How the others are computed. Default: squad, which keeps constant speeds and has no jumps of
+            speed.
     """
     return step_of("in-between", keys=keys, every=every, interpolation=interpolation)
 
@@ -397,6 +398,7 @@ def reach(
     limb: Limb | None = None,
     *,
     offset: Point | None = None,
+    start: str | None = None,
     tip: str | None = None,
     range: TimeRange | None = None,
     ease_in: float | None = None,
@@ -413,7 +415,9 @@ def reach(
         limb: The limb. Default: the right hand.
         offset: A point that goes along with the target, from its origin in metres along its axes. Default: its
             origin.
-        tip: The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle.
+        start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        tip: The joint that goes to the target, at or below the hand or the foot, or below ``start``. Default: the
+            wrist or the ankle, or the only end effector below ``start``.
         range: The part in which it is at the target. Default: the whole motion.
         ease_in: Seconds before the part in which it goes there. Default: 0.4.
         ease_out: Seconds after the part in which it goes back. Default: 0.4.
@@ -425,6 +429,7 @@ def reach(
         limb=limb,
         to=target_of(to),
         offset=target_of(offset),
+        start=start,
         tip=tip,
         range=time_range(range),
         ease_in=ease_in,
@@ -437,6 +442,7 @@ def pin(
     to: str | Point | None = None,
     limb: Limb | None = None,
     *,
+    start: str | None = None,
     tip: str | None = None,
     range: TimeRange | None = None,
     distance: float | None = None,
@@ -446,13 +452,15 @@ def pin(
 ) -> Step:
     """Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
     and rotate, or next to it where the limb is too short for that. It is held in a given part of the motion, or in
-    every part in which it is near and slow beside it. Two bones are turned as by ``Reach``; everything else stays.
-    Feet on the floor are for ``FootLock``, which lets them roll.
+    every part in which it is near and slow beside it. Two bones, or the joints of a chain, are turned as by
+    ``Reach``; everything else stays. Feet on the floor are for ``FootLock``, which lets them roll.
 
     Args:
         to: What it touches. Default: the world, where it is.
         limb: The limb. Default: the right hand.
-        tip: The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle.
+        start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
+        tip: The joint that touches, at or below the hand or the foot, or below ``start``. Default: the wrist or the
+            ankle, or the only end effector below ``start``.
         range: The part in which it touches. Default: found.
         distance: The largest distance from the target of a contact that is found, in metres. Default: 0.3, from
             joint to joint.
@@ -466,6 +474,7 @@ def pin(
         bones=bones,
         limb=limb,
         to=target_of(to),
+        start=start,
         tip=tip,
         range=time_range(range),
         distance=distance,
