@@ -375,7 +375,7 @@ impl ValueKind {
             Self::FrameRange => "20..140",
             Self::TimeRange => "0..1.5",
             Self::Frames => "0+30+60",
-            Self::Numbers => "aim:0.9",
+            Self::Numbers => "largest-turn:0.5",
             Self::Path => "0/0+1/2",
             Self::Moments => "0=0,1.5=3",
             Self::Target | Self::Point => "0.3/1.2/0.5",

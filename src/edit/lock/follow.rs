@@ -12,8 +12,8 @@ use super::weights::FootLockWeights;
 use crate::body::Leg;
 use crate::contacts::DetectedContacts;
 
-/// The height from which on a foot is in the air, as a multiple of that below which it is on the ground, so that the one
-/// becomes the other over a part of the swing.
+/// The height from which on a foot is in the air, as a multiple of the height below which it is on the ground, so that
+/// the weight changes over a part of the swing.
 const IN_THE_AIR: f64 = 3.0;
 
 /// The feet of another body, which those of a retargeted motion follow.

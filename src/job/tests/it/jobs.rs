@@ -17,7 +17,7 @@ fn a_wrong_job_says_where() {
         (r#"{} {}"#, "the job: something follows the JSON object"),
         (
             r#"{"wirte": {}}"#,
-            "the job: wirte: a motion job has no wirte, but read, source, steps, target, write, verify",
+            "the job: wirte: a motion job has no wirte, but read, source, steps, target, weights, write, verify",
         ),
         (
             r#"{"write": {"smaller": {"max-error": "far"}}}"#,

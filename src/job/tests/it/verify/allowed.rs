@@ -52,6 +52,10 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("target.skeleton.names-of-clips", r#"["gait"]"#, ""),
     ("target.skeleton.scale", r#""none""#, ""),
     ("target.skeleton.scale", "0.5", ""),
+    ("weights.clean.smoothing", "1.0", ""),
+    ("weights.foot-lock.acceleration-ratio", "0.2", ""),
+    ("weights.markers.slide", "0.02", ""),
+    ("weights.robot.hand", "1.0", ""),
     ("read.body", r#""body_smplh.npz""#, "amass.npz"),
     ("read.clip", "1", "two.glb"),
     ("read.clip", r#""slow""#, "two.glb"),
@@ -209,6 +213,10 @@ fn choices() -> Vec<Choice> {
     let mut all = Vec::new();
     for (option, mut listed) in options(&schema) {
         let stated = VALUES.iter().filter(|(name, ..)| *name == option);
+        // One of each solver stands for all: they reach it together.
+        if option.starts_with("weights.") && stated.clone().next().is_none() {
+            continue;
+        }
         let mut source = String::new();
         for (_, text, needed) in stated {
             source = (*needed).to_owned();
