@@ -3,7 +3,7 @@
 //!
 //! A [`GraphBuilder`] takes clips of one skeleton, compares all their moments, and makes a [`MotionGraph`]: the clips
 //! and the transitions between them. Only the largest strongly connected component is kept, so that a walk can always
-//! go on. A [`Walk`] over it is found by search; [`Walk::motion`](crate::graph::Walk::motion) makes a motion of it.
+//! go on. A [`Walk`] over it is found by search; [`Walk::motion`](crate::graph::report::Walk::motion) makes a motion of it.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -46,7 +46,7 @@ pub use self::builder::DistanceMatrix;
 pub use self::builder::GraphBuilder;
 pub use self::network::Network;
 use self::parts::{GraphClip, GraphTransition};
-pub use self::walk::{Walk, WalkPath};
+pub use self::walk::WalkPath;
 
 /// How moments are compared.
 ///

@@ -14,14 +14,15 @@ use super::carrier::{Carrier, Placement};
 use super::frames::{Frames, between};
 use super::lock::{FootLockOptions, FootLockReport, foot_lock};
 use super::quantity::centimetres;
+use crate::graph::WalkPath;
 use crate::graph::clouds::CloudSpace;
 use crate::graph::distance::Alignment;
+use crate::graph::report::Walk;
 use crate::graph::walk::{Bend, smooth};
-use crate::graph::{Walk, WalkPath};
 
 /// What [`Walk::motion`] made.
 ///
-/// [`Walk::motion`](crate::graph::Walk::motion) has an example.
+/// [`Walk::motion`](crate::graph::report::Walk::motion) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]

@@ -11,8 +11,9 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::report::SourceLines;
 use mocap_scene::scene::robot::{Placement, Robot};
-use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, SourceLines, UpAxis};
+use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 use serde::Serialize;
 
 use super::names::{self, Name};

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap_edit::graph::{GraphBuilder, MotionGraph, Walk};
+use mocap_edit::graph::report::Walk;
+use mocap_edit::graph::{GraphBuilder, MotionGraph};
 use mocap_edit::report::WalkReport;
 use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_io::import::Importer;

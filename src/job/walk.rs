@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use mocap_edit::graph::{MotionGraph, Network, Walk};
+use mocap_edit::graph::report::Walk;
+use mocap_edit::graph::{MotionGraph, Network};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use serde::{Deserialize, Serialize};
 

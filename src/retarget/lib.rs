@@ -83,7 +83,7 @@ use self::measure::Moving;
 use self::plan::Plan;
 use self::plan::UnmappedBone;
 use self::quality::RetargetReport;
-pub use self::retargeting::{RetargetOptions, RetargetedClip, Retargeter, Target};
+pub use self::retargeting::{RetargetOptions, Retargeter, Target};
 #[doc(hidden)]
 pub use self::retargeting::{SourceMotion, apply_steps, apply_steps_with_bones, second_motion, whole};
 use self::root::Root;

@@ -85,6 +85,7 @@ pub mod report;
 #[doc(hidden)]
 pub mod robot;
 mod solved;
+mod source_lines;
 
 use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -100,7 +101,7 @@ pub use self::mmd::{MmdInherits, MmdModel};
 #[doc(hidden)]
 pub use self::original::{Original, OriginalFile, SKELETON_MATERIAL};
 pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recording};
-use self::report::MarkerSolution;
+use self::report::{MarkerSolution, SourceLines};
 use crate::error::Diagnostic;
 
 /// Everything that one file holds.
@@ -225,19 +226,6 @@ pub struct Node {
     /// What the node of a VRM animation is on a face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<Face>,
-}
-
-/// The lines of a file that describe a node, from 1.
-///
-/// The [module](crate::scene) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SourceLines {
-    /// The line of the name: BVH's ROOT, JOINT or End Site.
-    pub name: usize,
-    /// The line of the offset from the parent: BVH's OFFSET.
-    pub offset: Option<usize>,
-    /// The line of the channels: BVH's CHANNELS.
-    pub channels: Option<usize>,
 }
 
 /// The order of a node's three rotations about its axes.

@@ -7,7 +7,7 @@ use crate::source::{ItemPath, Modules, Source, is_hidden, sources};
 /// How many public names the library has, of types, functions and constants. A new one is worth its line in the
 /// documentation that everybody reads; a number below this is written here. Modules called `report` are left out: a
 /// program reads fields of a report, and need not name its types.
-const PUBLIC_NAMES: usize = 203;
+const PUBLIC_NAMES: usize = 200;
 
 /// What the front door re-exports and does not hide: each item where it is declared, with the path by which a user
 /// names it. Methods and modules do not count.

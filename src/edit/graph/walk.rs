@@ -9,7 +9,7 @@ use super::GraphTransition;
 use super::distance::Alignment;
 use super::network::Network;
 
-/// A walk over a graph, of which [`Walk::motion`](crate::graph::Walk::motion) makes a motion.
+/// A walk over a graph, of which [`Walk::motion`](crate::graph::report::Walk::motion) makes a motion.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,7 +6,8 @@ use glam::Vec3;
 use mocap_figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone};
 use mocap_scene::error::visible;
 use mocap_scene::pose::{Binding, Trs};
-use mocap_scene::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
+use mocap_scene::scene::report::SourceLines;
+use mocap_scene::scene::{Channel, Node, NodeKind, Scene, UpAxis};
 use serde::Serialize;
 
 use super::super::euler;

@@ -3,3 +3,4 @@
 pub use super::guess::Guess;
 pub use super::metadata::{AppliedStep, NamedJoint, Origin, RootOffsetUsed, SecondMotion, StepRecord};
 pub use super::solved::{MarkerSolution, SolvedJoint, SolvedMarker, SwappedMarkers};
+pub use super::source_lines::SourceLines;

@@ -1,6 +1,7 @@
 //! A scene as JavaScript gets it: names and numbers as JSON, keys and matrices as addresses.
 
-use mocap::scene::{Assumption, Face, HumanoidBone, Metadata, NodeId, NodeKind, RotationOrder, SourceLines};
+use mocap::scene::report::SourceLines;
+use mocap::scene::{Assumption, Face, HumanoidBone, Metadata, NodeId, NodeKind, RotationOrder};
 use mocap::{Diagnostic, Scene};
 use serde::Serialize;
 

@@ -8,7 +8,8 @@ use std::collections::BTreeSet;
 
 use mocap::edit::{Step, StepInput, Trim, Turn};
 use mocap::glam::Vec3;
-use mocap::graph::{GraphBuilder, GraphOptions, MotionGraph, Walk};
+use mocap::graph::report::Walk;
+use mocap::graph::{GraphBuilder, GraphOptions, MotionGraph};
 use mocap::scene::NodeId;
 use mocap::{Pose, Scene};
 

@@ -5,7 +5,7 @@ mod items;
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{Limits, limit_exceeded};
-use mocap_scene::scene::SourceLines;
+use mocap_scene::scene::report::SourceLines;
 
 use super::Failure;
 use super::channel::ChannelKind;

@@ -8,7 +8,8 @@ use mocap::render::{
     Clip, Drawing, Movie, MovieOptions, Page, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip,
 };
 use mocap::retarget::robot::{add_links, robot_scene};
-use mocap::scene::{NodeId, Scene, SourceLines};
+use mocap::scene::report::SourceLines;
+use mocap::scene::{NodeId, Scene};
 
 fn import(name: &str) -> Scene {
     mocap::import(format!("../../fixtures/real/{name}.bvh")).unwrap()

@@ -3,7 +3,8 @@
 use mocap::convert::Moment;
 use mocap::gltf::Character;
 use mocap::retarget::report::ClipReport;
-use mocap::retarget::{RetargetOptions, RetargetedClip, Retargeter, SourceMotion, Target};
+use mocap::retarget::report::RetargetedClip;
+use mocap::retarget::{RetargetOptions, Retargeter, SourceMotion, Target};
 use mocap::scene::Scene;
 use mocap::scene::report::AppliedStep;
 use mocap::{Code, Conversion, Importer};
