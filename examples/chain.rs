@@ -18,13 +18,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 pub(crate) fn run(input: &mut impl BufRead, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     for line in input.lines() {
         let numbers: Vec<f32> = line?.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
-        if numbers.len() < 9 || numbers.len() % 3 != 0 {
+        if numbers.len() < 9 || !numbers.len().is_multiple_of(3) {
             return Err(format!("expected three points or more in a line, got {} numbers", numbers.len()).into());
         }
         let mut points: Vec<Vec3> = numbers.chunks_exact(3).map(Vec3::from_slice).collect();
         let goal = points.pop().unwrap_or_default();
         ChainOptions::new().bend_positions(&mut points, goal);
-        let values = points.iter().flat_map(|point| point.to_array());
+        let values = points.iter().flat_map(mocap::glam::Vec3::to_array);
         let values: Vec<String> = values.map(|value| value.to_string()).collect();
         writeln!(out, "{}", values.join(" "))?;
     }

@@ -3,7 +3,7 @@
 //!
 //! A [`GraphBuilder`] takes clips of one skeleton, compares all their moments, and makes a [`MotionGraph`]: the clips
 //! and the transitions between them. Only the largest strongly connected component is kept, so that a walk can always
-//! go on. A [`Walk`] over it is found by search; [`Walk::motion`](crate::graph::report::Walk::motion) makes a motion of it.
+//! go on. A [`Walk`](crate::graph::report::Walk) over it is found by search, and makes a motion.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();

@@ -227,7 +227,7 @@ fn declared_in(source: &Source, items: &BTreeMap<ItemPath, String>) -> Vec<Decla
                         || line.starts_with("impl")
                             && line.contains(&format!("> {name}<")) | line.contains(&format!("impl {name} "))
                 };
-                let blocks = source.text.split("\nimpl").skip(1).map(|block| format!("impl{block}"));
+                let mut blocks = source.text.split("\nimpl").skip(1).map(|block| format!("impl{block}"));
                 let is_constructed = |block: String| {
                     is_made(block.lines().next().unwrap_or_default())
                         && (block.contains("fn default()")
@@ -236,7 +236,7 @@ fn declared_in(source: &Source, items: &BTreeMap<ItemPath, String>) -> Vec<Decla
                 };
                 declared.push(Declared {
                     is_report: path.split("::").any(|module| module == "report"),
-                    has_constructor: attributes.contains("Default") || blocks.map(is_constructed).any(|is| is),
+                    has_constructor: attributes.contains("Default") || blocks.any(is_constructed),
                     package: source.module.first().cloned().unwrap_or_default(),
                     name: name.to_owned(),
                     place: format!("{}:{}", source.path, at + 1),

@@ -89,9 +89,9 @@ pub(crate) struct WalkArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    weights: WeightsArgs,
-    #[command(flatten)]
     pub(crate) force: ForceArgs,
+    #[command(flatten)]
+    weights: WeightsArgs,
     #[command(flatten)]
     pub(crate) write: OutputOptions,
     #[command(flatten)]

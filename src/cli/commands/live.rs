@@ -95,10 +95,10 @@ pub(super) fn tell_lost(packets: &Packets) {
 
 fn heard(counts: &VmcCounts, packets: &Packets) -> HeardReport {
     HeardReport {
-        packets: counts.packets as u64,
-        lost: packets.lost() as u64,
-        malformed: counts.malformed as u64,
-        others: counts.others as u64,
+        packets: counts.packets,
+        lost: packets.lost(),
+        malformed: counts.malformed,
+        others: counts.others,
     }
 }
 
@@ -287,7 +287,7 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
             peer: peer.0.to_string(),
             poses: counts.frames as u64,
             heard: heard(&counts, &packets),
-            problem: bridge.problem().map(|problem| problem.to_string()),
+            problem: bridge.problem().map(ToString::to_string),
         })?);
     }
     report::say(&format!(

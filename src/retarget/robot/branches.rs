@@ -18,7 +18,7 @@ use super::terms::{Goals, Terms};
 use super::twin::Twin;
 use super::weights::Weights;
 
-/// The cost in rad^2 from which on a limb is followed again, in the mean of a [`WINDOW`]: a direction that is off by 20
+/// The cost in rad^2 from which on a limb is followed again, in the mean of a `WINDOW`: a direction that is off by 20
 /// degrees, which everybody sees.
 pub const SUSPECT: f64 = 0.12;
 
