@@ -45,7 +45,7 @@ pub use crate::edit::{mocap_edit, mocap_edit_report_count, mocap_edit_report_tex
 pub use crate::handle::Scene;
 pub use crate::open::{mocap_open_file, mocap_open_file_as, mocap_open_memory};
 pub use crate::retarget::{
-    PoseRetargeter, mocap_retarget_pose, mocap_retargeter_free, mocap_retargeter_new, mocap_unmapped_count,
+    Retargeter, mocap_retarget_pose, mocap_retargeter_free, mocap_retargeter_new, mocap_unmapped_count,
     mocap_unmapped_text,
 };
 pub use crate::robot_stream::{

@@ -13,7 +13,7 @@ use crate::handle::Scene;
 use crate::{Matrix, opened};
 
 /// Moves poses of one skeleton onto another. Only pointers to it leave the library.
-pub struct PoseRetargeter {
+pub struct Retargeter {
     retargeter: mocap::retarget::PoseRetargeter,
     source: Pose,
     target: Pose,
@@ -34,7 +34,7 @@ pub unsafe extern "C" fn mocap_retargeter_new(
     source: *const Scene,
     target: *const Scene,
     scale: f64,
-) -> *mut PoseRetargeter {
+) -> *mut Retargeter {
     guard(ptr::null_mut(), || {
         // SAFETY: the caller hands over open scenes.
         let (source, target) = unsafe { (opened(source)?.scene(), opened(target)?.scene()) };
@@ -46,7 +46,7 @@ pub unsafe extern "C" fn mocap_retargeter_new(
         let retargeter = mocap::retarget::PoseRetargeter::new(source, target, &options)?;
         let unmapped = retargeter.unmapped().iter();
         let unmapped = unmapped.map(|lack| c_text(&format!("{}: {}", lack.bone.as_str(), lack.reason)));
-        Ok(Box::into_raw(Box::new(PoseRetargeter {
+        Ok(Box::into_raw(Box::new(Retargeter {
             unmapped: unmapped.collect(),
             source: Pose::rest(source),
             target: Pose::rest(target),
@@ -60,7 +60,7 @@ pub unsafe extern "C" fn mocap_retargeter_new(
 /// # Safety
 /// `retargeter` comes from `mocap_retargeter_new`, was not freed before, and is used by no other thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mocap_retargeter_free(retargeter: *mut PoseRetargeter) {
+pub unsafe extern "C" fn mocap_retargeter_free(retargeter: *mut Retargeter) {
     guard((), || {
         if !retargeter.is_null() {
             // SAFETY: the pointer comes from `Box::into_raw`, and the caller gives it up.
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn mocap_retargeter_free(retargeter: *mut PoseRetargeter) 
 /// `source`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_retarget_pose(
-    retargeter: *mut PoseRetargeter,
+    retargeter: *mut Retargeter,
     source: *const f32,
     source_count: usize,
     local: *mut f32,
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn mocap_retarget_pose(
 /// # Safety
 /// `retargeter` is a retargeter.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mocap_unmapped_count(retargeter: *const PoseRetargeter) -> usize {
+pub unsafe extern "C" fn mocap_unmapped_count(retargeter: *const Retargeter) -> usize {
     // SAFETY: the caller hands over NULL or a retargeter.
     guard(0, || Ok(unsafe { known(retargeter) }?.unmapped.len()))
 }
@@ -134,7 +134,7 @@ pub unsafe extern "C" fn mocap_unmapped_count(retargeter: *const PoseRetargeter)
 /// # Safety
 /// `retargeter` is a retargeter.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn mocap_unmapped_text(retargeter: *const PoseRetargeter, bone: usize) -> *const c_char {
+pub unsafe extern "C" fn mocap_unmapped_text(retargeter: *const Retargeter, bone: usize) -> *const c_char {
     guard(ptr::null(), || {
         // SAFETY: the caller hands over NULL or a retargeter.
         let unmapped = &unsafe { known(retargeter) }?.unmapped;
@@ -171,7 +171,7 @@ pub(crate) unsafe fn take(pose: &mut Pose, source: *const f32, count: usize) -> 
 
 /// # Safety
 /// `retargeter` is NULL or a retargeter.
-unsafe fn known<'a>(retargeter: *const PoseRetargeter) -> Result<&'a PoseRetargeter, Failure> {
+unsafe fn known<'a>(retargeter: *const Retargeter) -> Result<&'a Retargeter, Failure> {
     // SAFETY: the caller hands over NULL or a retargeter that lives.
     unsafe { retargeter.as_ref() }.ok_or_else(|| Failure::argument("the retargeter is NULL"))
 }
