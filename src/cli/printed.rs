@@ -41,7 +41,7 @@ pub(crate) struct ArraysReport {
     pub(crate) joints: usize,
     pub(crate) end_sites: usize,
     pub(crate) bytes: usize,
-    /// What was assumed or left out.
+    /// Assumptions, and data that the output does not have, one sentence each.
     pub(crate) notes: Vec<String>,
 }
 

@@ -320,7 +320,7 @@ impl Frames {
 }
 
 impl ConstantParts {
-    /// Those of a node with these transforms, frame by frame.
+    /// Finds the constant parts of the transforms of a node, one transform per frame.
     fn of<'a>(mut track: impl Iterator<Item = &'a Trs> + Clone) -> Self {
         let Some(first) = track.next() else {
             return Self::default();

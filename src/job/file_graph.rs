@@ -14,7 +14,7 @@ use mocap_scene::scene::Scene;
 
 use super::files::Files;
 use super::graph::GraphJobOptions;
-use super::said::{Hear, say_warnings};
+use super::notice::{Hear, say_warnings};
 use super::walk::WalkOptions;
 use super::{InputOptions, SourceSpace};
 

@@ -33,19 +33,20 @@ mod files;
 mod form;
 mod graph;
 mod graph_job;
+mod input;
 #[doc(hidden)]
 pub mod internals;
 mod maker;
 mod meshes;
 mod motion_job;
 mod names;
-mod reading;
+mod notice;
+mod output;
 mod record;
 pub mod report;
 mod robot_format;
 mod run;
-mod said;
-mod smaller;
+mod size;
 mod source;
 mod survey;
 mod survey_job;
@@ -55,7 +56,6 @@ pub mod verify;
 mod walk;
 mod walk_job;
 mod weights;
-mod writing;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -75,22 +75,26 @@ pub use self::graph::{GraphJobOptions, GraphReport};
 #[doc(hidden)]
 pub use self::graph_job::{GraphJob, GraphSources};
 #[doc(hidden)]
+pub use self::input::InputOptions;
+#[doc(hidden)]
 pub use self::maker::{JobOutput, Maker};
 #[doc(hidden)]
 pub use self::motion_job::MotionJob;
 #[doc(hidden)]
 pub use self::names::JointNames;
 #[doc(hidden)]
-pub use self::reading::InputOptions;
+pub use self::notice::Notice;
+#[doc(hidden)]
+pub use self::output::{
+    BvhOutputOptions, FbxOutputOptions, FileOutputOptions, MeshStyle, OutBoneAxis, OutSpace, OutUp, OutputOptions,
+};
 #[doc(hidden)]
 pub use self::record::remember_outputs;
 use self::report::JobReport;
 #[doc(hidden)]
 pub use self::robot_format::RobotFormat;
 #[doc(hidden)]
-pub use self::said::Notice;
-#[doc(hidden)]
-pub use self::smaller::SizeOptions;
+pub use self::size::SizeOptions;
 #[doc(hidden)]
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
 #[doc(hidden)]
@@ -107,10 +111,6 @@ pub use self::walk::WalkOptions;
 pub use self::walk_job::{WalkJob, WalkSources};
 #[doc(hidden)]
 pub use self::weights::JobWeights;
-#[doc(hidden)]
-pub use self::writing::{
-    BvhOutputOptions, FbxOutputOptions, FileOutputOptions, MeshStyle, OutBoneAxis, OutSpace, OutUp, OutputOptions,
-};
 
 /// One piece of work. Its kind has only the options that do something in it.
 ///

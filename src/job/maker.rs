@@ -27,7 +27,7 @@ use self::own::robot_of_inputs;
 use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
-use super::said::{Hear, Notice, clip_taken, say_all, say_warnings};
+use super::notice::{Hear, Notice, clip_taken, say_all, say_warnings};
 use super::{JobTarget, JointNames, MotionJob, meshes};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.

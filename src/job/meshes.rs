@@ -9,7 +9,7 @@ use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::{Format, Scene};
 
 use super::MotionJob;
-use super::said::{Hear, Notice};
+use super::notice::{Hear, Notice};
 
 /// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
 pub(super) fn shown(job: &MotionJob, row: Option<&FormatInfo>) -> SkeletonMesh {

@@ -11,9 +11,9 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Scene, UpAxis};
 use serde::{Deserialize, Serialize};
 
-use super::is_default;
 #[cfg(feature = "clap")]
-use super::reading::InputOptions;
+use super::input::InputOptions;
+use super::is_default;
 use super::text::{UnitChoice, UpChoice};
 
 /// What a job works on.

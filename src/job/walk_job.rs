@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use super::file_graph::{Clips, files_of, in_graph, read_graph};
 use super::files::{Files, check_inputs, policy};
+use super::notice::Hear;
 use super::run::{check_one_file, describe, save};
-use super::said::Hear;
 use super::{
     GraphJobOptions, InputOptions, JobOutput, JobReport, JobTarget, JobWeights, Maker, MotionJob, OutputOptions,
     SourceSpace, Sources, WalkOptions, is_default, refuse,

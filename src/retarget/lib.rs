@@ -46,6 +46,7 @@
 mod by_names;
 mod clip;
 mod feet;
+pub(crate) mod files;
 #[doc(hidden)]
 pub mod internals;
 mod limb_angles;
@@ -55,7 +56,6 @@ mod measure;
 mod plan;
 mod quality;
 pub mod report;
-pub(crate) mod retargeting;
 pub mod robot;
 mod root;
 mod rules;
@@ -79,13 +79,13 @@ use mocap_scene::scene::report::{AppliedStep, SecondMotion};
 use mocap_scene::scene::{Animation, NodeId, Scene};
 
 pub(crate) use self::by_names::CreatureRetargeter;
+pub use self::files::{RetargetOptions, Retargeter, Target};
+#[doc(hidden)]
+pub use self::files::{SourceMotion, apply_steps, apply_steps_with_bones, second_motion, whole};
 use self::measure::Moving;
 use self::plan::Plan;
 use self::plan::UnmappedBone;
 use self::quality::RetargetReport;
-pub use self::retargeting::{RetargetOptions, Retargeter, Target};
-#[doc(hidden)]
-pub use self::retargeting::{SourceMotion, apply_steps, apply_steps_with_bones, second_motion, whole};
 use self::root::Root;
 use self::solve::Solved;
 

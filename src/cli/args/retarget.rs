@@ -16,8 +16,8 @@ pub(crate) struct RetargetArgs {
     pub(crate) paths: Vec<PathBuf>,
     /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. An
     /// .fbx has any character with its skin, colours and textures, and the motions. The other formats have its skeleton
-    /// and the motions. - is standard output. If it is a folder, or ends in /, it gets a file
-    /// for each motion, with the character, and a manifest; motions may then be folders and wildcards too
+    /// and the motions. - is standard output. A folder, or a name that ends in /, gets one file with the character per
+    /// motion, and a manifest; the inputs may then be folders and wildcards
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output, or of the outputs in a folder [default: that of a glTF or VRM character, or else glb]

@@ -22,7 +22,7 @@ pub(crate) struct ChainView<'a> {
     /// The point of `--point`, in the axes of the joint.
     #[serde(skip_serializing_if = "Option::is_none")]
     point: Option<[f32; 3]>,
-    /// The same in the world.
+    /// The position of this point in the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     point_in_world: Option<[f32; 3]>,
 }

@@ -35,7 +35,7 @@ const LOW: f32 = 0.5;
 /// The height of the hips in lengths of the leg above which it stands.
 const HIGH: f32 = 0.75;
 
-/// The height of both feet in lengths of the leg in a jump: that of a small hop.
+/// Height of both feet, in lengths of the leg, from which on a body jumps: a small hop.
 const OFF: f32 = 0.1;
 
 /// The shortest and the longest jump in seconds: 3 cm and 1.8 m high.

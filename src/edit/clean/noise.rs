@@ -25,7 +25,8 @@ const SPAN: f64 = 0.5;
 /// Frames of a span at least: a median of fewer differences says little.
 const SPAN_FRAMES: usize = 16;
 
-/// The fraction of the spans, from the calmest, below the one that counts: the very calmest are calm by chance.
+/// The fraction of the spans, ordered from calm to lively, at which the span that counts stands: the calmest spans are
+/// calm by chance.
 const CALM: f64 = 0.3;
 
 /// The ratio of the last two differences from which on a track is white noise, whose ratio is 1; motions have less.

@@ -21,7 +21,7 @@ const HIGHEST: f64 = 0.4;
 /// as much.
 const AROUND: f64 = 0.06;
 
-/// The same in frames at least, so that at 25 frames per second several count.
+/// The least time constant of this window in frames: at 25 frames per second it still sums several frames.
 const AROUND_FRAMES: f64 = 2.5;
 /// A filter whose likelihood is less than the best one's by this logarithm does not count.
 const HARDLY: f64 = -25.0;

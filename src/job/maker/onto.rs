@@ -16,7 +16,7 @@ use super::skeletons::up_of_others;
 use super::{JobOutput, Maker, no_input};
 use crate::files::Files;
 use crate::form::Form;
-use crate::said::{Hear, Notice, tell_of_skeleton};
+use crate::notice::{Hear, Notice, tell_of_skeleton};
 use crate::{JobTarget, MotionJob, meshes, names};
 
 impl Maker<'_> {

@@ -14,7 +14,7 @@ use mocap_scene::scene::Scene;
 use super::Maker;
 use crate::files::Files;
 use crate::form::Form;
-use crate::said::{Hear, clip_taken, say_warnings};
+use crate::notice::{Hear, clip_taken, say_warnings};
 use crate::{MotionJob, RobotFormat, names};
 
 impl Maker<'_> {

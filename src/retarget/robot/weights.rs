@@ -32,8 +32,8 @@ weights! {
             "Position of an ankle or of the sole on which a foot stands, and depth below the floor. A centimetre \
             costs as much as a radian of a direction: feet shall not slide, which `tools/robot/check` measures.";
         hips_place = 9.0, "1/m^2",
-            "Position of the hips, and velocity of the base in m/s against that of a joint in rad/s. A third of a \
-            metre costs as much as a radian: legs keep their lengths, so the hips give way.";
+            "Position of the hips. It also weighs the velocity of the base (m/s) against the velocity of a joint \
+            (rad/s). A third of a metre costs as much as a radian: legs keep their lengths, so the hips give way.";
         air_place = 100.0, "1/m^2",
             "Position of an ankle in the air in the second pass. A hundredth of `foot_place`, so that the swing \
             becomes smooth.";

@@ -912,8 +912,8 @@ export interface RobotWeights {
    */
   "held-distance"?: number;
   /**
-   * Position of the hips, and velocity of the base in m/s against that of a joint in rad/s. A third of a metre costs as much
-   * as a radian: legs keep their lengths, so the hips give way. Unit: 1/m^2. Default: `9.0`.
+   * Position of the hips. It also weighs the velocity of the base (m/s) against the velocity of a joint (rad/s). A third of a
+   * metre costs as much as a radian: legs keep their lengths, so the hips give way. Unit: 1/m^2. Default: `9.0`.
    */
   "hips-place"?: number;
   /**

@@ -12,6 +12,7 @@ use mocap_cli::internals::{Args, schema};
 use serde_json::{Map, Value};
 
 use crate::program::{Folder, command_in};
+use crate::published_schema::shorten;
 use crate::{at_root, cut};
 
 const DOCUMENT: &str = "../../docs/json.schema.json";
@@ -89,24 +90,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// The schema with the first paragraph of each description, without examples.
 fn published() -> Value {
-    fn shorten(value: &mut Value) {
-        match value {
-            Value::Object(entries) => {
-                for (name, entry) in entries {
-                    match entry {
-                        Value::String(text) if name == "description" => {
-                            *text = text.split("\n\n").next().unwrap_or_default().replace('\n', " ");
-                        }
-                        entry => shorten(entry),
-                    }
-                }
-            }
-            Value::Array(values) => values.iter_mut().for_each(shorten),
-            _ => {}
-        }
-    }
     let mut schema = schema();
     shorten(&mut schema);
     schema

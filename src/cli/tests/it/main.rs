@@ -40,6 +40,9 @@ mod limits;
 mod live;
 mod names;
 mod one_answer;
+#[cfg(all(feature = "schema", unix))]
+#[path = "../../../job/tests/it/published_schema.rs"]
+mod published_schema;
 // The table has the options of `pack`.
 #[cfg(feature = "parquet")]
 mod one_meaning;

@@ -383,7 +383,7 @@ fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
     folder.refuses("view lecture_Test.bvh -o new.html --fps 0", 2, "frame rate must be");
 }
 
-/// The years that the README states, and those of the course after them.
+/// `dump --layout` takes every year that the README states.
 #[test]
 fn every_year_of_the_course_has_a_layout() {
     let readme = std::fs::read_to_string(at_root("README.md")).unwrap();

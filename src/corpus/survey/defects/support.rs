@@ -7,7 +7,7 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
 
-/// The height in metres of the lowest joint at which a body begins to hover: that of a thick sole.
+/// The lowest joint of a floating body is at least this high, in metres. A thick sole is as high.
 const HOVERS: f32 = 0.04;
 
 /// The height in lengths of the leg of the lowest joint from which on something must carry the body. The hips of a body

@@ -48,7 +48,7 @@ const LEAST_STRIDE: usize = 3;
 /// Steps by which the nearest timing tried may be off the best: half a sample, with a margin of two.
 const OFF_AT_FIRST: f32 = 1.5;
 
-/// The same of half a pace over half the overlap, in steps for each sample, with a margin of two.
+/// Error of the timing from half a step of pace over half the overlap, in steps per sample, with a margin of two.
 const OFF_BY_PACE: f32 = 0.005;
 
 /// Limbs four at a time.

@@ -17,6 +17,8 @@ mod kinematics;
 mod names;
 mod one_answer;
 mod over_ground;
+#[cfg(feature = "schema")]
+mod published_schema;
 mod rest_out;
 mod robot_files;
 #[path = "../../../retarget/tests/it/robot_walk.rs"]

@@ -1,7 +1,8 @@
 //! The published JSON Schema of jobs: `src/job/job.schema.json` is what the types say.
 
 use mocap::job::Job;
-use serde_json::Value;
+
+use crate::published_schema::shorten;
 
 /// `MOCAP_WRITE=1` writes the file.
 #[test]
@@ -16,23 +17,5 @@ fn the_published_schema_is_that_of_the_types() {
             schema == Job::SCHEMA,
             "MOCAP_WRITE=1 cargo test -p mocap-job --features schema -- schema writes it"
         );
-    }
-}
-
-/// Descriptions are the documentation of the types; a schema needs the first paragraph of each, without examples.
-fn shorten(value: &mut Value) {
-    match value {
-        Value::Object(entries) => {
-            for (name, entry) in entries {
-                match entry {
-                    Value::String(text) if name == "description" => {
-                        *text = text.split("\n\n").next().unwrap_or_default().replace('\n', " ");
-                    }
-                    entry => shorten(entry),
-                }
-            }
-        }
-        Value::Array(values) => values.iter_mut().for_each(shorten),
-        _ => {}
     }
 }

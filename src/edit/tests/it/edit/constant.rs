@@ -1,5 +1,5 @@
-//! What every step keeps of keys: a track with one key has one key after a step too, unless it moves then; what moves at
-//! constant speed does so where a step interpolates.
+//! Laws of keys for every step. A track with one key keeps one key, unless the step moves it. A motion of constant speed
+//! keeps its speed where a step interpolates.
 
 use std::fs;
 
@@ -235,7 +235,7 @@ fn a_straight_line_between_two_keys_is_that_of_the_file() {
     }
 }
 
-/// The numbers that a report states are those of the motion.
+/// A report states the frames and the seconds of the changed motion.
 #[test]
 fn reports_state_the_frames_and_the_seconds_that_are_there() {
     for file in ["lecture_Test.bvh", "cmu_12_01_walk.bvh"] {

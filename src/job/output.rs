@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::names::JointNames;
-use super::smaller::SizeOptions;
+use super::size::SizeOptions;
 use super::text::UnitChoice;
 
 /// What a job writes, and how. What a format does not take is refused.
