@@ -11,9 +11,9 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits;
 use mocap_scene::pose::Binding;
 use mocap_scene::process::KeyTolerance;
-use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::report::Origin;
+use mocap_scene::scene::{Format, Scene};
 
 use super::Importer;
 use super::contents::{LARGE, check_size, format_of_extension};
@@ -198,10 +198,9 @@ impl Importer {
         let found = chosen.or_else(|| FormatInfo::of_contents(bytes));
         found.or_else(|| format_of_extension(name)).ok_or_else(|| {
             let extension = name.extension().unwrap_or_default().to_string_lossy();
-            let known: Vec<_> = FormatInfo::ALL.iter().map(|row| row.format.as_str()).collect();
             let message = "neither the contents nor the extension belong to a known format";
             Diagnostic::new(Code::UnknownFormat, message)
-                .expected_found(known.join(", "), format!("the extension \"{extension}\""))
+                .expected_found(Format::NAMES, format!("the extension \"{extension}\""))
                 .into()
         })
     }

@@ -77,6 +77,11 @@ macro_rules! formats {
             /// Every format.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
+            /// The names of all, in a list. A list that is joined as the program runs, of constants, is unrolled, and takes
+            /// the compiler minutes at level 3.
+            #[doc(hidden)]
+            pub const NAMES: &'static str = concat!($(", ", $name),*).split_at(", ".len()).1;
+
             /// The name that users type.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
@@ -153,7 +158,7 @@ impl FromStr for Format {
         format.ok_or_else(|| {
             let found = format!("\"{name}\"");
             Diagnostic::new(Code::UnknownFormat, format!("{found} is not the name of a format"))
-                .expected_found(Self::ALL.map(Self::as_str).join(", "), found)
+                .expected_found(Self::NAMES, found)
                 .into()
         })
     }
