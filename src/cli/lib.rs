@@ -13,6 +13,7 @@ mod build_note;
 mod commands;
 #[doc(hidden)]
 pub mod internals;
+mod invocation;
 #[cfg(feature = "schema")]
 mod json_schema;
 mod kinds;
@@ -31,6 +32,7 @@ use std::sync::Arc;
 use mocap::Code;
 
 use crate::args::{Args, Command};
+pub use crate::invocation::Invocation;
 use crate::waiting::Waiting;
 
 /// Why a command stopped.
@@ -87,6 +89,17 @@ fn take_no_signal_for_a_large_file() {}
 
 /// Does what the arguments of this process say.
 pub fn run() -> ExitCode {
+    ExitCode::from(run_command())
+}
+
+/// Does what a command line says inside a process with a command line of its own, once. Returns the exit code. Help and
+/// arguments that are not valid end the process.
+pub fn run_with(invocation: Invocation) -> u8 {
+    invocation::set(invocation);
+    run_command()
+}
+
+fn run_command() -> u8 {
     take_no_signal_for_a_large_file();
     let (mut args, given) = Args::parse_with_given();
     match &mut args.command {
@@ -152,27 +165,27 @@ pub fn run() -> ExitCode {
     drop(waiting);
     report::tell_replaced();
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         // The reader of the output has closed it.
-        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => 0,
         Err(Failure::Output(error)) => {
             report::complain(&format!("standard output: {error}"));
-            ExitCode::from(1)
+            1
         }
         Err(Failure::File(error)) => {
             report::error(&error);
             // The value of an option is not valid, or not valid for this file.
-            ExitCode::from(if error.code() == Code::InvalidValue { 2 } else { 1 })
+            if error.code() == Code::InvalidValue { 2 } else { 1 }
         }
         Err(Failure::Usage(message)) => {
             report::complain(&message);
-            ExitCode::from(2)
+            2
         }
         Err(Failure::Folder(folder, error)) => {
             report::complain(&format!("{}: {error}", folder.display()));
-            ExitCode::from(1)
+            1
         }
-        Err(Failure::Told) => ExitCode::from(1),
-        Err(Failure::Some) => ExitCode::from(3),
+        Err(Failure::Told) => 1,
+        Err(Failure::Some) => 3,
     }
 }

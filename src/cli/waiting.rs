@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::{Command, Given};
+use crate::invocation;
 use crate::report::{self, PATIENCE};
 
 /// How often to look whether a bar is there.
@@ -27,7 +28,11 @@ impl Waiting {
         }
         let is_over = Arc::new(Mutex::new(false));
         let of_thread = Arc::clone(&is_over);
-        let name = std::env::args().skip(1).find(|word| !word.starts_with('-'));
+        let mut words = invocation::words()
+            .into_iter()
+            .skip(1)
+            .filter_map(|word| word.into_string().ok());
+        let name = words.find(|word| !word.starts_with('-'));
         let wait = move || wait(&of_thread, name.as_deref().unwrap_or_default());
         // If the system has no thread to spare, the user sees nothing of the progress.
         thread::Builder::new().spawn(wait).ok()?;

@@ -4,10 +4,9 @@
 //! long or that runs out of memory. The process ends when its standard input does, so it does not outlive the server.
 
 use std::collections::{HashMap, VecDeque};
-use std::env;
+use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Write};
-use std::path::PathBuf;
-use std::process::{self, Child, ChildStdin, Command, Stdio};
+use std::process::{self, Child, ChildStdin, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -21,7 +20,7 @@ use super::answer::Answer;
 use super::protocol::{Era, Fault};
 use super::reports::{self, Reports};
 use super::work::{Order, Said};
-use crate::{Failure, report};
+use crate::{Failure, invocation, report};
 
 /// Calls that run at once. Each uses all cores where it has many files.
 pub(super) const MOST_RUNNING: usize = 4;
@@ -107,7 +106,7 @@ impl Progress {
 }
 
 pub(super) struct Calls {
-    program: PathBuf,
+    starter: Vec<OsString>,
     time_limit: Duration,
     state: Mutex<State>,
     /// A call came, or no more will come.
@@ -140,8 +139,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Calls {
     pub(super) fn new(time_limit: Duration) -> Result<Self, Failure> {
         Ok(Self {
-            program: env::current_exe()
-                .map_err(|error| Failure::Usage(format!("the program does not find itself, to run calls: {error}")))?,
+            starter: invocation::starter()?,
             time_limit,
             state: Mutex::default(),
             came: Condvar::new(),
@@ -235,7 +233,7 @@ impl Calls {
             written: &written,
             number,
         };
-        let ended = match Process::start(&self.program, &order, sender) {
+        let ended = match Process::start(&self.starter, &order, sender) {
             Ok(process) => self.watch(call, process, events)?,
             Err(error) => Err(format!("the call could not be started: {error}")),
         };
@@ -337,8 +335,8 @@ struct Process {
 }
 
 impl Process {
-    fn start(program: &PathBuf, order: &Order<'_>, events: Sender<Event>) -> io::Result<Self> {
-        let mut child = Command::new(program)
+    fn start(starter: &[OsString], order: &Order<'_>, events: Sender<Event>) -> io::Result<Self> {
+        let mut child = invocation::command(starter)
             .args(["mcp", "--root", ".", "--call"])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -11,12 +11,14 @@ use clap::{Args as _, CommandFactory, FromArgMatches};
 use super::suggest::suggest;
 use super::{Args, BatchArgs, ForceArgs, Given, help};
 use crate::batch::hash::sha256;
-use crate::report;
+use crate::{invocation, report};
 
 /// Prints help, or what is wrong with the arguments, and ends the program. Control characters of an argument reach no
 /// terminal. Where help cannot be written, such as to a full disk, the exit code says so.
 fn tell(error: &clap::Error) -> ! {
-    let is_plain = std::env::args_os().all(|argument| !argument.to_string_lossy().chars().any(char::is_control));
+    let is_plain = invocation::words()
+        .iter()
+        .all(|argument| !argument.to_string_lossy().chars().any(char::is_control));
     let printed = match is_plain {
         true => error.print().and_then(|()| io::stdout().flush()),
         false => io::stderr().write_all(report::visible_lines(&error.render().to_string()).as_bytes()),
@@ -31,7 +33,7 @@ fn tell(error: &clap::Error) -> ! {
 impl Args {
     /// The arguments, and what they do not tell.
     pub(crate) fn parse_with_given() -> (Self, Given) {
-        let parse = |command| Self::parse_from(&command, std::env::args_os());
+        let parse = |command| Self::parse_from(&command, invocation::words());
         // To arrange the helps takes longer than to convert a small file, so only those who ask for help wait for it.
         let parsed = parse(Self::command()).or_else(|error| match error.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {

@@ -4,16 +4,16 @@
 //! program says `--skeleton`, Python `skeleton=`. One process is one of them.
 
 use std::borrow::Cow;
-use std::sync::OnceLock;
+use std::sync::{PoisonError, RwLock};
 
 /// What an option is called, by its key in a job.
-static SPELLING: OnceLock<fn(&str) -> String> = OnceLock::new();
+static SPELLING: RwLock<Option<fn(&str) -> String>> = RwLock::new(None);
 
 /// Says how this process calls options, before its first message. Without, they have the names of the methods of Rust.
 #[doc(hidden)]
 pub fn spell_options(spelling: fn(&str) -> String) {
-    // Whoever is first is the program; others are parts of it.
-    let _ = SPELLING.set(spelling);
+    // The module of Python may become the program `mocap`.
+    *SPELLING.write().unwrap_or_else(PoisonError::into_inner) = Some(spelling);
 }
 
 /// A message with the names of its options.
@@ -22,6 +22,7 @@ pub fn spelled(message: &str) -> Cow<'_, str> {
     let Some((before, rest)) = message.split_once('{') else {
         return Cow::Borrowed(message);
     };
+    let spelling = *SPELLING.read().unwrap_or_else(PoisonError::into_inner);
     let mut text = before.to_owned();
     let mut rest = rest;
     loop {
@@ -30,9 +31,7 @@ pub fn spelled(message: &str) -> Cow<'_, str> {
             .map_or((rest, None), |(next, after)| (next, Some(after)));
         match next.split_once('}').filter(|(key, _)| is_key(key)) {
             Some((key, next)) => {
-                text += &SPELLING
-                    .get()
-                    .map_or_else(|| format!("`{}`", key.replace('-', "_")), |spell| spell(key));
+                text += &spelling.map_or_else(|| format!("`{}`", key.replace('-', "_")), |spell| spell(key));
                 text += next;
             }
             None => {

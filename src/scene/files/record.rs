@@ -15,29 +15,26 @@ use self::user::{Hash, UserRecord};
 use super::confined::is_confined;
 use super::{Target, folder_of};
 
-static RECORD: OnceLock<Record> = OnceLock::new();
+static RECORD: OnceLock<UserRecord> = OnceLock::new();
 
-struct Record {
-    of_user: UserRecord,
-    /// Hears of an output that replaced an earlier output.
-    replaced: fn(&Path),
-}
+/// Hears of an output that replaced an earlier output.
+static REPLACED: Mutex<Option<fn(&Path)>> = Mutex::new(None);
 
 /// The paths of earlier outputs that a policy lets outputs replace, until they are replaced.
 static REPLACEABLE: Mutex<Option<HashSet<PathBuf>>> = Mutex::new(None);
 
 /// From now on this process notes its outputs in a record in `folder`, and replaces outputs that the record knows. It
-/// passes the path of each to `replaced`. It cannot be undone.
+/// passes the path of each to `replaced`. It cannot be undone; a second call only replaces `replaced`.
 #[doc(hidden)]
 pub fn record_outputs(folder: PathBuf, hash: Hash, replaced: fn(&Path)) {
-    let of_user = UserRecord::new(folder, hash);
-    let _ = RECORD.set(Record { of_user, replaced });
+    RECORD.get_or_init(|| UserRecord::new(folder, hash));
+    *REPLACED.lock().unwrap_or_else(PoisonError::into_inner) = Some(replaced);
 }
 
 /// The record. A [confined](super::confine) process has none: it writes nothing outside of its folder, and replaces
 /// only its own files.
 fn record() -> Option<&'static UserRecord> {
-    RECORD.get().filter(|_| !is_confined()).map(|record| &record.of_user)
+    RECORD.get().filter(|_| !is_confined())
 }
 
 /// Whether a file that the record does not know is no output.
@@ -92,8 +89,7 @@ pub(super) fn written(path: &Path) {
     let mut paths = REPLACEABLE.lock().unwrap_or_else(PoisonError::into_inner);
     if paths.as_mut().is_some_and(|paths| paths.remove(path)) {
         drop(paths);
-        if let Some(record) = RECORD.get() {
-            (record.replaced)(path);
-        }
+        let replaced = *REPLACED.lock().unwrap_or_else(PoisonError::into_inner);
+        replaced.into_iter().for_each(|replaced| replaced(path));
     }
 }

@@ -1,0 +1,53 @@
+//! How the program was started: the words of its command line, and the words that start it once more.
+
+use std::ffi::OsString;
+use std::io;
+use std::process::Command;
+use std::sync::OnceLock;
+
+use crate::Failure;
+
+/// The command line of a program inside another one, such as Python, whose own command line is another.
+#[derive(Clone, Debug)]
+pub struct Invocation {
+    /// The command line, of which the first word is the name of the program.
+    pub words: Vec<OsString>,
+    /// The words that start the same program in a new process.
+    pub starter: Vec<OsString>,
+}
+
+static GIVEN: OnceLock<Invocation> = OnceLock::new();
+
+/// Sets how this process was started. Only the first call counts.
+pub(crate) fn set(invocation: Invocation) {
+    GIVEN.get_or_init(|| invocation);
+}
+
+/// The command line.
+pub(crate) fn words() -> Vec<OsString> {
+    GIVEN
+        .get()
+        .map_or_else(|| std::env::args_os().collect(), |given| given.words.clone())
+}
+
+/// The words that start the program once more.
+pub(crate) fn starter() -> Result<Vec<OsString>, Failure> {
+    match GIVEN.get() {
+        Some(given) => Ok(given.starter.clone()),
+        None => {
+            let lost = |error: io::Error| format!("the program does not find itself, to run calls: {error}");
+            let program = std::env::current_exe().map_err(|error| Failure::Usage(lost(error)))?;
+            Ok(vec![program.into()])
+        }
+    }
+}
+
+/// A command of these words.
+pub(crate) fn command(words: &[OsString]) -> Command {
+    let (program, arguments) = words
+        .split_first()
+        .map_or_else(Default::default, |(first, rest)| (first.clone(), rest));
+    let mut command = Command::new(program);
+    command.args(arguments);
+    command
+}
