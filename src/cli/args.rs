@@ -33,7 +33,7 @@ use mocap::job::{InputOptions, Length, OutputOptions, SourceMap, SourceSpace};
 
 pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};
 #[cfg(feature = "parquet")]
-pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
+pub(crate) use self::arrays::{ArraysArgs, PackArgs, PackFormatArg, TableArg};
 pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::change::{ChangeArgs, WeightsArgs};
 pub(crate) use self::clean::CleanArgs;

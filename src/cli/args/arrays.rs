@@ -109,12 +109,15 @@ pub(crate) struct PackArgs {
     /// Motion files, folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// Folder for the Parquet files and a manifest of their inputs
+    /// Folder for the Parquet files and a manifest of their inputs; with --to hf, a new folder for the dataset
     #[arg(short, long = "output", alias = "out-dir", value_name = "OUTPUT")]
     pub(crate) out_dir: PathBuf,
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "parquet")]
     pub(crate) to: PackFormatArg,
+    /// Licence of the clips on the card of --to hf, as Hugging Face names it, such as cc-by-4.0 [default: unknown]
+    #[arg(long, value_name = "ID")]
+    pub(crate) license: Option<String>,
     /// What one row holds
     #[arg(long, value_name = "SHAPE", default_value = "clips")]
     table: TableArg,
@@ -160,7 +163,10 @@ impl PackArgs {
 #[cfg(feature = "parquet")]
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum PackFormatArg {
+    /// Parquet files and a manifest
     Parquet,
+    /// A dataset of Hugging Face: Parquet files in metres with +Y up, and a card
+    Hf,
 }
 
 #[cfg(feature = "parquet")]

@@ -1,5 +1,7 @@
 //! `mocap pack`: writes many motion files into Parquet files.
 
+mod dataset;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io;
@@ -7,16 +9,17 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::arrays::table::arrow_array::RecordBatch;
+use mocap::arrays::table::dataset::DatasetClip;
 use mocap::arrays::{ArrayOptions, Arrays, table};
 use mocap::files::{unfinished_target, write_file};
 use mocap::{Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
-use crate::args::{ArraysArgs, Given, PackArgs, TableArg};
+use crate::args::{ArraysArgs, Given, PackArgs, PackFormatArg, TableArg};
 use crate::batch::folder::make_folder;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
 use crate::batch::manifest::{Manifest, OutputFile, Record};
-use crate::batch::progress::{Outcome, Progress};
+use crate::batch::progress::{Counts, Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 use crate::printed::FilesReport;
 use crate::{Failure, report};
@@ -25,6 +28,8 @@ use crate::{Failure, report};
 struct Packed {
     record: Record,
     rows: Option<Rows>,
+    /// What the card of a dataset says of it.
+    clip: Option<DatasetClip>,
 }
 
 enum Rows {
@@ -70,6 +75,10 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
     let folder = args.out_dir.as_path();
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
     let mut inputs = inputs::find(&args.paths, &args.inputs)?;
+    if let PackFormatArg::Hf = args.to {
+        return dataset::run(args, given, &inputs);
+    }
+    given.refuse(&["license"], "only the card of --to hf states the licence")?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
     make_folder(folder)?;
     let prefix = match args.spread.shard {
@@ -109,12 +118,7 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
     for input in &done {
         progress.add(input, Outcome::Skipped);
     }
-    let packer = Packer {
-        importer: args.read.importer().skeleton_mesh(SkeletonMesh::None),
-        options: args.arrays.options(&args.source, &args.map),
-        table: args.table(),
-        options_text,
-    };
+    let packer = Packer::new(args, options_text, args.arrays.options(&args.source, &args.map));
     let mut failures = Vec::new();
     let mut in_order = InOrder::new();
     let take_in = |index: usize, packed: Packed| -> io::Result<()> {
@@ -147,8 +151,12 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
         .manifest
         .finish(|input| names.contains(input))
         .map_err(in_folder)?;
-    let counts = progress.finish();
-    let packed = left.len() - counts.failed;
+    tell(args, progress.finish(), failures)
+}
+
+/// Says how many files were packed, and which failed.
+fn tell(args: &PackArgs, counts: Counts, mut failures: Vec<String>) -> Result<(), Failure> {
+    let packed = counts.files - counts.skipped - counts.failed;
     if args.json {
         super::print_json(&FilesReport {
             files: counts.files,
@@ -160,18 +168,28 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
         counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second
     ));
     failures.sort();
-    // The manifest names them all.
+    // The manifest or the card names them.
     failures.iter().take(20).for_each(|failure| report::say(failure));
     counts.verdict()
 }
 
-impl Packer<'_> {
+impl<'a> Packer<'a> {
+    fn new(args: &PackArgs, options_text: &'a str, options: ArrayOptions) -> Self {
+        Self {
+            importer: args.read.importer().skeleton_mesh(SkeletonMesh::None),
+            options,
+            table: args.table(),
+            options_text,
+        }
+    }
+
     fn pack(&self, input: &Input) -> Packed {
         let start = Instant::now();
         let mut record = Record::new(input, self.options_text);
-        let rows = self.rows(input, &mut record);
+        let mut clip = None;
+        let rows = self.rows(input, &mut record, &mut clip);
         record.seconds = start.elapsed().as_secs_f64();
-        Packed { record, rows }
+        Packed { record, rows, clip }
     }
 
     /// The row of a file on which [`pack`](Self::pack) panicked.
@@ -183,11 +201,12 @@ impl Packer<'_> {
                 ..record
             },
             rows: None,
+            clip: None,
         }
     }
 
     /// The rows of a file. In tables with one row per file, a file that cannot be read has a row with the error.
-    fn rows(&self, input: &Input, record: &mut Record) -> Option<Rows> {
+    fn rows(&self, input: &Input, record: &mut Record, summary: &mut Option<DatasetClip>) -> Option<Rows> {
         let clip = input.relative.as_str();
         record.sha256 = sha256(&input.path).ok();
         let scene = input.path().and_then(|path| self.importer.import(path));
@@ -201,6 +220,7 @@ impl Packer<'_> {
         let motion = scene.and_then(|scene: Scene| self.arrays(&scene));
         let motion = motion.map_err(|error| error.to_string());
         record.error = motion.as_ref().err().cloned();
+        *summary = motion.as_ref().ok().map(|motion| DatasetClip::new(clip, motion));
         if let TableArg::Long = self.table {
             return motion.ok().map(|motion| Rows::Long(clip.to_owned(), Box::new(motion)));
         }

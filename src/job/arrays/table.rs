@@ -42,6 +42,9 @@
 //! Which columns there are follows from the [`ArrayOptions`] alone, so tables that were made with the same options can
 //! be concatenated.
 
+#[cfg(feature = "parquet")]
+#[doc(hidden)]
+pub mod dataset;
 mod robot_reports;
 
 use std::collections::HashMap;

@@ -294,7 +294,7 @@ const CALLS: [(&str, [&str; 4]); 28] = [
     ("gait", ["Scene.gait", "mocap_report", "gait", ""]),
     ("forces", ["Scene.ground_forces", "mocap_table_new", "groundForces", ""]),
     ("analog", ["Scene.analog", "mocap_table_new", "analog", ""]),
-    ("pack", ["Scene.to_arrow table", "", "", ""]),
+    ("pack", ["Scene.to_arrow table write_dataset", "", "", ""]),
     ("pose", ["Scene.pose", "mocap_world_matrices", "pose", ""]),
     ("chain", ["Scene.chain", "", "chain", ""]),
     ("check", ["Scene.warnings", "mocap_warning_text", "check", "check"]),

@@ -51,6 +51,8 @@ mod options;
 mod output_sets;
 mod outputs;
 mod own_outputs;
+#[cfg(feature = "parquet")]
+mod pack_dataset;
 mod packed_clip;
 mod packets;
 mod program;

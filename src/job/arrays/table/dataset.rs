@@ -1,0 +1,300 @@
+//! A dataset for the library `datasets` of Hugging Face: a folder with Parquet files and a card.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `data/train-00000-of-00002.parquet` | rows of [`clips`](super::clips) or [`Arrays::to_table`], without `error` |
+//! | `README.md` | the card: metadata as YAML, columns with units, statistics, sources and licences |
+//! | `licenses/` | the licence files that stand beside the clips |
+//!
+//! The layout is that of <https://huggingface.co/docs/hub/datasets-manual-configuration> and
+//! <https://huggingface.co/docs/hub/datasets-cards>.
+
+mod card;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use arrow_array::RecordBatch;
+use arrow_schema::{ArrowError, SchemaRef};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::scene::UpAxis;
+
+use super::{skeleton_hash, to_parquet};
+use crate::arrays::{ArrayOptions, Arrays};
+
+/// The largest licence file that is copied, in bytes.
+const LARGEST_LICENSE: u64 = 1 << 20;
+
+/// What the card says of a clip.
+#[derive(Clone, Debug)]
+pub struct DatasetClip {
+    /// The path below the folder in which it was found, with `/` as separator.
+    pub name: String,
+    skeleton: String,
+    joints: usize,
+    frames: usize,
+    frame_rate: f64,
+}
+
+impl DatasetClip {
+    /// The clip of these arrays.
+    pub fn new(name: &str, motion: &Arrays) -> Self {
+        Self {
+            name: name.to_owned(),
+            skeleton: skeleton_hash(motion.joints()),
+            joints: motion.joints().len(),
+            frames: motion.frames,
+            frame_rate: motion.frame_rate(),
+        }
+    }
+
+    fn seconds(&self) -> f64 {
+        match self.frame_rate > 0.0 {
+            true => self.frames as f64 / self.frame_rate,
+            false => 0.0,
+        }
+    }
+
+    /// The folder that it comes from: the first part of its name.
+    fn source(&self) -> &str {
+        self.name.split_once('/').map_or("", |(source, _)| source)
+    }
+}
+
+/// Writes a dataset beside its folder, which appears with [`finish`](Self::finish). Dropped before, nothing remains.
+pub struct DatasetWriter {
+    folder: PathBuf,
+    unfinished: PathBuf,
+    options: ArrayOptions,
+    license: Option<String>,
+    schema: Option<SchemaRef>,
+    shards: usize,
+    rows: usize,
+    /// Of the tables in memory.
+    bytes: usize,
+    file_bytes: usize,
+    clips: Vec<DatasetClip>,
+    failed: BTreeMap<String, String>,
+    /// Folders in which licence files were looked for.
+    seen: BTreeSet<PathBuf>,
+    /// The licence files by the folders of the clips, as named in the dataset.
+    licenses: BTreeMap<String, BTreeSet<String>>,
+}
+
+impl DatasetWriter {
+    /// Options for arrays of a dataset: clips of many files have one unit and one up axis, metres and +Y by default.
+    pub fn options(options: ArrayOptions) -> ArrayOptions {
+        let (metres_per_unit, up) = (options.out_metres_per_unit, options.out_up);
+        options
+            .out_metres_per_unit(metres_per_unit.or(Some(1.0)))
+            .out_up(up.or(Some(UpAxis::Y)))
+    }
+
+    /// Begins a dataset of arrays that are made with `options`; `license` is the identifier of the licence of all clips.
+    ///
+    /// # Errors
+    /// [`Code::OutputExists`] where `folder` is a file or has files: a dataset replaces nothing.
+    /// [`Code::InvalidValue`] where `license` is no identifier. [`Code::Io`] where the folder cannot be made.
+    pub fn create(folder: &Path, options: &ArrayOptions, license: Option<&str>) -> Result<Self> {
+        mocap_scene::files::check_confined(folder)?;
+        if let Some(license) = license {
+            check_license(license)?;
+        }
+        check_empty(folder)?;
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let parent = parent.unwrap_or(Path::new("."));
+        let unfinished = parent.join(format!(".{name}.{}.unfinished", std::process::id()));
+        let made = fs::create_dir_all(parent).and_then(|()| fs::create_dir(&unfinished));
+        made.map_err(|error| Error::io(folder, error))?;
+        let writer = Self {
+            folder: folder.to_owned(),
+            unfinished,
+            options: options.clone(),
+            license: license.map(str::to_owned),
+            schema: None,
+            shards: 0,
+            rows: 0,
+            bytes: 0,
+            file_bytes: 0,
+            clips: Vec::new(),
+            failed: BTreeMap::new(),
+            seen: BTreeSet::new(),
+            licenses: BTreeMap::new(),
+        };
+        let data = writer.unfinished.join("data");
+        fs::create_dir(data).map_err(|error| Error::io(folder, error))?;
+        Ok(writer)
+    }
+
+    /// Adds a clip to the card. Its licence files stand in the folder of `path` and in the folders above it that the
+    /// name has.
+    ///
+    /// # Errors
+    /// [`Code::Io`] where a licence file cannot be copied.
+    pub fn add(&mut self, clip: DatasetClip, path: &Path) -> Result<()> {
+        let parts: Vec<&str> = clip.name.split('/').collect();
+        let mut folder = path.parent();
+        for depth in (0..parts.len()).rev() {
+            let Some(found) = folder else { break };
+            // The folder of a file that is named alone is the current one.
+            let found = if found.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                found
+            };
+            let copied = self.copy_licenses(found, &parts[..depth].join("/"));
+            copied.map_err(|error| Error::io(found, error))?;
+            folder = folder.and_then(Path::parent);
+        }
+        self.clips.push(clip);
+        Ok(())
+    }
+
+    /// Names a file that could not be read on the card.
+    pub fn leave_out(&mut self, clip: &str, error: &str) {
+        self.failed.insert(clip.to_owned(), error.to_owned());
+    }
+
+    fn copy_licenses(&mut self, folder: &Path, below: &str) -> io::Result<()> {
+        if !self.seen.insert(folder.to_owned()) {
+            return Ok(());
+        }
+        // A folder that cannot be listed has clips that were named one by one.
+        for entry in fs::read_dir(folder).into_iter().flatten() {
+            let entry = entry?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if !is_license(&name) || !entry.file_type()?.is_file() {
+                continue;
+            }
+            let mut text = Vec::new();
+            fs::File::open(entry.path())?
+                .take(LARGEST_LICENSE)
+                .read_to_end(&mut text)?;
+            let parts = ["licenses", below, &name];
+            let target = parts.map(str::to_owned).into_iter().filter(|part| !part.is_empty());
+            let target = target.collect::<Vec<_>>().join("/");
+            // Two folders that were named may both have one.
+            let numbered = (2..).map(|number| format!("{target}.{number}"));
+            let is_free = |target: &String| !self.unfinished.join(target).exists();
+            let target = std::iter::once(target.clone()).chain(numbered).find(is_free);
+            let target = target.unwrap_or_default();
+            let path = self.unfinished.join(&target);
+            path.parent().map_or(Ok(()), fs::create_dir_all)?;
+            fs::write(path, text)?;
+            self.licenses.entry(below.to_owned()).or_default().insert(target);
+        }
+        Ok(())
+    }
+
+    /// Writes a Parquet file of tables, which all have the same columns.
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`] where Parquet cannot hold the tables, [`Code::Io`] where the file cannot be written.
+    pub fn write_shard(&mut self, tables: impl IntoIterator<Item = RecordBatch>) -> Result<()> {
+        let (mut rows, mut bytes, mut schema) = (0, 0, None);
+        let tables = tables.into_iter().map(|table| {
+            let table = without_errors(&table).unwrap_or(table);
+            rows += table.num_rows();
+            bytes += table.get_array_memory_size();
+            schema.get_or_insert_with(|| table.schema());
+            table
+        });
+        let file = to_parquet(tables)?;
+        let path = self.unfinished.join("data").join(format!("{:05}", self.shards));
+        fs::write(path, &file).map_err(|error| Error::io(&self.folder, error))?;
+        self.schema = self.schema.take().or(schema);
+        self.rows += rows;
+        self.bytes += bytes;
+        self.file_bytes += file.len();
+        self.shards += 1;
+        Ok(())
+    }
+
+    /// Names the Parquet files, writes the card, and gives the folder its name. Returns the number of Parquet files.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where no clip was added, [`Code::OutputExists`] where files came into the folder meanwhile,
+    /// [`Code::Io`] where the folder cannot be written.
+    pub fn finish(self) -> Result<usize> {
+        if self.shards == 0 {
+            let diagnostic = Diagnostic::new(Code::InvalidValue, "no clip could be read, so there is no dataset");
+            return Err(Error::from(diagnostic).with_path(&self.folder));
+        }
+        let in_folder = |error| Error::io(&self.folder, error);
+        let data = self.unfinished.join("data");
+        for shard in 0..self.shards {
+            let name = format!("train-{shard:05}-of-{:05}.parquet", self.shards);
+            fs::rename(data.join(format!("{shard:05}")), data.join(name)).map_err(in_folder)?;
+        }
+        fs::write(self.unfinished.join("README.md"), card::text(&self)).map_err(in_folder)?;
+        check_empty(&self.folder)?;
+        // Some systems rename no folder to one that is there, even if it is empty.
+        match fs::remove_dir(&self.folder) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(in_folder(error)),
+            _ => fs::rename(&self.unfinished, &self.folder).map_err(in_folder)?,
+        }
+        Ok(self.shards)
+    }
+}
+
+impl Drop for DatasetWriter {
+    fn drop(&mut self) {
+        // It is gone where the dataset is finished.
+        let _ = fs::remove_dir_all(&self.unfinished);
+    }
+}
+
+/// A table without the column `error`, which is empty in a dataset.
+fn without_errors(table: &RecordBatch) -> Result<RecordBatch, ArrowError> {
+    let fields = table.schema();
+    let kept = (0..table.num_columns()).filter(|column| fields.field(*column).name() != "error");
+    table.project(&kept.collect::<Vec<_>>())
+}
+
+/// Refuses a folder that has files, and a file.
+fn check_empty(folder: &Path) -> Result<()> {
+    let is_free = match fs::read_dir(folder) {
+        Ok(mut entries) => entries.next().is_none(),
+        Err(error) => error.kind() == io::ErrorKind::NotFound && fs::symlink_metadata(folder).is_err(),
+    };
+    if is_free {
+        return Ok(());
+    }
+    let diagnostic = Diagnostic::new(
+        Code::OutputExists,
+        "a dataset replaces no folder with files, and no file",
+    )
+    .help("name another folder, or remove this one");
+    Err(Error::from(diagnostic).with_path(folder))
+}
+
+/// Identifiers of licences on Hugging Face are SPDX's in small letters, and a few of its own.
+fn check_license(license: &str) -> Result<()> {
+    let is_part = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || ".-+".contains(c);
+    if !license.is_empty() && license.chars().all(is_part) {
+        return Ok(());
+    }
+    let diagnostic = Diagnostic::new(Code::InvalidValue, "{license} is no identifier of a licence")
+        .expected_found("small letters, digits, . - and +", format!("{license:?}"))
+        .help("take an identifier of Hugging Face, such as cc-by-4.0, cc0-1.0 or other");
+    Err(diagnostic.into())
+}
+
+/// Whether a file of this name has a licence or what a licence asks to be kept.
+fn is_license(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    let stem = name.split(['.', '-', '_']).next().unwrap_or_default();
+    [
+        "license",
+        "licence",
+        "licenses",
+        "copying",
+        "copyright",
+        "notice",
+        "attribution",
+    ]
+    .contains(&stem)
+}
