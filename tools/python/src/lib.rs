@@ -7,6 +7,7 @@
 )]
 
 mod arrow;
+mod command;
 mod convert;
 mod edit;
 mod errors;
@@ -38,6 +39,8 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 mod _mocap {
     #[pymodule_export]
     use super::arrow::{ArrowTable, table};
+    #[pymodule_export]
+    use super::command::main;
     #[pymodule_export]
     use super::convert::{convert, write_scene};
     #[pymodule_export]

@@ -21,6 +21,7 @@ from . import _mocap, edit, ik, torch
 from ._array_options import Contacts, Options
 from ._arrays import from_arrays
 from ._call import public
+from ._clash import warn_of_other
 from ._errors import (
     FileError,
     FileIsFolderError,
@@ -45,7 +46,9 @@ from ._scene import Motion, Scene
 from ._search import Database, index
 from ._survey import Survey, examine, survey
 
-__version__ = version("mocap-arrays")
+__version__ = version("mocap-kit")
+
+warn_of_other()
 
 __all__ = [
     "ArrowTable",

@@ -1,7 +1,7 @@
 """The native half. Use the package `mocap` instead, which documents what is here."""
 
 import os
-from typing import Any, final
+from typing import Any, NoReturn, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ __all__ = [
     "extensions",
     "graph",
     "index",
+    "main",
     "metres_in",
     "pack",
     "page",
@@ -221,6 +222,7 @@ def convert(
     source: str | os.PathLike[str], target: str | os.PathLike[str], job: str
 ) -> int: ...
 def table(files: list[tuple[str, bytes]], shape: str, options: str, read: ReadOptions) -> ArrowTable: ...
+def main(words: list[str], starter: list[str]) -> NoReturn: ...
 def metres_in(unit: str) -> float: ...
 def prepare(scene: Scene, metres_per_unit: float | None, up: str | None, bones: str | None) -> Scene: ...
 def edit(scene: Scene, step: str, other: Scene | None, bones: str | None) -> tuple[Scene, str]: ...

@@ -1,0 +1,24 @@
+"""The command ``mocap``, also as ``python -m mocap``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from typing import NoReturn
+
+from . import _mocap
+
+# Starts the command in a new process. Without the current folder in the path, where other modules may have the same name.
+_STARTER = "import sys; sys.path[:] = filter(None, sys.path); from mocap.__main__ import main; main()"
+
+
+def main() -> NoReturn:
+    """Does what the command line says, and ends the process with the exit code of ``mocap``."""
+    # Python only notes Ctrl-C until the interpreter runs again; it is to end the command at once.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    _mocap.main(["mocap", *sys.argv[1:]], [sys.executable, "-c", _STARTER])
+
+
+if __name__ == "__main__":
+    main()
