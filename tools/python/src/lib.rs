@@ -9,6 +9,7 @@
 mod arrow;
 mod command;
 mod convert;
+mod dataset;
 mod edit;
 mod errors;
 mod graph;
@@ -43,6 +44,8 @@ mod _mocap {
     use super::command::main;
     #[pymodule_export]
     use super::convert::{convert, write_scene};
+    #[pymodule_export]
+    use super::dataset::write_dataset;
     #[pymodule_export]
     use super::edit::{contacts, edit, edit_all, prepare};
     #[pymodule_export]

@@ -22,6 +22,7 @@ from ._array_options import Contacts, Options
 from ._arrays import from_arrays
 from ._call import public
 from ._clash import warn_of_other
+from ._dataset import write_dataset
 from ._errors import (
     FileError,
     FileIsFolderError,
@@ -96,6 +97,7 @@ __all__ = [
     "survey",
     "table",
     "torch",
+    "write_dataset",
 ]
 
 

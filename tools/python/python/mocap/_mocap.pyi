@@ -48,6 +48,7 @@ __all__ = [
     "survey",
     "table",
     "two_bone",
+    "write_dataset",
     "write_scene",
 ]
 
@@ -248,6 +249,14 @@ def add_motions(
     bones: str | None,
     target_bones: str | None,
 ) -> tuple[str, list[str]]: ...
+def write_dataset(
+    files: list[tuple[str, str]],
+    folder: str | os.PathLike[str],
+    license: str | None,
+    part_bytes: int,
+    options: str,
+    read: ReadOptions,
+) -> list[tuple[str, str]]: ...
 def scene_of(state: bytes) -> Scene: ...
 def pack(scene: Scene, max_error: float) -> PackedClip: ...
 def page(scenes: list[tuple[str, Scene]]) -> str: ...

@@ -357,7 +357,8 @@ class _Maker:
             columns = ["clip", "error", "names", "frames", "frame_rate", *self.features]
             for batch in file.iter_batches(batch_size=1, columns=columns):
                 row = {name: batch.column(at)[0] for at, name in enumerate(batch.schema.names)}
-                if row["error"].as_py() is not None:
+                # A dataset has no rows of files that could not be read.
+                if "error" in row and row["error"].as_py() is not None:
                     continue
                 frames, names = row["frames"].as_py(), row["names"].as_py()
                 arrays: dict[str, Any] = {name: _numbers(row[name].values).reshape(frames, -1) for name in self.features}

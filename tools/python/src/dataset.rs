@@ -1,0 +1,56 @@
+//! A dataset of many files, for the library `datasets`.
+
+use std::path::PathBuf;
+
+use mocap::arrays::table::dataset::{DatasetClip, DatasetWriter};
+use mocap::arrays::{Arrays, table};
+use pyo3::prelude::*;
+
+use crate::errors::to_python;
+use crate::{ReadOptions, options_from};
+
+/// Writes a dataset of files, each with its name in the dataset. Returns the names of files that could not be read, with
+/// the reason.
+#[pyfunction]
+pub(crate) fn write_dataset(
+    py: Python<'_>,
+    files: Vec<(String, PathBuf)>,
+    folder: PathBuf,
+    license: Option<&str>,
+    part_bytes: usize,
+    options: &str,
+    read: ReadOptions,
+) -> PyResult<Vec<(String, String)>> {
+    let importer = read.importer()?;
+    let options = DatasetWriter::options(options_from(options)?);
+    let written = py.detach(|| -> mocap::Result<_> {
+        let mut dataset = DatasetWriter::create(&folder, &options, license)?;
+        let (mut rows, mut bytes, mut failed) = (Vec::new(), 0, Vec::new());
+        for (name, path) in &files {
+            let motion = importer.import(path).and_then(|scene| Arrays::of(&scene, &options));
+            let motion = motion.and_then(|motion| table::check_row(&motion).map(|()| motion));
+            match motion {
+                Ok(motion) => {
+                    dataset.add(DatasetClip::new(name, &motion), path)?;
+                    let row = table::clips(&[(name.as_str(), Ok(&motion))], &options);
+                    bytes += row.get_array_memory_size();
+                    rows.push(row);
+                }
+                Err(error) => {
+                    dataset.leave_out(name, &error.to_string());
+                    failed.push((name.clone(), error.to_string()));
+                }
+            }
+            if bytes >= part_bytes {
+                dataset.write_shard(rows.drain(..))?;
+                bytes = 0;
+            }
+        }
+        if !rows.is_empty() {
+            dataset.write_shard(rows)?;
+        }
+        dataset.finish()?;
+        Ok(failed)
+    });
+    written.map_err(|error| to_python(py, &error))
+}
