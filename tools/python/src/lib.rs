@@ -21,6 +21,7 @@ mod robot;
 mod run;
 mod scene;
 mod search;
+mod skin;
 mod survey;
 
 use std::path::PathBuf;
@@ -66,6 +67,8 @@ mod _mocap {
     use super::scene::{Node, Scene, scene_of};
     #[pymodule_export]
     use super::search::{Database, index, read_database};
+    #[pymodule_export]
+    use super::skin::{Skin, skin};
     #[pymodule_export]
     use super::survey::{Survey, examine, extensions, survey};
     #[pymodule_export]

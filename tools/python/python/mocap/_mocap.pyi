@@ -19,6 +19,7 @@ __all__ = [
     "RobotClip",
     "RobotStream",
     "Scene",
+    "Skin",
     "Survey",
     "add_motions",
     "bend",
@@ -45,6 +46,7 @@ __all__ = [
     "run",
     "scene_of",
     "sheet",
+    "skin",
     "survey",
     "table",
     "two_bone",
@@ -89,6 +91,12 @@ class Scene:
     def arrow(self, options: str, clip: str) -> ArrowTable: ...
     def state(self) -> bytes: ...
     def figure(self, bones: str | None) -> str: ...
+
+@final
+class Skin:
+    def parts(self) -> list[tuple[str, int, list[float]]]: ...
+    def triangles(self, part: int) -> NDArray[np.uint32]: ...
+    def vertices(self, part: int, tick: float) -> NDArray[np.float32]: ...
 
 @final
 class PackedClip:
@@ -249,6 +257,7 @@ def add_motions(
     bones: str | None,
     target_bones: str | None,
 ) -> tuple[str, list[str]]: ...
+def skin(path: str | os.PathLike[str], options: ReadOptions) -> Skin: ...
 def write_dataset(
     files: list[tuple[str, str]],
     folder: str | os.PathLike[str],
