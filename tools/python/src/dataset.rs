@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 use crate::errors::to_python;
 use crate::{ReadOptions, options_from};
 
-/// Writes a dataset of files, each with its name in the dataset. Returns the names of files that could not be read, with
-/// the reason.
+/// Writes a dataset of files, each with its name in the dataset. Returns the names of files that could not be read,
+/// with the reason.
 #[pyfunction]
 pub(crate) fn write_dataset(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-"""Datasets: what the library ``datasets`` reads of the folders of ``mocap pack --to hf`` and ``mocap.write_dataset``."""
+"""Datasets: what the library ``datasets`` reads of what ``mocap pack --to hf`` and ``mocap.write_dataset`` write."""
 
 from __future__ import annotations
 

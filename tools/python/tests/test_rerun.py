@@ -75,7 +75,8 @@ def test_a_walk_has_its_joints_curves_contacts_and_times(walk: Path, tmp_path: P
 
 def test_a_skin_is_deformed_as_its_bones_move(tmp_path: Path) -> None:
     character = tmp_path / "moving.glb"
-    mocap.add_motions({"walk": REAL / "cmu_12_01_walk.bvh"}, REPOSITORY / "fixtures/characters/human_default.glb", character)
+    body = REPOSITORY / "fixtures/characters/human_default.glb"
+    mocap.add_motions({"walk": REAL / "cmu_12_01_walk.bvh"}, body, character)
     found = imported(character, tmp_path)
     skins = [entity for entity in found if "/skin/" in entity]
     assert skins

@@ -92,7 +92,8 @@ impl DatasetWriter {
             .out_up(up.or(Some(UpAxis::Y)))
     }
 
-    /// Begins a dataset of arrays that are made with `options`; `license` is the identifier of the licence of all clips.
+    /// Begins a dataset of arrays that are made with `options`. `license` is the identifier of the licence of all
+    /// clips.
     ///
     /// # Errors
     /// [`Code::OutputExists`] where `folder` is a file or has files: a dataset replaces nothing.
@@ -216,7 +217,8 @@ impl DatasetWriter {
     /// Names the Parquet files, writes the card, and gives the folder its name. Returns the number of Parquet files.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where no clip was added, [`Code::OutputExists`] where files came into the folder meanwhile,
+    /// [`Code::InvalidValue`] where no clip was added, [`Code::OutputExists`] where files came into the folder
+    /// meanwhile,
     /// [`Code::Io`] where the folder cannot be written.
     pub fn finish(self) -> Result<usize> {
         if self.shards == 0 {

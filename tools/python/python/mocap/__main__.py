@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from . import _mocap
 
-# Starts the command in a new process. Without the current folder in the path, where other modules may have the same name.
+# Starts the command in a new process. The current folder is not in the path: a module there may have the same name.
 _STARTER = "import sys; sys.path[:] = filter(None, sys.path); from mocap.__main__ import main; main()"
 
 

@@ -32,7 +32,8 @@ def write_dataset(
     >>> datasets.load_dataset("dataset", split="train")[0]["frames"]  # doctest: +SKIP
     131
 
-    The card, ``README.md``, has the columns with their units, statistics, and the licence files that stand beside the clips.
+    The card, ``README.md``, has the columns with their units, statistics, and the licence files that stand beside the
+    clips.
 
     Args:
         paths: Files and folders; of a folder every file at any depth that has the extension of a format.

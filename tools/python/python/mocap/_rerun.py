@@ -1,7 +1,7 @@
 """``rerun-importer-mocap``: the motion of a file as a recording of rerun.
 
-The viewer of rerun starts every executable called ``rerun-importer-NAME`` with the path of a file, and reads a recording
-from its standard output: https://rerun.io/docs/concepts/logging-and-ingestion/importers/overview
+The viewer of rerun starts every executable called ``rerun-importer-NAME`` with the path of a file, and reads a
+recording from its standard output: https://rerun.io/docs/concepts/logging-and-ingestion/importers/overview
 """
 
 from __future__ import annotations
@@ -76,7 +76,8 @@ def _views(rerun: Any, root: str) -> Any:
     """What the viewer shows at first: the figure, and beside it the contacts and the curves."""
     views = rerun.blueprint
     figure = views.Spatial3DView(origin=root, name="figure")
-    plots = [views.TimeSeriesView(origin=f"{root}/{name}", name=name) for name in ("contacts", "positions", "rotations")]
+    names = ("contacts", "positions", "rotations")
+    plots = [views.TimeSeriesView(origin=f"{root}/{name}", name=name) for name in names]
     return views.Blueprint(views.Horizontal(figure, views.Vertical(*plots), column_shares=[2, 1]))
 
 
