@@ -31,6 +31,8 @@ use clap::{Parser, Subcommand, ValueEnum};
 use mocap::edit::{EditStep, Smooth};
 use mocap::job::{InputOptions, Length, OutputOptions, SourceMap, SourceSpace};
 
+use crate::build_info;
+
 pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, PackFormatArg, TableArg};
@@ -64,7 +66,7 @@ Exit codes:
 
 /// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
 #[derive(Debug, Parser)]
-#[command(name = "mocap", version, arg_required_else_help = true)]
+#[command(name = "mocap", version, long_version = build_info::long(), arg_required_else_help = true)]
 pub struct Args {
     /// Say nothing but warnings and errors: neither notes nor progress nor a summary
     #[arg(short, long, global = true)]
@@ -147,6 +149,8 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// List the formats that can be read and written
     Formats(FormatsArgs),
+    /// Print what this build and this machine lack, and which commands need it
+    Doctor(DoctorArgs),
     /// Do the job of a JSON file, as --print-job of convert, edit, clean, retarget, robot, survey and graph prints it
     Run(RunArgs),
     /// Merge the manifests of a run's shards
@@ -306,6 +310,13 @@ pub(crate) struct SkeletonArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FormatsArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct DoctorArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

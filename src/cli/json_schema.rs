@@ -1,6 +1,6 @@
 //! The JSON Schema of what `--json` prints.
 
-use crate::commands::{angles, chain, check, formats, info, matching, pose, series, skeleton, verify};
+use crate::commands::{angles, chain, check, doctor, formats, info, matching, pose, series, skeleton, verify};
 use crate::printed::{
     AnglesReport, ArraysReport, BridgeReport, CompletionsReport, FilesReport, IndexReport, ManualPage, PageReport,
     PictureReport, PlayReport, RecordingReport,
@@ -60,6 +60,7 @@ pub fn schema() -> serde_json::Value {
     add(&["view"], generator.subschema_for::<PageReport>());
     add(&["sheet", "gif", "plot"], generator.subschema_for::<PictureReport>());
     add(&["formats"], generator.subschema_for::<Vec<formats::Row>>());
+    add(&["doctor"], generator.subschema_for::<doctor::DoctorReport>());
     add(&["completions"], generator.subschema_for::<CompletionsReport>());
     add(&["man"], generator.subschema_for::<Vec<ManualPage>>());
     serde_json::json!({

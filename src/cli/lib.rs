@@ -9,6 +9,7 @@
 mod agent;
 mod args;
 mod batch;
+mod build_info;
 mod build_note;
 mod commands;
 #[doc(hidden)]
@@ -150,6 +151,7 @@ fn run_command() -> u8 {
         Command::Verify(args) => commands::verify::run(args),
         Command::Run(args) => commands::run::run(args, &given),
         Command::Formats(args) => commands::formats::run(args),
+        Command::Doctor(args) => commands::doctor::run(args),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::Completions(args) => commands::completions::completions(args),
         Command::Man(args) => commands::completions::man(args),

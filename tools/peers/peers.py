@@ -68,7 +68,7 @@ def own(mocap):
     if mocap is None:
         call("cargo", "build", "--quiet", "--release", "--bin", "mocap", cwd=ROOT)
         mocap = ROOT / "target" / "release" / "mocap"
-    version = subprocess.run([mocap, "--version"], check=True, capture_output=True, text=True).stdout.split()[-1]
+    version = subprocess.run([mocap, "-V"], check=True, capture_output=True, text=True).stdout.split()[-1]
     command = [sys.executable, reader("mocap_reader.py")]
     return Peer("mocap", version, command, {"MOCAP": str(Path(mocap).resolve())})
 

@@ -385,6 +385,14 @@ pub const GUIDES: &[Guide] = &[
         ],
     ),
     guide(
+        "doctor",
+        &["json"],
+        [
+            ("doctor", "what is missing, and what needs it"),
+            ("doctor --json > doctor.json", "for a program"),
+        ],
+    ),
+    guide(
         "merge-manifest",
         &[],
         [

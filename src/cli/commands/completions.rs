@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
+use clap::builder::Resettable;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 
@@ -32,7 +33,8 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
 
 /// Prints the manual page of a command, or writes all pages into a folder.
 pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
-    let mut command = arranged(Args::command());
+    // A page has the version alone: it is the same for every build of it.
+    let mut command = arranged(Args::command()).long_version(Resettable::Reset);
     command.build();
     if let Some(folder) = &args.output {
         fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.clone(), error))?;

@@ -373,7 +373,16 @@ fn what_does_the_work_of_a_command_is_there() {
         let is_listed = CALLS
             .iter()
             .any(|(command, _)| command.split(", ").any(|own| own == name));
-        let is_own = ["formats", "merge-manifest", "dump", "mcp", "completions", "man"].contains(&name.as_str());
+        let is_own = [
+            "formats",
+            "doctor",
+            "merge-manifest",
+            "dump",
+            "mcp",
+            "completions",
+            "man",
+        ]
+        .contains(&name.as_str());
         assert!(is_listed || is_own, "{name}");
     }
 }

@@ -87,6 +87,7 @@ const OTHERS: &[&str] = &[
     "analog",
     "bridge",
     "completions",
+    "doctor",
     "forces",
     "formats",
     "man",

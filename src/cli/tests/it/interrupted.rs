@@ -26,6 +26,7 @@ const WRITE_NOTHING: &[&str] = &[
     "dump",
     "pose",
     "chain",
+    "doctor",
     "formats",
     "find",
     "mcp",

@@ -21,7 +21,7 @@ const DOCUMENT: &str = "../../docs/json.schema.json";
 const WITHOUT: [&str; 1] = ["mcp"];
 
 /// A line for each shape that a command prints.
-const LINES: [&str; 39] = [
+const LINES: [&str; 40] = [
     "convert walk.bvh a.glb --json --max-error 1mm --verify",
     "convert walk.bvh a.npz --json --to amass",
     "solve markers.c3d solved.bvh --json",
@@ -59,6 +59,7 @@ const LINES: [&str; 39] = [
     "gif walk.bvh -o a.gif --width 64 --height 48 --rate 5 --json",
     "plot walk.bvh --joint Head -o a.svg --json",
     "formats --json",
+    "doctor --json",
     "completions bash --json",
     "man convert --json",
 ];

@@ -14,6 +14,7 @@ mod corpus;
 mod cut;
 mod cut_off;
 #[cfg(feature = "fbx")]
+mod doctor;
 mod doors;
 mod doubts;
 mod edit_command;
