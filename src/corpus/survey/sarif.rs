@@ -27,8 +27,7 @@ impl Corpus {
 
 fn results(row: &ClipRow, thresholds: &Thresholds) -> Vec<Value> {
     let result = |id: &str, level: &str, text: String| {
-        let uri = row.file.replace('\\', "/");
-        let location = json!({"physicalLocation": {"artifactLocation": {"uri": uri}}});
+        let location = json!({"physicalLocation": {"artifactLocation": {"uri": uri(&row.file)}}});
         json!({"ruleId": id, "level": level, "message": {"text": text}, "locations": [location]})
     };
     if row.verdict == Quality::Unreadable {
@@ -55,4 +54,14 @@ fn results(row: &ClipRow, thresholds: &Thresholds) -> Vec<Value> {
         result(kind.as_str(), level, text)
     };
     row.defects.iter().map(of).collect()
+}
+
+/// A path as a URI: letters, digits, `-._~` and slashes stay, all other bytes are escaped.
+fn uri(path: &str) -> String {
+    let escaped = |byte: u8| match byte {
+        b'\\' => "/".to_owned(),
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => char::from(byte).to_string(),
+        byte => format!("%{byte:02X}"),
+    };
+    path.bytes().map(escaped).collect()
 }

@@ -267,6 +267,13 @@ fn the_page_and_the_findings_name_what_is_wrong() {
             .iter()
             .any(|result| result["ruleId"] == "skate" && result["level"] == "error")
     );
+    // RFC 3986 allows neither spaces nor angle brackets in a reference.
+    let uri = |result: &serde_json::Value| {
+        let place = &result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"];
+        place.as_str().unwrap().to_owned()
+    };
+    assert!(results.iter().any(|result| uri(result).ends_with("%3C/script%3E.bvh")));
+    assert!(results.iter().all(|result| !uri(result).contains(['<', '>', ' '])));
 }
 
 /// What `--print-job` prints gives the same table, by `mocap run`, which takes folders, and by the library.

@@ -39,6 +39,7 @@ mod lengths;
 mod limits;
 #[cfg(unix)]
 mod live;
+mod motion_files;
 mod names;
 mod one_answer;
 #[cfg(all(feature = "schema", unix))]
