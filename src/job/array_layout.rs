@@ -73,6 +73,10 @@ impl ArrayLayout {
 
     /// The arrays of the first animation of `scene`, whose T-pose `whole` shows where the layout has one; `motion` is
     /// the file that it is from.
+    #[cfg_attr(
+        not(feature = "npz"),
+        expect(unused_variables, reason = "the layouts of other programs take them")
+    )]
     pub(super) fn write(
         self,
         scene: &Scene,

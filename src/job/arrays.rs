@@ -54,6 +54,7 @@ use mocap_scene::scene::{Scene, UpAxis};
 #[cfg(feature = "npz")]
 #[doc(hidden)]
 pub use self::body::BodyArrays;
+#[cfg(feature = "npz")]
 pub use self::body::BodyLayout;
 #[doc(hidden)]
 pub use self::joints::Joint;
