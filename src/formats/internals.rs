@@ -12,6 +12,7 @@ pub mod bvh {
     pub use crate::bvh::read::rows::block::Block;
     pub use crate::bvh::read::rows::layout::{Layout, count_numbers, find};
     pub use crate::bvh::read::rows::pieces::{LENGTH, Piece, Pieces, count_lines};
+    #[cfg(any(target_arch = "x86_64", all(target_arch = "wasm32", target_feature = "simd128")))]
     pub use crate::bvh::read::rows::short::parse;
     pub use crate::bvh::write::angles::{Angles, unit_within};
     pub use crate::bvh::write::number::{push, shortest};
