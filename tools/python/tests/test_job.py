@@ -21,6 +21,12 @@ def test_a_job_writes_what_the_program_writes(program: Path, walk: Path, tmp_pat
     assert report["error"]["max_error"] <= 0.001
 
 
+def test_extensions_are_those_that_the_program_knows(program: Path) -> None:
+    rows = json.loads(subprocess.run([program, "formats", "--json"], check=True, capture_output=True).stdout)
+    read = {name for row in rows if row["read"] for name in row["extensions"]}
+    assert set(mocap.extensions()) == read | {"bip"}
+
+
 def test_steps_and_their_reports(walk: Path, tmp_path: Path) -> None:
     job = {"source": {"inputs": [walk]}, "steps": ["mirror"], "write": {"output": tmp_path / "mirrored.bvh"}}
     report = mocap.run(job)

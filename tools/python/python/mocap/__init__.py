@@ -86,6 +86,7 @@ __all__ = [
     "convert",
     "edit",
     "examine",
+    "extensions",
     "from_arrays",
     "graph",
     "ik",
@@ -99,6 +100,12 @@ __all__ = [
     "torch",
     "write_dataset",
 ]
+
+
+@public
+def extensions() -> list[str]:
+    """The extensions of the files that :func:`read` knows, without their dots. It refuses ``bip``, with advice."""
+    return _mocap.extensions()
 
 
 @public
