@@ -274,4 +274,5 @@ def main():
     sys.exit(1 if failed or not files else 0)
 
 
-main()
+if __name__ == "__main__":
+    main()
