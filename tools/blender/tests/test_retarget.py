@@ -1,0 +1,87 @@
+"""Retargeting in place: bones are where the program puts the nodes of the same character, exported by Blender."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+import pytest
+import targets
+from conftest import FIXTURES, Written, angle, call, distance, mocap, posed, sampled
+from targets import CHARACTERS, SKELETONS
+
+REAL = FIXTURES / "real"
+MILLIMETRES, DEGREES = 0.1, 0.1
+
+CMU = SKELETONS / "human_cmu.gltf"
+APOSE = SKELETONS / "human_apose.gltf"
+TPOSE = SKELETONS / "human_vrm1.gltf"
+GAME = SKELETONS / "human_game_engine.gltf"
+
+# A motion, a character, and what is changed of it.
+PAIRS: list[tuple[Path, Path, list[Callable[[bpy.types.Object], object]]]] = [
+    (REAL / "cmu_short.bvh", CHARACTERS / "human_default.glb", []),
+    (REAL / "cmu_12_01_walk.bvh", CHARACTERS / "human_game_engine.glb", []),
+    (REAL / "z_up_dab.bvh", CHARACTERS / "human_vrm0.vrm", []),
+    (REAL / "rokoko_dance.bvh", CHARACTERS / "arnaud.fbx", []),
+    (REAL / "perception_neuron_moving_positions.bvh", CMU, []),
+    (SKELETONS / "vicon_sword_attack.bvh", APOSE, []),
+    (REAL / "cmu_02_01.amc", TPOSE, []),
+    (SKELETONS / "accad_run_turn.bvh", GAME, []),
+    (REAL / "mocopi_jump_six_channels.bvh", SKELETONS / "bvhtoolbox_walk01.bvh", []),
+    (REAL / "cmu_short.bvh", CMU, [targets.rolled]),
+    (REAL / "z_up_dab.bvh", CMU, [targets.resting(targets.T_POSE)]),
+    (REAL / "cmu_12_01_walk.bvh", CMU, [targets.resting(targets.ARMS_DOWN), targets.rolled]),
+    (FIXTURES / "arrays/kimodo_soma_01.npz", CMU, [targets.resting(targets.BENT)]),
+    (REAL / "motionbuilder_vicon_walk.bvh", CMU, [targets.placed(scale=0.01)]),
+    (REAL / "rokoko_dance.bvh", CMU, [targets.placed(scale=2.5, degrees=(0, 0, 120), at=(3, -2, 0.5)), targets.rolled]),
+    (SKELETONS / "animics_all_along_z.bvh", APOSE, [targets.laid]),
+    (REAL / "cmu_short.bvh", TPOSE, [targets.laid, targets.placed(scale=100), targets.mode("XYZ")]),
+    (SKELETONS / "snu_character1_boxes.bvh", GAME, [targets.rolled, targets.mode("YZX"), targets.posed_before]),
+    (REAL / "kinect_openni.bvh", CMU, [targets.loose, targets.mode("AXIS_ANGLE")]),
+    (
+        SKELETONS / "xsens_names_tpose.bvh",
+        CMU,
+        [targets.resting(targets.T_POSE), targets.connected, targets.placed(scale=0.1)],
+    ),
+]
+
+
+def exported(folder: Path) -> Path:
+    """All that there is, by Blender's own exporter."""
+    path = folder / "target.glb"
+    bpy.ops.export_scene.gltf(filepath=str(path), export_format="GLB", export_animations=False)
+    return path
+
+
+def compare(armature: bpy.types.Object, written: Written, rate: float) -> None:
+    """Holds bones, as Blender evaluates them, against nodes."""
+    first, last = armature.animation_data.action.frame_range
+    # 30.0003 frames a second are 30 in Blender.
+    assert abs(written.duration * rate - (last - first)) < 1e-3 + 2e-5 * last
+    for index in sampled(round(last - first) + 1):
+        expected, found = written.pose(index / (last - first) * written.duration), posed(armature, first + index)
+        for name, matrix in found.items():
+            off, turned = distance(matrix, expected[name]) * 1000, angle(matrix, expected[name])
+            assert off <= MILLIMETRES and turned <= DEGREES, (
+                f"frame {index}, {name}: {off:.3f} mm, {turned:.3f} degrees off"
+            )
+
+
+@pytest.mark.parametrize(
+    "pair", range(len(PAIRS)), ids=lambda pair: f"{PAIRS[pair][0].stem}-{PAIRS[pair][1].stem}-{pair}"
+)
+def test_bones_are_where_the_program_puts_them(pair: int, tmp_path: Path) -> None:
+    motion, character, changes = PAIRS[pair]
+    armature = targets.read(character)
+    for change in changes:
+        change(armature)
+    target = exported(tmp_path)
+    mocap("retarget", motion, target, "-o", tmp_path / "out.glb")
+    call("retarget_files", filepath=str(motion), rate="SET")
+    assert bpy.context.object == armature and len(bpy.data.actions) == 1
+    written = Written(tmp_path / "out.glb")
+    scene = bpy.context.scene
+    compare(armature, written, scene.render.fps / scene.render.fps_base)
+    assert scene.frame_end == armature.animation_data.action.frame_range[1]
