@@ -144,8 +144,9 @@ def _animation(buffer: _Buffer, tree: Tree, poses: np.ndarray, frame_rate: float
 
 def _transforms(tree: Tree, world: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Translations, rotations (x, y, z, w) and scales of nodes to their parents."""
-    above = np.array([world[parent] if parent >= 0 else np.eye(4) for parent in tree.parents])
-    parts = [Matrix(local).decompose() for local in np.linalg.inv(above) @ world]
+    places = [Matrix(place) for place in world]
+    above = (places[parent].inverted_safe() if parent >= 0 else Matrix() for parent in tree.parents)
+    parts = [(up @ place).decompose() for up, place in zip(above, places)]
     at, turns, scales = (np.array([list(part) for part in column], dtype=np.float64) for column in zip(*parts))
     return at, np.roll(turns, -1, axis=1), scales
 

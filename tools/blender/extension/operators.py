@@ -47,13 +47,12 @@ class _Operator:
         self.report({"INFO"}, "\n".join(told))
 
     def file_of(
-        self, armature: bpy.types.Object, scene: bpy.types.Scene, folder: Path, name: str, frames: range
+        self, armature: bpy.types.Object, scene: bpy.types.Scene, folder: Path, name: str, poses: np.ndarray
     ) -> Path:
-        """Writes an armature, with its motion in frames, as a file that a job takes."""
+        """Writes an armature, with its poses in frames, as a file that a job takes."""
         path = folder / f"{name}.glb"
         self.names[str(path)] = f"armature {armature.name!r}"
         tree = rig.tree_of(armature, scene)
-        poses = rig.poses_of(armature, scene, frames) if frames else np.empty(0)
         glb.write(path, tree, poses, frame_rate(scene), rig.skin_of(armature, scene, tree))
         return path
 
@@ -112,7 +111,7 @@ class ImportMotion(_FilesOperator, bpy.types.Operator):
                 armature, nodes = rig.build(context, Path(path).stem, outcome, is_along)
                 made += [armature, armature.data]
                 tracks = tracks_of_clips(context.scene, armature, outcome, nodes)
-                actions = write_clips(context.scene, armature, outcome, tracks, self.rate == "SET")
+                actions = write_clips(context.scene, armature, outcome, tracks, None, self.rate == "SET")
                 made += actions
                 lines = report.lines(outcome.report)
                 told += [f"{Path(path).name}: {len(nodes)} bones, {len(actions)} actions", *lines]
@@ -164,24 +163,31 @@ class _Retarget(_Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return overrides.armature_of(context.active_object) is not None
+        armature = overrides.armature_of(context.active_object)
+        return armature is not None and armature.mode != "EDIT"
 
     def retarget(
-        self, context: bpy.types.Context, source: Mapping[str, Any], names: Sequence[str], sets_rate: bool
+        self,
+        context: bpy.types.Context,
+        source: Mapping[str, Any],
+        names: Sequence[str],
+        frames: range | None,
+        sets_rate: bool,
     ) -> None:
+        """Does it: the clips have these names, and begin in these frames."""
         armature = overrides.armature_of(context.active_object)
         scene = context.scene
-        frames = {**source.get("frames", {}), **({"root": "in-place"} if self.in_place else {})}
+        taken = {**source.get("frames", {}), **({"root": "in-place"} if self.in_place else {})}
         with jobs.folder() as folder:
-            character: dict[str, Any] = {"file": self.file_of(armature, scene, folder, "target", range(0))}
+            character: dict[str, Any] = {"file": self.file_of(armature, scene, folder, "target", np.empty(0))}
             bones = mocap.read(character["file"], hash=False).bones
             character |= {"scale": self.scale, "feet": self.feet, **({"names-of-clips": list(names)} if names else {})}
-            job = {"source": {**source, "frames": frames}, "target": {"character": character}}
+            job = {"source": {**source, "frames": taken}, "target": {"character": character}}
             outcome = jobs.run(job, folder / "motion.glb")
         nodes = list(range(1, len(armature.data.bones) + 1))
         tracks = tracks_of_clips(scene, armature, outcome, nodes)
         armature = overrides.editable(context, armature)
-        actions = write_clips(scene, armature, outcome, tracks, sets_rate)
+        actions = write_clips(scene, armature, outcome, tracks, frames, sets_rate)
         told = report.lines(outcome.report)
         for action in actions:
             report.keep(action, told)
@@ -199,7 +205,7 @@ class RetargetFiles(_Retarget, _FilesOperator, bpy.types.Operator):
     rate: EnumProperty(name="Frame Rate", items=_RATES, default="KEEP")
 
     def make(self, context: bpy.types.Context) -> None:
-        self.retarget(context, self.source(context.scene, self.paths()), [], self.rate == "SET")
+        self.retarget(context, self.source(context.scene, self.paths()), [], None, self.rate == "SET")
 
 
 class RetargetSelected(_Retarget, bpy.types.Operator):
@@ -216,8 +222,10 @@ class RetargetSelected(_Retarget, bpy.types.Operator):
         other = _other(context)
         action = action_of(other)
         with jobs.folder() as folder:
-            file = self.file_of(other, context.scene, folder, "source", frames_of(action))
-            self.retarget(context, {"inputs": [file]}, [action.name], False)
+            frames = frames_of(action)
+            poses = rig.poses_of(other, context.scene, frames)
+            file = self.file_of(other, context.scene, folder, "source", poses)
+            self.retarget(context, {"inputs": [file]}, [action.name], frames, False)
 
 
 class _Step(_Operator):
@@ -228,7 +236,8 @@ class _Step(_Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         armature = context.active_object
-        return armature is not None and armature.type == "ARMATURE" and action_of(armature) is not None
+        is_armature = armature is not None and armature.type == "ARMATURE"
+        return is_armature and armature.mode != "EDIT" and action_of(armature) is not None
 
     def step(self) -> dict[str, Any]:
         """The step, as a job has it."""
@@ -241,15 +250,18 @@ class _Step(_Operator):
         armature, scene = context.active_object, context.scene
         action = action_of(armature)
         frames = frames_of(action)
+        poses = rig.poses_of(armature, scene, frames)
         with jobs.folder() as folder:
-            file = self.file_of(armature, scene, folder, "motion", frames)
+            file = self.file_of(armature, scene, folder, "motion", poses)
             source = {"inputs": [file], "frames": {"drop-first-frame": "auto"}}
             outcome = jobs.run({"source": source, "steps": [self.step()]}, folder / "changed.glb")
         clip = outcome.clips[0]
         first = self.first(frames, len(clip.poses))
+        # Where the object is in the frames of the result.
+        places = np.clip(first - frames.start + np.arange(len(clip.poses)), 0, len(frames) - 1)
+        placed = rig.to_blender(scene) @ poses[places, 0]
         frames = range(first, first + len(clip.poses))
         nodes = list(range(1, len(armature.data.bones) + 1))
-        placed = rig.placed(armature, scene, frames)
         tracks = rig.tracks_of(armature, rig.poses_for(armature, scene, nodes, outcome.tree, clip, placed))
         armature = overrides.editable(context, armature)
         if self.into_copy or action.library is not None:
@@ -266,8 +278,8 @@ class _Step(_Operator):
         self.tell(told)
 
     def first(self, frames: range, count: int) -> int:
-        """The frame of the first key. A rest pose that was left out stood in the first frame."""
-        return frames.start + max(0, len(frames) - count)
+        """The frame of the first key."""
+        return first_of(frames, count)
 
 
 class Clean(_Step, bpy.types.Operator):
@@ -330,10 +342,13 @@ def write_clips(
     armature: bpy.types.Object,
     outcome: jobs.Outcome,
     tracks: Sequence[list[curves.Track]],
+    frames: range | None,
     sets_rate: bool,
 ) -> list[bpy.types.Action]:
-    """Makes an action of each clip of an outcome; the first becomes that of the armature."""
-    first = scene.frame_start
+    """Makes an action of each clip of an outcome; the first becomes that of the armature.
+
+    The clips begin where the scene does, or in the frames of their source.
+    """
     moving = [(clip, keys) for clip, keys in zip(outcome.clips, tracks) if keys]
     actions: list[bpy.types.Action] = []
     for clip, keys in moving:
@@ -342,13 +357,15 @@ def write_clips(
             curves.assign(armature, action)
         # Blender saves no data without a user.
         action.use_fake_user = bool(actions)
-        curves.write(action, armature, keys, range(first, first + len(clip.poses)))
+        count = len(clip.poses)
+        first = scene.frame_start if frames is None else first_of(frames, count)
+        curves.write(action, armature, keys, range(first, first + count))
         actions.append(action)
     if moving:
         rig.reset(armature)
     if moving and sets_rate:
         set_frame_rate(scene, moving[0][0].frame_rate)
-        scene.frame_end = max(first + len(clip.poses) - 1 for clip, _ in moving)
+        scene.frame_end = max(scene.frame_start + len(clip.poses) - 1 for clip, _ in moving)
     return actions
 
 
@@ -371,8 +388,13 @@ def action_of(armature: bpy.types.Object) -> bpy.types.Action | None:
 
 def frames_of(action: bpy.types.Action) -> range:
     """The frames in which an action has keys."""
-    first, last = action.frame_range
+    first, last = action.curve_frame_range
     return range(int(np.floor(first)), int(np.ceil(last)) + 1)
+
+
+def first_of(frames: range, count: int) -> int:
+    """The first of so many frames of a result. A rest pose that was left out stood in the first frame of the source."""
+    return frames.start + max(0, len(frames) - count)
 
 
 def _other(context: bpy.types.Context) -> bpy.types.Object | None:

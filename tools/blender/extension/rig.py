@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 
 import bpy
 import numpy as np
@@ -65,27 +65,9 @@ def tree_of(armature: bpy.types.Object, scene: bpy.types.Scene) -> glb.Tree:
 
 def poses_of(armature: bpy.types.Object, scene: bpy.types.Scene, frames: range) -> np.ndarray:
     """The matrices of the nodes of :func:`tree_of` to the world in frames, as Blender evaluates them."""
-    names = [bone.name for bone in bones_of(armature)]
-
-    def pose(evaluated: bpy.types.Object) -> np.ndarray:
-        bones = [np.eye(4), *(np.array(evaluated.pose.bones[name].matrix, dtype=np.float64) for name in names)]
-        return np.array(evaluated.matrix_world, dtype=np.float64) @ np.array(bones)
-
-    return np.linalg.inv(to_blender(scene)) @ np.array(list(_evaluated(armature, scene, frames, pose)))
-
-
-def placed(armature: bpy.types.Object, scene: bpy.types.Scene, frames: range) -> np.ndarray:
-    """The matrices of an armature to the world in frames, (frames, 4, 4)."""
-
-    def place(evaluated: bpy.types.Object) -> np.ndarray:
-        return np.array(evaluated.matrix_world, dtype=np.float64)
-
-    return np.array(list(_evaluated(armature, scene, frames, place)))
-
-
-def _evaluated(
-    armature: bpy.types.Object, scene: bpy.types.Scene, frames: range, of: Callable[[bpy.types.Object], np.ndarray]
-) -> Iterator[np.ndarray]:
+    order = [armature.pose.bones.find(bone.name) for bone in bones_of(armature)]
+    numbers = np.empty(16 * len(order), dtype=np.float32)
+    poses = []
     # A scene of its own: nothing but the armature, and what it depends on, is evaluated in each frame.
     alone = bpy.data.scenes.new("mocap")
     try:
@@ -95,11 +77,17 @@ def _evaluated(
         for frame in frames:
             alone.frame_set(frame)
             layer.update()
-            yield of(armature.evaluated_get(layer.depsgraph))
+            evaluated = armature.evaluated_get(layer.depsgraph)
+            evaluated.pose.bones.foreach_get("matrix", numbers)
+            # Blender has the columns of a matrix one after another.
+            bones = numbers.reshape(-1, 4, 4).transpose(0, 2, 1)[order].astype(np.float64)
+            world = np.array(evaluated.matrix_world, dtype=np.float64)
+            poses.append(world @ np.concatenate([np.eye(4)[None], bones]))
     finally:
         bpy.data.scenes.remove(alone)
         # Blender has written the last of the frames into the armature.
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+    return np.linalg.inv(to_blender(scene)) @ np.array(poses)
 
 
 def skin_of(armature: bpy.types.Object, scene: bpy.types.Scene, tree: glb.Tree) -> glb.Skin | None:
@@ -287,9 +275,12 @@ def _link(context: bpy.types.Context, armature: bpy.types.Object) -> None:
     layer = context.view_layer
     if layer.objects.active is not None and layer.objects.active.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
-    context.collection.objects.link(armature)
-    if armature.name not in layer.objects or not armature.visible_get(view_layer=layer):
-        context.collection.objects.unlink(armature)
+    # A linked collection takes no object, and in one that is hidden or excluded no object has an Edit Mode.
+    if context.collection.is_editable:
+        context.collection.objects.link(armature)
+    if not armature.visible_get(view_layer=layer):
+        for collection in armature.users_collection:
+            collection.objects.unlink(armature)
         context.scene.collection.objects.link(armature)
     for other in list(context.selected_objects):
         other.select_set(False)

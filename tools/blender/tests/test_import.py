@@ -160,6 +160,40 @@ def test_actions_have_a_slot_and_a_layer() -> None:
     assert {point.interpolation for curve in curves(armature) for point in curve.keyframe_points} == {"LINEAR"}
 
 
+@pytest.mark.parametrize("mode", ["EDIT", "POSE"])
+def test_it_imports_from_every_mode(mode: str) -> None:
+    call("import_motion", filepath=str(REAL / "cmu_short.bvh"))
+    first = bpy.context.object
+    bpy.ops.object.mode_set(mode=mode)
+    call("import_motion", filepath=str(REAL / "z_up_dab.bvh"))
+    assert bpy.context.object != first and bpy.context.object.mode == first.mode == "OBJECT"
+    assert bpy.context.selected_objects == [bpy.context.object]
+
+
+@pytest.mark.parametrize("hidden", ["exclude", "hide_viewport"])
+def test_it_imports_beside_a_collection_that_is_not_shown(hidden: str) -> None:
+    collection = bpy.data.collections.new("Hidden")
+    bpy.context.scene.collection.children.link(collection)
+    layer = bpy.context.view_layer.layer_collection.children["Hidden"]
+    bpy.context.view_layer.active_layer_collection = layer
+    setattr(layer, hidden, True)
+    call("import_motion", filepath=str(REAL / "cmu_short.bvh"))
+    assert bpy.context.object.visible_get() and len(bpy.context.object.data.bones) == 31
+
+
+def test_it_imports_beside_a_linked_collection(tmp_path: Path) -> None:
+    collection = bpy.data.collections.new("Linked")
+    bpy.context.scene.collection.children.link(collection)
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {collection})
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, into):
+        into.collections = ["Linked"]
+    bpy.context.scene.collection.children.link(into.collections[0])
+    bpy.context.view_layer.active_layer_collection = bpy.context.view_layer.layer_collection.children["Linked"]
+    call("import_motion", filepath=str(REAL / "cmu_short.bvh"))
+    assert bpy.context.object.visible_get()
+
+
 HOSTILE = [
     "a b.bvh",
     "'quoted\" [x].bvh",

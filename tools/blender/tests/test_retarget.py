@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
 import targets
-from conftest import FIXTURES, Written, angle, call, distance, mocap, posed, sampled
+from conftest import FIXTURES, Written, angle, call, curves, distance, mocap, posed, sampled
 from targets import CHARACTERS, SKELETONS
 
 REAL = FIXTURES / "real"
@@ -85,3 +86,28 @@ def test_bones_are_where_the_program_puts_them(pair: int, tmp_path: Path) -> Non
     scene = bpy.context.scene
     compare(armature, written, scene.render.fps / scene.render.fps_base)
     assert scene.frame_end == armature.animation_data.action.frame_range[1]
+
+
+def test_the_action_of_another_armature_stays_in_its_frames(tmp_path: Path) -> None:
+    call("import_motion", filepath=str(REAL / "cmu_12_01_walk.bvh"), rate="KEEP")
+    source = bpy.context.object
+    for curve in curves(source):
+        for point in curve.keyframe_points:
+            point.co.x += 49
+        curve.update()
+    first, last = source.animation_data.action.frame_range
+    armature = targets.read(CHARACTERS / "human_game_engine.glb")
+    source.select_set(True)
+    call("retarget_selected")
+    action = armature.animation_data.action
+    assert action.name.startswith("cmu_12_01_walk")
+    # The source begins with a T-pose, which is left out.
+    assert list(action.frame_range) == [first + 1, last]
+
+    def limb(bones: dict[str, np.ndarray], upper: str, lower: str) -> np.ndarray:
+        return bones[lower][:3, 3] - bones[upper][:3, 3]
+
+    for frame in sampled(round(last - first)):
+        one = limb(posed(source, first + 1 + frame), "LeftArm", "LeftForeArm")
+        other = limb(posed(armature, first + 1 + frame), "upperarm_l", "lowerarm_l")
+        assert np.degrees(np.arccos(one @ other / np.linalg.norm(one) / np.linalg.norm(other))) < 0.2

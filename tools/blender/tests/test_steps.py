@@ -124,6 +124,14 @@ def test_the_original_can_be_kept() -> None:
     assert sum(len(curve.keyframe_points) for curve in curves(armature)) == keys
 
 
+def test_a_shorter_playback_range_does_not_cut_the_action() -> None:
+    call("import_motion", filepath=str(REAL / "cmu_12_01_walk.bvh"))
+    action = bpy.context.object.animation_data.action
+    action.use_frame_range, action.frame_start, action.frame_end = True, 100, 120
+    call("foot_lock")
+    assert list(action.curve_frame_range) == [2, 524]
+
+
 def test_a_loop_ends_as_it_begins() -> None:
     call("import_motion", filepath=str(REAL / "cmu_12_01_walk.bvh"))
     armature = bpy.context.object

@@ -151,6 +151,8 @@ def test_operators_are_off_without_an_armature() -> None:
         assert not getattr(bpy.ops.mocap, name).poll()
     still()
     assert bpy.ops.mocap.retarget_files.poll() and not bpy.ops.mocap.clean.poll()
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert not bpy.ops.mocap.retarget_files.poll()
 
 
 def test_the_report_is_kept_with_the_action() -> None:
