@@ -7,11 +7,13 @@ use std::borrow::Cow;
 use std::sync::{PoisonError, RwLock};
 
 /// What an option is called, by its key in a job.
-static SPELLING: RwLock<Option<fn(&str) -> String>> = RwLock::new(None);
+type Spelling = fn(&str) -> String;
+
+static SPELLING: RwLock<Option<Spelling>> = RwLock::new(None);
 
 /// Says how this process calls options, before its first message. Without, they have the names of the methods of Rust.
 #[doc(hidden)]
-pub fn spell_options(spelling: fn(&str) -> String) {
+pub fn spell_options(spelling: Spelling) {
     // The module of Python may become the program `mocap`.
     *SPELLING.write().unwrap_or_else(PoisonError::into_inner) = Some(spelling);
 }
