@@ -24,7 +24,7 @@ pub(crate) struct Skin {
 #[pyfunction]
 pub(crate) fn skin(py: Python<'_>, path: PathBuf, options: ReadOptions) -> PyResult<Skin> {
     let importer = options.reading()?.importer().hash(false);
-    let importer = importer.skeleton_mesh(SkeletonMesh::None).gltf_meshes(true);
+    let importer = importer.skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true);
     let scene = py.detach(|| importer.import(&path));
     let scene = scene.map_err(|error| to_python(py, &error))?;
     let nodes = scene.nodes.iter().enumerate();

@@ -90,8 +90,8 @@ def test_the_package_writes_the_same_dataset(program: Path, clips: Path, tmp_pat
             assert other.read_bytes() == path.read_bytes(), path
 
 
-def test_a_dataset_is_training_data(clips: Path, tmp_path: Path) -> None:
-    mocap.write_dataset(clips, tmp_path / "out")
+def test_a_dataset_is_training_data(walk: Path, tmp_path: Path) -> None:
+    mocap.write_dataset(walk, tmp_path / "out")
     windows = mocap.torch.Windows(tmp_path / "out" / "data", 32, features=("positions",))
     assert len(windows) > 3
 

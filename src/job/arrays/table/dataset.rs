@@ -218,8 +218,7 @@ impl DatasetWriter {
     ///
     /// # Errors
     /// [`Code::InvalidValue`] where no clip was added, [`Code::OutputExists`] where files came into the folder
-    /// meanwhile,
-    /// [`Code::Io`] where the folder cannot be written.
+    /// meanwhile, [`Code::Io`] where the folder cannot be written.
     pub fn finish(self) -> Result<usize> {
         if self.shards == 0 {
             let diagnostic = Diagnostic::new(Code::InvalidValue, "no clip could be read, so there is no dataset");

@@ -25,6 +25,8 @@ from ._scene import Motion, Scene
 
 # Tells the viewer that the file is one for other importers: EXTERNAL_IMPORTER_INCOMPATIBLE_EXIT_CODE of rerun.
 _NOT_MINE = 66
+# Most files with these extensions are no motions.
+_ARRAYS = ("npz", "npy", "pt", "pth", "pkl", "pickle", "parquet", "csv")
 # Of the vertices of a skin over time: above it, only some of the frames have the skin.
 _MOST_BYTES = 256 << 20
 # Frames whose vertices are sent together.
@@ -45,14 +47,14 @@ def main() -> int:
     parser.add_argument("--static", action="store_true", help="write the first frame only, without times")
     # The viewer passes what is open and when it was opened, too.
     args, _ = parser.parse_known_args()
-    if not args.path.lower().endswith(tuple(f".{extension}" for extension in _mocap.extensions())):
-        return _NOT_MINE
-    if not os.path.isfile(args.path):
+    extension = Path(args.path).suffix.lower().lstrip(".")
+    # A character may have a motion too.
+    if extension not in (*_mocap.extensions(), "vrm") or not os.path.isfile(args.path):
         return _NOT_MINE
     try:
         scene = read(args.path)
     except MocapError as error:
-        if error.code == "unknown-format":
+        if error.code == "unknown-format" or extension in _ARRAYS:
             return _NOT_MINE
         print(error, file=sys.stderr)
         return 1
