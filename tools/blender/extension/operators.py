@@ -72,6 +72,7 @@ class _FilesOperator(_Operator, ImportHelper):
         description="Axis of the files that points up",
         items=[("AUTO", "Automatic", "As the file says, else guessed"), ("y", "+Y", ""), ("z", "+Z", "")],
     )
+    solve: BoolProperty(name="Solve Markers", description="Solve a skeleton from the markers of C3D and TRC files")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if self.directory and self.files:
@@ -82,8 +83,8 @@ class _FilesOperator(_Operator, ImportHelper):
         names = [one.name for one in self.files if one.name]
         return [os.path.join(self.directory, name) for name in names] if names else [self.filepath]
 
-    def source(self, scene: bpy.types.Scene, inputs: Sequence[str]) -> dict[str, Any]:
-        """The source of a job."""
+    def job(self, scene: bpy.types.Scene, inputs: Sequence[str]) -> dict[str, Any]:
+        """What a job reads."""
         source: dict[str, Any] = {"inputs": list(inputs), "space": {}, "frames": {}}
         if self.unit:
             source["space"]["unit"] = self.unit
@@ -91,7 +92,7 @@ class _FilesOperator(_Operator, ImportHelper):
             source["space"]["up"] = self.up
         if self.rate == "KEEP":
             source["frames"]["fps"] = frame_rate(scene)
-        return source
+        return {"source": source, "read": {"markers": "auto"} if self.solve else {}}
 
 
 class ImportMotion(_FilesOperator, bpy.types.Operator):
@@ -124,16 +125,16 @@ class ImportMotion(_FilesOperator, bpy.types.Operator):
 
     def _read(self, scene: bpy.types.Scene, path: str) -> tuple[jobs.Outcome, bool]:
         """What mocap makes of a file, and whether +Y of its joints is along the limbs."""
-        source = self.source(scene, [path])
+        job = self.job(scene, [path])
         write = {"mesh": "none", "keep-constant": True, "skeleton-only": True}
         with jobs.folder() as folder:
             try:
-                return jobs.run({"source": source, "write": {**write, "bone-axis": "y"}}, folder / "motion.glb"), True
+                return jobs.run({**job, "write": {**write, "bone-axis": "y"}}, folder / "motion.glb"), True
             except mocap.MocapError as failure:
                 # A joint that is scaled along one axis alone cannot be turned.
                 if failure.code != "unrepresentable":
                     raise
-            return jobs.run({"source": source, "write": write}, folder / "motion.glb"), False
+            return jobs.run({**job, "write": write}, folder / "motion.glb"), False
 
 
 class _Retarget(_Operator):
@@ -169,21 +170,22 @@ class _Retarget(_Operator):
     def retarget(
         self,
         context: bpy.types.Context,
-        source: Mapping[str, Any],
+        job: Mapping[str, Any],
         names: Sequence[str],
         frames: range | None,
         sets_rate: bool,
     ) -> None:
-        """Does it: the clips have these names, and begin in these frames."""
+        """Does a job on the active armature: the clips have these names, and begin in these frames."""
         armature = overrides.armature_of(context.active_object)
         scene = context.scene
-        taken = {**source.get("frames", {}), **({"root": "in-place"} if self.in_place else {})}
+        source = dict(job["source"])
+        if self.in_place:
+            source["frames"] = {**source.get("frames", {}), "root": "in-place"}
         with jobs.folder() as folder:
             character: dict[str, Any] = {"file": self.file_of(armature, scene, folder, "target", np.empty(0))}
             bones = mocap.read(character["file"], hash=False).bones
             character |= {"scale": self.scale, "feet": self.feet, **({"names-of-clips": list(names)} if names else {})}
-            job = {"source": {**source, "frames": taken}, "target": {"character": character}}
-            outcome = jobs.run(job, folder / "motion.glb")
+            outcome = jobs.run({**job, "source": source, "target": {"character": character}}, folder / "motion.glb")
         nodes = list(range(1, len(armature.data.bones) + 1))
         tracks = tracks_of_clips(scene, armature, outcome, nodes)
         armature = overrides.editable(context, armature)
@@ -205,7 +207,7 @@ class RetargetFiles(_Retarget, _FilesOperator, bpy.types.Operator):
     rate: EnumProperty(name="Frame Rate", items=_RATES, default="KEEP")
 
     def make(self, context: bpy.types.Context) -> None:
-        self.retarget(context, self.source(context.scene, self.paths()), [], None, self.rate == "SET")
+        self.retarget(context, self.job(context.scene, self.paths()), [], None, self.rate == "SET")
 
 
 class RetargetSelected(_Retarget, bpy.types.Operator):
@@ -225,7 +227,7 @@ class RetargetSelected(_Retarget, bpy.types.Operator):
             frames = frames_of(action)
             poses = rig.poses_of(other, context.scene, frames)
             file = self.file_of(other, context.scene, folder, "source", poses)
-            self.retarget(context, {"inputs": [file]}, [action.name], frames, False)
+            self.retarget(context, {"source": {"inputs": [file]}}, [action.name], frames, False)
 
 
 class _Step(_Operator):

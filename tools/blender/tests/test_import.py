@@ -160,6 +160,17 @@ def test_actions_have_a_slot_and_a_layer() -> None:
     assert {point.interpolation for curve in curves(armature) for point in curve.keyframe_points} == {"LINEAR"}
 
 
+def test_markers_can_be_solved(tmp_path: Path) -> None:
+    file = FIXTURES / "markers/cmu_01_01.c3d"
+    mocap("solve", file, "-o", tmp_path / "solved.glb", "--mesh", "none")
+    expected = Written(tmp_path / "solved.glb")
+    call("import_motion", filepath=str(file), solve=True)
+    rate = bpy.context.scene.render.fps
+    for index in (0, 300, 599):
+        found, nodes = posed(bpy.context.object, 1 + index), expected.pose(index / rate)
+        assert len(found) > 15 and max(distance(found[name], nodes[name]) for name in found) < 1e-4
+
+
 @pytest.mark.parametrize("mode", ["EDIT", "POSE"])
 def test_it_imports_from_every_mode(mode: str) -> None:
     call("import_motion", filepath=str(REAL / "cmu_short.bvh"))
