@@ -19,7 +19,7 @@ export function findingElement(finding, isError) {
   const message = finding.reason ?? finding.message;
   const place = [file, line && `line ${line}`, line && column && `column ${column}`, pointer, code].filter(Boolean).join(", ");
   const element = make("li", { class: isError ? "is-error" : "is-warning" }, make("b", {}, message), make("span", { class: "place" }, place));
-  if (text) element.append(make("pre", { tabindex: 0, "aria-label": "The line of the file" }, marked(finding)));
+  if (text) element.append(make("pre", { role: "group", tabindex: 0, "aria-label": "The line of the file" }, marked(finding)));
   const more = { joint, expected, found, help, "in all": count > 1 ? `${count} times` : undefined };
   for (const [name, value] of Object.entries(more)) {
     if (value !== undefined && value !== null && value !== "") element.append(make("div", {}, `${name}: ${value}`));
