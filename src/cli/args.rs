@@ -274,6 +274,8 @@ pub(crate) struct VerifyArgs {
     #[command(flatten)]
     pub(crate) tolerance: ToleranceArgs,
     #[command(flatten)]
+    pub(crate) weights: WeightsArgs,
+    #[command(flatten)]
     pub(crate) read: InputOptions,
 }
 

@@ -156,16 +156,16 @@ impl Job {
             let message = "the job: it must be a JSON object";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
-        let keys: BTreeMap<String, IgnoredAny> = parsed(text, "")?;
+        let keys: BTreeMap<String, IgnoredAny> = parsed(text, &Wording::of_job("a job has"))?;
         // A walk may have a graph too.
         let kind = ["walk", "graph", "survey"]
             .into_iter()
             .find(|key| keys.contains_key(*key));
         Ok(match kind {
-            Some(kind @ "walk") => Self::Walk(parsed(text, kind)?),
-            Some(kind @ "graph") => Self::Graph(parsed(text, kind)?),
-            Some(kind @ "survey") => Self::Survey(parsed(text, kind)?),
-            _ => Self::Motion(parsed(text, "motion")?),
+            Some("walk") => Self::Walk(parsed(text, &Wording::of_job("a walk job has"))?),
+            Some("graph") => Self::Graph(parsed(text, &Wording::of_job("a graph job has"))?),
+            Some("survey") => Self::Survey(parsed(text, &Wording::of_job("a survey job has"))?),
+            _ => Self::Motion(parsed(text, &Wording::of_job("a motion job has"))?),
         })
     }
 
@@ -299,39 +299,75 @@ impl Job {
     }
 }
 
-/// Deserializes the text of a job. Errors name the `kind` of job, and the path of the wrong value.
-fn parsed<T: DeserializeOwned>(text: &str, kind: &str) -> Result<T> {
+/// What errors call a JSON text and what it states, and where a user finds what it may hold.
+struct Wording<'a> {
+    text: &'a str,
+    owner: &'a str,
+    help: &'a str,
+}
+
+impl<'a> Wording<'a> {
+    fn of_job(owner: &'a str) -> Self {
+        Self {
+            text: "the job",
+            owner,
+            help: "the schema of jobs says what one may hold: mocap run prints it",
+        }
+    }
+}
+
+/// Deserializes a JSON text. Errors name the path of the wrong value, and what may stand there.
+fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
+    let Wording {
+        text: whole,
+        owner,
+        help,
+    } = wording;
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let read = serde_path_to_error::deserialize(&mut deserializer);
     if read.is_ok() && deserializer.end().is_err() {
-        let message = "the job: something follows the JSON object";
+        let message = format!("{whole}: something follows the JSON object");
         return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }
     read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
-        let (path, said) = (error.path().to_string(), error.inner().to_string());
-        let (message, near) = match (unknown(&said, "field"), unknown(&said, "variant")) {
+        let (path, what) = (error.path().to_string(), error.inner().to_string());
+        let (message, near) = match (unknown(&what, "field"), unknown(&what, "variant")) {
             (Some((key, known)), _) => {
                 let place = path.strip_suffix(key).and_then(|above| above.strip_suffix('.'));
                 let place = place.map_or_else(String::new, |above| format!(" in {above}"));
-                let message = format!("a {kind} job has no {key}{place}, but {known}");
+                let message = format!("{owner} no {key}{place}, but {known}");
                 (message, nearest(key, known.split(", ")).map(str::to_owned))
             }
             (None, Some((word, known))) => {
                 let message = format!("expected {known}; found {word}");
                 (message, nearest(word, known.split(", ")).map(str::to_owned))
             }
-            (None, None) => (said.replace("expected f64", "expected a number"), None),
+            (None, None) if error.inner().is_data() => (wrong_value(&what), None),
+            (None, None) => (format!("it is not JSON: {what}"), None),
         };
         let message = match path.as_str() {
-            "." | "?" => format!("the job: {message}"),
-            path => format!("the job: {path}: {message}"),
+            "." | "?" => format!("{whole}: {message}"),
+            path => format!("{whole}: {path}: {message}"),
         };
-        let help = match near {
-            Some(near) => format!("did you mean {near}?"),
-            None => "the schema of jobs says what one may hold: mocap run prints it".to_owned(),
-        };
+        let help = near.map_or_else(|| (*help).to_owned(), |near| format!("did you mean {near}?"));
         Diagnostic::new(Code::InvalidValue, message).help(help).into()
     })
+}
+
+/// What serde says of a value of another type, in the words of this library.
+fn wrong_value(what: &str) -> String {
+    let found = ["invalid type: ", "invalid value: "]
+        .into_iter()
+        .find_map(|start| what.strip_prefix(start)?.split_once(", expected "));
+    let Some((found, expected)) = found else {
+        return what.to_owned();
+    };
+    let (expected, place) = expected.split_once(" at line ").unwrap_or((expected, ""));
+    let expected = if expected == "f64" { "a number" } else { expected };
+    match place {
+        "" => format!("expected {expected}; found {found}"),
+        place => format!("expected {expected}; found {found} at line {place}"),
+    }
 }
 
 /// The word that serde does not know where it expected one of this `kind`, and those that it does.

@@ -2,10 +2,15 @@
 
 use mocap_edit::{CleanWeights, EditStep, FootLockWeights};
 use mocap_retarget::robot;
+use mocap_scene::error::Result;
+#[cfg(feature = "clap")]
+use mocap_scene::error::{Diagnostic, Error};
 use mocap_solve::MarkerWeights;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
+#[cfg(feature = "clap")]
+use super::{Wording, parsed};
 
 /// The weights of solvers, where they differ from their defaults. `docs/weights.md` lists them.
 ///
@@ -43,15 +48,29 @@ impl JobWeights {
     /// work begins.
     #[cfg(feature = "clap")]
     pub fn parse_file(path: &str) -> Result<Self, String> {
-        let text = mocap_io::import::read_text(path.as_ref()).map_err(|error| error.diagnostic().message.clone())?;
-        let weights: Self = serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_str(&text))
-            .map_err(|error| error.to_string())?;
-        weights.check().map_err(|error| error.diagnostic().message.clone())?;
+        let in_words = |error: &Error| {
+            let Diagnostic { message, help, .. } = error.diagnostic();
+            let help = help.as_ref().map(|help| format!("; {help}"));
+            format!("{message}{}", help.unwrap_or_default())
+        };
+        let text = mocap_io::import::read_text(path.as_ref()).map_err(|error| in_words(&error))?;
+        let wording = Wording {
+            text: path,
+            owner: "there is",
+            help: "docs/weights.md lists the weights",
+        };
+        let weights: Self = parsed(&text, &wording).map_err(|error| in_words(&error))?;
+        weights
+            .check()
+            .map_err(|error| format!("{path}: {}", in_words(&error)))?;
         Ok(weights)
     }
 
     /// Refuses weights that are out of their ranges.
-    pub(super) fn check(&self) -> mocap_scene::error::Result<()> {
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`](mocap_scene::error::Code::InvalidValue), with the weight and its range.
+    pub fn check(&self) -> Result<()> {
         self.robot.check()?;
         self.foot_lock.check()?;
         self.clean.check()?;

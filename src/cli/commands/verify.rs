@@ -55,8 +55,10 @@ pub(crate) fn result(args: &VerifyArgs) -> Result<(serde_json::Value, bool), Fai
 }
 
 fn verification(args: &VerifyArgs) -> mocap::Result<Verification> {
+    // Steps are recorded with their weights; how markers were solved is not.
+    let importer = args.read.importer().marker_weights(args.weights.weights().markers);
     let verifier = Verifier::new()
-        .importer(args.read.importer())
+        .importer(importer)
         .allowing(args.tolerance.max_error.to_metres())
         .second_motions(&args.with);
     verifier.files(&args.source, &args.output)

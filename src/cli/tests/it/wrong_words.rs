@@ -176,3 +176,75 @@ fn a_wrong_kind_of_file_names_the_right_command() {
     let checked = String::from_utf8(folder.run("check job.json").stdout).unwrap();
     assert!(checked.contains("mocap run does it"), "{checked}");
 }
+
+/// A file of weights is refused with its name, the place, what may stand there and the nearest name.
+#[test]
+fn a_wrong_file_of_weights_says_where_and_what_it_may_hold() {
+    let folder = Folder::with(&["walk.bvh"]);
+    for (weights, parts) in [
+        (
+            r#"{"robto": {}}"#,
+            &[
+                "weights.json: robto: there is no robto, but robot, foot-lock",
+                "did you mean robot?",
+            ][..],
+        ),
+        (
+            r#"{"robot": {"hnad": 1}}"#,
+            &[
+                "weights.json: robot.hnad: there is no hnad in robot, but ",
+                "did you mean hand?",
+            ],
+        ),
+        (
+            r#"{"clean": {"zzz": 1}}"#,
+            &[
+                "clean.zzz: there is no zzz in clean",
+                "docs/weights.md lists the weights",
+            ],
+        ),
+        (
+            r#"{"robot": {"hand": "far"}}"#,
+            &["robot.hand: expected a number; found string \"far\" at line 1"],
+        ),
+        (
+            r#"{"robot": {"hand": 1e9}}"#,
+            &["weights.json: the weight hand of robot must be from 0.0002 to 200"],
+        ),
+        (r#"{"robot": "#, &["weights.json: robot: it is not JSON: "]),
+        (r#"{} {}"#, &["weights.json: something follows the JSON object"]),
+    ] {
+        fs::write(folder.path("weights.json"), weights).unwrap();
+        for command in ["convert walk.bvh -o a.glb", "verify walk.bvh walk.bvh"] {
+            let words = said(&folder, &format!("{command} --weights weights.json"));
+            for part in parts {
+                assert!(words.contains(part), "{command}: {weights}: {words}");
+            }
+        }
+    }
+}
+
+/// A skeleton that was solved with other weights is compared with one that is solved with them.
+#[test]
+fn an_output_of_markers_is_verified_with_the_weights_of_the_solver() {
+    let folder = Folder::with(&["walk.bvh"]);
+    let trial = at_root("fixtures/markers/cmu_01_01.c3d");
+
+    fs::write(
+        folder.path("weights.json"),
+        r#"{"markers": {"on-bone": 0.06, "hold": 0.02}}"#,
+    )
+    .unwrap();
+    let weights = "--weights weights.json";
+    assert!(
+        folder
+            .run(&format!("solve {trial} -o solved.bvh {weights}"))
+            .status
+            .success()
+    );
+    let verify = format!("verify {trial} solved.bvh --markers auto");
+    let other = folder.run(&verify);
+    assert!(!other.status.success(), "{}", words(&other));
+    let same = folder.run(&format!("{verify} {weights}"));
+    assert!(same.status.success(), "{}", words(&same));
+}

@@ -12,7 +12,7 @@ use mocap::{Conversion, MemoryFile};
 fn a_wrong_job_says_where() {
     for (json, expected) in [
         ("", "the job: it must be a JSON object"),
-        ("{", "the job: EOF while parsing an object"),
+        ("{", "the job: it is not JSON: EOF while parsing an object"),
         ("[]", "the job: it must be a JSON object"),
         (r#"{} {}"#, "the job: something follows the JSON object"),
         (
@@ -25,7 +25,7 @@ fn a_wrong_job_says_where() {
         ),
         (
             r#"{"source": {"frames": {"fps": "fast"}}}"#,
-            "the job: source.frames.fps: invalid type: string \"fast\", expected a number",
+            "the job: source.frames.fps: expected a number; found string \"fast\" at line 1 column ",
         ),
         (
             r#"{"target": {"animal": {}}}"#,
@@ -106,7 +106,7 @@ fn a_wrong_job_says_where() {
         ),
         (
             r#"{"walk": {"seconds": "long"}}"#,
-            "the job: walk.seconds: invalid type",
+            "the job: walk.seconds: expected a number; found string \"long\"",
         ),
         (r#"{"survey": {}, "survey": {}}"#, "duplicate field `survey`"),
     ] {
