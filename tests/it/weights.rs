@@ -20,10 +20,11 @@ Write what differs from the defaults into a JSON file, and pass it with `--weigh
 
     mocap robot walk.bvh --robot g1.urdf -o walk.npz --weights weights.json
 
-`mocap convert`, `solve`, `edit`, `clean`, `retarget`, `robot` and `graph walk` take the option. A job has the same object as
-`weights`; in Python `mocap.run` takes it. The steps `foot-lock` and `clean` take their own, also in Python and JavaScript:
-`foot-lock:weights=acceleration-ratio:1.2`. In Rust the options of each solver have a field for its struct. Outputs record the
-weights of steps, so that `mocap verify` repeats them.
+`mocap convert`, `solve`, `edit`, `clean`, `retarget`, `robot`, `graph walk` and `verify` take the option. A job has the same
+object as `weights`; in Python `convert`, `retarget`, `add_motions` and `Robot.retarget` take it. The steps `foot-lock` and
+`clean` take their own, also in Python and JavaScript: `foot-lock:weights=acceleration-ratio:1.2`. In Rust the options of
+each solver have a field for its struct. Outputs record the weights of steps, so that `mocap verify` repeats them; pass it
+the file of weights where a skeleton was solved from markers.
 
 `tools/weights` halves and doubles each weight, and prints what becomes of the measures of a motion.
 `MOCAP_WRITE=1 cargo test -p mocap --test it weights` writes this page, and a test holds it.

@@ -243,7 +243,10 @@ DASHED = (
         let to = "The file to write; it is whole or absent. A file that may be somebody's source is not replaced.";
         let to = Parameter::new("target", "StrPath", None, to);
         let raises = "    Raises:\n        MocapError: Where the source cannot be read or the target cannot be written.\n        ValueError: Where the extension is that of no written format, or an option has no effect on it.\n";
-        let all: Vec<Parameter> = source.into_iter().chain(self.writing()).chain(reading).collect();
+        let mut all: Vec<Parameter> = source.into_iter().chain(self.writing()).chain(reading).collect();
+        let weights = "The weights of solvers that differ from their defaults, as `{\"markers\": {\"slide\": 0.02}}`; docs/weights.md lists them.";
+        let weights = Parameter::new("weights", "Weights | None", Some("None"), &python_docs(weights));
+        all.push(weights);
         let paths = part_of(&all[..known], 8);
         let convert = function(
             ("convert", "int"),
@@ -252,7 +255,7 @@ DASHED = (
             &all,
             raises,
             &format!(
-                "    read = {}\n    write = {}\n    job = {{\n        \"read\": read.to_job(),\n        \"source\": {paths},\n        \"write\": write.to_job(),\n    }}\n    return converted(source, target, job)\n",
+                "    read = {}\n    write = {}\n    job = {{\n        \"read\": read.to_job(),\n        \"source\": {paths},\n        \"write\": write.to_job(),\n        \"weights\": weights_of(weights),\n    }}\n    return converted(source, target, job)\n",
                 made("ReadOptions", &self.parameters("InputOptions", "read")),
                 made("WriteOptions", &writing)
             ),
@@ -280,7 +283,7 @@ from . import _mocap
 from ._call import public
 from ._convert import converted, written
 from ._job_options import Format, ReadOptions, WriteOptions
-from ._options import Axis, Bones, StrPath, TimeRange, Unit, part, time_range
+from ._options import Axis, Bones, StrPath, TimeRange, Unit, Weights, part, time_range, weights_of
 from ._scene import Scene, SceneLike
 
 

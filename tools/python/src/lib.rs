@@ -27,7 +27,7 @@ mod survey;
 use std::path::PathBuf;
 
 use mocap::figure::Unit;
-use mocap::job::{InputOptions, Job, MotionJob};
+use mocap::job::{InputOptions, Job, JobWeights, MotionJob};
 use mocap::{Importer, SkeletonMesh};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -150,12 +150,22 @@ pub(crate) fn motion_job(json: &str) -> PyResult<MotionJob> {
     }
 }
 
+/// The weights of solvers, as a job has them.
+pub(crate) fn weights_of(json: &str) -> PyResult<JobWeights> {
+    let weights = motion_job(&format!(r#"{{"weights": {json}}}"#))?.weights;
+    weights
+        .check()
+        .map_err(|error| invalid(error.diagnostic().message.clone()))?;
+    Ok(weights)
+}
+
 /// What is wrong with a value of a job, with the name of the option alone: a Python user sees neither the job nor its
 /// text.
 fn in_job(message: &str) -> String {
     let message = message.strip_prefix("the job: ").unwrap_or(message);
     let (path, what) = message.split_once(": ").unwrap_or(("", message));
     let what = what.rsplit_once(" at line ").map_or(what, |(what, _)| what);
+    let what = what.replacen("a motion job has no", "there is no", 1);
     let name = path.rsplit('.').next().unwrap_or_default().replace('-', "_");
     format!("{name}: {what}")
 }

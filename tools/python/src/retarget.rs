@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use crate::edit::bones_of;
 use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
+use crate::weights_of;
 
 /// The motions of `source` on the skeleton of `target`, and the reports as JSON.
 #[pyfunction]
@@ -24,8 +25,9 @@ pub(crate) fn retarget(
     lock_feet: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
+    weights: &str,
 ) -> PyResult<(Scene, String)> {
-    let options = options(scale, lock_feet, bones, target_bones)?;
+    let options = options(scale, lock_feet, bones, target_bones, weights)?;
     let done = py.detach(|| {
         let (source, target) = (source.scene().clone(), target.scene().clone());
         Retargeter::new(source, target, options)
@@ -49,8 +51,9 @@ pub(crate) fn add_motions(
     overwrite: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
+    weights: &str,
 ) -> PyResult<(String, Vec<String>)> {
-    let options = options(scale, lock_feet, bones, target_bones)?.replace_animations(replace);
+    let options = options(scale, lock_feet, bones, target_bones, weights)?.replace_animations(replace);
     let done = py.detach(|| {
         let origins = motions
             .iter()
@@ -76,12 +79,13 @@ pub(crate) fn add_motions(
     Ok((reports(&retargeting)?, notes))
 }
 
-/// `bones` and `target_bones` are the names of joints for bones, as JSON.
+/// `bones` and `target_bones` are the names of joints for bones, and `weights` those of a job, as JSON.
 fn options(
     scale: Option<f64>,
     lock_feet: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
+    weights: &str,
 ) -> PyResult<RetargetOptions> {
     let map =
         |bones: Option<&str>| -> PyResult<HumanoidMap> { Ok(bones.map(bones_of).transpose()?.unwrap_or_default()) };
@@ -89,7 +93,8 @@ fn options(
         .scale(scale.map_or(Scale::Auto, Scale::Factor))
         .lock_feet(lock_feet)
         .source_bones(map(bones)?)
-        .target_bones(map(target_bones)?))
+        .target_bones(map(target_bones)?)
+        .foot_lock_weights(weights_of(weights)?.foot_lock))
 }
 
 fn reports(retargeting: &Retargeter) -> PyResult<String> {

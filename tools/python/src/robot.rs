@@ -18,6 +18,7 @@ use pyo3::types::PyDict;
 use crate::edit::{json, parsed};
 use crate::errors::{invalid, to_python};
 use crate::scene::Scene;
+use crate::weights_of;
 
 /// A robot of URDF or MJCF.
 #[pyclass(frozen, module = "mocap")]
@@ -58,10 +59,11 @@ impl Robot {
         floor: &str,
         map: Option<&str>,
         bones: Option<&str>,
+        weights: &str,
     ) -> PyResult<(Bound<'py, PyDict>, String, RobotClip)> {
         let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
         let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
-        let floor = floor_of(floor)?;
+        let (floor, weights) = (floor_of(floor)?, weights_of(weights)?);
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
             scene.animations.truncate(1);
@@ -75,6 +77,8 @@ impl Robot {
                 .velocity_limits(velocity_limits)
                 .passes(passes)
                 .floor(floor)
+                .robot_weights(weights.robot)
+                .foot_lock_weights(weights.foot_lock)
                 .source_bones(bones)
                 .target_bones(map);
             Retargeter::new(scene, Target::Robot(Arc::clone(&self.robot)), options)
@@ -102,10 +106,11 @@ impl Robot {
         floor: &str,
         map: Option<&str>,
         bones: Option<&str>,
+        weights: &str,
     ) -> PyResult<RobotStream> {
         let map: HumanoidMap = map.map_or(Ok(HumanoidMap::new()), parsed)?;
         let bones: HumanoidMap = bones.map_or(Ok(HumanoidMap::new()), parsed)?;
-        let floor = floor_of(floor)?;
+        let (floor, weights) = (floor_of(floor)?, weights_of(weights)?);
         let begun = py.detach(|| {
             let scene = source.scene();
             let source_bones = Humanoid::of(scene).with_map(scene, bones)?;
@@ -113,6 +118,8 @@ impl Robot {
                 .lock_feet(lock_feet)
                 .passes(passes)
                 .floor(floor)
+                .weights(weights.robot)
+                .foot_lock(weights.foot_lock)
                 .map(map)
                 .source(Some(source_bones));
             RobotRetargeter::new(scene, &self.robot, &options)?.stream(scene, fps)

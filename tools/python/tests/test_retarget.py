@@ -94,3 +94,15 @@ def test_a_vrm_animation_is_written_and_read(walk: Path, tmp_path: Path) -> None
     edit.write(moved, tmp_path / "again.vrma")
     # The first frame, a rest pose, is left out, as of the walk itself.
     assert mocap.read(tmp_path / "again.vrma").frames == scene.frames - 1
+
+
+def test_weights_of_a_conversion_and_of_feet_are_those_of_a_job(tmp_path: Path) -> None:
+    trial = REPOSITORY / "fixtures" / "markers" / "cmu_01_01.c3d"
+    weights = {"markers": {"on_bone": 0.06, "hold": 0.02}}
+    mocap.convert(trial, tmp_path / "usual.bvh", markers="auto")
+    mocap.convert(trial, tmp_path / "other.bvh", markers="auto", weights=weights)
+    assert (tmp_path / "usual.bvh").read_bytes() != (tmp_path / "other.bvh").read_bytes()
+    with pytest.raises(ValueError, match="robto: there is no robto in weights, but robot"):
+        mocap.convert(REAL / "cmu_short.bvh", tmp_path / "never.glb", weights={"robto": {}})
+    with pytest.raises(ValueError, match="the weight aim of foot-lock must be from"):
+        mocap.retarget(REAL / "cmu_short.bvh", REAL / "cmu_short.bvh", weights={"foot_lock": {"aim": 1e9}})

@@ -113,3 +113,16 @@ def test_poses_that_are_none_are_refused() -> None:
         stream.push(pose)
     with pytest.raises(mocap.MocapError, match="from 1 to 1000"):
         robot.stream(walk, fps=0)
+
+
+def test_weights_change_the_motion_and_wrong_ones_are_named() -> None:
+    robot = mocap.Robot(ROBOT)
+    walk = FIXTURES / "real" / "cmu_short.bvh"
+    usual = robot.retarget(walk)
+    other = robot.retarget(walk, weights={"robot": {"joint_smoothing": 1.0}})
+    assert np.abs(usual.dof_pos - other.dof_pos).max() > 1e-3
+    np.testing.assert_array_equal(usual.dof_pos, robot.retarget(walk, weights={"robot": {}}).dof_pos)
+    with pytest.raises(mocap.OptionError, match="hnad: there is no hnad in weights.robot, but "):
+        robot.retarget(walk, weights={"robot": {"hnad": 1.0}})
+    with pytest.raises(mocap.OptionError, match="the weight hand of robot must be from 0.0002 to 200, got 1000"):
+        robot.retarget(walk, weights={"robot": {"hand": 1000.0}})

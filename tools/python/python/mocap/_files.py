@@ -9,7 +9,7 @@ from . import _mocap
 from ._call import public
 from ._convert import converted, written
 from ._job_options import Format, ReadOptions, WriteOptions
-from ._options import Axis, Bones, StrPath, TimeRange, Unit, part, time_range
+from ._options import Axis, Bones, StrPath, TimeRange, Unit, Weights, part, time_range, weights_of
 from ._scene import Scene, SceneLike
 
 
@@ -207,6 +207,7 @@ def convert(
     skeleton: StrPath | None = None,
     static: StrPath | None = None,
     strict: bool = False,
+    weights: Weights | None = None,
 ) -> int:
     """Writes a motion in the format of the target's extension, as ``mocap formats`` lists them; returns the bytes
     written. glTF, VRM animations and packed clips are in metres with +Y up, FBX says what it is in, and BVH keeps the
@@ -320,6 +321,8 @@ def convert(
             only one.
         static: A file of markers of somebody who stands, which may have more markers than the motion.
         strict: Treat every warning as an error.
+        weights: The weights of solvers that differ from their defaults, as ``{"markers": {"slide": 0.02}}``;
+            docs/weights.md lists them.
 
     Raises:
         MocapError: Where the source cannot be read or the target cannot be written.
@@ -376,6 +379,7 @@ def convert(
             ("space/up", up),
         ),
         "write": write.to_job(),
+        "weights": weights_of(weights),
     }
     return converted(source, target, job)
 

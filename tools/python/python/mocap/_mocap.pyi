@@ -140,6 +140,7 @@ class Robot:
         floor: str,
         map: str | None,
         bones: str | None,
+        weights: str,
     ) -> tuple[dict[str, Any], str, RobotClip]: ...
     def stream(
         self,
@@ -150,6 +151,7 @@ class Robot:
         floor: str,
         map: str | None,
         bones: str | None,
+        weights: str,
     ) -> RobotStream: ...
 
 @final
@@ -245,6 +247,7 @@ def retarget(
     lock_feet: bool,
     bones: str | None,
     target_bones: str | None,
+    weights: str,
 ) -> tuple[Scene, str]: ...
 def add_motions(
     motions: list[tuple[str, Scene]],
@@ -256,6 +259,7 @@ def add_motions(
     overwrite: bool,
     bones: str | None,
     target_bones: str | None,
+    weights: str,
 ) -> tuple[str, list[str]]: ...
 def skin(path: str | os.PathLike[str], options: ReadOptions) -> Skin: ...
 def write_dataset(

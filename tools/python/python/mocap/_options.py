@@ -16,6 +16,8 @@ from ._words import Unit as Unit
 StrPath = str | os.PathLike[str]
 Bones = Mapping[str, str | None]
 """The names of joints for bones, as ``{"leftFoot": "ankle_L"}``; ``None`` for a bone that there is not."""
+Weights = Mapping[str, Mapping[str, float]]
+"""Weights of solvers by solver, as ``{"robot": {"hand": 1.0}}``: ``robot``, ``foot_lock``, ``clean``, ``markers``."""
 TimeRange = str | tuple[float | None, float | None]
 """A part of a motion: ``(1, 2.5)`` in seconds, either may be ``None``; or as the program takes it, ``"30f..75f"`` in frames."""
 
@@ -60,6 +62,14 @@ def time_range(given: TimeRange | None) -> str | None:
 def metres(unit: Unit | float | None) -> float | None:
     """Metres in one unit, which may be a name or that number already."""
     return _mocap.metres_in(unit) if isinstance(unit, str) else unit
+
+
+def weights_of(weights: Weights | None) -> dict[str, dict[str, float]]:
+    """Weights of solvers as a job has them."""
+    return {
+        solver.replace("_", "-"): {name.replace("_", "-"): value for name, value in own.items()}
+        for solver, own in (weights or {}).items()
+    }
 
 
 def names_of(bones: Mapping[str, str | None] | None) -> str | None:

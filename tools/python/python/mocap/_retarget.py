@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 from . import _mocap
 from ._call import public
-from ._options import Bones, StrPath, names_of
+from ._options import Bones, StrPath, Weights, as_json, names_of, weights_of
 from ._report import Reports, parsed
 from ._scene import Scene, SceneLike, native_of
 from ._words import Feet
@@ -38,6 +38,7 @@ def retarget(
     feet: Feet = "lock",
     bones: Bones | None = None,
     target_bones: Bones | None = None,
+    weights: Weights | None = None,
 ) -> Retargeted:
     """The motions of ``source`` on the skeleton of ``target``, in place of its own. Both are humanoids, of any names, rest
     pose, unit and axes.
@@ -55,12 +56,20 @@ def retarget(
         bones: The names of joints of the source for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``; ``None``
             for a bone that it does not have. :attr:`Scene.bones` has the guess.
         target_bones: Those of the target, likewise.
+        weights: The weights by which feet are held that differ from their defaults, as ``{"foot_lock": {"aim": 0.9}}``;
+            docs/weights.md lists them.
 
     Raises:
         MocapError: Where one of the two is not a humanoid, with the reason.
     """
     native, reports = _mocap.retarget(
-        native_of(source), native_of(target), _factor(scale), _locks(feet), names_of(bones), names_of(target_bones)
+        native_of(source),
+        native_of(target),
+        _factor(scale),
+        _locks(feet),
+        names_of(bones),
+        names_of(target_bones),
+        as_json(weights_of(weights)),
     )
     return Retargeted(Scene(native), parsed(reports))
 
@@ -77,6 +86,7 @@ def add_motions(
     overwrite: bool = False,
     bones: Bones | None = None,
     target_bones: Bones | None = None,
+    weights: Weights | None = None,
 ) -> Reports:
     """Writes a glTF or VRM character with motions added, and returns a report for each. Everything else in the file stays as
     it is, byte by byte.
@@ -94,6 +104,7 @@ def add_motions(
         overwrite: Replace a file that may be somebody's source; the character is never replaced.
         bones: As for :func:`retarget`, for all motions.
         target_bones: As for :func:`retarget`.
+        weights: As for :func:`retarget`.
 
     Warns:
         UserWarning: Where the character cannot show an expression, or the gaze, of a motion.
@@ -113,6 +124,7 @@ def add_motions(
         overwrite,
         names_of(bones),
         names_of(target_bones),
+        as_json(weights_of(weights)),
     )
     for note in notes:
         warnings.warn(note, stacklevel=3)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _mocap
 from ._call import public
 from ._errors import OptionError
-from ._options import Bones, StrPath, names_of
+from ._options import Bones, StrPath, Weights, as_json, names_of, weights_of
 from ._report import Report, parsed
 from ._retarget import _locks
 from ._scene import SceneLike, native_of
@@ -118,6 +118,7 @@ class Robot:
         floor: Floor = "auto",
         map: Bones | None = None,
         bones: Bones | None = None,
+        weights: Weights | None = None,
     ) -> RobotMotion:
         """The first motion of a scene on the robot.
 
@@ -134,12 +135,14 @@ class Robot:
             map: The names of links for bones, where the guess is wrong: ``{"leftFoot": "left_ankle_link"}``; ``None`` for
                 a bone that the robot does not have.
             bones: The names of joints of the source for bones, likewise.
+            weights: The weights of solvers that differ from their defaults, as ``{"robot": {"hand": 1.0}}`` or
+                ``{"foot_lock": {"aim": 0.9}}``; docs/weights.md lists them.
 
         Raises:
             MocapError: Where the source or the robot is not a humanoid, with the reason, and for a name that is none.
             ValueError: Where ``passes`` is neither 1 nor 2, and for a ``floor`` that there is not.
         """
-        names = [names_of(given) for given in (map, bones)]
+        names = (names_of(map), names_of(bones), as_json(weights_of(weights)))
         arrays, report, clip = self._native.retarget(native_of(source), fps, _locks(feet), velocity_limits, passes, floor, *names)
         return RobotMotion(dof_names=self.dof_names, report=parsed(report), _clip=clip, **arrays)
 
@@ -154,6 +157,7 @@ class Robot:
         floor: Floor = "auto",
         map: Bones | None = None,
         bones: Bones | None = None,
+        weights: Weights | None = None,
     ) -> RobotStream:
         """Begins a motion that comes pose by pose.
 
@@ -167,7 +171,7 @@ class Robot:
             fps: Poses a second, from 1 to 1000; ``None`` for the rate of the motion of ``source``.
             feet: As for :meth:`retarget`, and so are the others. With one pass frames come 0.1 s later, with two 0.6 s.
         """
-        names = [names_of(given) for given in (map, bones)]
+        names = (names_of(map), names_of(bones), as_json(weights_of(weights)))
         native = native_of(source)
         rate = native.frame_rate if fps is None else fps
         return RobotStream(self.dof_names, self._native.stream(native, rate, _locks(feet), passes, floor, *names))
