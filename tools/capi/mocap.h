@@ -105,6 +105,33 @@ typedef struct mocap_scene mocap_scene;
 typedef struct mocap_table mocap_table;
 
 /*
+ A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., as a course in animation writes it. A link L
+ is the translation of a joint to its parent. A joint J is its rotation, and of the first joint the translation too.
+ */
+typedef struct mocap_chain_matrix {
+  /*
+   `J` or `L`.
+   */
+  char letter;
+  /*
+   The number behind the letter.
+   */
+  uint32_t index;
+  /*
+   The node of the joint or the end site.
+   */
+  uint32_t node;
+  /*
+   The matrix, column after column; it maps column vectors.
+   */
+  float matrix[16];
+  /*
+   The product of the chain up to this matrix. After the last it is the joint to the world.
+   */
+  float product[16];
+} mocap_chain_matrix;
+
+/*
  What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the
  default.
  */
@@ -307,6 +334,27 @@ enum mocap_status mocap_rest_local_matrices(const struct mocap_scene *scene,
 enum mocap_status mocap_rest_world_matrices(const struct mocap_scene *scene,
                                             float *matrices,
                                             size_t count);
+
+/*
+ Writes the matrices of the chain from the root to `joint`, the name of a node, at `tick`: as many as there are and
+ there is room for. Returns how many there are, or 0 where the call fails. With `matrices` NULL and `count` 0 it only
+ counts them.
+
+ `point` is three numbers in the space of the joint, or NULL; where it is in the world goes to `point_in_world`. In a
+ scene without animations the chain is that of the rest pose. Ticks are as in `mocap_local_matrices`.
+
+ # Safety
+ `scene` is an open scene, `joint` a text, and `matrices` points to room for `count` matrices. `point` and
+ `point_in_world` are NULL or point to three floats.
+ */
+size_t mocap_chain(const struct mocap_scene *scene,
+                   uint32_t animation,
+                   double tick,
+                   const char *joint,
+                   const float *point,
+                   float *point_in_world,
+                   struct mocap_chain_matrix *matrices,
+                   size_t count);
 
 /*
  Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are

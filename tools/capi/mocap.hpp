@@ -202,6 +202,25 @@ public:
         return matrices;
     }
 
+    /// The matrices J0, L1, J1, ... from the root to a joint at a tick, each with the product up to it.
+    std::vector<mocap_chain_matrix> chain(const std::string &joint, double tick, std::uint32_t animation = 0) const
+    {
+        std::vector<mocap_chain_matrix> matrices(2 * std::size_t(node_count()));
+        matrices.resize(detail::checked(mocap_chain(
+            get(), animation, tick, joint.c_str(), nullptr, nullptr, matrices.data(), matrices.size())));
+        return matrices;
+    }
+
+    /// Where a point in the space of a joint is in the world at a tick.
+    std::array<float, 3> point_to_world(
+        const std::string &joint, std::array<float, 3> point, double tick, std::uint32_t animation = 0) const
+    {
+        std::array<float, 3> world{};
+        detail::checked(
+            mocap_chain(get(), animation, tick, joint.c_str(), point.data(), world.data(), nullptr, 0));
+        return world;
+    }
+
     /// What the reader read around.
     std::vector<std::string> warnings() const
     {

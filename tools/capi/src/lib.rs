@@ -9,6 +9,7 @@
 #![warn(clippy::unwrap_used)]
 
 mod border;
+mod chain;
 mod clip;
 mod controller;
 mod convert;
@@ -29,6 +30,7 @@ use crate::border::{Failure, guard};
 use crate::handle::Animation;
 
 pub use crate::border::Status;
+pub use crate::chain::{ChainMatrix, mocap_chain};
 pub use crate::clip::{
     Clip, mocap_clip_close, mocap_clip_duration, mocap_clip_node_count, mocap_clip_open, mocap_clip_pose,
     mocap_clip_ticks_per_second,

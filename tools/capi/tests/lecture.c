@@ -138,6 +138,47 @@ static void check_refusals(const mocap_scene *scene)
     mocap_close(NULL);
 }
 
+/* J0 L1 J1 L2 J2 of the wrist at tick 9: turns of 50, 100 and 80 degrees, links 2 and 1.5 long. */
+static void check_chain(const mocap_scene *scene)
+{
+    enum { LENGTH = 5 };
+    static const double turns[] = {50.0, 100.0, 80.0};
+    static const float links[] = {2.0f, 1.5f};
+    static const float tip[] = {0.5f, 0.0f, 0.0f};
+    mocap_chain_matrix chain[LENGTH];
+    float world[3];
+    double expected[NODES][2], angle = 0.0;
+    arm(9.0, expected);
+    CHECK(mocap_chain(scene, 0, 9.0, "Wrist", NULL, NULL, NULL, 0) == LENGTH);
+    CHECK(mocap_chain(scene, 0, 9.0, "Wrist", tip, world, chain, LENGTH) == LENGTH);
+    CHECK(fabs(world[0] - expected[3][0]) < 1e-5 && fabs(world[1] - expected[3][1]) < 1e-5);
+    for (uint32_t at = 0; at < LENGTH; at++) {
+        const uint32_t joint = (at + 1) / 2;
+        const int is_joint = at % 2 == 0;
+        CHECK(chain[at].letter == (is_joint ? 'J' : 'L') && chain[at].index == joint && chain[at].node == joint);
+        const double turn = is_joint ? turns[joint] * acos(-1.0) / 180.0 : 0.0;
+        angle += turn;
+        CHECK(fabs(chain[at].matrix[0] - cos(turn)) < 1e-6 && fabs(chain[at].matrix[1] - sin(turn)) < 1e-6);
+        CHECK(fabs(chain[at].product[0] - cos(angle)) < 1e-6 && fabs(chain[at].product[1] - sin(angle)) < 1e-6);
+        CHECK(fabs(chain[at].product[12] - expected[joint][0]) < 1e-5);
+        CHECK(fabs(chain[at].product[13] - expected[joint][1]) < 1e-5);
+        if (!is_joint) {
+            CHECK(chain[at].matrix[12] == links[joint - 1] && chain[at].matrix[13] == 0.0f);
+        }
+    }
+    /* No more than there is room for. */
+    chain[1].index = 77;
+    CHECK(mocap_chain(scene, 0, 9.0, "Wrist", NULL, NULL, chain, 1) == LENGTH && chain[1].index == 77);
+    CHECK(mocap_chain(scene, 0, 9.0, "Wirst", NULL, NULL, NULL, 0) == 0);
+    CHECK(strstr(mocap_error_text(), "no joint is called \"Wirst\"") != NULL);
+    CHECK(mocap_chain(scene, 1, 9.0, "Wrist", NULL, NULL, NULL, 0) == 0);
+    CHECK(strstr(mocap_error_text(), "no animation 1: there are 1") != NULL);
+    CHECK(mocap_chain(scene, 0, 9.0, NULL, NULL, NULL, NULL, 0) == 0);
+    CHECK(mocap_chain(scene, 0, 9.0, "Wrist", NULL, NULL, NULL, 1) == 0);
+    CHECK(mocap_chain(scene, 0, 9.0, "Wrist", tip, NULL, NULL, 0) == 0);
+    CHECK(strcmp(mocap_error_text(), "point_in_world is NULL") == 0);
+}
+
 /* A job reads and writes files by itself. */
 static void check_jobs(const char *path)
 {
@@ -258,6 +299,7 @@ int main(int argc, char **argv)
     check_edits(scene);
     check_jobs(argv[1]);
     check_poses(scene);
+    check_chain(scene);
     check_refusals(scene);
 
     pthread_t threads[THREADS];

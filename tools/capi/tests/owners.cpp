@@ -72,6 +72,11 @@ void lecture(const std::string &path)
         std::printf("%.0f %.3f %.3f %.3f\n", tick, world[end][12], world[end][13], world[end][14]);
     }
     check(distance(scene.world(9), world) == 0, "both calls give one pose");
+    const std::vector<mocap_chain_matrix> chain = scene.chain("Wrist", 9);
+    check(chain.size() == 5 && chain[4].letter == 'J' && chain[4].index == 2, "the chain is J0 L1 J1 L2 J2");
+    const std::array<float, 3> tip = scene.point_to_world("Wrist", {0.5F, 0.0F, 0.0F}, 9);
+    check(std::fabs(tip[0] - world[end][12]) < 1e-5F && std::fabs(tip[1] - world[end][13]) < 1e-5F, "its tip is the end");
+    check(error_of([&] { scene.chain("Wirst", 9); }).find("no joint is called") != std::string::npos, "names count");
     check(distance(scene.rest_world(), scene.rest_world()) == 0 && scene.rest_local().size() == 4, "there is a rest pose");
 }
 

@@ -1,0 +1,90 @@
+//! The matrices of a chain, each apart.
+
+use std::ffi::c_char;
+
+use mocap::{ChainMatrix as Link, Pose};
+
+use crate::border::{Failure, guard};
+use crate::handle::Scene;
+use crate::{opened, text};
+
+/// A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., as a course in animation writes it. A link L
+/// is the translation of a joint to its parent. A joint J is its rotation, and of the first joint the translation too.
+#[repr(C)]
+pub struct ChainMatrix {
+    /// `J` or `L`.
+    pub letter: c_char,
+    /// The number behind the letter.
+    pub index: u32,
+    /// The node of the joint or the end site.
+    pub node: u32,
+    /// The matrix, column after column; it maps column vectors.
+    pub matrix: [f32; 16],
+    /// The product of the chain up to this matrix. After the last it is the joint to the world.
+    pub product: [f32; 16],
+}
+
+/// Writes the matrices of the chain from the root to `joint`, the name of a node, at `tick`: as many as there are and
+/// there is room for. Returns how many there are, or 0 where the call fails. With `matrices` NULL and `count` 0 it only
+/// counts them.
+///
+/// `point` is three numbers in the space of the joint, or NULL; where it is in the world goes to `point_in_world`. In a
+/// scene without animations the chain is that of the rest pose. Ticks are as in `mocap_local_matrices`.
+///
+/// # Safety
+/// `scene` is an open scene, `joint` a text, and `matrices` points to room for `count` matrices. `point` and
+/// `point_in_world` are NULL or point to three floats.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_chain(
+    scene: *const Scene,
+    animation: u32,
+    tick: f64,
+    joint: *const c_char,
+    point: *const f32,
+    point_in_world: *mut f32,
+    matrices: *mut ChainMatrix,
+    count: usize,
+) -> usize {
+    guard(0, || {
+        // SAFETY: the caller hands over an open scene.
+        let scene = unsafe { opened(scene) }?;
+        // SAFETY: the caller hands over a text.
+        let joint = unsafe { text(joint, "joint") }?.to_string_lossy();
+        if scene.animation_count() > 0 {
+            scene.animation(animation)?;
+        }
+        let posed = scene.scene();
+        let pose = Pose::at_tick(posed, animation as usize, tick).unwrap_or_else(|| Pose::rest(posed));
+        let chain = pose.chain(posed, &joint)?;
+        if !point.is_null() {
+            if point_in_world.is_null() {
+                return Err(Failure::argument("point_in_world is NULL"));
+            }
+            let end = chain.last().ok_or_else(|| Failure::argument("the chain is empty"))?;
+            // SAFETY: the caller hands over three floats.
+            let point = unsafe { point.cast::<[f32; 3]>().read() };
+            let in_world = pose.point_to_world(end.node, point.into());
+            // SAFETY: the caller hands over room for three floats.
+            unsafe { point_in_world.cast::<[f32; 3]>().write(in_world.to_array()) };
+        }
+        if count > 0 && matrices.is_null() {
+            return Err(Failure::argument("matrices is NULL"));
+        }
+        for (index, link) in chain.iter().take(count).enumerate() {
+            // SAFETY: the caller hands over room for `count` matrices.
+            unsafe { matrices.add(index).write(in_c(link)) };
+        }
+        Ok(chain.len())
+    })
+}
+
+fn in_c(link: &Link) -> ChainMatrix {
+    let (letter, index) = link.symbol.split_at(1);
+    ChainMatrix {
+        letter: letter.as_bytes()[0] as c_char,
+        index: index.parse().unwrap_or_default(),
+        node: link.node.0,
+        matrix: link.matrix.to_cols_array(),
+        product: link.product.to_cols_array(),
+    }
+}
