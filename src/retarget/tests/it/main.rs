@@ -2,6 +2,7 @@
 
 mod armatures;
 mod characters;
+mod constant;
 mod creatures;
 mod live;
 mod mjcf_files;
