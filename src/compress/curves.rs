@@ -1,11 +1,11 @@
 //! Curves, as FBX has them: a value of one axis with keys of its own and straight lines between them. A rotation is
 //! three angles, each a curve.
 //!
-//! Programs differ in what they make of curves of angles. Most evaluate them; Blender and Assimp compute the rotation
-//! at every key of any of the three, and interpolate these rotations. So a joint has, beside its curves, tracks with a
-//! key wherever one of its curves has one, and [`measure`](super::measure) follows both.
+//! Programs differ in what they make of curves of angles. Most evaluate them; Blender, Assimp and three.js compute the
+//! rotation at every key of any of the three, and interpolate these rotations. For positions three.js holds the last
+//! value of an axis that has no key. So all axes that move have their keys at the same frames. Beside its curves a
+//! joint has tracks with these keys, and [`measure`](super::measure) follows both.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
@@ -13,7 +13,10 @@ use mocap_scene::math::quaternion::nlerp;
 use mocap_scene::math::rotation::{euler_rot, to_euler_xyz};
 use mocap_scene::scene::RotationOrder;
 
-use super::key_frames::{self, KeyFrames, Refine};
+use super::key_frames::{self, KeyFrames};
+
+/// Degrees between two keys of an angle from which three.js puts keys of its own there, and leaves out the second.
+const LARGEST_SPAN: f64 = 180.0;
 
 /// How a file states the rotation of a node to its parent.
 #[derive(Clone, Copy, Debug)]
@@ -52,17 +55,6 @@ pub struct Curve {
     pub values: Vec<f32>,
 }
 
-impl Curve {
-    /// With keys at these frames, in any order.
-    fn at(mut frames: KeyFrames, value: impl Fn(usize) -> f64) -> Self {
-        frames.sort_unstable();
-        Self {
-            values: frames.iter().map(|frame| value(*frame as usize) as f32).collect(),
-            key_frames: Arc::new(frames),
-        }
-    }
-}
-
 /// The curves of a joint, of x, y and z each; none of what does not move.
 #[doc(hidden)]
 pub struct JointCurves {
@@ -92,13 +84,11 @@ impl JointCurves {
         tolerance: f32,
     ) -> (KeyFrames, Vec<Vec3>) {
         let values: Vec<DVec3> = targets.iter().map(|target| target.as_dvec3()).collect();
-        let error = |frame: usize, value: DVec3| values[frame].distance(value) as f32;
-        let (curves, lossy) = reduce(&values, values[0], ticks, tolerance, error);
-        let key_frames = union(&curves);
-        let keys = key_frames
-            .iter()
-            .map(|frame| lossy[*frame as usize].as_vec3())
-            .collect();
+        let is_within = |frame: usize, value: DVec3| values[frame].distance(value) as f32 <= tolerance;
+        let curves = reduce(&values, values[0], ticks, is_within, |_, _| true);
+        let key_frames = key_frames_of(&curves);
+        let keys = key_frames.iter().enumerate();
+        let keys = keys.map(|(key, _)| curve_values(&curves, key).as_vec3()).collect();
         self.translation = Some(curves);
         (key_frames, keys)
     }
@@ -120,115 +110,86 @@ impl JointCurves {
         });
         let angles: Vec<DVec3> = angles.collect();
         let rotation = |angles: DVec3| -> Quat { euler.rotation(angles).as_quat() };
-        let of_angles = |frame: usize, angles: DVec3| error(frame, rotation(angles));
-        let (mut curves, lossy) = reduce(&angles, euler.rest, ticks, tolerance, of_angles);
-        let rotations: Vec<Quat> = lossy.iter().map(|angles| rotation(*angles)).collect();
-        let of_curves = union(&curves);
-        let key_frames = with_keys_between(of_curves.clone(), &rotations, ticks, tolerance, error);
-        // A curve with many keys gets the new ones, where its line is.
-        let most = if curves[0].values.len() > curves[1].values.len() {
-            0
-        } else {
-            1
+        let is_within = |frame: usize, angles: DVec3| error(frame, rotation(angles)) <= tolerance;
+        let fits_arc = |from: (usize, DVec3), to: (usize, DVec3)| {
+            let ends = [from.1, to.1].map(rotation);
+            let mut between = key_frames::between(ticks, from.0, to.0);
+            (to.1 - from.1).abs().max_element() < LARGEST_SPAN
+                && between.all(|(frame, alpha)| error(frame, nlerp(ends[0], ends[1], alpha)) <= tolerance)
         };
-        let most = if curves[2].values.len() > curves[most].values.len() {
-            2
-        } else {
-            most
-        };
-        let new = key_frames
-            .iter()
-            .filter(|frame| of_curves.binary_search(frame).is_err());
-        let new: KeyFrames = new.copied().collect();
-        if !new.is_empty() {
-            let frames = [curves[most].key_frames.as_slice(), &new].concat();
-            curves[most] = Curve::at(frames, |frame| lossy[frame][most]);
-        }
-        let keys = key_frames.iter().map(|frame| rotations[*frame as usize]).collect();
+        let curves = reduce(&angles, euler.rest, ticks, is_within, fits_arc);
+        let key_frames = key_frames_of(&curves);
+        let keys = key_frames.iter().enumerate();
+        let keys = keys.map(|(key, _)| rotation(curve_values(&curves, key))).collect();
         self.rotation = Some(curves);
         (key_frames, keys)
     }
 }
 
-/// Reduces the keys of one axis after another, that with the least range first. Each may be off by as much as those
-/// before it leave of the tolerance, which was found by trials to take as few keys as fixed fractions. Returns the
-/// curves, and the values of all frames.
+/// Reduces the keys of three axes. An axis that may stay, at rest or in the middle of its range, has one key; the
+/// others have keys at the same frames. `is_within` says whether values at a frame are near enough, and `fits` whether
+/// the frames between two keys are, beyond the lines from key to key.
 pub fn reduce(
     values: &[DVec3],
     rest: DVec3,
     ticks: &[f64],
-    tolerance: f32,
-    error: impl Fn(usize, DVec3) -> f32,
-) -> ([Curve; 3], Vec<DVec3>) {
+    is_within: impl Fn(usize, DVec3) -> bool,
+    fits: impl Fn((usize, DVec3), (usize, DVec3)) -> bool,
+) -> [Curve; 3] {
     let least = values.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let most = values.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
     let range = most - least;
+    let single = |value: f64| f64::from(value as f32);
     let mut axes = [0, 1, 2];
     axes.sort_by(|a, b| range[*a].total_cmp(&range[*b]));
-    let mut lossy = values.to_vec();
-    let mut curves: [Curve; 3] = std::array::from_fn(|_| Curve::at(Vec::new(), |_| 0.0));
+    let mut keys: Vec<DVec3> = values
+        .iter()
+        .map(|value| DVec3::from_array(value.to_array().map(single)))
+        .collect();
+    let mut stays = [false; 3];
     for axis in axes {
-        let is_within = |lossy: &[DVec3], frame: usize, value: f64| {
-            let mut of_frame = lossy[frame];
-            of_frame[axis] = value;
-            error(frame, of_frame) <= tolerance
-        };
-        let single = |value: f64| f64::from(value as f32);
         let middle = f64::midpoint(least[axis], most[axis]);
-        let mut constants = [rest[axis], middle].into_iter().map(single);
-        let is_enough = |value: &f64| (0..values.len()).all(|frame| is_within(&lossy, frame, *value));
-        curves[axis] = match constants.find(is_enough) {
-            Some(value) => Curve::at(vec![0], |_| value),
-            None => {
-                let key = |frame: usize| single(values[frame][axis]);
-                let key_frames = key_frames::reduce(values.len(), |from, to| {
-                    let (a, b) = (key(from), key(to));
-                    let mut between = key_frames::between(ticks, from, to);
-                    between.all(|(frame, alpha)| is_within(&lossy, frame, a + (b - a) * f64::from(alpha)))
-                });
-                Curve::at(key_frames, key)
-            }
+        let with = |key: DVec3, value: f64| {
+            let mut key = key;
+            key[axis] = value;
+            key
         };
-        let Curve { key_frames, values } = &curves[axis];
-        let all = std::iter::once(0..lossy.len()).collect::<Vec<_>>();
-        key_frames::for_each_frame(key_frames, ticks, &all, |frame, key, alpha| {
-            let from = f64::from(values[key]);
-            let to = values.get(key + 1).map_or(from, |to| f64::from(*to));
-            lossy[frame][axis] = from + (to - from) * f64::from(alpha);
-        });
+        let is_enough = |value: &f64| (0..keys.len()).all(|frame| is_within(frame, with(keys[frame], *value)));
+        let constant = [rest[axis], middle].map(single).into_iter().find(is_enough);
+        if let Some(value) = constant {
+            stays[axis] = true;
+            keys.iter_mut().for_each(|key| key[axis] = value);
+        }
     }
-    (curves, lossy)
+    let key_frames = match stays {
+        [true, true, true] => vec![0],
+        _ => key_frames::reduce(values.len(), |from, to| {
+            let (a, b) = (keys[from], keys[to]);
+            let mut between = key_frames::between(ticks, from, to);
+            between.all(|(frame, alpha)| is_within(frame, a + (b - a) * f64::from(alpha))) && fits((from, a), (to, b))
+        }),
+    };
+    let (once, key_frames) = (Arc::new(vec![0]), Arc::new(key_frames));
+    std::array::from_fn(|axis| {
+        let key_frames = Arc::clone(if stays[axis] { &once } else { &key_frames });
+        let values = key_frames.iter().map(|frame| keys[*frame as usize][axis] as f32);
+        Curve {
+            values: values.collect(),
+            key_frames,
+        }
+    })
 }
 
-/// Adds keys where the rotations between two of the frames, interpolated, have too large an error, although the angles
-/// have not.
-fn with_keys_between(
-    mut key_frames: KeyFrames,
-    rotations: &[Quat],
-    ticks: &[f64],
-    tolerance: f32,
-    error: impl Fn(usize, Quat) -> f32,
-) -> KeyFrames {
-    let mut changed: Vec<Range<usize>> = std::iter::once(0..rotations.len()).collect();
-    let mut errors = vec![0f32; rotations.len()];
-    while !changed.is_empty() {
-        let at = |key: usize| rotations[key_frames[key] as usize];
-        key_frames::for_each_frame(&key_frames, ticks, &changed, |frame, key, alpha| {
-            errors[frame] = match alpha > 0.0 {
-                true => error(frame, nlerp(at(key), at(key + 1), alpha)),
-                false => 0.0,
-            };
-        });
-        (_, changed) = key_frames::refine(&mut key_frames, &errors, tolerance, Refine::Worst);
-    }
-    key_frames
+/// The frames of the keys of the axes that move.
+fn key_frames_of(curves: &[Curve; 3]) -> KeyFrames {
+    let most = curves.iter().max_by_key(|curve| curve.values.len());
+    most.map_or_else(Vec::new, |curve| curve.key_frames.to_vec())
 }
 
-/// The frames at which any of the curves has a key.
-pub fn union(curves: &[Curve; 3]) -> KeyFrames {
-    let frames = curves.iter().flat_map(|curve| curve.key_frames.iter().copied());
-    let mut frames: KeyFrames = frames.collect();
-    frames.sort_unstable();
-    frames.dedup();
-    frames
+/// The values at a key of the axes that move.
+fn curve_values(curves: &[Curve; 3], key: usize) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|axis| {
+        let values = &curves[axis].values;
+        f64::from(*values.get(key).unwrap_or(&values[0]))
+    }))
 }

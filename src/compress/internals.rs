@@ -17,7 +17,7 @@ pub mod bits {
     pub use crate::packed::bits::{BitWriter, PADDING, bits_at, lowest, width};
 }
 pub mod curves {
-    pub use crate::curves::{reduce, union};
+    pub use crate::curves::reduce;
 }
 pub mod fitted_keys {
     pub use crate::fitted_keys::{Fit, NLERP_FROM_SLERP, NLERP_SHARE, RotationFit, TranslationFit, fit};

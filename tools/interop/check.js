@@ -14,6 +14,7 @@ const PARTS = [
   "three",
   "babylon",
   "bvh",
+  "fbx",
   "vrma",
   "characters",
   "browser",

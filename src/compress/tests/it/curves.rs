@@ -1,7 +1,7 @@
 //! Curves of Euler angles.
 
 use mocap::glam::DVec3;
-use mocap_compress::internals::curves::{reduce, union};
+use mocap_compress::internals::curves::reduce;
 
 /// A knee, which bends about one axis alone, has keys on that axis alone.
 #[test]
@@ -10,13 +10,30 @@ fn an_axis_that_stays_has_one_key() {
         .map(|frame| DVec3::new(2.0, f64::from(frame * frame), -1.0))
         .collect();
     let ticks: Vec<f64> = (0..50).map(f64::from).collect();
-    let error = |frame: usize, value: DVec3| values[frame].distance(value) as f32;
-    let (curves, lossy) = reduce(&values, DVec3::new(2.0, 0.0, 0.0), &ticks, 10.0, error);
+    let is_within = |frame: usize, value: DVec3| values[frame].distance(value) <= 10.0;
+    let curves = reduce(&values, DVec3::new(2.0, 0.0, 0.0), &ticks, is_within, |_, _| true);
     assert_eq!(curves[0].values, [2.0]);
     // Half a unit of the parabola's curvature times the square of half the distance of two keys is at most 10.
     assert_eq!(curves[1].key_frames[..4], [0, 6, 12, 18]);
-    assert_eq!(union(&curves), *curves[1].key_frames);
-    for (frame, value) in lossy.iter().enumerate() {
-        assert!(value.distance(values[frame]) <= 10.0, "{frame}: {value}");
+}
+
+/// Three.js holds the last value of an axis that has no key where another has one.
+#[test]
+fn axes_that_move_have_their_keys_at_the_same_frames() {
+    let values: Vec<DVec3> = (0..50)
+        .map(|frame| DVec3::new(f64::from(frame * frame), 5.0, f64::from(frame * (49 - frame))))
+        .collect();
+    let ticks: Vec<f64> = (0..50).map(f64::from).collect();
+    let is_within = |frame: usize, value: DVec3| values[frame].distance(value) <= 10.0;
+    let curves = reduce(&values, DVec3::Y * 5.0, &ticks, is_within, |_, _| true);
+    assert_eq!(curves[0].key_frames, curves[2].key_frames);
+    assert_eq!(curves[1].values, [5.0]);
+    assert!(curves[0].values.len() < 20, "{:?}", curves[0].key_frames);
+    for pair in curves[0].key_frames.windows(2) {
+        let [from, to] = [pair[0], pair[1]].map(|frame| frame as usize);
+        for frame in from..to {
+            let line = values[from].lerp(values[to], (frame - from) as f64 / (to - from) as f64);
+            assert!(is_within(frame, line), "{frame}");
+        }
     }
 }

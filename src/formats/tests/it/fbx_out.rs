@@ -223,14 +223,15 @@ fn every_choice_gives_the_same_motion() {
     }
 }
 
-/// As ufbx evaluates the curves, and as Blender and Assimp do: they interpolate the rotations at the keys of a joint.
+/// As ufbx evaluates the curves, and as Blender, Assimp and three.js do: they interpolate the rotations at the keys of a
+/// joint. Moving axes have their keys at the same frames.
 #[test]
 fn keys_are_left_out_within_the_largest_error() {
     let scene = import("../../fixtures/real/cmu_short.bvh").unwrap();
     let (whole, of_whole) = FbxOptions::default().write(&scene).unwrap();
     for (options, bound) in [
         (FbxOptions::default(), 1e-3),
-        (FbxOptions::default(), 1e-5),
+        (FbxOptions::default(), 1e-4),
         (FbxOptions::of_target(FbxTarget::Unreal), 1e-3),
         (FbxOptions::of_target(FbxTarget::Maya), 1e-3),
     ] {
@@ -239,7 +240,7 @@ fn keys_are_left_out_within_the_largest_error() {
         assert!(report.achieved.as_ref().unwrap().max_error <= bound, "{report:?}");
         if bound == 1e-3 {
             assert!(
-                4 * report.keys < 3 * of_whole.keys,
+                5 * report.keys < 4 * of_whole.keys,
                 "{} of {}",
                 report.keys,
                 of_whole.keys
