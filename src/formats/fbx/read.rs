@@ -3,7 +3,7 @@
 //! Bones, nodes that deform a mesh, and their ancestors become nodes; without any of them, all nodes do. Pivots,
 //! pre-rotations and rotation orders become one transform per node. Lengths are converted to metres and the axes to +Y
 //! up, unless those of the file are to be kept. An animation stack becomes an animation: its curves, of any kind, are
-//! sampled at the file's frame rate.
+//! sampled at the file's frame rate in the range that the stack states, unless the keys [contradict](timeline) these.
 //!
 //! | in the file | in the scene |
 //! |---|---|
@@ -21,6 +21,7 @@ mod blend_shapes;
 mod material;
 mod mesh;
 mod refusal;
+mod timeline;
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -31,6 +32,7 @@ use mocap_scene::scene::{
 use ufbx::LoadOpts;
 
 use self::refusal::refusal;
+use self::timeline::Timeline;
 use crate::fbx::{END_SITE, SOURCE_NAME};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
@@ -227,7 +229,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
     Ok(kept)
 }
 
-/// Samples a stack at the frame rate. `None` if its duration is 0.
+/// Samples a stack at its frame rate. `None` if its duration is 0, and nothing is said of it.
 fn read_stack(
     stack: &ufbx::AnimStack,
     file: &ufbx::Scene,
@@ -237,7 +239,8 @@ fn read_stack(
     warnings: &mut Warnings,
 ) -> Result<Option<Animation>, Failure> {
     let rate = options.sampling_rate_or(file.settings.frames_per_second)?;
-    let seconds = stack.time_end - stack.time_begin;
+    let Timeline { begin, end, rate } = Timeline::new(stack, nodes, (rate, options.sampling_rate), warnings);
+    let seconds = end - begin;
     // A stack of one moment is a clip of one frame where something is said of it.
     let has_curves = || stack.layers.iter().any(|layer| !layer.anim_values.is_empty());
     if !(seconds.is_finite() && (seconds > 0.0 || seconds == 0.0 && has_curves())) {
@@ -250,7 +253,7 @@ fn read_stack(
     let channels = moving.map(|node| {
         let transforms = (0..frames).map(|frame| {
             // The last frame may be after the end, where curves may go on.
-            let time = (stack.time_begin + frame as f64 / rate).min(stack.time_end);
+            let time = (begin + frame as f64 / rate).min(end);
             ufbx::evaluate_transform(&stack.anim, node.source, time)
         });
         read_channel(node, transforms, warnings)

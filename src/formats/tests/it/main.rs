@@ -21,6 +21,7 @@ mod error_bounds;
 mod fbx;
 mod fbx_bones;
 mod fbx_out;
+mod fbx_stated;
 mod fbx_streams;
 mod gltf;
 mod golden;

@@ -1,0 +1,102 @@
+//! What an FBX file states, range, rate, unit and axes, beside what its keys say and what the caller states.
+
+use mocap::glam::Vec3;
+use mocap::scene::NodeId;
+use mocap::{Code, Importer, Pose, Scene};
+
+const ZERO: &str = include_str!("../../../../fixtures/made/fbx_stop_zero.fbx");
+
+/// Ticks of FBX in a second.
+const SECOND: u64 = 46_186_158_000;
+
+fn read(text: &str) -> Scene {
+    Importer::new().read(text.as_bytes(), "walk.fbx").unwrap()
+}
+
+/// The file with another range.
+fn with_range(start: u64, stop: u64) -> String {
+    let lines = ZERO.lines().map(|line| {
+        let value = match line {
+            _ if line.contains("\"LocalStart\"") || line.contains("\"ReferenceStart\"") => start,
+            _ if line.contains("\"LocalStop\"") || line.contains("\"ReferenceStop\"") => stop,
+            _ => return line.to_owned() + "\n",
+        };
+        let (before, _) = line.rsplit_once(',').unwrap();
+        format!("{before},{value}\n")
+    });
+    lines.collect()
+}
+
+fn codes(scene: &Scene) -> Vec<Code> {
+    scene.warnings.iter().map(|warning| warning.code).collect()
+}
+
+fn frames(scene: &Scene) -> usize {
+    scene.animations[0].frame_count()
+}
+
+/// The hips of the last frame.
+fn hips_at_end(scene: &Scene) -> Vec3 {
+    let animation = &scene.animations[0];
+    let pose = Pose::at_tick(scene, 0, animation.duration).unwrap();
+    let hips = scene.nodes.iter().position(|node| node.name == "Hips").unwrap();
+    pose.position(NodeId::new(hips))
+}
+
+/// Three.js and Assimp read the keys whatever the range is.
+#[test]
+fn keys_win_over_a_range_that_contradicts_them() {
+    let absent: String = ZERO
+        .lines()
+        .filter(|line| !["LocalSt", "ReferenceSt"].iter().any(|name| line.contains(name)))
+        .map(|line| line.to_owned() + "\n")
+        .collect();
+    let files = [
+        ("zero", ZERO.to_owned()),
+        ("absent", absent),
+        ("after the keys", with_range(2 * SECOND, 3 * SECOND)),
+        ("backwards", with_range(SECOND, 0)),
+        ("one tick", with_range(0, 1)),
+    ];
+    for (name, text) in files {
+        let scene = read(&text);
+        assert_eq!(codes(&scene), [Code::HeaderCount], "{name}");
+        assert_eq!(
+            (frames(&scene), scene.animations[0].ticks_per_second),
+            (31, 30.0),
+            "{name}"
+        );
+        assert!(
+            hips_at_end(&scene).abs_diff_eq(Vec3::new(0.4, 0.9, 0.0), 1e-6),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_range_that_holds_keys_stays_and_keys_outside_of_it_are_told() {
+    let right = read(&with_range(0, SECOND));
+    assert_eq!((codes(&right), frames(&right)), (vec![], 31));
+    // A pause behind the keys is no contradiction.
+    let longer = read(&with_range(0, 2 * SECOND));
+    assert_eq!((codes(&longer), frames(&longer)), (vec![], 61));
+    let part = read(&with_range(0, SECOND / 2));
+    assert_eq!((codes(&part), frames(&part)), (vec![Code::FrameCount], 16));
+    assert!(hips_at_end(&part).abs_diff_eq(Vec3::new(0.2, 0.9, 0.0), 1e-6));
+}
+
+/// The file states 30 frames per second, and has a key 120 times per second.
+#[test]
+fn keys_win_over_a_rate_that_would_lose_them() {
+    let step = SECOND / 120;
+    let times: Vec<String> = (0..5).map(|key| (key * step).to_string()).collect();
+    let text = with_range(0, 4 * step).replace("0,11546539500,23093079000,34639618500,46186158000", &times.join(","));
+    let scene = read(&text);
+    assert_eq!(codes(&scene), [Code::FrameTime]);
+    assert_eq!((frames(&scene), scene.animations[0].ticks_per_second), (5, 120.0));
+    let given = Importer::new()
+        .sampling_rate(60.0)
+        .read(text.as_bytes(), "walk.fbx")
+        .unwrap();
+    assert_eq!((codes(&given), frames(&given)), (vec![], 3));
+}
