@@ -1,9 +1,10 @@
 //! Units of length, and which one makes bones those of a person.
 
-use mocap_scene::scene::Scene;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{HumanoidBone as Bone, Scene};
 use serde::Serialize;
 
-use super::Confidence;
+use super::{Confidence, Figure};
 use mocap_scene::scene::report::Guess;
 
 /// A unit of length of motion files.
@@ -102,6 +103,29 @@ const ANYBODY: [f64; 2] = [0.72, 2.2];
 
 /// Metres of thigh and shin of a usual person, for a file in no known unit: 0.49 of 1.7 m.
 const USUAL_LEG: f64 = 0.833;
+
+/// How many times as large as a usual person a figure may be, and as small. A giant and a doll are beyond it. A
+/// child is not, and neither is a unit of inches taken for centimetres.
+const PLAUSIBLE: f64 = 4.0;
+
+impl Figure {
+    /// The warning of a humanoid that is no person by far where a unit has so many metres.
+    pub(super) fn implausible_size(&self, metres: f64) -> Option<Diagnostic> {
+        let has = |bone: Bone| self.humanoid.joint(bone).is_some();
+        let is_body = has(Bone::LeftLowerLeg) && has(Bone::RightLowerLeg) && (has(Bone::Head) || has(Bone::Neck));
+        let ratio = metres / self.survey.unit.value.metres();
+        let is_far = ratio > PLAUSIBLE || ratio < PLAUSIBLE.recip();
+        (is_body && is_far).then(|| {
+            let message = format!("by its unit the figure is {ratio:.3} times as large as a person");
+            Diagnostic::new(Code::ImplausibleSize, message)
+                .expected_found(
+                    format!("about {} m in a unit", self.survey.unit.value.metres()),
+                    format!("{metres} m"),
+                )
+                .help("if the file states a wrong unit, name the right one with {unit}")
+        })
+    }
+}
 
 /// The unit of a program or a database, by the names that it gives to joints.
 pub(super) fn family_unit(scene: &Scene) -> Option<(Unit, &'static str)> {

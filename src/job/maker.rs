@@ -312,18 +312,19 @@ impl<'a> Maker<'a> {
         let prepared = match &self.target {
             Some(target) => {
                 self.job.source.space.state(&mut scene);
+                say_warnings(&mut scene, motion, hear);
                 let prepared = match self.shared(&scene) {
                     Some(Shared { figure, shown }) => target.prepare_shown(scene, &figure, Some(shown)),
                     None => target.prepare(scene),
                 };
                 prepared.inspect(|source| say_all(&source.assumptions, hear))
             }
-            None => self.convert(scene, hear),
+            None => self.convert(scene, motion, hear),
         };
         prepared.map_err(|error| error.with_path(motion))
     }
 
-    fn convert(&self, mut scene: Scene, hear: Hear<'_>) -> Result<SourceMotion> {
+    fn convert(&self, mut scene: Scene, motion: &Path, hear: Hear<'_>) -> Result<SourceMotion> {
         let frames = &self.job.source.frames;
         let of_reader = scene.metadata.assumptions.iter();
         of_reader.for_each(|assumption| hear(Notice::Note(&assumption.to_string())));
@@ -339,6 +340,7 @@ impl<'a> Maker<'a> {
             false => None,
         };
         let (decided, inserted) = conversion.convert(&mut scene, &figure)?;
+        say_warnings(&mut scene, motion, hear);
         say_all(&decided, hear);
         let is_kept = |decision: &Assumption| decision.topic == Topic::FirstFrame;
         if frames.drop_first_frame == FirstFrame::Keep && decided.iter().any(is_kept) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use mocap_figure::convert::RestPoseSource;
-use mocap_figure::convert::{Conversion, FirstFrame, RootMotion, TimeRange};
+use mocap_figure::convert::{Conversion, FirstFrame, RootMotion, Space, TimeRange};
 use mocap_figure::{HumanoidBone, HumanoidMap};
 use mocap_io::import::read_text;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -244,12 +244,21 @@ impl SourceSpace {
         self.up.axis()
     }
 
-    /// Lets the scene state what is known.
+    /// Lets the scene state what is known of the numbers of its file. What the file states otherwise gives a warning.
     pub fn state(&self, scene: &mut Scene) {
-        if let Some(metres) = self.unit.metres() {
-            scene.metadata.metres_per_unit = Some(metres);
+        self.space().state(scene);
+    }
+
+    /// A warning for each value that the file of a scene states otherwise.
+    pub fn contradictions(&self, scene: &Scene) -> Vec<Diagnostic> {
+        self.space().contradictions(&scene.metadata)
+    }
+
+    fn space(&self) -> Space {
+        Space {
+            metres_per_unit: self.unit.metres(),
+            up: self.up.axis(),
         }
-        self.up.state(scene);
     }
 }
 
@@ -259,11 +268,13 @@ impl SourceUp {
         self.up.axis()
     }
 
-    /// Lets the scene state what is known.
+    /// Lets the scene state what is known. A file that states another axis gives a warning.
     pub fn state(self, scene: &mut Scene) {
-        if let Some(up) = self.axis() {
-            scene.metadata.up = Some(up);
-        }
+        let space = Space {
+            metres_per_unit: None,
+            up: self.axis(),
+        };
+        space.state(scene);
     }
 }
 

@@ -95,7 +95,7 @@ pub use self::humanoid_bone::{HumanoidBone, Side};
 pub use self::mesh::{AlphaMode, Bone, Material, Mesh, MorphTarget, Primitive, Surface, Texture, VertexWeight, Wrap};
 pub use self::metadata::{Assumption, Confidence, Format, Metadata, RootOffset, Topic, UpAxis};
 #[doc(hidden)]
-pub use self::metadata::{UNNAMED_MOTION, format_name};
+pub use self::metadata::{FileSpace, UNNAMED_MOTION, format_name};
 #[doc(hidden)]
 pub use self::mmd::{MmdInherits, MmdModel};
 #[doc(hidden)]

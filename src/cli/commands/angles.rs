@@ -21,6 +21,7 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
     check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force)?;
     let mut scene = import_motion(&args.read, &args.input)?;
+    report::warnings(Some(&args.input), &args.source.contradictions(&scene));
     args.source.state(&mut scene);
     let figure = mapped_figure(&scene, &args.map)?;
     let angles = JointAngles::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.input))?;
@@ -83,6 +84,7 @@ pub(crate) struct GaitReport<'a> {
 
 pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
     let mut scene = import_motion(&args.read, &args.file)?;
+    report::warnings(Some(&args.file), &args.source.contradictions(&scene));
     args.source.state(&mut scene);
     let figure = mapped_figure(&scene, &args.map)?;
     let gait = Gait::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.file))?;

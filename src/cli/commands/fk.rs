@@ -18,6 +18,7 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
     streams::check_output(&[&args.input], &args.output, args.force)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
+    report::warnings(Some(&args.input), &args.source.contradictions(&scene));
     report::clip_taken(&scene);
     let motion = Arrays::of(&scene, &args.arrays.options(&args.source, &args.map))
         .map_err(|error| error.with_path(&args.input))?;

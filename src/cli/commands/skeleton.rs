@@ -189,6 +189,7 @@ pub(crate) fn summary(args: &SkeletonArgs) -> Result<serde_json::Value, Failure>
 
 fn find(args: &SkeletonArgs) -> Result<SkeletonReport, Failure> {
     let mut scene = import_motion(&args.read, &args.file)?;
+    report::warnings(Some(&args.file), &args.source.contradictions(&scene));
     args.source.state(&mut scene);
     let mut found = SkeletonReport::new(&args.file, &scene, &mapped_figure(&scene, &args.map)?);
     if args.source.metres_per_unit().is_some() {

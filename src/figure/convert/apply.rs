@@ -3,7 +3,7 @@
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::FrameBudget;
 use mocap_scene::process;
-use mocap_scene::scene::{Animation, Assumption, NodeId, Scene, Topic, UpAxis};
+use mocap_scene::scene::{Animation, Assumption, FileSpace, NodeId, Scene, Topic, UpAxis};
 
 use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, moment, part_ticks};
 use crate::{Figure, TPose};
@@ -122,7 +122,11 @@ impl Conversion {
         }
         let stands = standing.is_some();
         self.stand(scene, standing, figure)?;
+        let stated = self.source.or_stated(&scene.metadata).metres_per_unit;
         let inserted = self.convert_space(scene, survey);
+        scene
+            .warnings
+            .extend(stated.and_then(|metres| figure.implausible_size(metres)));
         if stands {
             process::zero_rest_rotations(scene)?;
         }
@@ -176,7 +180,8 @@ impl Conversion {
 
     /// Converts the unit and the axes, and what happens over the ground, with +Y up. Returns a node that was inserted.
     fn convert_space(&self, scene: &mut Scene, survey: &crate::Survey) -> Option<NodeId> {
-        let source = self.source.or_found(&scene.metadata, survey, self.needs());
+        self.source.state(scene);
+        let source = Space::default().or_found(&scene.metadata, survey, self.needs());
         let kept = if self.keep_units { source } else { Space::METRES };
         let output = self.output.or(kept);
         // What is unknown is not converted, so any value will do.
@@ -199,6 +204,10 @@ impl Conversion {
         };
         if upright != to {
             process::convert_units_to(scene, upright, to);
+        }
+        if !self.keep_units || from != to {
+            // The numbers are those of the file no more.
+            scene.metadata.file_space = FileSpace::default();
         }
         // What was neither stated nor guessed is still unknown.
         scene.metadata.metres_per_unit = output.metres_per_unit;

@@ -1,8 +1,8 @@
 //! The unit and the up axis of a scene.
 
-use mocap_scene::error::{Code, Result};
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::positive;
-use mocap_scene::scene::{Assumption, Metadata, Topic, UpAxis};
+use mocap_scene::scene::{Assumption, Metadata, Scene, Topic, UpAxis};
 
 use crate::Survey;
 
@@ -26,6 +26,27 @@ pub struct Needs {
     pub unit: bool,
     #[doc(hidden)]
     pub up: bool,
+}
+
+/// How far two units may be apart that are one, as a fraction: files have them in single precision.
+const SAME_UNIT: f64 = 1e-4;
+
+/// The up axes, each a quarter of a turn about +X after the one before.
+const QUARTERS: [UpAxis; 4] = [UpAxis::Y, UpAxis::Z, UpAxis::NegY, UpAxis::NegZ];
+
+fn quarters(up: UpAxis) -> usize {
+    QUARTERS.iter().position(|axis| *axis == up).unwrap_or(0)
+}
+
+fn is_same_unit(known: f64, stated: f64) -> bool {
+    (stated / known - 1.0).abs() < SAME_UNIT
+}
+
+fn otherwise(what: &str, [expected, found]: [String; 2], help: &str) -> Diagnostic {
+    let message = format!("the file states another {what} than the option; the option was used");
+    Diagnostic::new(Code::StatedOtherwise, message)
+        .expected_found(expected, found)
+        .help(help)
 }
 
 impl Space {
@@ -52,10 +73,73 @@ impl Space {
         }
     }
 
+    /// What `self`, stated of the numbers of a file, says of the scene: its reader may have converted them.
+    fn of_scene(self, metadata: &Metadata) -> Self {
+        let file = metadata.file_space;
+        let unit = self.metres_per_unit.map(|stated| {
+            let now = metadata.metres_per_unit.unwrap_or(1.0);
+            match file.metres_per_unit.or(metadata.metres_per_unit) {
+                Some(known) if is_same_unit(known, stated) => now,
+                _ => file.metres_per_unit.map_or(stated, |file| now * (stated / file)),
+            }
+        });
+        let up = self.up.map(|stated| match (file.up, metadata.up) {
+            (Some(file), Some(now)) => {
+                let turns = QUARTERS.len() + quarters(now) + quarters(stated) - quarters(file);
+                QUARTERS[turns % QUARTERS.len()]
+            }
+            _ => stated,
+        });
+        Self {
+            metres_per_unit: unit,
+            up,
+        }
+    }
+
+    /// A warning for each value of `self` that a file states otherwise.
+    #[doc(hidden)]
+    pub fn contradictions(self, metadata: &Metadata) -> Vec<Diagnostic> {
+        let file = metadata.file_space;
+        let mut warnings = Vec::new();
+        if let (Some(stated), Some(known)) = (self.metres_per_unit, file.metres_per_unit.or(metadata.metres_per_unit))
+            && !is_same_unit(known, stated)
+        {
+            let help = "leave {unit} out if the file is right; {out-unit} changes the unit of the output";
+            let [expected, found] = [known, stated].map(|metres| format!("{metres} m"));
+            warnings.push(otherwise("unit", [expected, found], help));
+        }
+        if let (Some(stated), Some(known)) = (self.up, file.up.or(metadata.up))
+            && known != stated
+            && !file.up_is_guess
+        {
+            let help = "leave {up} out if the file is right; {out-up} changes the up axis of the output";
+            let [expected, found] = [known, stated].map(|up| up.as_str().to_owned());
+            warnings.push(otherwise("up axis", [expected, found], help));
+        }
+        warnings
+    }
+
+    /// Lets a scene state `self`, which is said of the numbers of its file. What the file states otherwise gives a
+    /// warning.
+    #[doc(hidden)]
+    pub fn state(self, scene: &mut Scene) {
+        scene.warnings.extend(self.contradictions(&scene.metadata));
+        let metadata = &mut scene.metadata;
+        let (of_scene, file) = (self.of_scene(metadata), metadata.file_space);
+        if let Some(stated) = self.metres_per_unit {
+            metadata.metres_per_unit = of_scene.metres_per_unit;
+            metadata.file_space.metres_per_unit = file.metres_per_unit.and(Some(stated));
+        }
+        if let Some(stated) = self.up {
+            metadata.up = of_scene.up;
+            metadata.file_space.up = file.up.and(Some(stated));
+        }
+    }
+
     /// The values of `self`, or else those that the file states.
     #[doc(hidden)]
     pub fn or_stated(self, metadata: &Metadata) -> Self {
-        self.or(Self {
+        self.of_scene(metadata).or(Self {
             metres_per_unit: metadata.metres_per_unit,
             up: metadata.up,
         })

@@ -27,7 +27,8 @@ use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FARTHEST, FrameBudget, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
 use mocap_scene::scene::{
-    Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
+    Animation, Assumption, Channel, FileSpace, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic,
+    UpAxis,
 };
 use ufbx::LoadOpts;
 
@@ -65,6 +66,14 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     };
     scene.metadata.metres_per_unit = metres_per_unit;
     scene.metadata.up = up;
+    if !options.file_units {
+        let (metres_per_unit, up) = file_units(&file.settings);
+        scene.metadata.file_space = FileSpace {
+            metres_per_unit,
+            up,
+            up_is_guess: false,
+        };
+    }
     let mut budget = FrameBudget::stated_by(&options.limits, bytes.len() as u64);
     for stack in &file.anim_stacks {
         let animation = read_stack(stack, &file, &nodes, options, &mut budget, warnings)?;

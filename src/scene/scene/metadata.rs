@@ -1,6 +1,7 @@
 //! The origin of a scene, the decisions about it, and the steps that changed it.
 
 mod applied_step;
+mod file_space;
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,6 +10,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion, StepRecord};
+pub use self::file_space::FileSpace;
 use super::{Animation, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
 
@@ -46,6 +48,10 @@ pub struct Metadata {
     #[serde(skip)]
     #[doc(hidden)]
     pub keeps_unknown_unit: bool,
+    /// The unit and the up axis of the numbers in the file, where the reader has converted them.
+    #[serde(skip)]
+    #[doc(hidden)]
+    pub file_space: FileSpace,
     /// The model of MikuMikuDance whose skeleton it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[doc(hidden)]

@@ -226,3 +226,31 @@ fn a_command_on_one_file_shows_on_a_terminal_that_it_works() {
         assert!(!said.contains("convert 1s") && !said.contains("convert 2s"), "{said:?}");
     }
 }
+
+#[test]
+fn a_statement_that_the_file_contradicts_is_questioned() {
+    let folder = Folder::of_real(&[]);
+    let z_up = fs::read(at_root("fixtures/made/fbx_zup.fbx")).unwrap();
+    folder.write("walk.fbx", &z_up);
+    for (options, is_told) in [
+        (["--unit", "cm", "--up", "z"], false),
+        (["--unit", "cm", "--up", "y"], true),
+        (["--unit", "m", "--up", "z"], true),
+    ] {
+        for output in ["walk.glb", "walk.usda", "arrays.csv"] {
+            let command: &[&str] = match output {
+                "arrays.csv" => &["fk", "walk.fbx", "-o", output],
+                _ => &["convert", "walk.fbx", output],
+            };
+            let arguments = [command, &["--force"], &options[..]].concat();
+            let output = run(&folder, &arguments);
+            let said = words(&output);
+            assert!(output.status.success(), "{arguments:?}: {said}");
+            assert_eq!(
+                said.matches("the file states another").count(),
+                usize::from(is_told),
+                "{arguments:?}: {said}"
+            );
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mocap_scene::math::up_axis::to_y_up;
-use mocap_scene::scene::{Assumption, Format, Recording, Scene, Topic, UpAxis};
+use mocap_scene::scene::{Assumption, FileSpace, Format, Recording, Scene, Topic, UpAxis};
 
 use super::Header;
 use super::parameters::Parameters;
@@ -24,6 +24,11 @@ pub(super) fn build(
     scene.metadata.metres_per_unit = parameters.text("POINT", "UNITS").and_then(points::metres);
     let (up, reason) = up_axis(parameters);
     scene.metadata.up = Some(UpAxis::Y);
+    scene.metadata.file_space = FileSpace {
+        up: Some(up),
+        up_is_guess: reason == UP_IS_OPEN,
+        ..FileSpace::default()
+    };
     let mut assume = |topic: Topic, choice: &str, reason: &str| {
         scene.metadata.assumptions.push(Assumption {
             topic,
@@ -71,12 +76,15 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
     }
 }
 
+/// Why +Z is up where the file leaves it open.
+const UP_IS_OPEN: &str = "the file does not say; capture systems have +Z up";
+
 /// The up axis is the screen's y axis, if the file states it.
 pub(super) fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
     match parameters.text("POINT", "Y_SCREEN") {
         Some("+Y" | "Y") => (UpAxis::Y, "POINT:Y_SCREEN says so"),
         Some("+Z" | "Z") => (UpAxis::Z, "POINT:Y_SCREEN says so"),
-        _ => (UpAxis::Z, "the file does not say; capture systems have +Z up"),
+        _ => (UpAxis::Z, UP_IS_OPEN),
     }
 }
 

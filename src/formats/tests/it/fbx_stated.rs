@@ -1,10 +1,11 @@
 //! What an FBX file states, range, rate, unit and axes, beside what its keys say and what the caller states.
 
 use mocap::glam::Vec3;
-use mocap::scene::NodeId;
-use mocap::{Code, Importer, Pose, Scene};
+use mocap::scene::{NodeId, UpAxis};
+use mocap::{Code, Conversion, Importer, Pose, Scene};
 
 const ZERO: &str = include_str!("../../../../fixtures/made/fbx_stop_zero.fbx");
+const Z_UP: &str = include_str!("../../../../fixtures/made/fbx_zup.fbx");
 
 /// Ticks of FBX in a second.
 const SECOND: u64 = 46_186_158_000;
@@ -99,4 +100,89 @@ fn keys_win_over_a_rate_that_would_lose_them() {
         .read(text.as_bytes(), "walk.fbx")
         .unwrap();
     assert_eq!((codes(&given), frames(&given)), (vec![], 3));
+}
+
+/// Converts, and returns the hips of the first frame.
+fn hips(mut scene: Scene, conversion: &Conversion) -> (Vec3, Vec<Code>) {
+    conversion.apply(&mut scene).unwrap();
+    let hips = scene.nodes.iter().position(|node| node.name == "Hips").unwrap();
+    let place = Pose::at_tick(&scene, 0, 0.0).unwrap().position(NodeId::new(hips));
+    (place, codes(&scene))
+}
+
+#[test]
+fn a_true_statement_changes_nothing_and_a_false_one_is_asked_about() {
+    let y_up = read(&with_range(0, SECOND));
+    let z_up = read(Z_UP);
+    let new = Conversion::new;
+    let told = vec![Code::StatedOtherwise];
+    let standing = Vec3::new(0.0, 0.9, 0.0);
+    let cases = [
+        (&y_up, new(), standing, vec![]),
+        (&y_up, new().metres_per_unit(0.01), standing, vec![]),
+        (&y_up, new().up(UpAxis::Y), standing, vec![]),
+        (&z_up, new().metres_per_unit(0.01).up(UpAxis::Z), standing, vec![]),
+        // The number of the file is 90, along +Y or along +Z.
+        (
+            &y_up,
+            new().metres_per_unit(1.0),
+            Vec3::new(0.0, 90.0, 0.0),
+            told.clone(),
+        ),
+        (&y_up, new().up(UpAxis::Z), Vec3::new(0.0, 0.0, -0.9), told.clone()),
+        (&z_up, new().up(UpAxis::Y), Vec3::new(0.0, 0.0, 0.9), told.clone()),
+        (&z_up, new().up(UpAxis::NegZ), Vec3::new(0.0, -0.9, 0.0), told),
+    ];
+    for (index, (scene, conversion, expected, warnings)) in cases.into_iter().enumerate() {
+        let (found, codes) = hips(scene.clone(), &conversion);
+        assert!(found.abs_diff_eq(expected, 1e-4), "case {index}: {found}, {expected}");
+        assert_eq!(codes, warnings, "case {index}");
+    }
+}
+
+/// Another format that states both: centimetres, +Z up.
+#[test]
+fn usd_takes_statements_likewise() {
+    let plain = |conversion: Conversion| {
+        let mut scene = mocap::import("../../fixtures/made/arm.usda").unwrap();
+        conversion.apply(&mut scene).unwrap();
+        let last = NodeId::new(scene.nodes.len() - 1);
+        (
+            Pose::rest(&scene).position(last),
+            codes(&scene).contains(&Code::StatedOtherwise),
+        )
+    };
+    let (place, told) = plain(Conversion::new());
+    assert!(!told);
+    assert_eq!(
+        plain(Conversion::new().metres_per_unit(0.01).up(UpAxis::Z)),
+        (place, false)
+    );
+    let (farther, told) = plain(Conversion::new().metres_per_unit(1.0));
+    assert!(told && farther.abs_diff_eq(100.0 * place, 1e-3 * farther.length()));
+}
+
+#[test]
+fn a_giant_and_a_doll_are_told_in_every_format() {
+    for (metres, is_told) in [(5.6444, true), (0.056_444, false), (0.000_564_44, true)] {
+        let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
+        Conversion::new().metres_per_unit(metres).apply(&mut scene).unwrap();
+        assert_eq!(codes(&scene).contains(&Code::ImplausibleSize), is_told, "{metres}");
+        for format in [mocap::Format::Fbx, mocap::Format::Gltf, mocap::Format::Usd] {
+            let bytes = mocap::Exporter::new()
+                .write(&scene, format)
+                .unwrap()
+                .into_bytes()
+                .unwrap();
+            let mut again = Importer::new()
+                .read(&bytes, format!("a.{}", format.extensions()[0]))
+                .unwrap();
+            Conversion::new().apply(&mut again).unwrap();
+            assert_eq!(
+                codes(&again).contains(&Code::ImplausibleSize),
+                is_told,
+                "{format}, {metres}"
+            );
+        }
+    }
 }
