@@ -41,7 +41,7 @@ pub(super) fn read(
     }
     let mut materials = Materials::new(origin);
     let mut shapes = BlendShapes::new(origin, options);
-    let (mut rigid, mut colored, mut shaped, mut doubled) = (0, 0, 0, 0);
+    let (mut rigid, mut colored, mut shaped, mut doubled, mut dual) = (0, 0, 0, 0, 0);
     for source in &file.meshes {
         // A mesh may have several skins; programs show the first.
         let Some(skin) = source.skin_deformers.iter().find(|skin| !skin.clusters.is_empty()) else {
@@ -51,6 +51,7 @@ pub(super) fn read(
         colored += usize::from(source.vertex_color.exists);
         shaped += usize::from(!source.blend_deformers.is_empty() && !options.morph_targets);
         doubled += usize::from(source.skin_deformers.len() > 1);
+        dual += usize::from(has_dual_quaternions(skin));
         let name = name(source);
         let Some(bound) = Bound::new(source, skin, &ids, nodes) else {
             warnings.distinct(contradiction(&name));
@@ -91,6 +92,7 @@ pub(super) fn read(
         }
     };
     say(doubled, "first skin", "further skins");
+    say(dual, "linear skins", "dual quaternions of the skins");
     say(shaped, "without blend shapes", "blend shapes");
     say(colored, "without vertex colours", "vertex colours");
     if shapes.are_too_many {
@@ -108,6 +110,13 @@ pub(super) fn read(
     }
     Ok(left_out)
 }
+
+/// Whether the skin blends dual quaternions, in full or in part; a scene blends matrices.
+fn has_dual_quaternions(skin: &ufbx::SkinDeformer) -> bool {
+    use ufbx::SkinningMethod::{BlendedDqLinear, DualQuaternion};
+    matches!(skin.skinning_method, DualQuaternion | BlendedDqLinear)
+}
+
 /// Whether the matrix from the geometry to the world is another by one cluster than by the first: some programs take
 /// the bind pose from one matrix of a cluster, and others from the other.
 fn states_two_poses(skin: &ufbx::SkinDeformer) -> bool {

@@ -21,8 +21,25 @@ const SAME_DIRECTION: f32 = 0.999;
 /// From the middle of a [`marker`] to its tips, in metres.
 const MARKER_RADIUS: f32 = 0.01;
 
-/// The joints of a vertex, as indices into the skin, and their weights in 255ths.
-type Influences = ([u16; 4], [u8; 4]);
+/// The joints in one attribute of a vertex.
+const SET: usize = 4;
+
+/// The joints of each vertex, as indices into the skin, and their weights.
+struct Influences {
+    /// How many attributes there are.
+    sets: usize,
+    /// What the weights of a vertex sum to.
+    whole: u16,
+    /// For each vertex all of its sets, the strongest joint first; those without a weight are 0.
+    ties: Vec<(u16, u16)>,
+}
+
+impl Influences {
+    fn of(&self, vertex: usize) -> &[(u16, u16)] {
+        let count = SET * self.sets;
+        &self.ties[count * vertex..count * (vertex + 1)]
+    }
+}
 
 /// Writes `mesh`; with `joints`, the index of every node in the skin, as a skinned mesh.
 ///
@@ -52,7 +69,7 @@ pub(super) fn write(
                 bits(mesh.vertices[vertex]),
                 normals.map(|normals| bits(normals[vertex])),
                 coords.map(|coords| bits_of_two(coords[vertex])),
-                influences.as_ref().map(|influences| influences[vertex]),
+                influences.as_ref().map(|influences| influences.of(vertex)),
             );
             *known.entry(key).or_insert_with(|| {
                 sources.push(vertex);
@@ -99,20 +116,34 @@ pub(super) fn write(
             buffer.push(Usage::Vertices, &coords),
         );
     }
-    if let Some(influences) = influences {
-        let joints: Vec<_> = sources.iter().map(|&vertex| influences[vertex].0).collect();
-        let weights: Vec<_> = sources.iter().map(|&vertex| influences[vertex].1).collect();
-        let joints = if joint_count <= JOINTS_IN_8_BITS {
-            let small: Vec<_> = joints.iter().map(|four| four.map(|joint| joint as u8)).collect();
-            buffer.push(Usage::Vertices, &small)
-        } else {
-            buffer.push(Usage::Vertices, &joints)
+    for set in 0..influences.as_ref().map_or(0, |influences| influences.sets) {
+        let ties = |vertex: usize| {
+            influences
+                .iter()
+                .flat_map(move |all| &all.of(vertex)[SET * set..][..SET])
         };
-        attributes.insert(Checked::Valid(Semantic::Joints(0)), joints);
-        attributes.insert(
-            Checked::Valid(Semantic::Weights(0)),
-            buffer.push_normalized(Usage::Vertices, &weights),
-        );
+        let numbers = |pick: fn(&(u16, u16)) -> u16| -> Vec<[u16; SET]> {
+            let four = |vertex: usize| {
+                let mut ties = ties(vertex);
+                std::array::from_fn(|_| ties.next().map_or(0, pick))
+            };
+            sources.iter().map(|&vertex| four(vertex)).collect()
+        };
+        let (joints, weights) = (numbers(|tie| tie.0), numbers(|tie| tie.1));
+        let small = |numbers: &[[u16; SET]]| -> Vec<[u8; SET]> {
+            let bytes = |four: &[u16; SET]| four.map(|number| number as u8);
+            numbers.iter().map(bytes).collect()
+        };
+        let joints = match joint_count <= JOINTS_IN_8_BITS {
+            true => buffer.push(Usage::Vertices, &small(&joints)),
+            false => buffer.push(Usage::Vertices, &joints),
+        };
+        let weights = match influences.as_ref().is_some_and(|all| all.whole == u16::MAX) {
+            true => buffer.push_normalized(Usage::Vertices, &weights),
+            false => buffer.push_normalized(Usage::Vertices, &small(&weights)),
+        };
+        attributes.insert(Checked::Valid(Semantic::Joints(set as u32)), joints);
+        attributes.insert(Checked::Valid(Semantic::Weights(set as u32)), weights);
     }
     // The largest 16-bit index is reserved.
     let indices = if sources.len() <= usize::from(u16::MAX) {
@@ -153,9 +184,9 @@ pub(super) fn marker(centre: Vec3, material_index: usize) -> Mesh {
     }
 }
 
-/// For each vertex its four strongest joints, with weights that sum to 255; a vertex without weights follows the first
-/// joint.
-fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Vec<Influences> {
+/// The joints of each vertex, with weights that sum to 1; a vertex without weights follows the first joint. Weights have
+/// 8 bits where four joints are enough for every vertex, or else 16.
+fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Influences {
     let mut all: Vec<Vec<(f32, u16)>> = vec![Vec::new(); mesh.vertices.len()];
     for bone in &mesh.bones {
         let Some(joint) = joints[bone.node.index()] else {
@@ -165,24 +196,37 @@ fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Vec<Influences> {
             all[tie.vertex_id as usize].push((tie.weight, joint));
         }
     }
-    let strongest = |mut ties: Vec<(f32, u16)>| {
-        ties.sort_by(|a, b| b.0.total_cmp(&a.0));
-        ties.truncate(4);
-        let sum: f32 = ties.iter().map(|tie| tie.0).sum();
-        let (mut four_joints, mut weights) = ([0; 4], [0; 4]);
-        // The strongest weight takes the rounding error, so that the sum is exact.
-        let mut left: u8 = 255;
-        for (slot, (weight, joint)) in ties.iter().enumerate().skip(1) {
-            let byte = (weight / sum * 255.0).round() as u8;
-            if byte > 0 {
-                (four_joints[slot], weights[slot]) = (*joint, byte);
-                left = left.saturating_sub(byte);
-            }
-        }
-        (four_joints[0], weights[0]) = (ties.first().map_or(0, |tie| tie.1), left);
-        (four_joints, weights)
-    };
-    all.into_iter().map(strongest).collect()
+    let most = all.iter().map(Vec::len).max().unwrap_or(0);
+    let whole = if most <= SET { u8::MAX.into() } else { u16::MAX };
+    let rounded = all.into_iter().map(|ties| rounded(ties, whole)).collect::<Vec<_>>();
+    let most = rounded.iter().map(Vec::len).max().unwrap_or(0);
+    let sets = most.div_ceil(SET).max(1);
+    let ties = rounded.into_iter().flat_map(|mut ties| {
+        ties.resize(SET * sets, (0, 0));
+        ties
+    });
+    Influences {
+        sets,
+        whole,
+        ties: ties.collect(),
+    }
+}
+
+/// Weights that sum to `whole`, the strongest first, without those that are nearer to 0 than to 1.
+fn rounded(mut ties: Vec<(f32, u16)>, whole: u16) -> Vec<(u16, u16)> {
+    ties.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let sum: f32 = ties.iter().map(|tie| tie.0).sum();
+    let others = ties.iter().skip(1).map(|(weight, joint)| {
+        let weight = (weight / sum * f32::from(whole)).round() as u16;
+        (*joint, weight)
+    });
+    let others: Vec<(u16, u16)> = others.filter(|(_, weight)| *weight > 0).collect();
+    // The strongest weight takes the rounding error, so that the sum is exact.
+    let left = others
+        .iter()
+        .fold(whole, |left, (_, weight)| left.saturating_sub(*weight));
+    let first = (ties.first().map_or(0, |tie| tie.1), left);
+    std::iter::once(first).chain(others).collect()
 }
 
 /// The normal of a triangle that is counter-clockwise seen from outside, as long as twice its area.

@@ -41,6 +41,7 @@ mod rows;
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
 mod schema;
+mod skin_weights;
 mod text;
 mod trc;
 mod usd;
