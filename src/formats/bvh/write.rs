@@ -9,7 +9,8 @@
 //! | the unit of length | nothing: BVH has no unit, and numbers are written as they are |
 //! | rotations | three rotation channels, in the node's [`Node::rotation_order`](mocap_scene::scene::Node::rotation_order) |
 //! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
-//! | a constant scale | scaled lengths below the node; an animated scale is lost |
+//! | a scale | the positions of the joints below; position channels, where it changes or differs from axis to axis |
+//! | groups above all joints that do not move | nothing: the ROOT has their transforms too |
 //! | names | unique, `_` for braces and control characters, `Joint` for an empty name: [`NodeRename`](crate::report::NodeRename) |
 //! | meshes, materials, further animations | nothing |
 //! | a scene without an animation | one frame, the rest pose |
@@ -25,6 +26,8 @@
 pub(crate) mod angles;
 mod build;
 pub(crate) mod number;
+mod root;
+mod scales;
 
 use mocap_scene::error::{Diagnostic, Result};
 use mocap_scene::scene::Scene;
@@ -55,12 +58,13 @@ impl BvhOptions {
 }
 
 impl BvhOptions {
-    /// Where joints of the file will be off because BVH has no scales: a warning with the largest distance.
+    /// Where joints of the file will be off because BVH has no scales and position channels are not to hold them: a
+    /// warning with the largest distance.
     ///
     /// # Errors
     /// As [`BvhOptions::write`](crate::bvh::BvhOptions::write).
     pub fn scale_warning(&self, scene: &Scene) -> Result<Option<Diagnostic>> {
-        build::scale_warning(scene, self)
+        scales::scale_warning(scene, self)
     }
 }
 

@@ -2,14 +2,16 @@
 
 use std::fmt::Write;
 
-use glam::{DVec3, Mat4, Quat, Vec3};
+use glam::{DVec3, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::{self, FARTHEST, is_plausible};
 use mocap_scene::pose::{Binding, Trs};
-use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
+use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, Node, NodeId, NodeKind, RotationOrder, Scene};
 
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
+use super::root::{first_written, placed};
+use super::scales::places;
 use super::{BvhOptions, Channels};
 use crate::report::NodeRename;
 use crate::unique_names::{UniqueNames, is_separator};
@@ -42,82 +44,21 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<N
     Ok((text, renamed))
 }
 
-/// A warning where scales move joints, for which BVH has no channel, with the largest distance.
-pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
-    /// Of a scale: rest transforms are decomposed matrices.
-    const UNSCALED: f32 = 1e-5;
-    /// Of the farthest position: the rounding of 32-bit products.
-    const ROUNDING: f32 = 1e-5;
-    let motion = Motion::new(scene);
-    let mut transforms = motion.rest();
-    let scales = motion
-        .channels
-        .iter()
-        .flatten()
-        .flat_map(|channel| &channel.scaling_keys.values);
-    let rest = transforms.iter().map(|transform| &transform.scale);
-    if scales.chain(rest).all(|scale| scale.abs_diff_eq(Vec3::ONE, UNSCALED)) {
-        return Ok(None);
-    }
-    let joints = joints(&motion, options)?;
-    let mut scaled = vec![Mat4::IDENTITY; scene.nodes.len()];
-    let mut written = scaled.clone();
-    let (mut largest, mut farthest) = (0.0_f32, 0.0_f32);
-    let mut worst = None;
-    for frame in 0..motion.animation.map_or(1, Animation::frame_count) {
-        motion.sample(frame, &mut transforms);
-        for joint in &joints {
-            let transform = transforms[joint.node];
-            let position = if joint.moves {
-                joint.scale * transform.translation
-            } else {
-                joint.offset
-            };
-            let rotation = if joint.turns {
-                transform.rotation
-            } else {
-                Quat::IDENTITY
-            };
-            let parent = scene.nodes[joint.node].parent.map(NodeId::index);
-            let to_world = |world: &[Mat4]| parent.map_or(Mat4::IDENTITY, |parent| world[parent]);
-            scaled[joint.node] = to_world(&scaled) * transform.matrix();
-            written[joint.node] = to_world(&written) * Mat4::from_rotation_translation(rotation, position);
-            let point = scaled[joint.node].w_axis.truncate();
-            let distance = point.distance(written[joint.node].w_axis.truncate());
-            farthest = farthest.max(point.abs().max_element());
-            if distance > largest {
-                largest = distance;
-                worst = Some((joint.name, frame));
-            }
-        }
-    }
-    let Some((name, frame)) = worst.filter(|_| largest > ROUNDING * farthest) else {
-        return Ok(None);
-    };
-    let (size, unit) = match scene.metadata.metres_per_unit {
-        Some(metres) => (f64::from(largest) * metres, "m"),
-        None => (f64::from(largest), "units"),
-    };
-    let message =
-        format!("BVH has no scale channels: joints are up to {size:.6} {unit} from their position, in frame {frame}");
-    Ok(Some(
-        Diagnostic::new(Code::Unrepresentable, message)
-            .in_joint(name)
-            .help("write glTF to keep the scales"),
-    ))
-}
-
 /// The first animation of a scene, tied to its nodes.
-struct Motion<'a> {
+pub(super) struct Motion<'a> {
     scene: &'a Scene,
-    animation: Option<&'a Animation>,
+    pub(super) animation: Option<&'a Animation>,
     binding: Option<Binding>,
     /// The channel of each node.
-    channels: Vec<Option<&'a Channel>>,
+    pub(super) channels: Vec<Option<&'a Channel>>,
+    /// The first node that is written.
+    pub(super) first: usize,
+    /// Where the nodes above the first put it.
+    above: Trs,
 }
 
 impl<'a> Motion<'a> {
-    fn new(scene: &'a Scene) -> Self {
+    pub(super) fn new(scene: &'a Scene) -> Self {
         let animation = scene.animations.first();
         let binding = animation.map(|animation| Binding::new(scene, animation));
         let mut channels = vec![None; scene.nodes.len()];
@@ -126,32 +67,69 @@ impl<'a> Motion<'a> {
                 channels[node.index()] = animation.channels.get(channel);
             }
         }
+        let first = first_written(scene, &channels);
+        let mut above = Trs::IDENTITY;
+        let parent = |node: usize| scene.nodes.get(node).and_then(|node| node.parent).map(NodeId::index);
+        for node in std::iter::successors(parent(first), |node| parent(*node)) {
+            above = placed(&Trs::from_matrix(scene.nodes[node].transform), &above);
+        }
         Self {
             scene,
             animation,
             binding,
             channels,
+            first,
+            above,
         }
     }
 
-    fn rest(&self) -> Vec<Trs> {
-        self.scene
-            .nodes
-            .iter()
-            .map(|node| Trs::from_matrix(node.transform))
-            .collect()
+    pub(super) fn rest(&self) -> Vec<Trs> {
+        let nodes = self.scene.nodes.iter();
+        let mut transforms: Vec<Trs> = nodes.map(|node| Trs::from_matrix(node.transform)).collect();
+        if let Some(first) = transforms.get_mut(self.first) {
+            *first = placed(&self.above, first);
+        }
+        transforms
     }
 
     /// Moves the nodes that are driven to where they are in a frame.
-    fn sample(&self, frame: usize, transforms: &mut [Trs]) {
+    pub(super) fn sample(&self, frame: usize, transforms: &mut [Trs]) {
         if let (Some(animation), Some(binding)) = (self.animation, &self.binding) {
-            binding.sample(animation, frame as f64, |node, trs| transforms[node.index()] = trs);
+            binding.sample(animation, frame as f64, |node, trs| {
+                transforms[node.index()] = match node.index() == self.first {
+                    true => placed(&self.above, &trs),
+                    false => trs,
+                };
+            });
         }
+    }
+
+    /// The nodes that are written: the first, and all below it; or all from there, where there are several roots.
+    pub(super) fn written(&self) -> std::ops::Range<usize> {
+        let nodes = &self.scene.nodes;
+        let Some(first) = nodes.get(self.first) else {
+            return 0..0;
+        };
+        let is_only_root = !first
+            .parent
+            .is_some_and(|parent| nodes[parent.index()].name == GROUP_OF_ROOTS);
+        let is_below = |node: &Node| node.parent.is_some_and(|parent| parent.index() >= self.first);
+        let below = nodes[self.first + 1..].iter().take_while(|node| is_below(node)).count();
+        match is_only_root {
+            true => self.first..self.first + 1 + below,
+            false => self.first..nodes.len(),
+        }
+    }
+
+    /// The parent of a node, if it is written.
+    pub(super) fn parent(&self, node: usize) -> Option<usize> {
+        let parent = self.scene.nodes[node].parent.map(NodeId::index);
+        parent.filter(|parent| *parent >= self.first)
     }
 }
 
 /// How one node is written.
-struct Joint<'a> {
+pub(super) struct Joint<'a> {
     #[doc(hidden)]
     pub name: &'a str,
     /// Index of the node.
@@ -160,19 +138,30 @@ struct Joint<'a> {
     is_end_site: bool,
     /// Nodes from the first one written to this one.
     depth: usize,
-    offset: Vec3,
+    pub(super) offset: Vec3,
     /// The product of the scales of the nodes above.
     scale: Vec3,
     /// Whether it has position channels.
-    moves: bool,
+    pub(super) moves: bool,
     /// Whether it has rotation channels.
-    turns: bool,
+    pub(super) turns: bool,
     order: RotationOrder,
 }
 
+impl Joint<'_> {
+    /// The position in its parent, which has no scale in BVH. `places` are those of [`places`].
+    pub(super) fn position(&self, transform: &Trs, places: Option<&[Vec<Vec3>]>, frame: usize) -> Vec3 {
+        match places {
+            Some(places) => places[frame][self.node],
+            None => self.scale * transform.translation,
+        }
+    }
+}
+
 /// The nodes in their order, with what each has in the hierarchy.
-fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>>> {
-    let first = first_written(motion);
+pub(super) fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>>> {
+    let first = motion.first;
+    let places = places(motion);
     // Some programs add position channels to the OFFSET, others replace it. Scenes from other formats are written so
     // that both read the same; a BVH file keeps its OFFSETs.
     let keeps_offsets = motion.scene.metadata.format == Some(Format::Bvh);
@@ -184,8 +173,9 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
     for parent in motion.scene.nodes.iter().filter_map(|node| node.parent) {
         holds_nodes[parent.index()] = true;
     }
-    for (index, node) in motion.scene.nodes.iter().enumerate().skip(first) {
-        let parent = node.parent.and_then(|parent| parent.index().checked_sub(first));
+    for index in motion.written() {
+        let node = &motion.scene.nodes[index];
+        let parent = motion.parent(index).map(|parent| parent - first);
         let above = parent.map(|parent| &joints[parent]);
         let scale = above.map_or(Vec3::ONE, |above| above.scale * start[above.node].scale);
         let offset = scale * rest[index].translation;
@@ -193,17 +183,18 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
         let is_end_site = node.kind == NodeKind::EndSite && !holds_nodes[index] && parent.is_some();
         let channel = motion.channels[index];
         let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
-        let point = if keeps_offsets {
-            offset
-        } else {
-            scale * start[index].translation
+        let begins = match &places {
+            Some(places) => places[0][index],
+            None => scale * start[index].translation,
         };
-        let leaves_offset = || {
-            let positions = channel.map(|channel| channel.position_keys.values.as_slice());
-            positions
-                .unwrap_or_default()
-                .iter()
-                .any(|&position| scale * position != point)
+        let point = if keeps_offsets { offset } else { begins };
+        let leaves_offset = || match &places {
+            Some(places) => places.iter().any(|places| is_elsewhere(places[index], point)),
+            None => {
+                let positions = channel.map(|channel| channel.position_keys.values.as_slice());
+                let mut positions = positions.unwrap_or_default().iter();
+                positions.any(|&position| scale * position != point)
+            }
         };
         let moves = !is_end_site
             && match options.channels {
@@ -219,12 +210,14 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
             offset: match parent.is_none() && !keeps_offsets {
                 true => Vec3::ZERO,
                 false => {
-                    let stays = channel.is_some_and(|channel| {
-                        let mut keys = channel.position_keys.values.iter();
-                        keys.all(|key| is_near_zero(scale * *key, offset))
-                    });
-                    let start = scale * start[index].translation;
-                    written_offset(offset, start, moves, parent.is_none() || stays)
+                    let stays = match &places {
+                        Some(places) => places.iter().all(|places| is_near_zero(places[index], offset)),
+                        None => channel.is_some_and(|channel| {
+                            let mut keys = channel.position_keys.values.iter();
+                            keys.all(|key| is_near_zero(scale * *key, offset))
+                        }),
+                    };
+                    written_offset(offset, begins, moves, parent.is_none() || stays)
                 }
             },
             scale,
@@ -244,32 +237,11 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
     Ok(joints)
 }
 
-/// A group with one child is left out, so that the skeleton begins with its root; so is the group that a reader puts
-/// over several roots.
-fn first_written(motion: &Motion<'_>) -> usize {
-    let nodes = &motion.scene.nodes;
-    let children = |index: usize| {
-        let parent = Some(NodeId::new(index));
-        nodes.iter().filter(move |node| node.parent == parent)
-    };
-    let is_plain = |index: usize| {
-        let node = &nodes[index];
-        node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && motion.channels[index].is_none()
-    };
-    // Depth first, so that an only child comes right behind its parent.
-    let first = (0..nodes.len())
-        .take_while(|&index| is_plain(index) && children(index).count() == 1)
-        .count();
-    let holds_roots = |index: usize| {
-        nodes[index].name == GROUP_OF_ROOTS
-            && children(index).count() > 1
-            && children(index).all(|node| node.kind != NodeKind::EndSite)
-    };
-    if first < nodes.len() && is_plain(first) && holds_roots(first) {
-        first + 1
-    } else {
-        first
-    }
+/// Whether a position is another than a point by more than the rounding of products.
+fn is_elsewhere(position: Vec3, point: Vec3) -> bool {
+    /// As a fraction of the longer one.
+    const ROUNDING: f32 = 1e-6;
+    position.distance(point) > ROUNDING * position.length().max(point.length())
 }
 
 /// A joint without position channels gets the position of its first frame.
@@ -387,15 +359,14 @@ fn push_rows(
         .map(|joint| Angles::new(joint.order, is_shortest))
         .collect();
     let mut transforms = motion.rest();
+    let places = places(motion);
     for frame in 0..frames {
         motion.sample(frame, &mut transforms);
         let start = text.len();
         for (joint, angles) in std::iter::zip(joints, &mut angles) {
-            let Trs {
-                translation, rotation, ..
-            } = transforms[joint.node];
+            let transform = transforms[joint.node];
             if joint.moves {
-                let position = joint.scale * translation;
+                let position = joint.position(&transform, places.as_deref(), frame);
                 if !position
                     .to_array()
                     .into_iter()
@@ -410,7 +381,7 @@ fn push_rows(
                 }
             }
             if joint.turns {
-                let Some(angles) = angles.next(rotation) else {
+                let Some(angles) = angles.next(transform.rotation) else {
                     return Err(unrepresentable(
                         joint,
                         format!("the rotation in frame {frame} is not a rotation"),

@@ -6,6 +6,7 @@ mod broken;
 mod bvh;
 mod bvh_out;
 mod bvh_rest;
+mod bvh_scales;
 mod c3d;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../retarget/tests/it/characters.rs"]

@@ -618,7 +618,7 @@ fn a_clip_is_chosen_by_name_or_by_place_and_verified_against_its_own_source() {
 fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
     let nodes =
         |scale: Value| json!([{ "scale": scale, "children": [1] }, { "children": [2] }, { "translation": [1, 0, 0] }]);
-    let warning = |scale: Value| {
+    let warning = |scale: Value, channels: mocap::bvh::Channels| {
         let mut file = Foreign::new(nodes(scale));
         file.clip(
             "turn",
@@ -627,17 +627,20 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
             &[STILL, quarter()],
             "LINEAR",
         );
-        mocap::bvh::BvhOptions::default().scale_warning(&file.read()).unwrap()
+        let options = mocap::bvh::BvhOptions::default().channels(channels);
+        options.scale_warning(&file.read()).unwrap()
     };
+    use mocap::bvh::Channels::{Auto, Three};
     // The tip ends at (0, 1, 0); a bone of length 2 puts it at (0, 2, 0).
-    let text = warning(json!([2, 1, 1])).unwrap().to_string();
+    let text = warning(json!([2, 1, 1]), Three).unwrap().to_string();
     assert!(
         text.contains("up to 1.000000 m from their position, in frame 30"),
         "{text}"
     );
-    // Lengths hold a scale that is the same along all axes.
-    assert_eq!(warning(json!([2, 2, 2])), None);
-    assert_eq!(warning(json!([1, 1, 1])), None);
+    // Position channels hold every place, and lengths a scale that is the same along all axes.
+    assert_eq!(warning(json!([2, 1, 1]), Auto), None);
+    assert_eq!(warning(json!([2, 2, 2]), Three), None);
+    assert_eq!(warning(json!([1, 1, 1]), Three), None);
 }
 
 #[test]
