@@ -231,6 +231,8 @@ struct Matching<'a, 'b> {
     /// Of every joint the other of its pair.
     of_ours: Vec<Option<usize>>,
     of_theirs: Vec<Option<usize>>,
+    /// How many joints of the source, and of the file, are below each.
+    joints_below: [Vec<usize>; 2],
 }
 
 /// Pairs joints of equal keys. Of several with one key, a joint goes with one below the pair of the joint above it, so
@@ -257,6 +259,7 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         theirs,
         of_ours: vec![None; ours.joints.len()],
         of_theirs: vec![None; theirs.joints.len()],
+        joints_below: [ours, theirs].map(joints_below),
     };
     for by_parent in [true, false] {
         for (index, key) in keys.iter().enumerate() {
@@ -350,11 +353,32 @@ impl Matching<'_, '_> {
         // The root of every FBX file is a group that may have the name of a joint below it.
         let is_group = |skeleton: &Skeleton, joint: usize| skeleton.joints[joint].kind == NodeKind::Group;
         let is_alike = |theirs: &&usize| is_group(self.theirs, **theirs) == is_group(self.ours, ours);
-        if let Some(&theirs) = free.clone().find(is_alike).or_else(|| free.clone().next()) {
+        // Without a name, what is below a joint tells it from the node of a mesh.
+        let [below_ours, below_theirs] = &self.joints_below;
+        let is_shaped =
+            |theirs: &&usize| is_unnamed(&self.ours.joints[ours]) && below_theirs[**theirs] == below_ours[ours];
+        let shaped = free.clone().filter(is_shaped);
+        let in_order = [
+            shaped.clone().find(is_alike),
+            shaped.clone().next(),
+            free.clone().find(is_alike),
+        ];
+        if let Some(&theirs) = in_order.into_iter().flatten().next().or_else(|| free.clone().next()) {
             self.of_ours[ours] = Some(theirs);
             self.of_theirs[theirs] = Some(ours);
         }
     }
+}
+
+/// Of every node how many nodes are below it, without groups.
+fn joints_below(skeleton: &Skeleton) -> Vec<usize> {
+    let mut below = vec![0; skeleton.joints.len()];
+    for (index, joint) in skeleton.joints.iter().enumerate().rev() {
+        if let Some(parent) = joint.parent {
+            below[parent] += below[index] + usize::from(joint.kind != NodeKind::Group);
+        }
+    }
+    below
 }
 
 /// The nearest joint above that has a pair.

@@ -492,3 +492,37 @@ fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
         assert!(name == other && a.abs_diff_eq(b, 1e-3), "{name}: {a}, {other}: {b}");
     }
 }
+
+/// Nothing but what is below it tells a joint from the node of a mesh where neither has a name. Groups between such
+/// joints are another example.
+#[test]
+fn joints_without_names_between_other_nodes_are_paired_by_what_is_below_them() {
+    let meshes = "../../fixtures/made/unnamed_joints_between_meshes.gltf";
+    for keeps_meshes in [false, true] {
+        let source = Importer::new().gltf_meshes(keeps_meshes).import(meshes).unwrap();
+        accepted(&source, Format::Gltf);
+    }
+    let mut source = Scene::default();
+    let (group, joint) = (NodeKind::Group, NodeKind::Joint);
+    let nodes = [
+        (group, None),
+        (group, Some(0)),
+        (joint, Some(0)),
+        (joint, Some(2)),
+        (group, Some(0)),
+        (joint, Some(0)),
+        (joint, Some(5)),
+        (joint, Some(6)),
+    ];
+    for (index, (kind, parent)) in nodes.into_iter().enumerate() {
+        source.nodes.push(mocap::scene::Node {
+            kind,
+            parent: parent.map(mocap::scene::NodeId::new),
+            transform: Mat4::from_translation(Vec3::X * index as f32),
+            ..mocap::scene::Node::default()
+        });
+    }
+    source.metadata.metres_per_unit = Some(1.0);
+    source.metadata.up = Some(UpAxis::Y);
+    accepted(&source, Format::Gltf);
+}
