@@ -25,8 +25,9 @@
 
 pub(crate) mod angles;
 mod build;
+mod motion;
 pub(crate) mod number;
-mod root;
+mod scale_warning;
 mod scales;
 
 use mocap_scene::error::{Diagnostic, Result};
@@ -64,7 +65,7 @@ impl BvhOptions {
     /// # Errors
     /// As [`BvhOptions::write`](crate::bvh::BvhOptions::write).
     pub fn scale_warning(&self, scene: &Scene) -> Result<Option<Diagnostic>> {
-        scales::scale_warning(scene, self)
+        scale_warning::scale_warning(scene, self)
     }
 }
 

@@ -37,7 +37,7 @@ fn every_command_takes_the_options_of_fbx() {
         );
         let bytes = folder.read("out.fbx");
         assert!(
-            4 * bytes.len() < 3 * folder.read("plain.fbx").len(),
+            5 * bytes.len() < 4 * folder.read("plain.fbx").len(),
             "{command}: {}",
             bytes.len()
         );

@@ -5,12 +5,12 @@ use std::fmt::Write;
 use glam::{DVec3, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::{self, FARTHEST, is_plausible};
-use mocap_scene::pose::{Binding, Trs};
-use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, Node, NodeId, NodeKind, RotationOrder, Scene};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{Animation, Format, NodeKind, RotationOrder, Scene};
 
 use super::angles::Angles;
+use super::motion::Motion;
 use super::number::{push, push_single, shortest};
-use super::root::{first_written, placed};
 use super::scales::places;
 use super::{BvhOptions, Channels};
 use crate::report::NodeRename;
@@ -42,90 +42,6 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<N
     text.push('\n');
     push_rows(&mut text, &motion, &joints, frames, options)?;
     Ok((text, renamed))
-}
-
-/// The first animation of a scene, tied to its nodes.
-pub(super) struct Motion<'a> {
-    scene: &'a Scene,
-    pub(super) animation: Option<&'a Animation>,
-    binding: Option<Binding>,
-    /// The channel of each node.
-    pub(super) channels: Vec<Option<&'a Channel>>,
-    /// The first node that is written.
-    pub(super) first: usize,
-    /// Where the nodes above the first put it.
-    above: Trs,
-}
-
-impl<'a> Motion<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Self {
-        let animation = scene.animations.first();
-        let binding = animation.map(|animation| Binding::new(scene, animation));
-        let mut channels = vec![None; scene.nodes.len()];
-        if let (Some(animation), Some(binding)) = (animation, &binding) {
-            for (node, channel) in binding.driven() {
-                channels[node.index()] = animation.channels.get(channel);
-            }
-        }
-        let first = first_written(scene, &channels);
-        let mut above = Trs::IDENTITY;
-        let parent = |node: usize| scene.nodes.get(node).and_then(|node| node.parent).map(NodeId::index);
-        for node in std::iter::successors(parent(first), |node| parent(*node)) {
-            above = placed(&Trs::from_matrix(scene.nodes[node].transform), &above);
-        }
-        Self {
-            scene,
-            animation,
-            binding,
-            channels,
-            first,
-            above,
-        }
-    }
-
-    pub(super) fn rest(&self) -> Vec<Trs> {
-        let nodes = self.scene.nodes.iter();
-        let mut transforms: Vec<Trs> = nodes.map(|node| Trs::from_matrix(node.transform)).collect();
-        if let Some(first) = transforms.get_mut(self.first) {
-            *first = placed(&self.above, first);
-        }
-        transforms
-    }
-
-    /// Moves the nodes that are driven to where they are in a frame.
-    pub(super) fn sample(&self, frame: usize, transforms: &mut [Trs]) {
-        if let (Some(animation), Some(binding)) = (self.animation, &self.binding) {
-            binding.sample(animation, frame as f64, |node, trs| {
-                transforms[node.index()] = match node.index() == self.first {
-                    true => placed(&self.above, &trs),
-                    false => trs,
-                };
-            });
-        }
-    }
-
-    /// The nodes that are written: the first, and all below it; or all from there, where there are several roots.
-    pub(super) fn written(&self) -> std::ops::Range<usize> {
-        let nodes = &self.scene.nodes;
-        let Some(first) = nodes.get(self.first) else {
-            return 0..0;
-        };
-        let is_only_root = !first
-            .parent
-            .is_some_and(|parent| nodes[parent.index()].name == GROUP_OF_ROOTS);
-        let is_below = |node: &Node| node.parent.is_some_and(|parent| parent.index() >= self.first);
-        let below = nodes[self.first + 1..].iter().take_while(|node| is_below(node)).count();
-        match is_only_root {
-            true => self.first..self.first + 1 + below,
-            false => self.first..nodes.len(),
-        }
-    }
-
-    /// The parent of a node, if it is written.
-    pub(super) fn parent(&self, node: usize) -> Option<usize> {
-        let parent = self.scene.nodes[node].parent.map(NodeId::index);
-        parent.filter(|parent| *parent >= self.first)
-    }
 }
 
 /// How one node is written.

@@ -184,8 +184,8 @@ pub(super) fn marker(centre: Vec3, material_index: usize) -> Mesh {
     }
 }
 
-/// The joints of each vertex, with weights that sum to 1; a vertex without weights follows the first joint. Weights have
-/// 8 bits where four joints are enough for every vertex, or else 16.
+/// The joints of each vertex, with weights that sum to 1; a vertex without weights follows the first joint. Weights
+/// have 8 bits where four joints are enough for every vertex, or else 16.
 fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Influences {
     let mut all: Vec<Vec<(f32, u16)>> = vec![Vec::new(); mesh.vertices.len()];
     for bone in &mesh.bones {

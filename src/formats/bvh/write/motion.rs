@@ -1,0 +1,151 @@
+//! The motion of a scene, and where the hierarchy begins.
+
+use glam::{Mat4, Vec3};
+use mocap_scene::pose::{Binding, Trs};
+use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Node, NodeId, NodeKind, Scene};
+
+/// How far the scale of an axis may be from another for an even scale, as a fraction.
+const EVEN: f32 = 1e-5;
+
+/// The first animation of a scene, tied to its nodes.
+pub(super) struct Motion<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) animation: Option<&'a Animation>,
+    binding: Option<Binding>,
+    /// The channel of each node.
+    pub(super) channels: Vec<Option<&'a Channel>>,
+    /// The first node that is written.
+    pub(super) first: usize,
+    /// Where the nodes above the first put it.
+    above: Trs,
+}
+
+impl<'a> Motion<'a> {
+    pub(super) fn new(scene: &'a Scene) -> Self {
+        let animation = scene.animations.first();
+        let binding = animation.map(|animation| Binding::new(scene, animation));
+        let mut channels = vec![None; scene.nodes.len()];
+        if let (Some(animation), Some(binding)) = (animation, &binding) {
+            for (node, channel) in binding.driven() {
+                channels[node.index()] = animation.channels.get(channel);
+            }
+        }
+        let first = first_written(scene, &channels);
+        let mut above = Trs::IDENTITY;
+        let parent = |node: usize| scene.nodes.get(node).and_then(|node| node.parent).map(NodeId::index);
+        for node in std::iter::successors(parent(first), |node| parent(*node)) {
+            above = placed(&Trs::from_matrix(scene.nodes[node].transform), &above);
+        }
+        Self {
+            scene,
+            animation,
+            binding,
+            channels,
+            first,
+            above,
+        }
+    }
+
+    pub(super) fn rest(&self) -> Vec<Trs> {
+        let nodes = self.scene.nodes.iter();
+        let mut transforms: Vec<Trs> = nodes.map(|node| Trs::from_matrix(node.transform)).collect();
+        if let Some(first) = transforms.get_mut(self.first) {
+            *first = placed(&self.above, first);
+        }
+        transforms
+    }
+
+    /// Moves the nodes that are driven to where they are in a frame.
+    pub(super) fn sample(&self, frame: usize, transforms: &mut [Trs]) {
+        if let (Some(animation), Some(binding)) = (self.animation, &self.binding) {
+            binding.sample(animation, frame as f64, |node, trs| {
+                transforms[node.index()] = match node.index() == self.first {
+                    true => placed(&self.above, &trs),
+                    false => trs,
+                };
+            });
+        }
+    }
+
+    /// The nodes that are written: the first, and all below it; or all from there, where there are several roots.
+    pub(super) fn written(&self) -> std::ops::Range<usize> {
+        let nodes = &self.scene.nodes;
+        let Some(first) = nodes.get(self.first) else {
+            return 0..0;
+        };
+        let is_only_root = first
+            .parent
+            .is_none_or(|parent| nodes[parent.index()].name != GROUP_OF_ROOTS);
+        let is_below = |node: &Node| node.parent.is_some_and(|parent| parent.index() >= self.first);
+        let below = nodes[self.first + 1..].iter().take_while(|node| is_below(node)).count();
+        match is_only_root {
+            true => self.first..self.first + 1 + below,
+            false => self.first..nodes.len(),
+        }
+    }
+
+    /// The parent of a node, if it is written.
+    pub(super) fn parent(&self, node: usize) -> Option<usize> {
+        let parent = self.scene.nodes[node].parent.map(NodeId::index);
+        parent.filter(|parent| *parent >= self.first)
+    }
+}
+
+/// The first node that is written. Groups above it that do not move, and below which all joints are below one child,
+/// are left out: the skeleton begins with its root. So is the group that a reader puts over several roots.
+fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
+    let nodes = &scene.nodes;
+    // What is shown and does not move needs no joint.
+    let mut is_needed: Vec<bool> = std::iter::zip(nodes, channels)
+        .map(|(node, channel)| node.kind != NodeKind::Group || channel.is_some())
+        .collect();
+    for (index, node) in nodes.iter().enumerate().rev() {
+        if let Some(parent) = node.parent {
+            is_needed[parent.index()] |= is_needed[index];
+        }
+    }
+    let children = |index: usize| {
+        let parent = Some(NodeId::new(index));
+        let children = nodes.iter().enumerate().filter(move |(_, node)| node.parent == parent);
+        children.map(|(child, _)| child)
+    };
+    let is_still = |index: usize| nodes[index].kind == NodeKind::Group && channels[index].is_none();
+    let is_even = |scale: Vec3| scale.x > 0.0 && scale.abs_diff_eq(Vec3::splat(scale.x), EVEN * scale.x);
+    let mut first = 0;
+    while first < nodes.len() && is_still(first) && is_even(Trs::from_matrix(nodes[first].transform).scale) {
+        let needed: Vec<usize> = children(first).filter(|child| is_needed[*child]).collect();
+        let only = match needed[..] {
+            [only] => only,
+            // Without any joint the groups are all there is.
+            [] => match children(first).collect::<Vec<_>>()[..] {
+                [only] if nodes[first].transform == Mat4::IDENTITY => only,
+                _ => break,
+            },
+            _ => break,
+        };
+        first = only;
+    }
+    let holds_roots = |index: usize| {
+        nodes[index].name == GROUP_OF_ROOTS
+            && children(index).count() > 1
+            && children(index).all(|child| nodes[child].kind != NodeKind::EndSite)
+    };
+    let is_plain = |index: usize| is_still(index) && nodes[index].transform == Mat4::IDENTITY;
+    match first < nodes.len() && is_plain(first) && holds_roots(first) {
+        true => first + 1,
+        false => first,
+    }
+}
+
+/// A transform below another, which is scaled evenly.
+fn placed(above: &Trs, below: &Trs) -> Trs {
+    // Bit by bit, also the signs of zeros.
+    if *above == Trs::IDENTITY {
+        return *below;
+    }
+    Trs {
+        translation: above.translation + above.rotation * (above.scale * below.translation),
+        rotation: above.rotation * below.rotation,
+        scale: above.scale * below.scale,
+    }
+}
