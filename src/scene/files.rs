@@ -52,6 +52,17 @@ pub fn read_text(path: &Path) -> Result<String> {
     fs::read_to_string(path).map_err(|source| Error::io(path, source))
 }
 
+/// Copies a file, with its permissions. A link is followed.
+///
+/// # Errors
+/// [`Code::Io`](crate::Code::Io), with the path that is copied.
+#[doc(hidden)]
+pub fn copy_file(from: &Path, to: &Path) -> Result<()> {
+    check_confined(from)?;
+    fs::copy(from, to).map_err(|source| Error::io(from, source))?;
+    Ok(())
+}
+
 /// Writes `bytes` to `path`, whole or not at all: to a file without a name in the same folder, which then gets its
 /// name.
 ///

@@ -83,8 +83,8 @@ macro_rules! formats {
             /// Every format.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
-            /// The names of all, in a list. A list that is joined as the program runs, of constants, is unrolled, and takes
-            /// the compiler minutes at level 3.
+            /// The names of all, in a list. Constants that are joined as the program runs are unrolled at level 3,
+            /// which takes the compiler minutes.
             #[doc(hidden)]
             pub const NAMES: &'static str = concat!($(", ", $name),*).split_at(", ".len()).1;
 

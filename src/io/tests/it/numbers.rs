@@ -73,8 +73,11 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
         bytes
     };
     {
-        let scene = read(&fbx(12.5), "a.fbx").unwrap();
-        assert_eq!(scene.animations[0].ticks_per_second, 12.5);
+        // Its keys are 1/25 s apart; a lower rate would lose every other one.
+        for (stated, rate) in [(50.0, 50.0), (12.5, 25.0)] {
+            let scene = read(&fbx(stated), "a.fbx").unwrap();
+            assert_eq!(scene.animations[0].ticks_per_second, rate);
+        }
     }
     for (time, rate) in [("1e6", 1e-6), ("1e-41", 1e41), ("1e40", 2e-41), ("9e-7", 1.2e6)] {
         let error = read(bvh_text(time, "0 0 0 1 1 1").as_bytes(), "a.bvh").unwrap_err();

@@ -13,19 +13,17 @@ mod card;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use arrow_array::RecordBatch;
 use arrow_schema::{ArrowError, SchemaRef};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
+use mocap_scene::files::{check_confined, copy_file, write_file};
 use mocap_scene::scene::UpAxis;
 
 use super::{skeleton_hash, to_parquet};
 use crate::arrays::{ArrayOptions, Arrays};
-
-/// The largest licence file that is copied, in bytes.
-const LARGEST_LICENSE: u64 = 1 << 20;
 
 /// What the card says of a clip.
 #[derive(Clone, Debug)]
@@ -99,7 +97,7 @@ impl DatasetWriter {
     /// [`Code::OutputExists`] where `folder` is a file or has files: a dataset replaces nothing.
     /// [`Code::InvalidValue`] where `license` is no identifier. [`Code::Io`] where the folder cannot be made.
     pub fn create(folder: &Path, options: &ArrayOptions, license: Option<&str>) -> Result<Self> {
-        mocap_scene::files::check_confined(folder)?;
+        check_confined(folder)?;
         if let Some(license) = license {
             check_license(license)?;
         }
@@ -146,8 +144,7 @@ impl DatasetWriter {
             } else {
                 found
             };
-            let copied = self.copy_licenses(found, &parts[..depth].join("/"));
-            copied.map_err(|error| Error::io(found, error))?;
+            self.copy_licenses(found, &parts[..depth].join("/"))?;
             folder = folder.and_then(Path::parent);
         }
         self.clips.push(clip);
@@ -159,21 +156,16 @@ impl DatasetWriter {
         self.failed.insert(clip.to_owned(), error.to_owned());
     }
 
-    fn copy_licenses(&mut self, folder: &Path, below: &str) -> io::Result<()> {
+    fn copy_licenses(&mut self, folder: &Path, below: &str) -> Result<()> {
         if !self.seen.insert(folder.to_owned()) {
             return Ok(());
         }
         // A folder that cannot be listed has clips that were named one by one.
-        for entry in fs::read_dir(folder).into_iter().flatten() {
-            let entry = entry?;
+        for entry in folder.read_dir().into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
-            if !is_license(&name) || !entry.file_type()?.is_file() {
+            if !is_license(&name) || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
                 continue;
             }
-            let mut text = Vec::new();
-            fs::File::open(entry.path())?
-                .take(LARGEST_LICENSE)
-                .read_to_end(&mut text)?;
             let parts = ["licenses", below, &name];
             let target = parts.map(str::to_owned).into_iter().filter(|part| !part.is_empty());
             let target = target.collect::<Vec<_>>().join("/");
@@ -183,8 +175,9 @@ impl DatasetWriter {
             let target = std::iter::once(target.clone()).chain(numbered).find(is_free);
             let target = target.unwrap_or_default();
             let path = self.unfinished.join(&target);
-            path.parent().map_or(Ok(()), fs::create_dir_all)?;
-            fs::write(path, text)?;
+            let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+            made.map_err(|error| Error::io(&self.folder, error))?;
+            copy_file(&entry.path(), &path)?;
             self.licenses.entry(below.to_owned()).or_default().insert(target);
         }
         Ok(())
@@ -205,7 +198,7 @@ impl DatasetWriter {
         });
         let file = to_parquet(tables)?;
         let path = self.unfinished.join("data").join(format!("{:05}", self.shards));
-        fs::write(path, &file).map_err(|error| Error::io(&self.folder, error))?;
+        write_file(&path, &file)?;
         self.schema = self.schema.take().or(schema);
         self.rows += rows;
         self.bytes += bytes;
@@ -230,7 +223,7 @@ impl DatasetWriter {
             let name = format!("train-{shard:05}-of-{:05}.parquet", self.shards);
             fs::rename(data.join(format!("{shard:05}")), data.join(name)).map_err(in_folder)?;
         }
-        fs::write(self.unfinished.join("README.md"), card::text(&self)).map_err(in_folder)?;
+        write_file(&self.unfinished.join("README.md"), card::text(&self).as_bytes())?;
         check_empty(&self.folder)?;
         // Some systems rename no folder to one that is there, even if it is empty.
         match fs::remove_dir(&self.folder) {
@@ -257,7 +250,7 @@ fn without_errors(table: &RecordBatch) -> Result<RecordBatch, ArrowError> {
 
 /// Refuses a folder that has files, and a file.
 fn check_empty(folder: &Path) -> Result<()> {
-    let is_free = match fs::read_dir(folder) {
+    let is_free = match folder.read_dir() {
         Ok(mut entries) => entries.next().is_none(),
         Err(error) => error.kind() == io::ErrorKind::NotFound && fs::symlink_metadata(folder).is_err(),
     };

@@ -1,5 +1,5 @@
-//! Laws of keys of motions on another skeleton: what does not move has one key, and a joint with one position has one.
-//! A motion of constant speed keeps its speed on its own skeleton.
+//! Laws of keys of motions on another skeleton: a joint that keeps its place has one position key. A motion of constant
+//! speed keeps its speed on its own skeleton.
 
 use mocap::Scene;
 use mocap::glam::{Quat, Vec3};
@@ -51,11 +51,6 @@ fn joints_have_one_position_key_on_every_skeleton_but_those_that_move() {
             assert!(
                 !is_blurred(&channel.position_keys, distance, 1e-4 * size),
                 "{target}: positions of {name}"
-            );
-            let angle = |a: Quat, b: Quat| 2.0 * (a - b).length().min((a + b).length());
-            assert!(
-                !is_blurred(&channel.rotation_keys, angle, 1e-6),
-                "{target}: rotations of {name}"
             );
         }
     }

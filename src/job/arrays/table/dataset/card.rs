@@ -300,7 +300,7 @@ fn sources(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
         more(out, dataset.failed.len())?;
     }
     let version = env!("CARGO_PKG_VERSION");
-    writeln!(out, "Packed with mocap {version}: `mocap pack --to hf`.")
+    writeln!(out, "Packed with mocap {version}.")
 }
 
 /// Ends a table, and says how many rows it leaves out.
