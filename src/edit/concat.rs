@@ -164,7 +164,11 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     }
     rows.extend(added.into_iter().skip(1));
     report.frames = rows.len();
-    first.with_rows(rows).write_all(scene, animation);
+    let taken = (0..=last).map(|frame| (&first, frame as f64));
+    let taken: Vec<_> = taken
+        .chain((1..count).map(|frame| (&second, start + frame as f64 * step)))
+        .collect();
+    first.with_rows_of(rows, &taken).write_all(scene, animation);
     scene.warnings.extend(warning);
     Ok(report)
 }

@@ -17,7 +17,7 @@ use super::{Step, StepInput, StepKey, ValueKind};
 step! {
     /// Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them
     /// when markers were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and
-    /// after it.
+    /// after it. Of markers and other points without a skeleton, the gaps are the frames in which each was not seen.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -61,12 +61,63 @@ pub struct FillReport {
     pub gaps: Vec<[usize; 2]>,
     /// Gaps that are longer than the options allow, likewise. They stay.
     pub longer: Vec<[usize; 2]>,
+    /// Of markers and other points without a skeleton, the gaps of each that were filled.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub filled_points: Vec<PointGaps>,
+    /// Their gaps that stay, which are longer than the options allow, or at the beginning or the end.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unfilled_points: Vec<PointGaps>,
     /// The largest change of a rotation to its parent, in degrees.
     pub largest_rotation: f32,
 }
 
+/// The gaps of one point, each as its first and its last frame.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct PointGaps {
+    /// The name of the point.
+    pub name: String,
+    /// Its gaps.
+    pub gaps: Vec<[usize; 2]>,
+}
+
+impl fmt::Display for PointGaps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.name)?;
+        for [first, last] in &self.gaps {
+            write!(f, " {first}..{last}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Points that a sentence names at most.
+const NAMED: usize = 8;
+
+/// The gaps of some points, in a sentence.
+fn list(points: &[PointGaps]) -> String {
+    let named = points.iter().take(NAMED).map(ToString::to_string);
+    let named = named.collect::<Vec<_>>().join(", ");
+    match points.len().saturating_sub(NAMED) {
+        0 => named,
+        more => format!("{named}, and {more} more points"),
+    }
+}
+
 impl fmt::Display for FillReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let of_points = [&self.filled_points, &self.unfilled_points];
+        if of_points.iter().any(|points| !points.is_empty()) {
+            let [filled, unfilled] = of_points.map(|points| points.iter().map(|point| point.gaps.len()).sum::<usize>());
+            write!(f, "{filled} gaps of {} points filled", self.filled_points.len())?;
+            if filled > 0 {
+                write!(f, " in frames {}", list(&self.filled_points))?;
+            }
+            if unfilled > 0 {
+                write!(f, "; {unfilled} gaps unchanged: {}", list(&self.unfilled_points))?;
+            }
+            return Ok(());
+        }
         write!(
             f,
             "{} gaps filled, {} longer ones left; rotations changed by {} at most",
@@ -82,6 +133,12 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
     not_negative(Code::InvalidValue, "shortest", options.shortest)?;
     let mut frames = Frames::new(scene, animation, &[])?;
     let mut report = FillReport::default();
+    if frames.has_gaps() {
+        fill_points(scene, &mut frames, options, &mut report);
+        let nodes = frames.nodes().to_vec();
+        frames.write(scene, animation, &[], &nodes);
+        return Ok(report);
+    }
     let is_held = |frame: usize| {
         let held = |node: &mocap_scene::scene::NodeId| frames.get(frame, *node) == frames.get(frame - 1, *node);
         frames.nodes().iter().all(held)
@@ -129,4 +186,33 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
     }
     frames.write(scene, animation, &rotated, &moved);
     Ok(report)
+}
+
+/// Fills the gaps of points between frames in which they are seen.
+fn fill_points(scene: &Scene, frames: &mut Frames, options: &Fill, report: &mut FillReport) {
+    for (column, node) in frames.nodes().to_vec().into_iter().enumerate() {
+        let name = &scene.nodes[node.index()].name;
+        let is_inner = |[first, last]: &[usize; 2]| *first > 0 && *last + 1 < frames.len();
+        let seconds = |[first, last]: &[usize; 2]| (last + 1 - first) as f64 / frames.rate;
+        let is_filled =
+            |gap: &[usize; 2]| is_inner(gap) && (options.shortest..=options.longest).contains(&seconds(gap));
+        let (filled, unfilled): (Vec<_>, Vec<_>) = frames.gaps(column).into_iter().partition(is_filled);
+        let mut track = frames.track(column);
+        for gap in &filled {
+            bridge(&mut track, gap[0], gap[1]);
+            frames.set_visible(column, *gap);
+        }
+        frames.set_track(column, &track);
+        for (gaps, points) in [
+            (filled, &mut report.filled_points),
+            (unfilled, &mut report.unfilled_points),
+        ] {
+            if !gaps.is_empty() {
+                points.push(PointGaps {
+                    name: name.clone(),
+                    gaps,
+                });
+            }
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! The frames of an animation as transforms, to be changed and written back.
 
+mod gaps;
+
 use glam::{Quat, Vec3};
 
 use mocap_figure::contacts;
@@ -25,6 +27,8 @@ pub(super) struct Frames {
     held: usize,
     /// The values of each held node that were constant in the animation.
     constant: Vec<ConstantParts>,
+    /// Of points without a skeleton, in which of the frames each is seen.
+    visible: Option<Vec<bool>>,
 }
 
 /// The parts of a node's transform that do not change in an animation.
@@ -96,6 +100,15 @@ impl Frames {
         let constant = (0..nodes.len())
             .map(|column| ConstantParts::of(transforms.iter().skip(column).step_by(nodes.len())))
             .collect();
+        let gaps = scene.points_with_gaps(animation);
+        let visible = gaps.iter().any(Option::is_some).then(|| {
+            let of_frame = |tick: &f64| {
+                let tick = *tick;
+                let is_seen = |node: &NodeId| gaps[node.index()].is_none_or(|keys| keys.is_seen(tick));
+                nodes.iter().map(is_seen).collect::<Vec<bool>>()
+            };
+            ticks.iter().flat_map(of_frame).collect()
+        });
         Ok(Self {
             ticks,
             rate: animation.ticks_per_second,
@@ -104,6 +117,7 @@ impl Frames {
             held: nodes.len(),
             nodes,
             constant,
+            visible,
         })
     }
 
@@ -179,9 +193,10 @@ impl Frames {
         pairs.map(|(a, b)| between(*a, *b, fraction)).collect()
     }
 
-    /// Frames at whole ticks with the transforms of `rows` instead of these.
+    /// Frames at whole ticks with the transforms of `rows` instead of these, in which all points are seen.
     pub(super) fn with_rows(&self, rows: Vec<Vec<Trs>>) -> Self {
         Self {
+            visible: None,
             ticks: (0..rows.len()).map(|tick| tick as f64).collect(),
             rate: self.rate,
             columns: self.columns.clone(),
@@ -201,6 +216,9 @@ impl Frames {
 
     /// Makes these frames the whole animation: every key of the nodes that they hold, and the duration.
     pub(super) fn write_all(&self, scene: &mut Scene, animation: usize) {
+        if self.visible.is_none() {
+            gaps::report_filled(scene, animation);
+        }
         self.write(scene, animation, &self.nodes, &self.nodes);
         let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
         for (node, channel) in driven {
@@ -287,7 +305,10 @@ impl Frames {
                     channels[channel].rotation_keys = self.keys(values, constant.rotation, is_same_rotation);
                 } else {
                     let values = values.map(|trs| trs.translation).collect();
-                    channels[channel].position_keys = self.keys(values, constant.translation, is_near);
+                    channels[channel].position_keys = match self.column(node).filter(|_| self.has_gaps()) {
+                        Some(column) if !self.gaps(column).is_empty() => self.keys_of_point(values, column),
+                        _ => self.keys(values, constant.translation, is_near),
+                    };
                 }
             }
         }

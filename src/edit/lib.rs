@@ -94,7 +94,7 @@ self::list::steps! {
     mirror: Mirror => MirrorReport;
     smooth: Smooth, SmoothFilter => SmoothReport;
     despike: Despike => DespikeReport;
-    fill: Fill => FillReport;
+    fill: Fill => FillReport, PointGaps;
     clean: Clean, CleanPart => CleanMeasures, CleanOutcome, CleanReport, CleanedPart;
     loop_clip: Loop => LoopReport;
     concat: Concat => ConcatReport;

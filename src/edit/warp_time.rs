@@ -52,17 +52,17 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     let inverse: Vec<(f64, f64)> = moments.iter().map(|(from, to)| (*to, *from)).collect();
     let seconds = map(moments, last).max(0.0);
     let count = frames.up_to(seconds * frames.rate + 1e-6, &[])?;
-    let rows = (0..count).map(|frame| {
+    let old_frame = |frame: usize| {
         let tick = map(&inverse, frame as f64 / frames.rate) * frames.rate;
         // A time that was computed there and back is not whole by its last bits.
-        let tick = if (tick - tick.round()).abs() < 1e-6 {
+        if (tick - tick.round()).abs() < 1e-6 {
             tick.round()
         } else {
             tick
-        };
-        frames.row_at(tick)
-    });
-    let rows = rows.collect();
+        }
+    };
+    let taken: Vec<_> = (0..count).map(|frame| (&frames, old_frame(frame))).collect();
+    let rows = taken.iter().map(|(frames, tick)| frames.row_at(*tick)).collect();
     // After the last moment time runs as it did.
     let as_before = moments.last().is_none_or(|(from, _)| *from < last).then_some(1.0);
     let speeds = moments
@@ -74,7 +74,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
             Some(range.map_or((speed, speed), |(low, high)| (low.min(speed), high.max(speed))))
         })
         .unwrap_or((1.0, 1.0));
-    frames.with_rows(rows).write_all(scene, animation);
+    frames.with_rows_of(rows, &taken).write_all(scene, animation);
     Ok(WarpTimeReport {
         seconds_before: last,
         seconds: (count - 1) as f64 / frames.rate,

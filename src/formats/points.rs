@@ -15,6 +15,8 @@ pub(crate) struct Track {
     pub(crate) name: String,
     pub(crate) ticks: Vec<f64>,
     pub(crate) positions: Vec<Vec3>,
+    /// The frames in which zeros were taken as not seen.
+    pub(crate) zeros: usize,
 }
 
 /// What the points of a format are called.
@@ -64,7 +66,7 @@ pub(crate) fn add(
         channels.push(Channel {
             node_name: track.name,
             node: Some(id),
-            position_keys: Keys::at_ticks(track.positions, track.ticks),
+            position_keys: Keys::of_point(track.positions, track.ticks, frames),
             rotation_keys: Keys::constant(Quat::IDENTITY),
             scaling_keys: Keys::constant(Vec3::ONE),
         });
@@ -104,15 +106,41 @@ fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
     }
 }
 
+/// Takes a marker at the origin as not seen, where it is there in all frames, or would have jumped there: capture
+/// systems write zeros for what they did not see.
+pub(crate) fn leave_out_zeros(track: &mut Track) {
+    let at_zero = |position: &&Vec3| **position == Vec3::ZERO;
+    let zeros = track.positions.iter().filter(at_zero).count();
+    if zeros == 0 || (zeros < track.positions.len() && !jumps_to_zero(&track.positions)) {
+        return;
+    }
+    track.zeros = zeros;
+    let mut positions = track.positions.iter();
+    track.ticks.retain(|_| positions.next() != Some(&Vec3::ZERO));
+    track.positions.retain(|position| *position != Vec3::ZERO);
+}
+
+/// Whether all other positions are farther from the origin than a few of the longest steps between them.
+fn jumps_to_zero(positions: &[Vec3]) -> bool {
+    /// The number of longest steps by which all other positions must be farther from the origin: a marker does not jump
+    /// as far and back.
+    const STEPS: f32 = 4.0;
+    let others = positions.iter().filter(|position| **position != Vec3::ZERO);
+    let nearest = others.map(|position| position.length()).fold(f32::INFINITY, f32::min);
+    let pairs = positions.windows(2).filter(|pair| !pair.contains(&Vec3::ZERO));
+    let longest = pairs.map(|pair| pair[0].distance(pair[1])).fold(0.0, f32::max);
+    nearest > STEPS * longest
+}
+
 fn report_gap(kind: Kind, track: &Track, frames: usize, warnings: &mut Warnings) {
     let missing = frames - track.ticks.len();
     if missing > 0 {
         warnings.push(Code::Gap, || {
-            Diagnostic::new(
-                Code::Gap,
-                format!("the {} was not seen in {missing} of {frames} frames", kind.one),
-            )
-            .in_joint(&track.name)
+            let mut message = format!("the {} was not seen in {missing} of {frames} frames", kind.one);
+            if track.zeros > 0 {
+                message += &format!(", in {} of which the file has 0, 0, 0", track.zeros);
+            }
+            Diagnostic::new(Code::Gap, message).in_joint(&track.name)
         });
     }
 }

@@ -49,7 +49,7 @@ use mocap_formats::gltf::report::Provenance;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits::Limits;
 use mocap_scene::math::velocity;
-use mocap_scene::scene::{Scene, UpAxis};
+use mocap_scene::scene::{NodeId, Scene, UpAxis};
 
 #[cfg(feature = "npz")]
 #[doc(hidden)]
@@ -225,7 +225,7 @@ impl Arrays {
         let velocities = options
             .velocities
             .then(|| velocity::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
-        let arrays = Arrays {
+        let mut arrays = Arrays {
             frames: timeline.frames,
             positions,
             rotations,
@@ -244,7 +244,30 @@ impl Arrays {
             },
         };
         arrays.check()?;
+        arrays.leave_gaps(scene, &joints.nodes, &timeline);
         Ok(arrays)
+    }
+
+    /// Makes the numbers of points NaN in frames in which they were not seen.
+    fn leave_gaps(&mut self, scene: &Scene, nodes: &[NodeId], timeline: &timeline::Timeline) {
+        let gaps = scene
+            .animations
+            .first()
+            .map(|animation| scene.points_with_gaps(animation));
+        for (column, node) in nodes.iter().enumerate() {
+            let Some(keys) = gaps.as_ref().and_then(|gaps| gaps[node.index()]) else {
+                continue;
+            };
+            for frame in (0..timeline.frames).filter(|frame| !keys.is_seen(timeline.tick(*frame))) {
+                let row = frame * nodes.len() + column;
+                for values in [Some(&mut self.positions), self.velocities.as_mut()]
+                    .into_iter()
+                    .flatten()
+                {
+                    values[3 * row..3 * row + 3].fill(f32::NAN);
+                }
+            }
+        }
     }
 }
 

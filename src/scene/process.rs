@@ -45,6 +45,7 @@ mod skeleton_mesh;
 mod split;
 mod trim;
 mod validate;
+mod visibility;
 
 pub use self::collapse_keys::KeyTolerance;
 #[doc(hidden)]

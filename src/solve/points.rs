@@ -57,7 +57,7 @@ impl Points {
             }
             let (track, filled) = fill(&ticks, values, frames);
             // A track that never changes has one key, and is no gap.
-            if filled > 0 && values.len() > 1 {
+            if filled > 0 && keys.is_some_and(|keys| !keys.is_seen_throughout(frames)) {
                 let message =
                     format!("the point was not seen in {filled} of {frames} frames: filled by straight lines");
                 points.warnings.push(Diagnostic::new(Code::Gap, message).in_joint(name));

@@ -33,9 +33,14 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
 
 fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let (processor, section) = processor(bytes)?;
+    let section_start = section.start - 4;
     let parameters = read_parameters(bytes, section, processor, warnings)?;
-    let header = Header::read(bytes, processor, &parameters, options, warnings)?;
-    let points = points::read(bytes, processor, &header, parameters.labels().len(), warnings)?;
+    let mut header = Header::read(bytes, processor, &parameters, options, warnings)?;
+    if section_start > header.data {
+        header.data_end = section_start.min(bytes.len());
+    }
+    let (labels, most) = (parameters.labels().len(), options.limits.max_values);
+    let points = points::read(bytes, processor, &header, labels, most, warnings)?;
     let recorded = recorded::read(bytes, processor, &header, &parameters, points.frames, warnings);
     Ok(scene::build(&parameters, &header, points, recorded, warnings))
 }
@@ -126,6 +131,8 @@ struct Header {
     frames: u64,
     /// Byte at which the first record begins.
     data: usize,
+    /// Byte at which the data ends at the latest.
+    data_end: usize,
     /// The scale factor of integers; `None` where coordinates are 32-bit numbers.
     scale: Option<f64>,
     frame_rate: f64,
@@ -198,6 +205,7 @@ impl Header {
             samples: usize::from(samples),
             frames,
             data: (data_block as usize - 1).saturating_mul(BLOCK),
+            data_end: bytes.len(),
             scale: (scale >= 0.0).then_some(scale),
             frame_rate: options.frame_rate_or(rate)?,
             stated_rate: rate,

@@ -54,6 +54,7 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         frames: 0,
         times: Vec::new(),
         limit: options.limits.max_values,
+        most_nodes: options.limits.max_nodes,
     };
     while let Some(line) = lines.table.next_line() {
         if lines
@@ -65,7 +66,7 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         }
         motion.row(&lines.table, line, warnings)?;
     }
-    motion.leave_out_zeros(warnings);
+    motion.tracks.iter_mut().for_each(points::leave_out_zeros);
     lines.table.check_frames(motion.frames, header.frames, warnings);
     let rate = options.frame_rate_or(motion.rate(header.rate))?;
     let mut scene = Scene::default();
@@ -130,7 +131,10 @@ impl<'a> Lines<'a> {
                 "Frame#, Time, names",
             ));
         }
-        let names: Vec<String> = labels.skip(1).map(|word| decode_name(word.bytes)).collect();
+        let names = match spread_names(line) {
+            Some(names) => names,
+            None => labels.skip(1).map(|word| decode_name(word.bytes)).collect(),
+        };
         let limit = options.limits.max_nodes;
         if names.len() >= limit {
             let found = format!("{} markers and their group", names.len());
@@ -146,8 +150,7 @@ impl<'a> Lines<'a> {
         }
         if header.markers != names.len() as f64 {
             warnings.push(Code::HeaderCount, || {
-                let message =
-                    "the file has another number of markers than its header states; those with names were read";
+                let message = "the line of names has another number of markers than the header states";
                 Diagnostic::new(Code::HeaderCount, message)
                     .at(self.table.cursor.locate(line))
                     .expected_found(format!("{}", header.markers), format!("{}", names.len()))
@@ -163,12 +166,36 @@ impl<'a> Lines<'a> {
     }
 }
 
+/// The name of a marker without one, by its index.
+fn unnamed(marker: usize) -> String {
+    format!("Unnamed_{}", marker + 1)
+}
+
+/// The names where each stands above the first of its three columns, so that a marker may have none; `None` where the
+/// names follow each other.
+fn spread_names(line: Word<'_>) -> Option<Vec<String>> {
+    let cells = cells(line);
+    let columns = cells.get(BEFORE..)?;
+    let last = columns.iter().rposition(|cell| !cell.bytes.is_empty())?;
+    let is_spread = |(column, cell): (usize, &Word<'_>)| column % 3 == 0 || cell.bytes.is_empty();
+    (last >= 3 && columns.iter().enumerate().all(is_spread)).then(|| {
+        let heads = columns[..=last].iter().step_by(3).enumerate();
+        heads
+            .map(|(marker, cell)| match cell.bytes {
+                b"" => unnamed(marker),
+                name => decode_name(name),
+            })
+            .collect()
+    })
+}
+
 struct Motion {
     tracks: Vec<Track>,
     frames: usize,
     /// The first time and the last.
     times: Vec<f64>,
     limit: u64,
+    most_nodes: usize,
 }
 
 impl Motion {
@@ -182,8 +209,9 @@ impl Motion {
 
     fn row(&mut self, lines: &Table<'_>, line: Word<'_>, warnings: &mut Warnings) -> Result<(), Failure> {
         let cells = cells(line);
-        let values = self.tracks.len() * 3;
         let given = cells.len().saturating_sub(BEFORE);
+        self.add_unnamed(lines, &cells, warnings)?;
+        let values = self.tracks.len() * 3;
         if (self.frames as u64 + 1).saturating_mul(values as u64) > self.limit {
             let found = format!("more than {} frames of {} markers", self.frames, self.tracks.len());
             return Err(Box::new(limit_exceeded(
@@ -191,19 +219,7 @@ impl Motion {
                 found,
             )));
         }
-        let rest = cells.get(BEFORE + values..).unwrap_or_default();
-        if let Some(word) = rest.iter().find(|word| !word.bytes.is_empty()) {
-            let more = rest.iter().filter(|word| !word.bytes.is_empty()).count();
-            return Err(Box::new(
-                Diagnostic::new(Code::RowLength, format!("frame {} has too many numbers", self.frames))
-                    .at(lines.cursor.locate(*word))
-                    .expected_found(
-                        format!("{values} numbers of {} markers", self.tracks.len()),
-                        format!("{more} more"),
-                    )
-                    .help("the names of markers and the columns do not fit: export the file again"),
-            ));
-        }
+        self.report_beyond(lines, cells.get(BEFORE + values..).unwrap_or_default(), warnings);
         if self.is_short(line) {
             return Err(Box::new(
                 Diagnostic::new(Code::RowLength, format!("frame {} has too few numbers", self.frames))
@@ -246,24 +262,53 @@ impl Motion {
         Ok(())
     }
 
-    /// Takes markers at the origin as not seen, where they would have jumped there.
-    fn leave_out_zeros(&mut self, warnings: &mut Warnings) {
-        for track in &mut self.tracks {
-            let zeros = track
-                .positions
-                .iter()
-                .filter(|position| **position == Vec3::ZERO)
-                .count();
-            if zeros == 0 || zeros == track.positions.len() || !jumps_to_zero(&track.positions) {
-                continue;
-            }
-            warnings.push(Code::Gap, || {
-                let message = format!("the marker is at 0, 0, 0 in {zeros} frames: taken as not seen there");
-                Diagnostic::new(Code::Gap, message).in_joint(&track.name)
+    /// Adds markers for columns behind those of the names, of which a row has all three numbers.
+    fn add_unnamed(&mut self, lines: &Table<'_>, cells: &[Word<'_>], warnings: &mut Warnings) -> Result<(), Failure> {
+        let beyond = cells.get(BEFORE + self.tracks.len() * 3..).unwrap_or_default();
+        let is_whole = |cells: &[Word<'_>]| cells.iter().all(|cell| !cell.bytes.is_empty());
+        let more = beyond.chunks_exact(3).rposition(is_whole).map_or(0, |last| last + 1);
+        let Some(first) = beyond.first().filter(|_| more > 0) else {
+            return Ok(());
+        };
+        let named = self.tracks.len();
+        if named + more >= self.most_nodes {
+            let found = format!("{} markers and their group", named + more);
+            return Err(Box::new(limit_exceeded(
+                format!("at most {} nodes", self.most_nodes),
+                found,
+            )));
+        }
+        self.tracks.extend((named..named + more).map(|marker| Track {
+            name: unnamed(marker),
+            ..Track::default()
+        }));
+        warnings.push(Code::HeaderCount, || {
+            let message = format!("{more} markers have columns and no names");
+            Diagnostic::new(Code::HeaderCount, message)
+                .at(lines.cursor.locate(*first))
+                .expected_found(format!("columns of {named} markers"), format!("{}", named + more))
+                .help(format!(
+                    "they were read as {} and so on; name them in the file",
+                    unnamed(named)
+                ))
+        });
+        Ok(())
+    }
+
+    /// Warns of numbers behind the last marker.
+    fn report_beyond(&self, lines: &Table<'_>, beyond: &[Word<'_>], warnings: &mut Warnings) {
+        let mut filled = beyond.iter().filter(|cell| !cell.bytes.is_empty());
+        if let Some(first) = filled.next() {
+            let more = 1 + filled.count();
+            warnings.tally(Code::TrailingText, || {
+                let message = format!(
+                    "{more} numbers behind the last marker of frame {} are no position",
+                    self.frames
+                );
+                Diagnostic::new(Code::TrailingText, message)
+                    .at(lines.cursor.locate(*first))
+                    .help("they were ignored, in other frames too")
             });
-            let mut positions = track.positions.iter();
-            track.ticks.retain(|_| positions.next() != Some(&Vec3::ZERO));
-            track.positions.retain(|position| *position != Vec3::ZERO);
         }
     }
 
@@ -277,16 +322,4 @@ impl Motion {
             _ => stated,
         }
     }
-}
-
-/// Whether all other positions are farther from the origin than a few of the longest steps between them.
-fn jumps_to_zero(positions: &[Vec3]) -> bool {
-    /// The number of longest steps by which all other positions must be farther from the origin: a marker does not jump
-    /// as far and back.
-    const STEPS: f32 = 4.0;
-    let others = positions.iter().filter(|position| **position != Vec3::ZERO);
-    let nearest = others.map(|position| position.length()).fold(f32::INFINITY, f32::min);
-    let pairs = positions.windows(2).filter(|pair| !pair.contains(&Vec3::ZERO));
-    let longest = pairs.map(|pair| pair[0].distance(pair[1])).fold(0.0, f32::max);
-    nearest > STEPS * longest
 }

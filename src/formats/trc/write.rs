@@ -2,10 +2,9 @@
 
 use std::fmt::Write as _;
 
-use glam::Vec3;
 use mocap_scene::error::Result;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, Format, Keys, NodeKind, Scene};
+use mocap_scene::scene::{Animation, NodeKind, Scene};
 
 use super::FIRST_WORD;
 use crate::numbers;
@@ -57,7 +56,7 @@ fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String 
     }
     text += "\n\n";
     let binding = animation.map(|animation| Binding::new(scene, animation));
-    let markers = markers(scene, animation);
+    let gaps = animation.map_or_else(Vec::new, |animation| scene.points_with_gaps(animation));
     let mut pose = Pose::rest(scene);
     for frame in 0..frames {
         if let (Some(binding), Some(animation)) = (&binding, animation) {
@@ -65,7 +64,8 @@ fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String 
         }
         let _ = write!(text, "{}\t{:.6}", frame + 1, frame as f64 / rate);
         for &node in nodes {
-            if markers[node].is_some_and(|keys| !is_seen(keys, frame)) {
+            let keys = gaps.get(node).copied().flatten();
+            if keys.is_some_and(|keys| !keys.is_seen(frame as f64)) {
                 text += "\t\t\t";
                 continue;
             }
@@ -79,29 +79,6 @@ fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String 
         text.push('\n');
     }
     text
-}
-
-/// The positions of markers, at each node; of a scene that has none, nothing.
-fn markers<'s>(scene: &'s Scene, animation: Option<&'s Animation>) -> Vec<Option<&'s Keys<Vec3>>> {
-    let mut markers = vec![None; scene.nodes.len()];
-    if !matches!(scene.metadata.format, Some(Format::C3d | Format::Trc)) {
-        return markers;
-    }
-    for channel in animation.iter().flat_map(|animation| &animation.channels) {
-        if let Some(node) = channel.node {
-            markers[node.index()] = Some(&channel.position_keys);
-        }
-    }
-    markers
-}
-
-/// Whether a marker was seen in a frame. One that never moves has one key.
-fn is_seen(keys: &Keys<Vec3>, frame: usize) -> bool {
-    match (&keys.ticks, keys.values.len()) {
-        (_, 1) => true,
-        (Some(ticks), _) => ticks.binary_search_by(|tick| tick.total_cmp(&(frame as f64))).is_ok(),
-        (None, count) => frame < count,
-    }
 }
 
 /// The name of the file without what separates columns and rows.

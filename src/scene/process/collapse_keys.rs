@@ -35,6 +35,8 @@ impl Scene {
     /// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
     /// first, never with its neighbour, so a track that drifts slowly is kept. The animation's duration stays.
     ///
+    /// A point without a skeleton that is not seen in every frame, such as a marker, keeps the keys of its positions.
+    ///
     /// Assimp does so at zero tolerance. Its accuracy setting is inverted: any value makes it collapse only the
     /// tracks whose neighbouring keys all differ by more than 1.
     ///
@@ -52,10 +54,17 @@ impl Scene {
     /// assert_eq!(scene.animations[0].channels[0].position_keys, Keys::constant(Vec3::ONE));
     /// ```
     pub fn collapse_keys(&mut self, tolerance: KeyTolerance) {
-        for channel in self.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
-            collapse(&mut channel.position_keys, |a, b| {
-                distance(a, b) <= f64::from(tolerance.position)
-            });
+        let has_points = self.has_points();
+        let channels = self.animations.iter_mut().flat_map(|animation| {
+            let frames = animation.frame_count();
+            animation.channels.iter_mut().map(move |channel| (frames, channel))
+        });
+        for (frames, channel) in channels {
+            if !has_points || channel.position_keys.is_seen_throughout(frames) {
+                collapse(&mut channel.position_keys, |a, b| {
+                    distance(a, b) <= f64::from(tolerance.position)
+                });
+            }
             collapse(&mut channel.rotation_keys, |a, b| {
                 angle(a, b) <= f64::from(tolerance.rotation)
             });

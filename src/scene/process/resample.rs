@@ -30,7 +30,8 @@ impl Scene {
         check_size(self, frames_per_second, limits)?;
         for index in 0..self.animations.len() {
             let cuts = self.cuts(index);
-            let moments = resample_animation(&mut self.animations[index], frames_per_second, &cuts);
+            let has_points = self.has_points();
+            let moments = resample_animation(&mut self.animations[index], frames_per_second, &cuts, has_points);
             for keys in self.weight_keys().filter_map(|animations| animations.get_mut(index)) {
                 resample_keys(keys, &moments, Keys::<f32>::sample);
             }
@@ -77,7 +78,12 @@ fn old_per_new(animation: &Animation, frames_per_second: f64) -> f64 {
 }
 
 /// Returns the moments that have keys now.
-fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &[usize]) -> Vec<Moment> {
+fn resample_animation(
+    animation: &mut Animation,
+    frames_per_second: f64,
+    cuts: &[usize],
+    has_points: bool,
+) -> Vec<Moment> {
     let old_per_new = old_per_new(animation, frames_per_second);
     let last = (animation.duration / old_per_new + SAME_TICK).floor();
     let mut moments: Vec<_> = (0..=last as u64)
@@ -103,8 +109,15 @@ fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &
             is_one
         });
     }
+    let frames: Vec<(f64, f64)> = match has_points {
+        true => moments.iter().map(|moment| (moment.new, moment.old)).collect(),
+        false => Vec::new(),
+    };
     for channel in &mut animation.channels {
-        resample_keys(&mut channel.position_keys, &moments, Keys::<Vec3>::sample);
+        match has_points {
+            true => channel.position_keys = channel.position_keys.of_point_at(&frames),
+            false => resample_keys(&mut channel.position_keys, &moments, Keys::<Vec3>::sample),
+        }
         resample_keys(&mut channel.rotation_keys, &moments, Keys::<Quat>::sample);
         resample_keys(&mut channel.scaling_keys, &moments, Keys::<Vec3>::sample);
     }

@@ -31,9 +31,19 @@ impl Scene {
         // A NaN stands for the start, as it does where a pose is asked for.
         let first = first.min(end).max(0.0);
         let last = last.min(end).max(first);
+        let has_points = self.has_points();
+        let frames: Vec<(f64, f64)> = match has_points {
+            true => (0..=(last - first).floor() as u64)
+                .map(|frame| (frame as f64, first + frame as f64))
+                .collect(),
+            false => Vec::new(),
+        };
         for animation in &mut self.animations {
             for channel in &mut animation.channels {
-                trim_keys(&mut channel.position_keys, first, last, Keys::<Vec3>::sample);
+                match has_points {
+                    true => channel.position_keys = channel.position_keys.of_point_at(&frames),
+                    false => trim_keys(&mut channel.position_keys, first, last, Keys::<Vec3>::sample),
+                }
                 trim_keys(&mut channel.rotation_keys, first, last, Keys::<Quat>::sample);
                 trim_keys(&mut channel.scaling_keys, first, last, Keys::<Vec3>::sample);
             }

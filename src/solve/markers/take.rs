@@ -224,10 +224,8 @@ fn track(animation: &Animation, node: NodeId, frames: usize) -> Track {
                 *seen = Some(position.as_dvec3());
             }
         }
-        // A marker that never moves has one key, at the first frame.
-        if let [only] = position_keys.values.as_slice()
-            && position_keys.tick(0) == 0.0
-        {
+        // A marker that never moves has one key, without a tick.
+        if let ([only], None) = (position_keys.values.as_slice(), &position_keys.ticks) {
             track.fill(Some(only.as_dvec3()));
         }
     }

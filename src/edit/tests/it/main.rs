@@ -2,6 +2,7 @@
 
 mod clean;
 mod edit;
+mod gaps;
 mod graph;
 mod lock;
 mod positions;

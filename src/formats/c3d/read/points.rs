@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::{FARTHEST, is_plausible};
+use mocap_scene::limits::{FARTHEST, is_plausible, limit_exceeded};
 
 use super::bytes::Processor;
-use super::{Failure, Header};
+use super::{BLOCK, Failure, Header};
 use crate::warnings::{Warnings, missing_frames};
 
 /// The positions of the points.
@@ -22,6 +22,8 @@ pub(super) struct Points {
 pub(super) struct Track {
     pub(super) ticks: Vec<f64>,
     pub(super) positions: Vec<DVec3>,
+    /// Whether cameras measured it at the origin: then zeros are a place.
+    pub(super) is_measured_at_zero: bool,
 }
 
 /// If not even one record is complete, the number of points is limited by the number of labels.
@@ -30,11 +32,12 @@ pub(super) fn read(
     processor: Processor,
     header: &Header,
     labels: usize,
+    max_values: u64,
     warnings: &mut Warnings,
 ) -> Result<Points, Failure> {
     let point_size = 4 * header.number_size();
     let record_size = header.record_size(header.samples);
-    let data = bytes.get(header.data..).unwrap_or_default();
+    let data = bytes.get(header.data..header.data_end).unwrap_or_default();
     let count = if data.len() < record_size || header.frames == 0 {
         header.points.min(labels)
     } else {
@@ -47,12 +50,14 @@ pub(super) fn read(
     if record_size == 0 {
         return Ok(points);
     }
-    // The frames that the file states, or as many as it holds.
     let wanted = usize::try_from(header.frames).unwrap_or(usize::MAX);
-    for record in data.chunks_exact(record_size).take(wanted) {
+    let more = records_beyond(data, record_size, wanted, bytes.len());
+    let held = wanted.saturating_add(more);
+    check_values(held.min(data.len() / record_size), count, max_values)?;
+    for record in data.chunks_exact(record_size).take(held) {
         let tick = points.frames as f64;
         for (track, point) in std::iter::zip(&mut points.tracks, record.chunks_exact(point_size)) {
-            let Some(position) = read_point(point, processor, header.scale) else {
+            let Some((position, residual)) = read_point(point, processor, header.scale) else {
                 continue;
             };
             // In single precision a number that kinematics cannot compute with is infinite at once.
@@ -69,6 +74,7 @@ pub(super) fn read(
                 });
                 continue;
             }
+            track.is_measured_at_zero |= position == DVec3::ZERO && residual > 0.0;
             track.ticks.push(tick);
             track.positions.push(position);
         }
@@ -84,11 +90,41 @@ pub(super) fn read(
             missing_frames(header.frames, points.frames as u64).expected_found(expected, found)
         });
     }
+    if more > 0 {
+        warnings.push(Code::FrameCount, || {
+            Diagnostic::new(Code::FrameCount, "the file has more frames than it states")
+                .expected_found(format!("{wanted} frames"), format!("{} frames", points.frames))
+                .help("all frames were read")
+        });
+    }
     Ok(points)
 }
 
-/// `None` where the point was not seen.
-fn read_point(bytes: &[u8], processor: Processor, scale: Option<f64>) -> Option<DVec3> {
+/// The records of data behind those that the file states. What fills up the last block is no data: zeros, or where the
+/// file consists of whole blocks, less than a block of anything.
+fn records_beyond(data: &[u8], record_size: usize, stated: usize, file_size: usize) -> usize {
+    let beyond = data.get(stated.saturating_mul(record_size)..).unwrap_or_default();
+    let used = beyond.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    let is_filling = file_size.is_multiple_of(BLOCK) && beyond.len() < BLOCK;
+    if is_filling || record_size == 0 || stated == 0 {
+        return 0;
+    }
+    used.div_ceil(record_size).min(beyond.len() / record_size)
+}
+
+/// Refuses more values than the limit allows.
+fn check_values(frames: usize, points: usize, most: u64) -> Result<(), Failure> {
+    match (frames as u64).saturating_mul(3 * points as u64) > most {
+        true => Err(Box::new(limit_exceeded(
+            format!("at most {most} values"),
+            format!("{frames} frames of {points} points"),
+        ))),
+        false => Ok(()),
+    }
+}
+
+/// The position and its residual; `None` where the point was not seen.
+fn read_point(bytes: &[u8], processor: Processor, scale: Option<f64>) -> Option<(DVec3, f64)> {
     let (numbers, residual) = match scale {
         Some(scale) => {
             let (words, _) = bytes.as_chunks::<2>();
@@ -101,5 +137,5 @@ fn read_point(bytes: &[u8], processor: Processor, scale: Option<f64>) -> Option<
             (DVec3::new(number(0), number(1), number(2)), number(3))
         }
     };
-    (residual >= 0.0).then_some(numbers)
+    (residual >= 0.0).then_some((numbers, residual))
 }

@@ -46,17 +46,22 @@ pub(super) fn build(
     scene.metadata.recorded = recorded.map(Arc::new);
 
     let names = names(parameters, points.tracks.len());
-    let tracks = std::iter::zip(names, points.tracks).map(|(name, track)| points::Track {
-        name,
-        ticks: track.ticks,
-        positions: track
-            .positions
-            .iter()
-            .map(|&position| to_y_up(position.as_vec3(), up))
-            .collect(),
+    let tracks = std::iter::zip(names, points.tracks).map(|(name, track)| {
+        let positions = track.positions.iter();
+        let mut found = points::Track {
+            name,
+            positions: positions.map(|position| to_y_up(position.as_vec3(), up)).collect(),
+            ticks: track.ticks,
+            zeros: 0,
+        };
+        if !track.is_measured_at_zero {
+            points::leave_out_zeros(&mut found);
+        }
+        found
     });
+    let tracks = tracks.collect();
     let frames = (points.frames, header.frame_rate);
-    points::add(&mut scene, points::Kind::MARKERS, tracks.collect(), frames, warnings);
+    points::add(&mut scene, points::Kind::MARKERS, tracks, frames, warnings);
     scene
 }
 

@@ -69,7 +69,8 @@ const REAL: [Real; 3] = [
             (0, 1, [0.0, -44.194_588, 910.988_16]),
             (411, 62, [98.966_896, 16.228_833, 24.343_248]),
         ],
-        gaps: (0, 0),
+        // `Reference` is at 0, 0, 0 with the residual 0 in every frame, as labels that are never seen.
+        gaps: (1, 412),
     },
 ];
 
@@ -364,6 +365,58 @@ fn broken_files_are_refused_with_their_message() {
         let error = read(&bytes).unwrap_err();
         assert_eq!(error.diagnostic().to_string(), message);
     }
+}
+
+/// The counts of the header are a claim: what fills up the last block is no data, and other records are.
+#[test]
+fn frames_behind_those_that_are_stated_are_read() {
+    let one = with(&[(8, &[1, 0])]);
+    let read_frames = |bytes: &[u8]| {
+        let scene = read(bytes).unwrap();
+        let warned = scene
+            .warnings
+            .iter()
+            .filter(|warning| warning.code == Code::FrameCount)
+            .count();
+        (scene.animations[0].frame_count(), warned)
+    };
+    assert_eq!(read_frames(&SAMPLE.bytes()), (3, 0));
+    assert_eq!(read_frames(&one), (3, 1));
+    let mut zeros = one.clone();
+    zeros.resize(1024 + 4 * 512, 0);
+    assert_eq!(read_frames(&zeros), (3, 1));
+    // Old writers fill the last block with what stood in it before.
+    let mut filled = one.clone();
+    filled.resize(1024 + 512, 7);
+    assert_eq!(read_frames(&filled), (1, 0));
+    let mut stated = SAMPLE.bytes();
+    stated.resize(1024 + 512, 7);
+    assert_eq!(read_frames(&stated), (3, 0));
+    let limits = Limits::new().max_values(17);
+    let refused = Importer::new().limits(limits).read(&one, "a.c3d").unwrap_err();
+    assert_eq!(refused.code(), Code::LimitExceeded);
+}
+
+/// Where a label is never seen, some systems write zeros with the residual 0. Cameras that measure have a residual.
+#[test]
+fn a_label_at_the_origin_in_every_frame_is_never_seen() {
+    let at = |frame: usize, marker: usize| 1024 + frame * 36 + marker * 16;
+    let planted = |marker: usize, residual: f32| {
+        let mut bytes = SAMPLE.bytes();
+        for frame in 0..3 {
+            bytes[at(frame, marker)..][..12].fill(0);
+            bytes[at(frame, marker) + 12..][..4].copy_from_slice(&residual.to_le_bytes());
+        }
+        read(&bytes).unwrap()
+    };
+    let keys = |scene: &Scene| [0, 1].map(|marker| channel(scene, marker).position_keys.len());
+    let never = planted(0, 0.0);
+    assert_eq!(keys(&never), [0, 2]);
+    let messages: Vec<String> = never.warnings.iter().map(ToString::to_string).collect();
+    let expected = "the marker was not seen in 3 of 3 frames, in 3 of which the file has 0, 0, 0; joint \"HEAD\"";
+    assert_eq!(messages[0], expected);
+    assert_eq!(keys(&planted(0, 0.4)), [1, 2]);
+    assert_eq!(keys(&planted(1, 0.0)), [3, 0]);
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod conversion;
 mod cut;
 #[cfg(debug_assertions)]
 mod found;
+mod gaps;
 mod graph;
 mod jobs;
 #[allow(dead_code, reason = "other packages use the rest of it")]

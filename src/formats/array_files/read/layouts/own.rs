@@ -147,6 +147,13 @@ fn of_numbers(
             rotation_order: joint.rotation_order,
             ..Node::default()
         };
+        let unseen = root_path.iter().filter(|position| !position.is_finite()).count();
+        if unseen > 0 && above.is_none() {
+            warnings.push(Code::Gap, || {
+                let message = format!("the point was not seen in {unseen} of {frames} frames");
+                Diagnostic::new(Code::Gap, message).in_joint(&joint.name)
+            });
+        }
         if !joint.end_site {
             channels.push(channel(joint, id, above.is_none(), root_path, local));
         }
@@ -194,7 +201,12 @@ fn channel(joint: &Joint, id: NodeId, is_root: bool, root_path: Vec<Vec3>, rotat
         node_name: joint.name.clone(),
         node: Some(id),
         position_keys: match is_root || moves {
-            true => Keys::every_tick(root_path),
+            true => {
+                let frames = root_path.len();
+                let seen = root_path.into_iter().enumerate().filter(|(_, at)| at.is_finite());
+                let (ticks, seen) = seen.map(|(frame, at)| (frame as f64, at)).unzip();
+                Keys::of_point(seen, ticks, frames)
+            }
             false => Keys::constant(offset),
         },
         rotation_keys: Keys::every_tick(

@@ -104,7 +104,12 @@ fn of_numbers(
                 positions.push(DVec3::from_slice(position).as_vec3());
             }
         }
-        Track { name, ticks, positions }
+        Track {
+            name,
+            ticks,
+            positions,
+            zeros: 0,
+        }
     });
     points::add(
         &mut scene,

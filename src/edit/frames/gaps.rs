@@ -1,0 +1,85 @@
+//! Points that are not seen in every frame, such as markers.
+
+use glam::Vec3;
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::pose::Trs;
+use mocap_scene::scene::{Keys, Scene};
+
+use super::Frames;
+
+impl Frames {
+    /// Whether points of the motion have gaps.
+    pub(crate) fn has_gaps(&self) -> bool {
+        self.visible.as_ref().is_some_and(|visible| visible.contains(&false))
+    }
+
+    /// The gaps of a held node that is a point, each as its first and its last frame.
+    pub(crate) fn gaps(&self, column: usize) -> Vec<[usize; 2]> {
+        let mut gaps: Vec<[usize; 2]> = Vec::new();
+        for frame in (0..self.len()).filter(|frame| !self.is_visible(*frame as f64, column)) {
+            match gaps.last_mut() {
+                Some([_, last]) if *last + 1 == frame => *last = frame,
+                _ => gaps.push([frame, frame]),
+            }
+        }
+        gaps
+    }
+
+    /// Makes a point seen in the frames from `first` to `last`.
+    pub(crate) fn set_visible(&mut self, column: usize, [first, last]: [usize; 2]) {
+        for frame in first..=last {
+            if let Some(visible) = &mut self.visible {
+                visible[frame * self.held + column] = true;
+            }
+        }
+    }
+
+    /// Whether a point is seen at a time: in both frames beside it.
+    pub(super) fn is_visible(&self, frame: f64, column: usize) -> bool {
+        let last = self.len().saturating_sub(1);
+        let at = |frame: f64| {
+            let frame = (frame.max(0.0) as usize).min(last);
+            self.visible
+                .as_ref()
+                .is_none_or(|visible| visible[frame * self.held + column])
+        };
+        at(frame.floor()) && at(frame.ceil())
+    }
+
+    /// Frames at whole ticks with the transforms of `rows` instead of these. `taken` is the motion and the frame of each
+    /// row, by which points keep their gaps.
+    pub(crate) fn with_rows_of(&self, rows: Vec<Vec<Trs>>, taken: &[(&Self, f64)]) -> Self {
+        let has_gaps = taken.iter().any(|(motion, _)| motion.has_gaps());
+        let visible = || {
+            let rows = taken.iter().map(|(motion, frame)| {
+                let row = (0..self.held).map(|column| motion.is_visible(*frame, column));
+                row.collect::<Vec<bool>>()
+            });
+            rows.flatten().collect()
+        };
+        Self {
+            visible: has_gaps.then(visible),
+            ..self.with_rows(rows)
+        }
+    }
+
+    /// The keys of a point in the frames in which it is seen.
+    pub(super) fn keys_of_point(&self, positions: Vec<Vec3>, column: usize) -> Keys<Vec3> {
+        let frames = self.ticks.iter().zip(positions).enumerate();
+        let seen = frames.filter(|(frame, _)| self.is_visible(*frame as f64, column));
+        let (ticks, values) = seen.map(|(_, (tick, position))| (*tick, position)).unzip();
+        Keys::of_point(values, ticks, self.len())
+    }
+}
+
+/// Warns of gaps that a step fills, because its frames are of its own.
+pub(super) fn report_filled(scene: &mut Scene, animation: usize) {
+    let gaps = scene.points_with_gaps(&scene.animations[animation]);
+    let filled = gaps.iter().flatten().count();
+    if filled > 0 {
+        let message = format!("the gaps of {filled} points were filled by straight lines");
+        let diagnostic = Diagnostic::new(Code::Gap, message);
+        let help = "fill them first with the step fill, which lists them";
+        scene.warnings.push(diagnostic.help(help));
+    }
+}
