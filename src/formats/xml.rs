@@ -1,5 +1,7 @@
 //! What the formats in XML share: elements with their locations, and numbers in attributes.
 
+use std::collections::HashSet;
+
 use mocap_scene::error::{Code, Diagnostic, Location};
 use mocap_scene::limits::{FARTHEST, Limits, is_plausible};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -19,7 +21,58 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
             "check that the file is what its name says, and that it is not compressed",
         )));
     }
-    Ok(decode_name(&text))
+    Ok(without_undeclared_prefixes(decode_name(&text)))
+}
+
+/// Makes `prefix_name` of `prefix:name` where the file declares no such prefix, so that the parser does not refuse it:
+/// files have elements of other programs with such names. Places of the text stay.
+fn without_undeclared_prefixes(text: String) -> String {
+    let declared: HashSet<&str> = (text.match_indices("xmlns:"))
+        .map(|(at, mark)| {
+            let rest = &text[at + mark.len()..];
+            let is_end = |letter: char| letter == '=' || letter.is_ascii_whitespace();
+            rest.split(is_end).next().unwrap_or_default()
+        })
+        .chain(["xml", "xmlns", ""])
+        .collect();
+    let mut colons = Vec::new();
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(start) = memchr::memchr(b'<', &bytes[at..]) {
+        at += start;
+        let rest = &bytes[at..];
+        let passed: Option<&[u8]> = match rest {
+            [b'<', b'!', b'-', b'-', ..] => Some(b"-->"),
+            [b'<', b'!', b'[', ..] => Some(b"]]>"),
+            [b'<', b'!' | b'?', ..] => Some(b">"),
+            _ => None,
+        };
+        if let Some(end) = passed {
+            at += memchr::memmem::find(rest, end).map_or(rest.len(), |found| found + end.len());
+            continue;
+        }
+        let mut quote = None;
+        // The byte at which the name of the element, or of an attribute, begins.
+        let mut name = at + 1;
+        let mut offset = at + 1;
+        while let Some(&byte) = bytes.get(offset) {
+            match (quote, byte) {
+                (Some(open), _) if open == byte => quote = None,
+                (Some(_), _) => {}
+                (None, b'"' | b'\'') => quote = Some(byte),
+                (None, b'>') => break,
+                (None, b':') if !declared.contains(text.get(name..offset).unwrap_or_default()) => colons.push(offset),
+                (None, b' ' | b'\t' | b'\n' | b'\r' | b'/') => name = offset + 1,
+                (None, _) => {}
+            }
+            offset += 1;
+        }
+        at = offset;
+    }
+    let mut bytes = text.into_bytes();
+    colons.into_iter().for_each(|colon| bytes[colon] = b'_');
+    // A colon of ASCII became a letter of ASCII.
+    String::from_utf8(bytes).unwrap_or_default()
 }
 
 /// The tree of a file, whose outermost element must be one of `roots`.
@@ -202,14 +255,12 @@ impl<'a, 'input> Element<'a, 'input> {
         self.children().filter(move |child| child.name() == name)
     }
 
-    /// The first child in a namespace whose address ends so.
+    /// The first child in a namespace whose address ends so, or with this prefix where that is not declared.
     pub(super) fn child_of_namespace(&self, end: &str) -> Option<Self> {
         let is_of = |element: &Self| {
-            element
-                .node
-                .tag_name()
-                .namespace()
-                .is_some_and(|name| name.ends_with(end))
+            let tag = element.node.tag_name();
+            let has_prefix = || tag.name().strip_prefix(end).is_some_and(|rest| rest.starts_with('_'));
+            tag.namespace().is_some_and(|name| name.ends_with(end)) || has_prefix()
         };
         self.children().find(is_of)
     }

@@ -33,13 +33,24 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
         lines: LineIndex::new(text.as_bytes()),
     };
     if let Some(macros) = root.child_of_namespace("xacro") {
-        let message = "the file is a template of xacro, of which a robot is made first";
-        return Err(Box::new(
+        let name = macros.name();
+        let found = format!("<xacro:{}>", name.strip_prefix("xacro_").unwrap_or(name));
+        let help = "run `xacro FILE > robot.urdf`, of ROS or of `pip install xacro`, and name robot.urdf";
+        if is_template(&root) {
+            let message = "the file is a template of xacro, of which a robot is made first";
+            return Err(Box::new(
+                macros
+                    .diagnostic(Code::InvalidRobot, message)
+                    .expected_found("<link> and <joint>", found)
+                    .help(help),
+            ));
+        }
+        warnings.push(Code::UnreadExtension, || {
+            let message = format!("{found} is of xacro and no part of a robot; it was ignored");
             macros
-                .diagnostic(Code::InvalidRobot, message)
-                .expected_found("<link> and <joint>", format!("<xacro:{}>", macros.name()))
-                .help("run `xacro FILE > robot.urdf`, of ROS or of `pip install xacro`, and name robot.urdf"),
-        ));
+                .diagnostic(Code::UnreadExtension, message)
+                .help(format!("if the robot lacks a part, {help}"))
+        });
     }
     let (links, names) = reader.links(&root, warnings)?;
     let joints = reader.joints(&root, &names, warnings)?;
@@ -56,6 +67,14 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
         format: Some(Format::Urdf),
         warnings: Vec::new(),
     })
+}
+
+/// Whether a file with elements of xacro is one of which a robot is made first: no joint stands in it, or an expression
+/// such as `${length}` stands for a value.
+fn is_template(root: &Element<'_, '_>) -> bool {
+    let parts = || root.children().filter(|child| matches!(child.name(), "link" | "joint"));
+    let is_expression = |element: Element<'_, '_>| element.attributes().any(|(_, value)| value.contains("${"));
+    parts().all(|part| part.name() != "joint") || parts().any(|part| part.descendants().any(is_expression))
 }
 
 struct Reader<'a> {
@@ -301,14 +320,15 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
             joint.limits.upper = limit.number("upper")?.unwrap_or(0.0);
         }
         if joint.limits.lower > joint.limits.upper {
-            let message = "the lower limit of a joint is above the upper one";
-            let found = format!("{} and {}", joint.limits.lower, joint.limits.upper);
-            return Err(Box::new(
+            let stated = (joint.limits.lower, joint.limits.upper);
+            (joint.limits.upper, joint.limits.lower) = stated;
+            warnings.push(Code::InvalidRobot, || {
+                let message = "the lower limit of a joint is above the upper one; they were exchanged";
                 limit
                     .at_attribute("lower", Code::InvalidRobot, message)
                     .in_joint(name)
-                    .expected_found("lower at most upper", found),
-            ));
+                    .expected_found("lower at most upper", format!("{} and {}", stated.0, stated.1))
+            });
         }
     }
     Ok(joint)

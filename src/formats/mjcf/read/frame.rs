@@ -58,8 +58,19 @@ pub(super) fn within<'a, 'input>(
                         .help("save the model as one file (mj_saveLastXML)"),
                 ));
             }
+            "replicate" if next.element.descendants().any(|inner| is_of_robot(inner.name())) => {
+                let message = "the model repeats a part with <replicate>, which is not read";
+                return Err(Box::new(next.element.diagnostic(Code::UnreadExtension, message).help(
+                    "save the model as one file (mj_saveLastXML), which writes each copy out",
+                )));
+            }
             _ => found.push(next),
         }
     }
     Ok(found)
+}
+
+/// Whether an element of a body is read.
+fn is_of_robot(name: &str) -> bool {
+    matches!(name, "body" | "joint" | "freejoint" | "geom" | "inertial")
 }

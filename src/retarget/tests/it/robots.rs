@@ -331,11 +331,6 @@ fn what_is_wrong_with_a_robot_is_named_with_its_line() {
             "number-range 8: lower has a number that is not finite, or too large; expected a number of at most 1e18; found \"1e30\"",
         ),
         (
-            "lower=\"-1\"",
-            "lower=\"1\"",
-            "invalid-robot 8: the lower limit of a joint is above the upper one; joint \"turn\"; expected lower at most upper; found 1 and 0.5",
-        ),
-        (
             "<link name=\"wheel\"/>",
             "<link name=\"hand\"/>",
             "invalid-robot 19: two links are called \"hand\"; help: rename one of them",
@@ -373,6 +368,77 @@ fn warned(text: &str) -> Vec<String> {
     warnings
         .map(|warning| format!("{}: {warning}", line(warning)))
         .collect()
+}
+
+/// As Pioneer's: other readers take the smaller as the lower one.
+#[test]
+fn exchanged_limits_are_put_right_with_a_warning() {
+    let exchanged = URDF.replacen("lower=\"-1\" upper=\"0.5\"", "lower=\"0.5\" upper=\"-1\"", 1);
+    assert_ne!(exchanged, URDF);
+    let limits = |text: &str| read(text).links[1].joint.limits;
+    assert_eq!(limits(&exchanged), limits(URDF));
+    let message = "8: the lower limit of a joint is above the upper one; they were exchanged; joint \"turn\"; expected lower \
+                   at most upper; found 0.5 and -1";
+    assert!(
+        warned(&exchanged).iter().any(|found| found == message),
+        "{:?}",
+        warned(&exchanged)
+    );
+}
+
+/// Elements of other programs are no part of a robot: of xacro, with a prefix that is declared or is not, and of any.
+#[test]
+fn elements_of_other_programs_are_passed() {
+    let plain = read(URDF).links.len();
+    let declared = URDF
+        .replacen("<robot ", "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\" ", 1)
+        .replacen("</robot>", "<xacro:imu_sensor link=\"arm\"/></robot>", 1);
+    let undeclared = URDF.replacen("</robot>", "<xacro:imu_sensor link=\"arm\"/></robot>", 1);
+    let sensor = URDF.replacen(
+        "</robot>",
+        "<sensor:camera sensor:rate='3'/><!-- a:b <c:d> --></robot>",
+        1,
+    );
+    for text in [&declared, &undeclared, &sensor] {
+        assert_eq!(read(text).links.len(), plain);
+    }
+    for text in [&declared, &undeclared] {
+        let warnings = warned(text);
+        assert!(
+            warnings
+                .iter()
+                .any(|found| found.contains("<xacro:imu_sensor> is of xacro")),
+            "{warnings:?}"
+        );
+    }
+    assert_eq!(warned(&sensor), warned(URDF));
+    // A template has expressions, or no joint.
+    let template = declared.replacen("mass value=\"2\"", "mass value=\"${2*m}\"", 1);
+    assert!(
+        refused(&template).contains("a template of xacro"),
+        "{}",
+        refused(&template)
+    );
+    let calls = "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'><link name='a'/><xacro:leg/></robot>";
+    assert!(refused(calls).contains("a template of xacro"));
+}
+
+#[test]
+fn copies_of_a_part_are_refused_by_their_name() {
+    let replicated = |inner: &str| format!("<mujoco><worldbody>{inner}</worldbody></mujoco>");
+    let body = "<body name='b'><freejoint/><geom size='.1' mass='1'/></body>";
+    for inner in [
+        format!("<replicate count='2' offset='0 1 0'>{body}</replicate>"),
+        format!(
+            "<body name='a'><freejoint/><replicate count='3'>{}</replicate></body>",
+            "<geom size='.1'/>"
+        ),
+    ] {
+        let message = refused(&replicated(&inner));
+        assert!(message.contains("with <replicate>, which is not read"), "{message}");
+    }
+    let sites = replicated(&body.replacen("</body>", "<replicate count='2'><site/></replicate></body>", 1));
+    assert_eq!(read(&sites).links.len(), 1);
 }
 
 #[test]
