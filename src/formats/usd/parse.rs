@@ -11,6 +11,7 @@
 //! the attribute. Nothing here recurses, so that no file is too deep.
 
 mod tokens;
+mod variants;
 
 use std::collections::HashMap;
 
@@ -18,6 +19,7 @@ use mocap_scene::error::{Code, Diagnostic, Location};
 use mocap_scene::limits::{Limits, limit_exceeded};
 
 use self::tokens::{Tokens, is_word, text_of};
+use self::variants::Open;
 use crate::Failure;
 use crate::text::Word;
 
@@ -56,6 +58,8 @@ pub(super) struct Layer<'a> {
     pub(super) text: &'a [u8],
     pub(super) metadata: Metadata,
     pub(super) prims: Vec<Prim>,
+    /// The sets of variants of which the layer selects none, as the prim and the set.
+    pub(super) unselected: Vec<(usize, String)>,
 }
 
 impl Layer<'_> {
@@ -129,8 +133,13 @@ impl<'a> Parser<'a> {
             metadata: self.metadata_of_layer()?,
             ..Layer::default()
         };
-        let mut open: Vec<usize> = Vec::new();
+        let mut open: Vec<Open> = Vec::new();
         while let Some(next) = self.tokens.peek() {
+            if let (Some(Open::Set(prim, selected)), true) = (open.last(), next != b'}') {
+                let variant = self.variant(*prim, selected.as_deref())?;
+                open.extend(variant);
+                continue;
+            }
             match next {
                 b'}' => {
                     let closed = open.pop();
@@ -142,13 +151,30 @@ impl<'a> Parser<'a> {
                     let word = self.tokens.word()?;
                     match (word.bytes, open.last()) {
                         (b"def" | b"over" | b"class", parent) => {
-                            let prim = self.prim(parent.copied())?;
-                            open.push(layer.prims.len());
+                            let prim = self.prim(parent.map(|parent| parent.prim()))?;
+                            open.push(Open::Prim(layer.prims.len()));
                             self.check_size(layer.prims.len(), open.len())?;
                             layer.prims.push(prim);
                         }
-                        (b"variantSet" | b"reorder", Some(_)) => self.skip_statement()?,
-                        (_, Some(&prim)) => self.property(word, &mut layer.prims[prim])?,
+                        (b"variantSet", Some(parent)) => {
+                            let prim = parent.prim();
+                            let set = self.variant_set(prim, &mut layer)?;
+                            open.push(set);
+                            self.check_size(layer.prims.len(), open.len())?;
+                        }
+                        (b"reorder", Some(_)) => self.skip_statement()?,
+                        (_, Some(&Open::Variant(prim))) => {
+                            // What the prim itself states is stronger.
+                            let mut weaker = Prim {
+                                kind: layer.prims[prim].kind.clone(),
+                                ..Prim::default()
+                            };
+                            self.property(word, &mut weaker)?;
+                            for (name, attribute) in weaker.attributes {
+                                layer.prims[prim].attributes.entry(name).or_insert(attribute);
+                            }
+                        }
+                        (_, Some(parent)) => self.property(word, &mut layer.prims[parent.prim()])?,
                         (_, None) => return Err(self.tokens.unexpected_word(word, "def, over or class")),
                     }
                 }
@@ -156,8 +182,8 @@ impl<'a> Parser<'a> {
         }
         match open.last() {
             None => Ok(layer),
-            Some(prim) => {
-                let name = &layer.prims[*prim].name;
+            Some(unclosed) => {
+                let name = &layer.prims[unclosed.prim()].name;
                 let message = format!("the file ends within the prim {name:?}");
                 Err(Diagnostic::new(Code::UnexpectedEnd, message)
                     .at(self.tokens.end())
@@ -308,7 +334,7 @@ impl<'a> Parser<'a> {
                 b',' | b':' | b'=' | b';' if depth > 0 => self.tokens.pass(1),
                 b'"' | b'\'' => value.texts.push(self.tokens.string()?),
                 b'<' => value.texts.push(self.tokens.delimited(b'>')?),
-                b'@' => value.texts.push(self.tokens.delimited(b'@')?),
+                b'@' => value.texts.push(self.tokens.asset()?),
                 b'-' | b'+' | b'.' | b'0'..=b'9' => value.numbers.push(self.tokens.number()?),
                 _ => match self.tokens.word()? {
                     word if word.bytes == b"None" => {}
@@ -347,6 +373,9 @@ impl<'a> Parser<'a> {
                     if self.tokens.peek() == Some(b'<') {
                         self.tokens.delimited(b'>')?;
                     }
+                    if self.tokens.peek() == Some(b'(') {
+                        self.value()?;
+                    }
                 }
             }
         }
@@ -359,6 +388,7 @@ impl<'a> Parser<'a> {
             match self.tokens.peek() {
                 None => return Err(self.tokens.unexpected("}")),
                 Some(b'"' | b'\'') => drop(self.tokens.string()?),
+                Some(b'@') => drop(self.tokens.asset()?),
                 Some(b'{' | b'(' | b'[') => {
                     depth += 1;
                     self.tokens.pass(1);

@@ -5,12 +5,14 @@
 //! | the first `Skeleton`; a further one gives a warning | nodes |
 //! | `joints`, `jointNames` | the graph, and the names |
 //! | `restTransforms`, or else `bindTransforms` | the rest pose |
-//! | transforms of the prims above the skeleton, as they are at the first time | a group above its roots |
+//! | transforms of the prims above the skeleton | a node above its roots, which moves where they move |
 //! | each `SkelAnimation` with a joint of the skeleton | an animation; the one that is bound comes first |
 //! | time codes | ticks, of `timeCodesPerSecond`, or of the rate that a file of this crate states |
 //! | meshes, materials, blend shapes | nothing, with an assumption in the scene |
-//! | references, payloads, variants | nothing, with a warning |
+//! | the selected variant of a set | as if it stood in its prim |
+//! | references, payloads, sets of variants without a selection | nothing, with a warning |
 
+mod above;
 mod animation;
 mod mesh;
 mod skeleton;
@@ -91,7 +93,7 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     }
     if scene.animations.is_empty() {
         warnings.push(Code::NoMotion, || {
-            let message = "no SkelAnimation drives the skeleton: the scene has no animation";
+            let message = "no SkelAnimation drives the skeleton, and it does not move: the scene has no animation";
             Diagnostic::new(Code::NoMotion, message)
         });
     }

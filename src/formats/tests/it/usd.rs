@@ -3,6 +3,7 @@
 
 mod animation;
 mod archive;
+mod composition;
 mod names;
 
 use std::fs;

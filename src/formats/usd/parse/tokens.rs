@@ -36,9 +36,16 @@ impl<'a> Tokens<'a> {
     pub(super) fn peek(&mut self) -> Option<u8> {
         loop {
             self.cursor.skip_spaces();
-            match self.cursor.peek() {
-                Some(b'#') => drop(self.cursor.take_while(|byte| byte != b'\n' && byte != b'\r')),
-                next => return next,
+            let rest = &self.cursor.text()[self.cursor.offset()..];
+            match rest {
+                [b'#', ..] | [b'/', b'/', ..] => {
+                    self.cursor.take_while(|byte| byte != b'\n' && byte != b'\r');
+                }
+                [b'/', b'*', ..] => {
+                    let end = memchr::memmem::find(&rest[2..], b"*/");
+                    self.pass(end.map_or(rest.len(), |end| end + 4));
+                }
+                _ => return rest.first().copied(),
             }
         }
     }
@@ -121,6 +128,25 @@ impl<'a> Tokens<'a> {
             }
             _ => Err(self.unexpected(&char::from(end).to_string())),
         }
+    }
+
+    /// The name of a file between `@` and `@`, or between `@@@` and `@@@`, where it may have an `@`.
+    pub(super) fn asset(&mut self) -> Result<String, Failure> {
+        let rest = &self.cursor.text()[self.cursor.offset()..];
+        let Some(name) = rest.strip_prefix(b"@@@") else {
+            return self.delimited(b'@');
+        };
+        // A backslash makes `@@@` a part of the name.
+        let is_mark = |at: &usize| *at == 0 || name[at - 1] != b'\\';
+        let Some(mut end) = memchr::memmem::find_iter(name, b"@@@").find(is_mark) else {
+            return Err(self.unexpected("@@@"));
+        };
+        // An `@` right before the mark is of the name.
+        while name.get(end + 3) == Some(&b'@') {
+            end += 1;
+        }
+        self.pass(end + 6);
+        Ok(String::from_utf8_lossy(&name[..end]).replace("\\@@@", "@@@"))
     }
 
     /// The word at an offset of a text.

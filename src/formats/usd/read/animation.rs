@@ -3,9 +3,9 @@
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{FrameBudget, is_plausible};
-use mocap_scene::math::quaternion::unit;
+use mocap_scene::math::quaternion::{in_hemisphere_of, unit};
 use mocap_scene::pose::Trs;
-use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId, UNNAMED_MOTION};
 
 use super::metadata_number;
 use super::skeleton::{Skeleton, texts};
@@ -35,7 +35,7 @@ pub(super) fn read(
         .filter(|(_, prim)| prim.kind == "SkelAnimation")
     {
         let is_bound = skeleton.source.as_deref() == Some(&layer.path(index));
-        let times = Times::of(layer, prim, options)?;
+        let times = Times::of(layer, prim, skeleton, options)?;
         if texts(prim, "joints")
             .iter()
             .any(|joint| skeleton.joints.contains_key(joint))
@@ -45,6 +45,11 @@ pub(super) fn read(
         if let Some(animation) = times.animation(prim, skeleton, warnings)? {
             found.push((!is_bound, animation));
         }
+    }
+    if found.is_empty() && !skeleton.path.is_empty() {
+        let still = Prim::default();
+        let times = Times::of(layer, &still, skeleton, options)?;
+        found.push((true, times.with_path(skeleton, Animation::default())));
     }
     // Stable: the others stay in the order of the file.
     found.sort_by_key(|(is_other, _)| *is_other);
@@ -74,7 +79,7 @@ struct Times {
 }
 
 impl Times {
-    fn of(layer: &Layer<'_>, prim: &Prim, options: &ReadOptions) -> Result<Self, Failure> {
+    fn of(layer: &Layer<'_>, prim: &Prim, skeleton: &Skeleton, options: &ReadOptions) -> Result<Self, Failure> {
         let own = |name: &str| attribute_value(prim, name)?.numbers.first().copied();
         let codes = metadata_number(layer, "timeCodesPerSecond").or(metadata_number(layer, "framesPerSecond"));
         let codes = codes.unwrap_or(DEFAULT_RATE);
@@ -85,7 +90,11 @@ impl Times {
             let message = format!("timeCodesPerSecond must be finite and above 0, got {codes}");
             return Err(Diagnostic::new(Code::FrameTime, message).into());
         }
-        let start = samples(prim).map(|(time, _)| *time).fold(f64::INFINITY, f64::min);
+        let path = skeleton.path.iter().map(|(time, _)| *time);
+        let start = samples(prim)
+            .map(|(time, _)| *time)
+            .chain(path)
+            .fold(f64::INFINITY, f64::min);
         let start = if start.is_finite() { start } else { 0.0 };
         Ok(Self {
             ticks,
@@ -187,12 +196,46 @@ impl Times {
         }
         channels.sort_by_key(|channel| channel.node);
         let name = prim.metadata.get("displayName").and_then(|value| value.texts.first());
-        Ok(Some(Animation {
+        let animation = Animation {
             name: name.unwrap_or(&prim.name).clone(),
-            ticks_per_second: self.rate,
             duration: self.duration.unwrap_or(last).max(last),
             channels,
-        }))
+            ..Animation::default()
+        };
+        Ok(Some(self.with_path(skeleton, animation)))
+    }
+
+    /// The animation with the motion of the prims above the skeleton, which is that of the first node.
+    fn with_path(&self, skeleton: &Skeleton, mut animation: Animation) -> Animation {
+        animation.ticks_per_second = self.rate;
+        let Some((last, _)) = skeleton.path.last() else {
+            return animation;
+        };
+        animation.duration = animation.duration.max(self.tick(*last));
+        if animation.name.is_empty() {
+            animation.name = UNNAMED_MOTION.to_owned();
+        }
+        let mut parts: Vec<Trs> = skeleton
+            .path
+            .iter()
+            .map(|(_, matrix)| Trs::from_matrix(*matrix))
+            .collect();
+        for index in 1..parts.len() {
+            parts[index].rotation = in_hemisphere_of(parts[index - 1].rotation, parts[index].rotation);
+        }
+        let ticks: Vec<f64> = skeleton.path.iter().map(|(time, _)| self.tick(*time)).collect();
+        let channel = Channel {
+            node_name: skeleton.nodes[0].name.clone(),
+            node: Some(NodeId::new(0)),
+            position_keys: changing(parts.iter().map(|part| part.translation), &ticks),
+            rotation_keys: changing(
+                parts.iter().map(|part| unit(part.rotation).unwrap_or(Quat::IDENTITY)),
+                &ticks,
+            ),
+            scaling_keys: changing(parts.iter().map(|part| part.scale), &ticks),
+        };
+        animation.channels.insert(0, channel);
+        animation
     }
 
     /// The ticks of an attribute, and its numbers at each, N for every joint.
@@ -240,6 +283,15 @@ impl Times {
     }
 }
 
+/// Keys at ticks; one where no value differs.
+fn changing<T: Copy + PartialEq>(values: impl Iterator<Item = T>, ticks: &[f64]) -> Keys<T> {
+    let values: Vec<T> = values.collect();
+    match values.first() {
+        Some(first) if values.iter().all(|value| value == first) => Keys::constant(*first),
+        _ => Keys::at_ticks(values, ticks.to_vec()),
+    }
+}
+
 /// The keys of one joint; its value at rest where it has no keys.
 fn keys<T: Copy + PartialEq, const N: usize>(
     (ticks, rows): &(Vec<f64>, Vec<Vec<[f32; N]>>),
@@ -253,9 +305,8 @@ fn keys<T: Copy + PartialEq, const N: usize>(
         .filter(|row| row.len() == joints)
         .map(|row| make(row[column]))
         .collect();
-    match values.first() {
-        None => Keys::constant(rest),
-        Some(first) if values.iter().all(|value| value == first) => Keys::constant(*first),
-        Some(_) => Keys::at_ticks(values, ticks.clone()),
+    match values.is_empty() {
+        true => Keys::constant(rest),
+        false => changing(values.into_iter(), ticks),
     }
 }

@@ -2,14 +2,15 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat4, DQuat, DVec3, DVec4, Mat4};
+use glam::{DMat4, DVec4, Mat4};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{is_plausible, limit_exceeded};
 use mocap_scene::scene::{GROUP_OF_ROOTS, Node, NodeId, NodeKind};
 
+use super::above;
 use crate::depth_first::{depth_first, sorted};
 use crate::usd::KINDS;
-use crate::usd::parse::{Attribute, Layer, Prim, Value};
+use crate::usd::parse::{Layer, Prim};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
@@ -20,6 +21,8 @@ pub(super) struct Skeleton {
     pub(super) joints: HashMap<String, usize>,
     /// The path of the animation that it is bound to.
     pub(super) source: Option<String>,
+    /// The transforms of the first node at time codes, where prims above the skeleton move.
+    pub(super) path: Vec<(f64, Mat4)>,
 }
 
 pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warnings) -> Result<Skeleton, Failure> {
@@ -37,11 +40,25 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
             Diagnostic::new(Code::MissingFile, message).help("make one layer of them, for example with usdcat")
         });
     }
+    let unselected = layer.unselected.first().map(|(prim, set)| {
+        let path = layer.path(*prim);
+        format!("{path} has variants of {set:?}, and the layer selects none of them")
+    });
     let Some(index) = skeletons.next() else {
+        if let Some(unselected) = unselected {
+            let message = format!("there is no Skeleton with joints outside variants; {unselected}");
+            let help = "select a variant, such as variants = { string NAME = \"VARIANT\" }, or make one layer of it with usdcat --flatten";
+            return Err(Diagnostic::new(Code::InvalidUsd, message).help(help).into());
+        }
         let message = "there is no Skeleton with joints in the file";
         let help = "export UsdSkel, not caches of vertices; where the skeleton is in another layer, make one of both with usdcat";
         return Err(Diagnostic::new(Code::InvalidUsd, message).help(help).into());
     };
+    if let Some(unselected) = unselected {
+        warnings.push(Code::MissingFile, || {
+            Diagnostic::new(Code::MissingFile, unselected).help("what stands in variants was not read")
+        });
+    }
     let others = skeletons.count();
     if others > 0 {
         warnings.push(Code::SeveralRoots, || {
@@ -59,22 +76,29 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
             .collect(),
         nodes: sorted(nodes, &order),
         source: bound_source(layer, index),
+        path: Vec::new(),
     };
-    let placed = above(layer, index, warnings)?;
+    let placement = above::Placement::of(layer, index, warnings);
+    let placed = placement.at(None)?;
+    let times = placement.times(options, layer.text.len())?;
+    let is_placed = placed != Mat4::IDENTITY || !times.is_empty();
     let roots = skeleton.nodes.iter().filter(|node| node.parent.is_none()).count();
-    if placed != DMat4::IDENTITY || roots > 1 {
+    if is_placed || roots > 1 {
         skeleton.put_below(
-            match placed == DMat4::IDENTITY {
-                true => GROUP_OF_ROOTS.to_owned(),
-                false => layer.prims[prim.parent.unwrap_or(index)].name.clone(),
+            match is_placed {
+                true => layer.prims[prim.parent.unwrap_or(index)].name.clone(),
+                false => GROUP_OF_ROOTS.to_owned(),
             },
-            transform(placed).ok_or_else(|| {
-                let message =
-                    "the matrix of the prims above the skeleton is no transform: its last column must be 0 0 0 1";
-                Diagnostic::new(Code::InvalidUsd, message)
-            })?,
+            placed,
         );
     }
+    if !times.is_empty() {
+        skeleton.nodes[0].kind = NodeKind::Joint;
+    }
+    let path = times
+        .into_iter()
+        .map(|time| Ok::<_, Failure>((time, placement.at(Some(time))?)));
+    skeleton.path = path.collect::<Result<_, _>>()?;
     Ok(skeleton)
 }
 
@@ -195,7 +219,7 @@ fn set_transforms(prim: &Prim, nodes: &mut [Node]) -> Result<(), Failure> {
 }
 
 /// A matrix of 32 bits, where its last row is 0 0 0 1 up to rounding.
-fn transform(matrix: DMat4) -> Option<Mat4> {
+pub(super) fn transform(matrix: DMat4) -> Option<Mat4> {
     /// The fraction of a number that products and inverses in 64 bits leave of it.
     const ROUNDING: f64 = 1e-9;
     let is_affine = matrix.row(3).abs_diff_eq(DVec4::W, ROUNDING);
@@ -223,97 +247,4 @@ impl Skeleton {
         self.nodes.insert(0, group);
         self.joints.values_mut().for_each(|joint| *joint += 1);
     }
-}
-
-/// The transform of the prims above a skeleton, and its own.
-fn above(layer: &Layer<'_>, skeleton: usize, warnings: &mut Warnings) -> Result<DMat4, Failure> {
-    let mut whole = DMat4::IDENTITY;
-    let mut next = Some(skeleton);
-    while let Some(index) = next {
-        let prim = &layer.prims[index];
-        let mut own = DMat4::IDENTITY;
-        next = prim.parent;
-        for name in texts(prim, "xformOpOrder") {
-            if name == "!resetXformStack!" {
-                // The prims above do not set_transforms this one.
-                next = None;
-                continue;
-            }
-            let found = prim.attributes.get(name);
-            if found.is_some_and(|attribute| attribute.samples.len() > 1) {
-                warnings.push(Code::IgnoredChannel, || {
-                    let message = format!(
-                        "{}: {name} is animated; only its first value was read",
-                        layer.path(index)
-                    );
-                    Diagnostic::new(Code::IgnoredChannel, message).help("put the motion on the root joint")
-                });
-            }
-            match found.and_then(first).and_then(|value| operation(name, value)) {
-                Some(operation) => own *= operation,
-                None => warnings.push(Code::IgnoredChannel, || {
-                    let message = format!("{}: {name} was not read", layer.path(index));
-                    Diagnostic::new(Code::IgnoredChannel, message)
-                }),
-            }
-        }
-        whole = own * whole;
-    }
-    match whole.to_cols_array().into_iter().all(is_plausible) {
-        true => Ok(whole),
-        false => {
-            let message = "the transform above the skeleton has a number that is too large to compute with";
-            Err(Diagnostic::new(Code::NumberRange, message).into())
-        }
-    }
-}
-
-fn first(attribute: &Attribute) -> Option<&Value> {
-    attribute
-        .value
-        .as_ref()
-        .or(attribute.samples.first().map(|(_, value)| value))
-}
-
-/// The matrix of a transform operation; `None` for one that is not known.
-fn operation(name: &str, value: &Value) -> Option<DMat4> {
-    let numbers = value.numbers.as_slice();
-    let (name, is_inverse) = match name.strip_prefix("!invert!") {
-        Some(name) => (name, true),
-        None => (name, false),
-    };
-    let kind = name.strip_prefix("xformOp:")?.split(':').next()?;
-    let vector = || numbers.first_chunk::<3>().map(|numbers| DVec3::from_array(*numbers));
-    let about = |axis: u8, degrees: f64| match axis {
-        b'X' => Some(DMat4::from_rotation_x(degrees.to_radians())),
-        b'Y' => Some(DMat4::from_rotation_y(degrees.to_radians())),
-        b'Z' => Some(DMat4::from_rotation_z(degrees.to_radians())),
-        _ => None,
-    };
-    // The axes stay; the first that is named turns first.
-    let turned = |axes: &str| {
-        let mut matrix = DMat4::IDENTITY;
-        for axis in axes.bytes() {
-            // One angle of one axis; else the angles of X, Y and Z.
-            let index = if axes.len() == 1 {
-                0
-            } else {
-                usize::from(axis.checked_sub(b'X')?)
-            };
-            matrix = about(axis, *numbers.get(index)?)? * matrix;
-        }
-        Some(matrix)
-    };
-    let matrix = match kind {
-        "transform" => DMat4::from_cols_array(numbers.first_chunk::<16>()?),
-        "translate" => DMat4::from_translation(vector()?),
-        "scale" => DMat4::from_scale(vector()?),
-        "orient" => {
-            let [w, x, y, z] = *numbers.first_chunk::<4>()?;
-            let rotation = DQuat::from_xyzw(x, y, z, w);
-            (rotation.length_squared() > f64::EPSILON).then(|| DMat4::from_quat(rotation.normalize()))?
-        }
-        _ => turned(kind.strip_prefix("rotate")?)?,
-    };
-    Some(if is_inverse { matrix.inverse() } else { matrix })
 }
