@@ -38,6 +38,8 @@ mod read;
 #[cfg(feature = "mmd")]
 mod scene;
 #[cfg(feature = "mmd")]
+mod tracks;
+#[cfg(feature = "mmd")]
 mod write;
 
 use mocap_scene::scene::Format;

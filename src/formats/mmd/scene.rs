@@ -14,6 +14,7 @@ use super::bezier::ease;
 use super::model::Model;
 use super::motion::{BoneKey, Motion};
 use super::pose::{Local, Posed};
+use super::tracks::{check_moves, tracks};
 use super::{FRAME_RATE, METRES_PER_UNIT, names};
 use crate::depth_first::{depth_first, sorted};
 use crate::warnings::Warnings;
@@ -84,6 +85,7 @@ pub(super) fn of_motion(
         });
         return Ok(scene);
     };
+    check_moves(motion, model, &tracks)?;
     let moving = moving(model, &tracks);
     // Every bone is posed at every frame, whether it moves or not.
     let posed = model.bones.len() + motion.morphs.len();
@@ -264,36 +266,7 @@ fn add_face(scene: &mut Scene, morph: &str) -> usize {
     scene.nodes.len() - 1
 }
 
-/// The keys of each bone of the model, with a warning of those that no bone has.
-fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warnings) -> Vec<Option<&'k [BoneKey]>> {
-    let mut tracks: Vec<Option<&[BoneKey]>> = vec![None; model.bones.len()];
-    let mut by_key: HashMap<Vec<u8>, usize> = HashMap::new();
-    for (index, bone) in model.bones.iter().enumerate() {
-        if let Some(key) = names::key(&bone.name) {
-            by_key.entry(key).or_insert(index);
-        }
-    }
-    for (name, keys) in &motion.bones {
-        match by_key.get(name) {
-            Some(bone) => tracks[*bone] = Some(keys),
-            None if keys.iter().any(BoneKey::moves) => warnings.push(Code::IgnoredChannel, || {
-                let message = "the model has no bone of this name: its keys were left out";
-                Diagnostic::new(Code::IgnoredChannel, message)
-                    .in_joint(names::decode(name))
-                    .help("name the model of the motion: {skeleton} MODEL.pmx")
-            }),
-            None => {}
-        }
-    }
-    tracks
-}
-
 impl BoneKey {
-    /// Whether it is not the rest pose.
-    fn moves(&self) -> bool {
-        self.position != DVec3::ZERO || self.rotation.w.abs() < 1.0
-    }
-
     /// The pose at a frame from here to the next key.
     fn to(&self, next: &Self, frame: u32) -> Local {
         let time = f64::from(frame - self.frame) / f64::from(next.frame - self.frame);

@@ -501,3 +501,48 @@ fn a_motion_is_retargeted_onto_a_model_and_written_for_it() {
     };
     assert!(moves("センター") && !moves("下半身"));
 }
+
+/// A motion of these bones: each turns by a half turn of X in a second.
+fn motion_of(bones: &[&str]) -> Vec<u8> {
+    let mut bytes = [b"Vocaloid Motion Data 0002".as_slice(), &[0; 5], b"walker", &[0; 14]].concat();
+    bytes.extend((2 * bones.len() as u32).to_le_bytes());
+    for bone in bones {
+        for (frame, rotation) in [(0_u32, [0.0_f32, 0.0, 0.0, 1.0]), (30, [1.0, 0.0, 0.0, 0.0])] {
+            let mut name = bone.as_bytes().to_vec();
+            name.resize(15, 0);
+            bytes.extend(name);
+            bytes.extend(frame.to_le_bytes());
+            bytes.extend([0; 12]);
+            bytes.extend(rotation.iter().flat_map(|number| number.to_le_bytes()));
+            bytes.extend([20; 64]);
+        }
+    }
+    bytes.extend([0; 4]);
+    bytes
+}
+
+/// A figure that stands still is not the motion.
+#[test]
+fn a_motion_of_bones_that_the_model_lacks_is_refused() {
+    for bones in [&["Hips", "Spine", "L_Arm"][..], &["J_Bip_C_Hips"]] {
+        let error = Importer::new().read(&motion_of(bones), "a.vmd").unwrap_err();
+        assert_eq!(error.code(), Code::InvalidMmd);
+        let message = error.to_string();
+        assert!(message.contains(bones[0]) && message.contains("MODEL.pmx"), "{message}");
+    }
+    // Where one bone is known the others are warned of.
+    let mut one = motion_of(&["Hips", "Spine"]);
+    let head = b"\x93\xaa"; // 頭 in Shift-JIS
+    for key in 0..2 {
+        let at = 54 + 111 * key;
+        one[at..at + 15].fill(0);
+        one[at..at + 2].copy_from_slice(head);
+    }
+    let scene = Importer::new().read(&one, "a.vmd").unwrap();
+    let left_out: Vec<_> = scene
+        .warnings
+        .iter()
+        .filter_map(|warning| warning.joint.as_deref())
+        .collect();
+    assert_eq!(left_out, ["Spine"]);
+}

@@ -1,0 +1,64 @@
+//! The keys of a motion by the bones of a model.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use mocap_scene::error::{Code, Diagnostic};
+
+use super::model::Model;
+use super::motion::{BoneKey, Motion};
+use super::names;
+use crate::Failure;
+use crate::warnings::Warnings;
+
+/// The keys of each bone of the model, with a warning of those that no bone has.
+pub(super) fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warnings) -> Vec<Option<&'k [BoneKey]>> {
+    let mut tracks: Vec<Option<&[BoneKey]>> = vec![None; model.bones.len()];
+    let mut by_key: HashMap<Vec<u8>, usize> = HashMap::new();
+    for (index, bone) in model.bones.iter().enumerate() {
+        if let Some(key) = names::key(&bone.name) {
+            by_key.entry(key).or_insert(index);
+        }
+    }
+    for (name, keys) in &motion.bones {
+        match by_key.get(name) {
+            Some(bone) => tracks[*bone] = Some(keys),
+            None if keys.iter().any(BoneKey::moves) => warnings.push(Code::IgnoredChannel, || {
+                let message = "the model has no bone of this name: its keys were left out";
+                Diagnostic::new(Code::IgnoredChannel, message)
+                    .in_joint(names::decode(name))
+                    .help("name the model of the motion: {skeleton} MODEL.pmx")
+            }),
+            None => {}
+        }
+    }
+    tracks
+}
+
+/// Refuses a motion of which only bones move that the model does not have: its figure would stand still.
+pub(super) fn check_moves(motion: &Motion, model: &Model, tracks: &[Option<&[BoneKey]>]) -> Result<(), Failure> {
+    let moves = |keys: &[BoneKey]| keys.iter().any(BoneKey::moves);
+    if tracks.iter().flatten().any(|keys| moves(keys)) || motion.morphs.values().any(|keys| keys.len() > 1) {
+        return Ok(());
+    }
+    /// Bones that a message names at most.
+    const NAMED: usize = 8;
+    let moving = motion.bones.iter().filter(|(_, keys)| moves(keys));
+    let unknown: Vec<String> = moving.map(|(name, _)| names::decode(name)).take(NAMED).collect();
+    if unknown.is_empty() {
+        return Ok(());
+    }
+    let message = "the model has none of the bones that the motion moves";
+    let known: Vec<&str> = model.bones.iter().take(NAMED).map(|bone| bone.name.as_str()).collect();
+    Err(Diagnostic::new(Code::InvalidMmd, message)
+        .expected_found(format!("bones such as {}", known.join(", ")), unknown.join(", "))
+        .help("name the model of the motion, whose bones have these names: {skeleton} MODEL.pmx")
+        .into())
+}
+
+impl BoneKey {
+    /// Whether it is not the rest pose.
+    fn moves(&self) -> bool {
+        self.position != DVec3::ZERO || self.rotation.w.abs() < 1.0
+    }
+}
