@@ -88,7 +88,7 @@ pub(super) const PICKLE: FormatInfo = FormatInfo {
 pub(super) const CSV: FormatInfo = FormatInfo {
     format: Format::Csv,
     name: "CSV",
-    description: "tables of text: our own arrays, positions of points",
+    description: "tables of text: our own arrays, positions of points, Motive's",
     extensions: Format::Csv.extensions(),
     reading: "good: our own back as they were, positions by the names of their columns",
     sniff: |bytes| is_own_csv(bytes) || is_csv_of_points(bytes),

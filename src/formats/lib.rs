@@ -64,6 +64,7 @@ mod texture;
 mod trc;
 #[cfg(any(feature = "bvh", feature = "fbx", feature = "gltf", feature = "trc", feature = "usd"))]
 mod unique_names;
+mod unread;
 mod urdf;
 #[doc(hidden)]
 pub mod usd;
@@ -101,6 +102,8 @@ pub use self::option::WriteOption;
 pub use self::option::words;
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;
+#[doc(hidden)]
+pub use self::unread::unread;
 pub use self::written::{Export, ExportFile};
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 use mocap_figure::robot_bones::robot_scene;

@@ -9,6 +9,7 @@ pub mod humanml3d;
 mod layouts;
 mod mot;
 mod motion;
+mod motive;
 #[doc(hidden)]
 pub(crate) mod ndarray;
 mod npy;
@@ -21,6 +22,7 @@ mod point_rows;
 mod proportions;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::is_motive_csv;
 use mocap_scene::limits::Limits;
 use mocap_scene::scene::{Format, Scene};
 
@@ -82,8 +84,11 @@ pub(super) fn read_mot(source: &Source<'_>, options: &ReadOptions) -> Result<Sce
 pub(super) fn read_csv(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
     check_not_empty(source)?;
-    let read = csv::entries(source.bytes, &mut warnings)
-        .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings));
+    let read = match is_motive_csv(source.bytes) {
+        true => motive::scene(source.bytes, options, &mut warnings),
+        false => csv::entries(source.bytes, &mut warnings)
+            .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings)),
+    };
     warnings.attach_to(read)
 }
 

@@ -197,6 +197,9 @@ impl Importer {
         let chosen = FormatInfo::ALL.iter().find(|format| Some(format.format) == self.format);
         let found = chosen.or_else(|| FormatInfo::of_contents(bytes));
         found.or_else(|| format_of_extension(name)).ok_or_else(|| {
+            if let Some(unread) = mocap_formats::unread(bytes, name) {
+                return unread.into();
+            }
             let extension = name.extension().unwrap_or_default().to_string_lossy();
             let message = "neither the contents nor the extension belong to a known format";
             Diagnostic::new(Code::UnknownFormat, message)

@@ -39,9 +39,20 @@ pub fn csv_field(text: &str, for_spreadsheet: bool) -> String {
     }
 }
 
-/// Whether the text begins with the names of the columns of a table of points.
+/// Whether the text begins as the tables of Motive do.
+#[doc(hidden)]
+pub fn is_motive_csv(head: &[u8]) -> bool {
+    head.strip_prefix(b"\xEF\xBB\xBF")
+        .unwrap_or(head)
+        .starts_with(b"Format Version,")
+}
+
+/// Whether the text begins with the names of the columns of a table of points, or as the tables of Motive do.
 #[doc(hidden)]
 pub fn is_csv_of_points(head: &[u8]) -> bool {
+    if is_motive_csv(head) {
+        return true;
+    }
     let head = &head[..head.len().min(CSV_HEAD)];
     // A character may be cut in two at the end.
     let text = match std::str::from_utf8(head) {

@@ -34,6 +34,7 @@ mod mesh_bounds;
 mod mesh_surface;
 mod mmd;
 mod morph_targets;
+mod motive;
 mod named_file;
 mod ndarray;
 mod options;
