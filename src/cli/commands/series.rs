@@ -1,10 +1,10 @@
 //! `mocap forces` and `mocap analog`: what a C3D file has beside markers, as columns over time.
 
-use mocap::Scene;
 use mocap::biomechanics::TimeSeries;
+use mocap::{Code, Diagnostic, Scene, SkeletonMesh};
 use serde::Serialize;
 
-use super::{check_json, import_motion, print_json};
+use super::{check_json, print_json};
 use crate::args::SeriesArgs;
 use crate::{Failure, report, streams};
 
@@ -29,6 +29,22 @@ pub(crate) fn analog(args: &SeriesArgs) -> Result<(), Failure> {
     write(args, TimeSeries::analog)
 }
 
+/// Makes one warning of all gaps of markers, which change nothing of forces and analog channels.
+fn say_gaps_once(scene: &mut Scene) {
+    let is_gap = |warning: &Diagnostic| warning.code == Code::Gap;
+    let gaps: usize = scene
+        .warnings
+        .iter()
+        .filter(|one| is_gap(one))
+        .map(|one| one.count as usize)
+        .sum();
+    if gaps > 1 {
+        scene.warnings.retain(|warning| !is_gap(warning));
+        let message = format!("markers have gaps ({gaps} warnings): `mocap info` lists them");
+        scene.warnings.push(Diagnostic::new(Code::Gap, message));
+    }
+}
+
 fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -> Result<(), Failure> {
     let format = super::output_format(&args.output, args.to.as_deref(), "csv")?;
     let to_bytes: fn(&TimeSeries) -> mocap::Result<Vec<u8>> = match format.as_str() {
@@ -42,7 +58,11 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
     };
     check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force)?;
-    let scene = import_motion(&args.read, &args.input)?;
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
+    let mut scene = streams::import(&importer, &args.input)?;
+    say_gaps_once(&mut scene);
+    report::warnings(Some(&args.input), &scene.warnings);
+    report::clip_taken(&scene);
     let series = of_scene(&scene).map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &to_bytes(&series)?)?;
     if args.json {

@@ -213,3 +213,22 @@ fn forces_are_written_as_opensim_and_as_tables_and_replace_only_their_like() {
     folder.write("w.bvh", &std::fs::read(at_root("fixtures/real/cmu_short.bvh")).unwrap());
     folder.refuses("analog w.bvh -o a.csv", 1, "no analog channels");
 }
+
+/// Gaps of markers change nothing of forces: one line says that there are some.
+#[test]
+fn gaps_of_markers_are_one_line_beside_forces() {
+    let folder = Folder::with(&[]);
+    // In the first frame each marker has a residual of -1.
+    let mut bytes = std::fs::read(at_root("fixtures/made/plates.c3d")).unwrap();
+    let scene = mocap::Importer::new().read(&bytes, "plates.c3d").unwrap();
+    let markers = scene.nodes.len() - 1;
+    assert!(markers > 1);
+    let data = 512 * (usize::from(u16::from_le_bytes([bytes[16], bytes[17]])) - 1);
+    for marker in 0..markers {
+        bytes[data + 16 * marker + 12..][..4].copy_from_slice(&(-1_f32).to_le_bytes());
+    }
+    folder.write("lost.c3d", &bytes);
+    let said = folder.succeeds("forces lost.c3d -o forces.mot");
+    let gaps: Vec<&str> = said.lines().filter(|line| line.contains("gap")).collect();
+    assert_eq!(gaps.len(), 1, "{said}");
+}
