@@ -39,7 +39,7 @@ pub(super) struct Value {
 #[derive(Debug, Default)]
 pub(super) struct Attribute {
     pub(super) value: Option<Value>,
-    /// The values at times, in the order of the file.
+    /// The values at times, in the order of the times.
     pub(super) samples: Vec<(f64, Value)>,
 }
 
@@ -50,6 +50,14 @@ pub(super) struct Prim {
     pub(super) parent: Option<usize>,
     pub(super) attributes: HashMap<String, Attribute>,
     pub(super) metadata: Metadata,
+}
+
+impl Prim {
+    /// The texts of an attribute; none where the prim does not have it.
+    pub(super) fn texts(&self, name: &str) -> &[String] {
+        let value = self.attributes.get(name).and_then(|attribute| attribute.value.as_ref());
+        value.map_or(&[], |value| &value.texts)
+    }
 }
 
 /// The prims of a layer, a parent before its children.
@@ -151,7 +159,7 @@ impl<'a> Parser<'a> {
                     let word = self.tokens.word()?;
                     match (word.bytes, open.last()) {
                         (b"def" | b"over" | b"class", parent) => {
-                            let prim = self.prim(parent.map(|parent| parent.prim()))?;
+                            let prim = self.prim(parent.map(Open::prim))?;
                             open.push(Open::Prim(layer.prims.len()));
                             self.check_size(layer.prims.len(), open.len())?;
                             layer.prims.push(prim);
@@ -272,12 +280,13 @@ impl<'a> Parser<'a> {
 
     /// `{ 0: value, 1: value, }`.
     fn samples(&mut self, is_read: bool) -> Result<Vec<(f64, Value)>, Failure> {
-        let mut samples = Vec::new();
+        let mut samples: Vec<(f64, Value)> = Vec::new();
         self.tokens.expect(b'{')?;
         loop {
             match self.tokens.peek() {
                 Some(b'}') => {
                     self.tokens.pass(1);
+                    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
                     return Ok(samples);
                 }
                 Some(b',') => self.tokens.pass(1),

@@ -1,10 +1,9 @@
 //! The transforms of the prims above a skeleton, and its own, which may move.
 
-use glam::{DMat4, DQuat, DVec3, Mat4};
+use glam::{DMat4, DQuat, DVec3, DVec4, Mat4};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{FrameBudget, is_plausible};
 
-use super::skeleton::{texts, transform};
 use crate::usd::parse::{Attribute, Layer};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
@@ -23,7 +22,7 @@ impl<'l> Placement<'l> {
             let prim = &layer.prims[index];
             next = prim.parent;
             let mut own = Vec::new();
-            for name in texts(prim, "xformOpOrder") {
+            for name in prim.texts("xformOpOrder") {
                 if name == "!resetXformStack!" {
                     // The prims above do not move this one.
                     next = None;
@@ -92,36 +91,29 @@ impl<'l> Placement<'l> {
 
 /// The numbers of an attribute at a time, linear between samples; without a time, the first.
 fn value_at(attribute: &Attribute, time: Option<f64>) -> Option<Vec<f64>> {
-    let mut samples: Vec<_> = attribute.samples.iter().collect();
-    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (Some(time), [_, _, ..]) = (time, samples.as_slice()) else {
+    let samples = attribute.samples.as_slice();
+    let (Some(time), [_, _, ..]) = (time, samples) else {
         let first = attribute.value.as_ref().filter(|_| samples.len() < 2);
         return first
             .or(samples.first().map(|(_, value)| value))
             .map(|value| value.numbers.clone());
     };
     let after = samples.partition_point(|(at, _)| *at < time);
-    let (_, next) = samples.get(after).or(samples.last())?;
-    let (_, before) = samples[after.saturating_sub(1).min(samples.len() - 1)];
-    let (from, to) = (
-        samples[after.saturating_sub(1)].0,
-        samples.get(after).map_or(time, |next| next.0),
-    );
+    let (from, before) = &samples[after.saturating_sub(1)];
+    let Some((to, next)) = samples.get(after) else {
+        return Some(before.numbers.clone());
+    };
     if before.numbers.len() != next.numbers.len() || to <= from {
         return Some(next.numbers.clone());
     }
     let fraction = ((time - from) / (to - from)).clamp(0.0, 1.0);
-    // Of a rotation and its negative, the nearer one.
-    let dot: f64 = before.numbers.iter().zip(&next.numbers).map(|(a, b)| a * b).sum();
-    let sense = if before.numbers.len() == 4 && dot < 0.0 {
-        -1.0
-    } else {
-        1.0
-    };
-    if before.numbers.len() == 4 {
-        let rotation = |numbers: &[f64]| DQuat::from_xyzw(numbers[1], numbers[2], numbers[3], numbers[0]).normalize();
-        let (a, b) = (rotation(&before.numbers), rotation(&next.numbers));
-        let between = a.slerp(b * sense, fraction);
+    if let (Some([w, x, y, z]), Some(end)) = (before.numbers.first_chunk(), next.numbers.first_chunk::<4>())
+        && before.numbers.len() == 4
+    {
+        let from = DQuat::from_xyzw(*x, *y, *z, *w).normalize();
+        let to = DQuat::from_xyzw(end[1], end[2], end[3], end[0]).normalize();
+        // The shorter way: of a rotation and its negative, the nearer one.
+        let between = from.slerp(to, fraction);
         return Some(vec![between.w, between.x, between.y, between.z]);
     }
     let pairs = before.numbers.iter().zip(&next.numbers);
@@ -168,4 +160,18 @@ fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
         _ => turned(kind.strip_prefix("rotate")?)?,
     };
     Some(if is_inverse { matrix.inverse() } else { matrix })
+}
+
+/// A matrix of 32 bits, where its last row is 0 0 0 1 up to rounding.
+pub(super) fn transform(matrix: DMat4) -> Option<Mat4> {
+    /// The fraction of a number that products and inverses in 64 bits leave of it.
+    const ROUNDING: f64 = 1e-9;
+    let is_affine = matrix.row(3).abs_diff_eq(DVec4::W, ROUNDING);
+    is_affine.then(|| {
+        let mut matrix = matrix.as_mat4();
+        for (column, last) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
+            matrix.col_mut(column).w = last;
+        }
+        matrix
+    })
 }

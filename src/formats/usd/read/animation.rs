@@ -8,7 +8,7 @@ use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, UNNAMED_MOTION};
 
 use super::metadata_number;
-use super::skeleton::{Skeleton, texts};
+use super::skeleton::Skeleton;
 use crate::usd::parse::{Attribute, Layer, Prim, Value};
 use crate::usd::{DURATION, RATE};
 use crate::warnings::Warnings;
@@ -36,7 +36,8 @@ pub(super) fn read(
     {
         let is_bound = skeleton.source.as_deref() == Some(&layer.path(index));
         let times = Times::of(layer, prim, skeleton, options)?;
-        if texts(prim, "joints")
+        if prim
+            .texts("joints")
             .iter()
             .any(|joint| skeleton.joints.contains_key(joint))
         {
@@ -151,7 +152,7 @@ impl Times {
         skeleton: &Skeleton,
         warnings: &mut Warnings,
     ) -> Result<Option<Animation>, Failure> {
-        let joints = texts(prim, "joints");
+        let joints = prim.texts("joints");
         let attribute = |name: &str| prim.attributes.get(name);
         let positions = self.track::<3>(attribute("translations"), joints, "translations")?;
         let rotations = self.track::<4>(attribute("rotations"), joints, "rotations")?;
@@ -253,7 +254,6 @@ impl Times {
         let constant = constant.map(|value| (0.0, value));
         let samples = attribute.samples.iter().map(|(time, value)| (self.tick(*time), value));
         let mut samples: Vec<_> = constant.chain(samples).collect();
-        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
         samples.dedup_by(|a, b| a.0 == b.0);
         samples.retain(|(_, value)| !value.numbers.is_empty());
         let mut rows = Vec::with_capacity(samples.len());

@@ -7,7 +7,7 @@ use glam::{DMat4, Vec2, Vec3, Vec4};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Bone, Material, Mesh, NodeId, Scene, Surface, Texture, VertexWeight};
 
-use super::skeleton::{Skeleton, texts};
+use super::skeleton::Skeleton;
 use crate::usd::archive;
 use crate::usd::parse::{Layer, Prim};
 use crate::{Source, usd};
@@ -34,7 +34,7 @@ pub(super) fn add(layer: &Layer, skeleton: &Skeleton, source: &Source<'_>, scene
     scene.materials.push(Material::default());
     for prim in layer.prims.iter().filter(|prim| prim.kind == "Mesh") {
         let Some(mut mesh) = joints.mesh(prim) else { continue };
-        let bound = texts(prim, "material:binding").first();
+        let bound = prim.texts("material:binding").first();
         let material = bound.and_then(|path| materials.get(path.as_str()));
         mesh.material_index = material.copied().unwrap_or(plain);
         let node = mesh.bones.first().map_or(0, |bone| bone.node.index());
@@ -55,8 +55,9 @@ impl<'a> Joints<'a> {
         let prim = layer
             .prims
             .iter()
-            .find(|prim| prim.kind == "Skeleton" && !texts(prim, "joints").is_empty())?;
-        let nodes = texts(prim, "joints")
+            .find(|prim| prim.kind == "Skeleton" && !prim.texts("joints").is_empty())?;
+        let nodes = prim
+            .texts("joints")
             .iter()
             .map(|path| skeleton.joints.get(path).copied());
         let nodes = nodes.collect::<Option<Vec<usize>>>()?;
@@ -163,7 +164,7 @@ fn display_name(prim: &Prim) -> String {
 /// A material with its colour, as the surface that it is connected to has it.
 fn material(looks: &HashMap<String, &Prim>, prim: &Prim, source: &Source<'_>, textures: &mut Vec<Texture>) -> Material {
     let connected = |prim: &Prim, input: &str| {
-        let output = texts(prim, &format!("{input}.connect")).first()?;
+        let output = prim.texts(&format!("{input}.connect")).first()?;
         looks.get(output.split('.').next()?).copied()
     };
     let name = display_name(prim);
@@ -189,7 +190,7 @@ fn material(looks: &HashMap<String, &Prim>, prim: &Prim, source: &Source<'_>, te
         ),
         ..Surface::default()
     };
-    let file = image.and_then(|image| texts(image, "inputs:file").first());
+    let file = image.and_then(|image| image.texts("inputs:file").first());
     if let Some(bytes) = file.and_then(|file| open(file, source).ok()) {
         looks.texture = Some(textures.len());
         textures.push(Texture {

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat4, DVec4, Mat4};
+use glam::{DMat4, Mat4};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{is_plausible, limit_exceeded};
 use mocap_scene::scene::{GROUP_OF_ROOTS, Node, NodeId, NodeKind};
 
-use super::above;
+use super::above::{Placement, transform};
 use crate::depth_first::{depth_first, sorted};
 use crate::usd::KINDS;
 use crate::usd::parse::{Layer, Prim};
@@ -26,7 +26,7 @@ pub(super) struct Skeleton {
 }
 
 pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warnings) -> Result<Skeleton, Failure> {
-    let is_skeleton = |prim: &Prim| prim.kind == "Skeleton" && !texts(prim, "joints").is_empty();
+    let is_skeleton = |prim: &Prim| prim.kind == "Skeleton" && !prim.texts("joints").is_empty();
     let mut skeletons = (0..layer.prims.len()).filter(|prim| is_skeleton(&layer.prims[*prim]));
     let refers = |prim: &&Prim| {
         ["references", "payload", "inherits"]
@@ -47,7 +47,8 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
     let Some(index) = skeletons.next() else {
         if let Some(unselected) = unselected {
             let message = format!("there is no Skeleton with joints outside variants; {unselected}");
-            let help = "select a variant, such as variants = { string NAME = \"VARIANT\" }, or make one layer of it with usdcat --flatten";
+            let help =
+                "select a variant, such as variants = { string NAME = \"VARIANT\" }, or flatten the layer with usdcat";
             return Err(Diagnostic::new(Code::InvalidUsd, message).help(help).into());
         }
         let message = "there is no Skeleton with joints in the file";
@@ -78,7 +79,7 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
         source: bound_source(layer, index),
         path: Vec::new(),
     };
-    let placement = above::Placement::of(layer, index, warnings);
+    let placement = Placement::of(layer, index, warnings);
     let placed = placement.at(None)?;
     let times = placement.times(options, layer.text.len())?;
     let is_placed = placed != Mat4::IDENTITY || !times.is_empty();
@@ -106,7 +107,7 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
 fn bound_source(layer: &Layer<'_>, skeleton: usize) -> Option<String> {
     let mut prim = Some(skeleton);
     while let Some(index) = prim {
-        let own = texts(&layer.prims[index], "skel:animationSource");
+        let own = layer.prims[index].texts("skel:animationSource");
         if let Some(source) = own.first() {
             return Some(source.clone());
         }
@@ -115,18 +116,13 @@ fn bound_source(layer: &Layer<'_>, skeleton: usize) -> Option<String> {
     None
 }
 
-pub(super) fn texts<'a>(prim: &'a Prim, name: &str) -> &'a [String] {
-    let value = prim.attributes.get(name).and_then(|attribute| attribute.value.as_ref());
-    value.map_or(&[], |value| &value.texts)
-}
-
 fn joints(prim: &Prim) -> HashMap<String, usize> {
-    let joints = texts(prim, "joints").iter().enumerate();
+    let joints = prim.texts("joints").iter().enumerate();
     joints.map(|(index, joint)| (joint.clone(), index)).collect()
 }
 
 fn nodes(prim: &Prim, options: &ReadOptions) -> Result<Vec<Node>, Failure> {
-    let (paths, names, kinds) = (texts(prim, "joints"), texts(prim, "jointNames"), texts(prim, KINDS));
+    let (paths, names, kinds) = (prim.texts("joints"), prim.texts("jointNames"), prim.texts(KINDS));
     let broken =
         |joint: &str, message: String| -> Failure { Diagnostic::new(Code::InvalidUsd, message).in_joint(joint).into() };
     let known = joints(prim);
@@ -216,20 +212,6 @@ fn set_transforms(prim: &Prim, nodes: &mut [Node]) -> Result<(), Failure> {
         })?;
     }
     Ok(())
-}
-
-/// A matrix of 32 bits, where its last row is 0 0 0 1 up to rounding.
-pub(super) fn transform(matrix: DMat4) -> Option<Mat4> {
-    /// The fraction of a number that products and inverses in 64 bits leave of it.
-    const ROUNDING: f64 = 1e-9;
-    let is_affine = matrix.row(3).abs_diff_eq(DVec4::W, ROUNDING);
-    is_affine.then(|| {
-        let mut matrix = matrix.as_mat4();
-        for (column, last) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
-            matrix.col_mut(column).w = last;
-        }
-        matrix
-    })
 }
 
 impl Skeleton {
