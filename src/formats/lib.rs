@@ -64,7 +64,8 @@ mod texture;
 mod trc;
 #[cfg(any(feature = "bvh", feature = "fbx", feature = "gltf", feature = "trc", feature = "usd"))]
 mod unique_names;
-mod unread;
+#[doc(hidden)]
+pub mod unread;
 mod urdf;
 #[doc(hidden)]
 pub mod usd;
@@ -97,13 +98,9 @@ pub use self::array_files::{ParquetRows, parquet_rows};
 #[cfg(feature = "gltf")]
 pub use self::gltf::vrma;
 #[doc(hidden)]
-pub use self::option::WriteOption;
-#[doc(hidden)]
-pub use self::option::words;
+pub use self::option::{WriteOption, words};
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;
-#[doc(hidden)]
-pub use self::unread::unread;
 pub use self::written::{Export, ExportFile};
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 use mocap_figure::robot_bones::robot_scene;

@@ -197,7 +197,7 @@ impl Importer {
         let chosen = FormatInfo::ALL.iter().find(|format| Some(format.format) == self.format);
         let found = chosen.or_else(|| FormatInfo::of_contents(bytes));
         found.or_else(|| format_of_extension(name)).ok_or_else(|| {
-            if let Some(unread) = mocap_formats::unread(bytes, name) {
+            if let Some(unread) = mocap_formats::unread::unread(bytes, name) {
                 return unread.into();
             }
             let extension = name.extension().unwrap_or_default().to_string_lossy();
