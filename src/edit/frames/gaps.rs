@@ -46,8 +46,8 @@ impl Frames {
         at(frame.floor()) && at(frame.ceil())
     }
 
-    /// Frames at whole ticks with the transforms of `rows` instead of these. `taken` is the motion and the frame of each
-    /// row, by which points keep their gaps.
+    /// Frames at whole ticks with the transforms of `rows` instead of these. `taken` is the motion and the frame of
+    /// each row, by which points keep their gaps.
     pub(crate) fn with_rows_of(&self, rows: Vec<Vec<Trs>>, taken: &[(&Self, f64)]) -> Self {
         let has_gaps = taken.iter().any(|(motion, _)| motion.has_gaps());
         let visible = || {
