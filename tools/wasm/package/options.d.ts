@@ -1311,7 +1311,8 @@ export interface DespikeStep {
 
 /**
  * Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them when markers
- * were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and after it.
+ * were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and after it. Of markers and
+ * other points without a skeleton, the gaps are the frames in which each was not seen.
  */
 export interface FillStep {
   step: "fill";

@@ -157,7 +157,7 @@ def despike(
 def fill(*, longest: float | None = None, shortest: float | None = None) -> Step:
     """Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them
     when markers were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and
-    after it.
+    after it. Of markers and other points without a skeleton, the gaps are the frames in which each was not seen.
 
     Args:
         longest: The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5.
