@@ -17,6 +17,7 @@ use crate::weights_of;
 
 /// The motions of `source` on the skeleton of `target`, and the reports as JSON.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
 pub(crate) fn retarget(
     py: Python<'_>,
     source: &Scene,
