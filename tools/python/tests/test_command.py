@@ -41,7 +41,7 @@ def test_exit_codes_and_words_are_those_of_the_program(program: Path, tmp_path: 
     broken = tmp_path / "broken.bvh"
     broken.write_text("HIERARCHY\nROOT a\n{\n  OFFSET 0 zero 0\n}\n")
     for words in (
-        ["--version"],
+        ["-V"],
         ["--help"],
         ["convert"],
         ["convrt", "a", "b"],

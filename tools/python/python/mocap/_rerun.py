@@ -62,7 +62,7 @@ def main() -> int:
     if scene.frames == 0:
         return _NOT_MINE
     try:
-        import rerun
+        import rerun  # type: ignore[import-not-found, unused-ignore]
     except ModuleNotFoundError:
         print('rerun-importer-mocap needs rerun-sdk: pip install "mocap-kit[rerun]"', file=sys.stderr)
         return 1
