@@ -33,7 +33,7 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
 
 /// Prints the manual page of a command, or writes all pages into a folder.
 pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
-    // A page has the version alone: it is the same for every build of it.
+    // A page shows only the version, so that every build of one version makes the same page.
     let mut command = arranged(Args::command()).long_version(Resettable::Reset);
     command.build();
     if let Some(folder) = &args.output {

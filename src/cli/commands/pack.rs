@@ -28,7 +28,7 @@ use crate::{Failure, report};
 struct Packed {
     record: Record,
     rows: Option<Rows>,
-    /// What the card of a dataset says of it.
+    /// Its row on the card of a dataset.
     clip: Option<DatasetClip>,
 }
 

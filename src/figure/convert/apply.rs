@@ -206,7 +206,7 @@ impl Conversion {
             process::convert_units_to(scene, upright, to);
         }
         if !self.keep_units || from != to {
-            // The numbers are those of the file no more.
+            // The numbers are now converted.
             scene.metadata.file_space = FileSpace::default();
         }
         // What was neither stated nor guessed is still unknown.

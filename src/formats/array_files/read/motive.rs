@@ -28,7 +28,7 @@ use crate::text::number;
 use crate::warnings::{Warnings, missing_frames};
 use crate::{Failure, ReadOptions};
 
-/// Columns before those of the first object: the frame and the time.
+/// The number of columns before the first object: the frame and the time.
 const BEFORE: usize = 2;
 
 /// What helps where a table is not as Motive writes it.
@@ -324,7 +324,7 @@ fn metres(unit: &str) -> Option<f64> {
     }
 }
 
-/// Frames per second: those of the export, or of the times.
+/// Frames per second, as the header states, or else from the times.
 fn rate(stated: &HashMap<String, String>, times: &[f64]) -> f64 {
     let number = |key: &str| stated.get(key)?.parse::<f64>().ok().filter(|rate| *rate > 0.0);
     let of_times = || match times {

@@ -122,21 +122,19 @@ fn seconds((first, last): (f64, f64)) -> String {
 }
 
 fn contradicted(stack: &ufbx::AnimStack, stated: (f64, f64), keys: (f64, f64)) -> Diagnostic {
-    let message = format!(
-        "{} states a range in which its keys are not; the range of the keys was read",
-        named(stack)
-    );
-    Diagnostic::new(Code::HeaderCount, message)
-        .expected_found(seconds(stated), format!("keys from {}", seconds(keys)))
+    let said = "states a range in which its keys are not; the range of the keys was read";
+    beside(Code::HeaderCount, stack, said, (stated, keys))
         .help("set LocalStart and LocalStop of the stack where it was exported")
 }
 
 fn left_out(stack: &ufbx::AnimStack, stated: (f64, f64), keys: (f64, f64)) -> Diagnostic {
-    let message = format!(
-        "{} has keys outside the range that it states; they were left out",
-        named(stack)
-    );
-    Diagnostic::new(Code::FrameCount, message)
-        .expected_found(seconds(stated), format!("keys from {}", seconds(keys)))
+    let said = "has keys outside the range that it states; they were left out";
+    beside(Code::FrameCount, stack, said, (stated, keys))
         .help("set LocalStart and LocalStop of the stack where it was exported, if the whole motion is meant")
+}
+
+/// What is said of a stack, with the range that it states and that of its keys.
+fn beside(code: Code, stack: &ufbx::AnimStack, said: &str, (stated, keys): ((f64, f64), (f64, f64))) -> Diagnostic {
+    let message = format!("{} {said}", named(stack));
+    Diagnostic::new(code, message).expected_found(seconds(stated), format!("keys from {}", seconds(keys)))
 }

@@ -223,7 +223,7 @@ fn every_choice_gives_the_same_motion() {
     }
 }
 
-/// As ufbx evaluates the curves, and as Blender, Assimp and three.js do: they interpolate the rotations at the keys of a
+/// As ufbx evaluates the curves, and as Blender, Assimp and three.js do, which interpolate rotations at the keys of a
 /// joint. Moving axes have their keys at the same frames.
 #[test]
 fn keys_are_left_out_within_the_largest_error() {
