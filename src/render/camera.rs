@@ -59,8 +59,10 @@ pub(super) struct Extent {
 }
 
 impl Extent {
+    /// Includes the joints, the skin in the last pose, and what lies below them on the ground.
     pub(super) fn include(&mut self, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
-        for position in figure.shown(positions) {
+        let skin = figure.skins().flat_map(|(_, vertices)| vertices);
+        for position in figure.shown(positions).chain(skin) {
             let shadow = camera.see(figure.ground_below(position));
             let seen = camera.see(position);
             self.left = self.left.min(seen.x);

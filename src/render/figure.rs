@@ -8,7 +8,7 @@ use mocap_figure::names::Name;
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::math::up_axis::turn_to_y_up;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, Node, NodeId, NodeKind, Scene};
+use mocap_scene::scene::{Animation, Mesh, Node, NodeId, NodeKind, Primitive, SKELETON_MATERIAL, Scene};
 use serde::Serialize;
 
 use super::texture::Images;
@@ -216,14 +216,17 @@ impl<'a> DrawnClip<'a> {
             .collect()
     }
 
-    /// The pose of the last positions, in the axes of the file.
-    pub(super) fn pose(&self) -> &Pose {
-        &self.pose
-    }
-
     /// A point of the file with +Y up.
     pub(super) fn on_stage(&self, point: Vec3) -> Vec3 {
         self.to_stage * point
+    }
+
+    /// The meshes of the skin with their vertices in the last pose, on the stage.
+    pub(super) fn skins(&self) -> impl Iterator<Item = (&Mesh, Vec<Vec3>)> {
+        skin_meshes(self.clip.scene).map(|mesh| {
+            let vertices = self.pose.skin(mesh).into_iter();
+            (mesh, vertices.map(|vertex| self.on_stage(vertex)).collect())
+        })
     }
 
     /// The position of the root joint.
@@ -272,6 +275,16 @@ pub fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
         })
     });
     links.collect()
+}
+
+/// The meshes of a scene that are a skin, and not the signs of a skeleton.
+pub(super) fn skin_meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
+    let is_sign = |mesh: &Mesh| {
+        let material = scene.materials.get(mesh.material_index);
+        mesh.name.is_empty() || material.is_some_and(|material| material.name == SKELETON_MATERIAL)
+    };
+    let is_skin = |mesh: &Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
+    scene.meshes.iter().filter(move |mesh| is_skin(mesh) && !is_sign(mesh))
 }
 
 /// For each node whether it is drawn: not those that only group others, nor those that the figure leaves behind.

@@ -2,11 +2,11 @@
 //! their materials; in grey where those state none.
 
 use glam::{Vec2, Vec3};
-use mocap_scene::scene::{Mesh, Primitive, SKELETON_MATERIAL, Scene};
+use mocap_scene::scene::{Mesh, Scene};
 
 use super::camera::{Camera, paint_figure};
 use super::drawing::{Color, Drawing, Pixels, Point};
-use super::figure::DrawnClip;
+use super::figure::{DrawnClip, skin_meshes};
 use super::theme;
 
 /// Samples of a pixel in each direction.
@@ -25,25 +25,15 @@ pub(super) fn shades() -> impl Iterator<Item = Color> {
     (0..SHADES).map(move |shade| dark.mix(light, shade as f32 / (SHADES - 1) as f32))
 }
 
-/// The meshes of a scene that are a skin, and not the signs of a skeleton.
-fn meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
-    let is_sign = |mesh: &Mesh| {
-        let material = scene.materials.get(mesh.material_index);
-        mesh.name.is_empty() || material.is_some_and(|material| material.name == SKELETON_MATERIAL)
-    };
-    let is_skin = |mesh: &Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
-    scene.meshes.iter().filter(move |mesh| is_skin(mesh) && !is_sign(mesh))
-}
-
 /// Whether there is a skin to draw.
 pub(super) fn has_skin(scene: &Scene) -> bool {
-    meshes(scene).next().is_some()
+    skin_meshes(scene).next().is_some()
 }
 
 /// Whether a skin has colours of its own.
 pub(super) fn has_colors(figure: &DrawnClip<'_>) -> bool {
     let scene = figure.clip.scene;
-    meshes(scene).any(|mesh| figure.images().paint(scene, mesh).is_some())
+    skin_meshes(scene).any(|mesh| figure.images().paint(scene, mesh).is_some())
 }
 
 /// Depths and colours of samples within a rectangle of a drawing.
@@ -151,13 +141,7 @@ pub(super) fn paint_body(drawing: &mut Drawing, camera: &Camera, figure: &DrawnC
 }
 
 fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
-    let meshes: Vec<(&Mesh, Vec<Vec3>)> = meshes(figure.clip.scene)
-        .map(|mesh| {
-            let positions = figure.pose().skin(mesh);
-            let seen = positions.into_iter().map(|position| figure.on_stage(position));
-            (mesh, seen.collect())
-        })
-        .collect();
+    let meshes: Vec<(&Mesh, Vec<Vec3>)> = figure.skins().collect();
     let points = meshes.iter().flat_map(|(_, positions)| positions);
     let Some(mut buffer) = Buffer::around(points.map(|position| camera.project(*position)), drawing) else {
         return;

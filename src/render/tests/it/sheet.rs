@@ -2,6 +2,7 @@
 
 use crate::drawing::{points, texts};
 use mocap::render::{Clip, Drawing, SheetOptions};
+use mocap_render::internals::Shape;
 
 #[test]
 fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
@@ -38,4 +39,23 @@ fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
             assert!(inside, "{shape:?} is outside");
         }
     }
+}
+
+/// The head of this character is above its highest joint, further than the margin.
+#[test]
+fn a_skin_is_inside_the_picture() {
+    let importer = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Own);
+    let scene = importer.import("../../fixtures/characters/arnaud.fbx").unwrap();
+    let clips = [Clip {
+        name: "arnaud",
+        scene: &scene,
+    }];
+    let drawing = Drawing::sheet(&clips, &SheetOptions::default().poses(1));
+    let skin = drawing.shapes.iter().find_map(|shape| match shape {
+        Shape::Pixels(pixels) => Some(pixels),
+        _ => None,
+    });
+    let skin = skin.unwrap();
+    assert!(skin.top > 0, "the skin begins at the top of the picture");
+    assert!(skin.top + skin.height < drawing.height as usize);
 }
