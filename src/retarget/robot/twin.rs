@@ -9,6 +9,7 @@ use glam::{DMat3, DQuat, DVec3, Mat4};
 use mocap_figure::robot_bones::RobotBone;
 use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::directions::wide_arc;
 use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotShape};
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 
@@ -285,7 +286,9 @@ impl Builder<'_> {
         let outwards = if side == Side::Left { self.left } else { -self.left };
         let end = self.at(hand).or_else(|| self.tip(lower));
         let vector = end.map_or(DVec3::ZERO, |end| end - elbow);
-        let mut turn = shortest_arc(elbow - shoulder, outwards);
+        // An arm that points inwards goes outwards about the forward direction.
+        let to_side = |along: DVec3| wide_arc(along, outwards, self.forward);
+        let mut turn = to_side(elbow - shoulder);
         let hinge = self
             .hinge(lower)
             .filter(|(axis, _)| axis.dot((elbow - shoulder).normalize_or_zero()).abs() < 0.8);
@@ -299,7 +302,7 @@ impl Builder<'_> {
             // In the T-pose an arm bends forward.
             turn = turn_about(turn * bends, outwards.cross(self.forward), outwards) * turn;
             let fore = turn * along;
-            let fore = shortest_arc(fore * vector, outwards) * fore;
+            let fore = to_side(fore * vector) * fore;
             parts.insert(
                 lower,
                 Part {
@@ -308,7 +311,7 @@ impl Builder<'_> {
                 },
             );
         } else {
-            let fore = shortest_arc(turn * vector, outwards) * turn;
+            let fore = to_side(turn * vector) * turn;
             parts.insert(
                 lower,
                 Part {
@@ -442,12 +445,6 @@ impl Builder<'_> {
             guessed: Vec::new(),
         }
     }
-}
-
-/// glam's shortest rotation from one direction to another, which need not have unit length.
-fn shortest_arc(from: DVec3, to: DVec3) -> DQuat {
-    let directions = from.try_normalize().zip(to.try_normalize());
-    directions.map_or(DQuat::IDENTITY, |(from, to)| DQuat::from_rotation_arc(from, to))
 }
 
 /// The rotation about an axis that turns one direction to another as far as it can.

@@ -47,7 +47,7 @@ const OPPOSITE: f64 = 1e-12;
 pub fn wide_arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
     let length = (from.length_squared() * to.length_squared()).sqrt();
     let (w, v) = (length + from.dot(to), from.cross(to));
-    if w.is_nan() || length <= 0.0 {
+    if !w.is_finite() || length <= 0.0 {
         DQuat::IDENTITY
     } else if w <= OPPOSITE * length {
         DQuat::from_xyzw(axis.x, axis.y, axis.z, 0.0).normalize()

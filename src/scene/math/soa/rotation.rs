@@ -1,8 +1,9 @@
 //! Rotations of lanes: the shortest one between directions, slerp, and the twist about an axis.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 
 use super::{Lanes, Quaternions, Vectors};
+use crate::math::directions::wide_arc;
 use crate::math::quaternion::ANGLE_OVER_SINE;
 
 /// The cosine of the angle between directions from which on their shortest rotation is computed lane by lane.
@@ -58,12 +59,8 @@ impl<const N: usize> Quaternions<f32, N> {
     #[cold]
     fn arc_of_each(from: Vectors<f32, N>, to: Vectors<f32, N>) -> Self {
         Self::of(|lane| {
-            let (from, to) = (Vec3::from_array(from.lane(lane)), Vec3::from_array(to.lane(lane)));
-            let arc = match (from.try_normalize(), to.try_normalize()) {
-                (Some(from), Some(to)) => Quat::from_rotation_arc(from, to),
-                _ => Quat::IDENTITY,
-            };
-            arc.to_array()
+            let [from, to] = [from, to].map(|vectors| Vec3::from_array(vectors.lane(lane)).as_dvec3());
+            wide_arc(from, to, from.any_orthonormal_vector()).as_quat().to_array()
         })
     }
 
