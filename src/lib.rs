@@ -159,7 +159,7 @@ pub use mocap_scene::ik;
 #[doc(inline)]
 pub use mocap_scene::{
     Binding, ChainMatrix, Code, Diagnostic, Error, Format, Limits, Location, LoopMode, OutOfRange, Player, Pose,
-    Result, RootOffset, Scene, SkeletonMesh, Trs, Updater, process, scene,
+    Result, RootOffset, Scene, SkeletonMesh, Trs, Updater, process, report, scene,
 };
 #[doc(hidden)]
 pub use mocap_scene::{files, visible, visible_json};

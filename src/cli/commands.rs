@@ -50,6 +50,7 @@ use mocap::figure::Figure;
 use mocap::files::check_distinct;
 use mocap::job::{InputOptions, Maker, SourceMap};
 use mocap::render::Drawing;
+use mocap::report::Report;
 use mocap::retarget::report::ClipReport;
 use mocap::retarget::robot::add_links;
 use mocap::retarget::{RetargetOptions, Retargeter};
@@ -144,6 +145,33 @@ fn print_job(job: &impl Serialize) -> Result<(), Failure> {
     Ok(print_json(job)?)
 }
 
+/// The place of a report that is a text.
+#[derive(Clone, Copy)]
+enum Place {
+    /// Standard output: the report is the result.
+    Result,
+    /// The same, unescaped, for another program.
+    Data,
+    /// Standard error, unless the user wants silence: the result is a file.
+    Message,
+}
+
+/// Prints a report: as JSON on standard output, or as text.
+fn print_report(report: &impl Report, is_json: bool, place: Place) -> Result<(), Failure> {
+    if is_json {
+        return Ok(print_json(report)?);
+    }
+    let text = report.to_string();
+    let line = text.strip_suffix('\n').unwrap_or(&text);
+    match place {
+        Place::Result => writeln!(report::words(), "{line}")?,
+        Place::Data => report::data().write_all(text.as_bytes())?,
+        Place::Message if text.is_empty() => {}
+        Place::Message => report::say(line),
+    }
+    Ok(())
+}
+
 /// Prints a value as indented JSON.
 fn print_json(value: &impl Serialize) -> io::Result<()> {
     let mut out = io::BufWriter::new(report::json());
@@ -175,32 +203,11 @@ fn drawn(drawing: &Drawing, format: &str) -> Result<Vec<u8>, Failure> {
 fn write_drawing(drawing: &Drawing, picture: &PictureArgs, format: &str) -> Result<(), Failure> {
     let (path, bytes) = (picture.output.as_path(), drawn(drawing, format)?);
     streams::write(path, &bytes)?;
-    if picture.json {
-        let (width, height) = (drawing.width, drawing.height);
-        return print_picture(path, (width, height), bytes.len());
-    }
-    tell_drawing(drawing, path);
-    Ok(())
-}
-
-/// What `--json` prints of a picture.
-fn print_picture(path: &Path, (width, height): (u32, u32), bytes: usize) -> Result<(), Failure> {
-    let output = path.display().to_string();
-    Ok(print_json(&PictureReport {
-        output,
-        width,
-        height,
-        bytes,
-    })?)
-}
-
-fn tell_drawing(drawing: &Drawing, path: &Path) {
-    report::say(&format!(
-        "{}: {} x {} pixels",
-        path.display(),
-        drawing.width,
-        drawing.height
-    ));
+    print_report(
+        &PictureReport::of(drawing, path, bytes.len()),
+        picture.json,
+        Place::Message,
+    )
 }
 
 /// The error of a build without the feature.

@@ -1,6 +1,37 @@
-//! What `--json` prints: the types of commands whose report the library does not have.
+//! The reports of commands that the library does not have.
 
+use std::fmt;
+use std::path::Path;
+
+use mocap::render::Drawing;
+use mocap::report::counted;
 use serde::Serialize;
+
+/// A report of an output, whose JSON does not name the file.
+#[derive(Serialize)]
+#[serde(transparent)]
+pub(crate) struct OutputReport<'a, R> {
+    #[serde(skip)]
+    pub(crate) output: &'a Path,
+    pub(crate) report: R,
+}
+
+impl<R: fmt::Display> fmt::Display for OutputReport<'_, R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.output.display(), self.report)
+    }
+}
+
+/// Reports of one kind: a list as JSON, one below the other as text.
+#[derive(Serialize)]
+#[serde(transparent)]
+pub(crate) struct ReportList<R>(pub(crate) Vec<R>);
+
+impl<R: fmt::Display> fmt::Display for ReportList<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|report| writeln!(f, "{report}"))
+    }
+}
 
 /// A picture or a film that was written.
 #[derive(Serialize)]
@@ -11,6 +42,28 @@ pub(crate) struct PictureReport {
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) bytes: usize,
+    /// What the text says of it.
+    #[serde(skip)]
+    pub(crate) summary: String,
+}
+
+impl PictureReport {
+    pub(crate) fn of(drawing: &Drawing, output: &Path, bytes: usize) -> Self {
+        let (width, height) = (drawing.width, drawing.height);
+        Self {
+            output: output.display().to_string(),
+            width,
+            height,
+            bytes,
+            summary: format!("{width} x {height} pixels"),
+        }
+    }
+}
+
+impl fmt::Display for PictureReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.output, self.summary)
+    }
 }
 
 /// A database of `mocap index`.
@@ -23,12 +76,25 @@ pub(crate) struct IndexReport {
     pub(crate) frames: usize,
 }
 
+impl fmt::Display for IndexReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (clips, frames) = (counted(self.clips, "clip"), counted(self.frames, "frame"));
+        write!(f, "{}: {clips}, {frames}", self.output)
+    }
+}
+
 /// The files of a run.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct FilesReport {
     pub(crate) files: usize,
     pub(crate) failed: usize,
+}
+
+impl fmt::Display for FilesReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} files, {} failed", self.files, self.failed)
+    }
 }
 
 /// The arrays of `mocap fk`.
@@ -43,6 +109,26 @@ pub(crate) struct ArraysReport {
     pub(crate) bytes: usize,
     /// Assumptions, and data that the output does not have, one sentence each.
     pub(crate) notes: Vec<String>,
+    /// The layout of another program, as a phrase.
+    #[serde(skip)]
+    pub(crate) layout: String,
+}
+
+impl fmt::Display for ArraysReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.notes.iter().try_for_each(|note| writeln!(f, "{note}"))?;
+        write!(
+            f,
+            "{} -> {}: {}, {}, {}{}, {} bytes",
+            self.input,
+            self.output,
+            counted(self.frames, "frame"),
+            counted(self.joints, "joint"),
+            counted(self.end_sites, "end site"),
+            self.layout,
+            self.bytes
+        )
+    }
 }
 
 /// The joint angles of `mocap angles`, in degrees and metres.
@@ -53,6 +139,21 @@ pub(crate) struct AnglesReport<'a> {
     pub(crate) output: String,
     pub(crate) frames: usize,
     pub(crate) columns: &'a [String],
+    /// What is odd about the motion.
+    #[serde(skip)]
+    pub(crate) note: Option<String>,
+}
+
+impl fmt::Display for AnglesReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (frames, columns) = (self.frames, self.columns.len());
+        let (input, output) = (&self.input, &self.output);
+        write!(
+            f,
+            "{input} -> {output}: {frames} frames of {columns} columns, in degrees and metres"
+        )?;
+        self.note.iter().try_for_each(|note| write!(f, "\n{note}"))
+    }
 }
 
 /// A page of `mocap view`.
@@ -60,6 +161,12 @@ pub(crate) struct AnglesReport<'a> {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct PageReport {
     pub(crate) output: String,
+}
+
+impl fmt::Display for PageReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.output)
+    }
 }
 
 /// A recording of `mocap record`.
@@ -74,6 +181,17 @@ pub(crate) struct RecordingReport {
     pub(crate) heard: HeardReport,
 }
 
+impl fmt::Display for RecordingReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (output, frames, seconds) = (&self.output, self.frames, self.seconds);
+        let (bones, packets) = (self.bones, self.heard.packets);
+        write!(
+            f,
+            "{output}: {frames} frames, {seconds:.2} s, {bones} bones, of {packets} packets"
+        )
+    }
+}
+
 /// What was heard of a stream.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -85,6 +203,17 @@ pub(crate) struct HeardReport {
     pub(crate) malformed: u64,
     /// Messages about other things than the body.
     pub(crate) others: u64,
+}
+
+impl fmt::Display for HeardReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (packets, lost, malformed) = (self.packets, self.lost, self.malformed);
+        write!(
+            f,
+            "{packets} packets, {lost} lost, {malformed} malformed, {} about other things",
+            self.others
+        )
+    }
 }
 
 /// What `mocap play` sent.
@@ -101,6 +230,17 @@ pub(crate) struct PlayReport {
     pub(crate) packets: Option<u64>,
 }
 
+impl fmt::Display for PlayReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (count, what) in [(self.frames, "frames"), (self.packets, "packets")] {
+            count
+                .iter()
+                .try_for_each(|count| writeln!(f, "{count} {what} were sent"))?;
+        }
+        Ok(())
+    }
+}
+
 /// What `mocap bridge` sent.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -115,12 +255,24 @@ pub(crate) struct BridgeReport {
     pub(crate) problem: Option<String>,
 }
 
+impl fmt::Display for BridgeReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} poses were sent, of {} packets", self.poses, self.heard.packets)
+    }
+}
+
 /// The completions of a shell.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct CompletionsReport {
     pub(crate) shell: String,
     pub(crate) script: String,
+}
+
+impl fmt::Display for CompletionsReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.script)
+    }
 }
 
 /// A manual page, with its text where it is not written to a file.
@@ -131,4 +283,18 @@ pub(crate) struct ManualPage {
     pub(crate) file: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) text: Option<String>,
+}
+
+/// Manual pages: a list as JSON, their texts where they are not in files.
+#[derive(Serialize)]
+#[serde(transparent)]
+pub(crate) struct ManualPages(pub(crate) Vec<ManualPage>);
+
+impl fmt::Display for ManualPages {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0
+            .iter()
+            .filter_map(|page| page.text.as_ref())
+            .try_for_each(|text| f.write_str(text))
+    }
 }

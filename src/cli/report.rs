@@ -10,6 +10,7 @@ use std::time::Duration;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::ProgressBar;
 use mocap::job::Notice;
+pub(crate) use mocap::report::counted;
 use mocap::{Diagnostic, Error};
 pub(crate) use mocap::{visible, visible_json};
 use serde::Serialize;
@@ -175,12 +176,6 @@ pub(crate) fn tell_replaced() {
             .for_each(|path| say(&format!("{}: replaced, mocap wrote it", path.display()))),
         count => say(&format!("{count} files replaced, mocap wrote them")),
     }
-}
-
-/// A count with its noun, which takes an `s` but after 1.
-pub(crate) fn counted(count: usize, noun: &str) -> String {
-    let ending = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{ending}")
 }
 
 /// What stands on standard output in place of the characters of a file that steer a terminal.

@@ -7,6 +7,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Binding;
 use mocap_scene::scene::report::{AppliedStep, NamedJoint};
 use mocap_scene::scene::{HumanoidBone, NodeId, NodeKind, Scene};
+use serde::Serialize;
 
 use super::{Humanoid, HumanoidMap};
 
@@ -19,7 +20,7 @@ const MOST_LISTED: usize = 8;
 /// Which joints got another name, and which kept theirs.
 ///
 /// [`name_joints`] has an example.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct NamingReport {
     /// The nodes with another name, each with its earlier name, in their order.

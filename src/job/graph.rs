@@ -1,8 +1,10 @@
 //! How motions are compared to a motion graph.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use mocap_edit::graph::{GraphOptions, MotionGraph};
+use mocap_scene::report::counted;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
@@ -89,6 +91,17 @@ pub struct GraphReport {
     pub kept_seconds: f64,
     /// The files of the clips that have no such part.
     pub left_out: Vec<String>,
+}
+
+impl fmt::Display for GraphReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (transitions, clips) = (counted(self.transitions, "transition"), counted(self.clips, "clip"));
+        write!(
+            f,
+            "{transitions} among {clips}; {:.1} of {:.1} s stay: from each moment there a walk reaches all others",
+            self.kept_seconds, self.seconds
+        )
+    }
 }
 
 impl GraphReport {

@@ -1,5 +1,6 @@
 //! What a job has done.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use mocap_corpus::survey::report::ClipRow;
@@ -81,6 +82,21 @@ pub struct OutputFile {
     pub name: String,
     /// Its size.
     pub bytes: usize,
+}
+
+impl fmt::Display for JobReport {
+    /// What was decided and changed, a line each. Files and warnings are not among them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut lines = self.notes.clone();
+        lines.extend(self.steps.iter().map(ToString::to_string));
+        lines.extend(self.clips.iter().map(|clip| {
+            let (name, verdict, mean) = (clip.name(), clip.verdict().as_str(), clip.mean_degrees());
+            format!("{name}: {verdict}: limbs {mean:.2} degrees off in the mean")
+        }));
+        lines.extend(self.walk.as_ref().map(ToString::to_string));
+        lines.extend(self.verification.as_ref().map(ToString::to_string));
+        f.write_str(&lines.join("\n"))
+    }
 }
 
 impl JobReport {

@@ -17,6 +17,7 @@ pub mod options;
 pub mod player;
 pub mod pose;
 pub mod process;
+pub mod report;
 pub mod scene;
 
 pub use self::error::{Code, Diagnostic, Error, Location, Result};

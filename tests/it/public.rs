@@ -92,6 +92,30 @@ fn public_names_do_not_grow_unseen() {
     assert_eq!(names.len(), PUBLIC_NAMES, "{}", list.join(" "));
 }
 
+/// What makes each type called a report a `Report`: a text for people, and data for programs.
+#[test]
+fn every_report_has_a_text_and_is_data() {
+    let sources = sources();
+    let declared = declared(&sources);
+    let is_report = |found: &&Declared| found.name.ends_with("Report") && found.keyword != "trait";
+    let reports = Vec::from_iter(declared.iter().filter(is_report));
+    assert!(reports.len() > 30, "the reports are not found");
+    for Declared {
+        name,
+        place,
+        attributes,
+        ..
+    } in reports
+    {
+        let display = format!("Display for {name} ");
+        assert!(attributes.contains("Serialize"), "{place}: {name} is not Serialize");
+        assert!(
+            sources.iter().any(|source| source.text.contains(&display)),
+            "{place}: {name} has no Display"
+        );
+    }
+}
+
 /// Types that have all the variants or fields that they will ever have, or that a program makes as literals, so that a
 /// new field is to be an error in it.
 const CLOSED: &[&str] = &[

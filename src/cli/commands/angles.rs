@@ -1,14 +1,13 @@
 //! `mocap angles` and `mocap gait`: a motion as a laboratory of biomechanics has it.
 
-use std::io::{self, Write};
-use std::path::Path;
+use std::fmt;
 
 use mocap::biomechanics::report::{MeanAndDeviation, SideOfGait};
 use mocap::biomechanics::{Gait, JointAngles};
 use mocap::figure::Side;
 use serde::Serialize;
 
-use super::{check_json, import_motion, mapped_figure, print_json};
+use super::{Place, check_json, import_motion, mapped_figure, print_report};
 use crate::args::{AnglesArgs, GaitArgs};
 use crate::printed::AnglesReport;
 use crate::{Failure, report, streams};
@@ -30,25 +29,14 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
         _ => angles.to_csv(),
     };
     streams::write(&args.output, text.as_bytes())?;
-    if args.json {
-        return Ok(print_json(&AnglesReport {
-            input: args.input.display().to_string(),
-            output: args.output.display().to_string(),
-            frames: angles.frames(),
-            columns: &angles.columns,
-        })?);
-    }
-    report::say(&format!(
-        "{} -> {}: {} frames of {} columns, in degrees and metres",
-        args.input.display(),
-        args.output.display(),
-        angles.frames(),
-        angles.columns.len(),
-    ));
-    if let Some(said) = faces_aside(&angles) {
-        report::say(&said);
-    }
-    Ok(())
+    let found = AnglesReport {
+        input: args.input.display().to_string(),
+        output: args.output.display().to_string(),
+        frames: angles.frames(),
+        columns: &angles.columns,
+        note: faces_aside(&angles),
+    };
+    print_report(&found, args.json, Place::Message)
 }
 
 /// What to say of a pelvis that faces aside of the laboratory's forward, about whose axes it tilts.
@@ -88,11 +76,8 @@ pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
     args.source.state(&mut scene);
     let figure = mapped_figure(&scene, &args.map)?;
     let gait = Gait::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.file))?;
-    if args.json {
-        let file = args.file.display().to_string();
-        return Ok(print_json(&GaitReport { file, gait: &gait })?);
-    }
-    Ok(print(&args.file, &gait)?)
+    let file = args.file.display().to_string();
+    print_report(&GaitReport { file, gait: &gait }, args.json, Place::Result)
 }
 
 /// A row of the table: what it is called, its unit, and the measure of a side.
@@ -108,43 +93,42 @@ const ROWS: [Row; 7] = [
     ("stance", "%", |side| side.stance),
 ];
 
-fn print(file: &Path, gait: &Gait) -> io::Result<()> {
-    let mut out = report::words();
-    let strides = |side: Side| gait.strides.iter().filter(|stride| stride.side == side).count();
-    let (left, right) = (strides(Side::Left), strides(Side::Right));
-    writeln!(
-        out,
-        "{}: {left} strides of the left foot, {right} of the right",
-        file.display()
-    )?;
-    if let Some(cadence) = gait.cadence {
-        writeln!(out, "cadence: {cadence:.1} steps/min")?;
-    }
-    if gait.events_of_file {
-        writeln!(out, "the events are those of the file")?;
-    }
-    if !gait.alternates {
-        writeln!(out, "the feet do not strike in turn: this may be no walk")?;
-    }
-    if gait.in_place {
+impl fmt::Display for GaitReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let gait = self.gait;
+        let strides = |side: Side| gait.strides.iter().filter(|stride| stride.side == side).count();
+        let (left, right) = (strides(Side::Left), strides(Side::Right));
         writeln!(
-            out,
-            "the body stays where it is, as on a treadmill: no lengths, no speed"
+            f,
+            "{}: {left} strides of the left foot, {right} of the right",
+            self.file
         )?;
-    }
-    writeln!(out)?;
-    writeln!(out, "{:22}{:>17}{:>17}", "mean +- deviation", "left", "right")?;
-    for (name, unit, measure) in ROWS {
-        let cells = [&gait.left, &gait.right].map(|side| cell(measure(side)));
-        if cells.iter().any(|cell| cell != "-") {
-            writeln!(out, "{:22}{:>17}{:>17}", format!("{name}, {unit}"), cells[0], cells[1])?;
+        if let Some(cadence) = gait.cadence {
+            writeln!(f, "cadence: {cadence:.1} steps/min")?;
         }
+        if gait.events_of_file {
+            writeln!(f, "the events are those of the file")?;
+        }
+        if !gait.alternates {
+            writeln!(f, "the feet do not strike in turn: this may be no walk")?;
+        }
+        if gait.in_place {
+            writeln!(f, "the body stays where it is, as on a treadmill: no lengths, no speed")?;
+        }
+        writeln!(f)?;
+        writeln!(f, "{:22}{:>17}{:>17}", "mean +- deviation", "left", "right")?;
+        for (name, unit, measure) in ROWS {
+            let cells = [&gait.left, &gait.right].map(|side| cell(measure(side)));
+            if cells.iter().any(|cell| cell != "-") {
+                writeln!(f, "{:22}{:>17}{:>17}", format!("{name}, {unit}"), cells[0], cells[1])?;
+            }
+        }
+        writeln!(f)?;
+        for (time, side, event) in events(gait) {
+            writeln!(f, "{time:9.3} s  {side:5}  {event}")?;
+        }
+        Ok(())
     }
-    writeln!(out)?;
-    for (time, side, event) in events(gait) {
-        writeln!(out, "{time:9.3} s  {side:5}  {event}")?;
-    }
-    out.flush()
 }
 
 /// Time, foot and event, in the order of time.

@@ -1,15 +1,15 @@
 //! `mocap chain`: prints the matrices from the root to a joint, each apart.
 
-use std::io::{self, BufWriter, Write};
+use std::fmt;
 
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, Scene};
 use mocap::{ChainMatrix, Pose};
 use serde::Serialize;
 
-use super::{import_motion, print_json};
+use super::{Place, import_motion, print_report};
+use crate::Failure;
 use crate::args::ChainArgs;
-use crate::{Failure, report};
 
 /// The matrices of a chain.
 #[derive(Serialize)]
@@ -25,6 +25,8 @@ pub(crate) struct ChainView<'a> {
     /// The position of this point in the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     point_in_world: Option<[f32; 3]>,
+    #[serde(skip)]
+    scene: &'a Scene,
 }
 
 pub(crate) fn run(args: &ChainArgs) -> Result<(), Failure> {
@@ -44,37 +46,35 @@ pub(crate) fn run(args: &ChainArgs) -> Result<(), Failure> {
         chain: &chain,
         point: args.point,
         point_in_world: args.point.and_then(attached),
+        scene: &scene,
     };
-    match args.json {
-        true => print_json(&view)?,
-        false => print_text(&view, &scene)?,
-    }
-    Ok(())
+    print_report(&view, args.json, Place::Result)
 }
 
-fn print_text(view: &ChainView<'_>, scene: &Scene) -> io::Result<()> {
-    let mut out = BufWriter::new(report::words());
-    let symbols: Vec<&str> = view.chain.iter().map(|matrix| &*matrix.symbol).collect();
-    writeln!(out, "T = {}, tick {}", symbols.join(" "), view.tick)?;
-    writeln!(
-        out,
-        "positive angles turn counter-clockwise for a viewer towards whom the axis points"
-    )?;
-    let mut so_far = String::new();
-    for part in view.chain {
-        so_far += if so_far.is_empty() { "" } else { " " };
-        so_far += &part.symbol;
-        writeln!(out, "\n{} {}", part.symbol, meaning(part, scene))?;
-        writeln!(out, "  {:>43}   |  {so_far:>43}", part.symbol)?;
-        for (row, product) in rows(&part.matrix).into_iter().zip(rows(&part.product)) {
-            writeln!(out, "  {}   |  {}", numbers(&row), numbers(&product))?;
+impl fmt::Display for ChainView<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let symbols: Vec<&str> = self.chain.iter().map(|matrix| &*matrix.symbol).collect();
+        writeln!(f, "T = {}, tick {}", symbols.join(" "), self.tick)?;
+        writeln!(
+            f,
+            "positive angles turn counter-clockwise for a viewer towards whom the axis points"
+        )?;
+        let mut so_far = String::new();
+        for part in self.chain {
+            so_far += if so_far.is_empty() { "" } else { " " };
+            so_far += &part.symbol;
+            writeln!(f, "\n{} {}", part.symbol, meaning(part, self.scene))?;
+            writeln!(f, "  {:>43}   |  {so_far:>43}", part.symbol)?;
+            for (row, product) in rows(&part.matrix).into_iter().zip(rows(&part.product)) {
+                writeln!(f, "  {}   |  {}", numbers(&row), numbers(&product))?;
+            }
         }
+        if let (Some(point), Some(world)) = (self.point, self.point_in_world) {
+            let [point, world] = [point, world].map(|point| numbers(&point));
+            writeln!(f, "\npoint in {}:  {point}\npoint in the world:  {world}", self.joint)?;
+        }
+        Ok(())
     }
-    if let (Some(point), Some(world)) = (view.point, view.point_in_world) {
-        let [point, world] = [point, world].map(|point| numbers(&point));
-        writeln!(out, "\npoint in {}:  {point}\npoint in the world:  {world}", view.joint)?;
-    }
-    out.flush()
 }
 
 /// What a matrix is, of which joint, and the line of the file that says it.

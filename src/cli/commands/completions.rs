@@ -1,19 +1,18 @@
 //! `mocap completions` and `mocap man`: what a shell and a manual know of the commands.
 
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 use clap::builder::Resettable;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 
-use super::print_json;
+use super::{Place, print_report};
 use crate::args::help::arranged;
 use crate::args::{Args, CompletionsArgs, ManArgs};
 use crate::kinds::nearest;
-use crate::printed::{CompletionsReport, ManualPage};
-use crate::{Failure, report, streams};
+use crate::printed::{CompletionsReport, ManualPage, ManualPages};
+use crate::{Failure, streams};
 
 const PROGRAM: &str = "mocap";
 
@@ -22,13 +21,11 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
     // What is closed by its reader would be a panic of the generator.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Args::command(), PROGRAM, &mut script);
-    if args.json {
-        return Ok(print_json(&CompletionsReport {
-            shell: args.shell.to_string(),
-            script: String::from_utf8_lossy(&script).into_owned(),
-        })?);
-    }
-    Ok(report::data().write_all(&script)?)
+    let found = CompletionsReport {
+        shell: args.shell.to_string(),
+        script: String::from_utf8_lossy(&script).into_owned(),
+    };
+    print_report(&found, args.json, Place::Data)
 }
 
 /// Prints the manual page of a command, or writes all pages into a folder.
@@ -40,10 +37,7 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
         fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.clone(), error))?;
         let mut pages = Vec::new();
         write_pages(&command, folder, &mut pages)?;
-        return match args.json {
-            true => Ok(print_json(&pages)?),
-            false => Ok(()),
-        };
+        return print_report(&ManualPages(pages), args.json, Place::Data);
     }
     let mut found = &command;
     for name in &args.command {
@@ -55,13 +49,11 @@ pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
     }
     let (man, mut page) = (Man::new(found.clone()), Vec::new());
     man.render(&mut page)?;
-    if args.json {
-        return Ok(print_json(&[ManualPage {
-            file: man.get_filename(),
-            text: Some(String::from_utf8_lossy(&page).into_owned()),
-        }])?);
-    }
-    Ok(report::data().write_all(&page)?)
+    let page = ManualPage {
+        file: man.get_filename(),
+        text: Some(String::from_utf8_lossy(&page).into_owned()),
+    };
+    print_report(&ManualPages(vec![page]), args.json, Place::Data)
 }
 
 /// `mocap.1`, `mocap-convert.1` and so on.

@@ -8,7 +8,7 @@ use mocap::job::{JobOutput, MotionJob, Notice, SizeOptions};
 use mocap::scene::Animation;
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
 
-use super::{TO_OF_FILE, made, many, print_job, unknown_extension, verify};
+use super::{Place, TO_OF_FILE, made, many, print_job, print_report, unknown_extension, verify};
 use crate::args::{ConvertArgs, Given, OutputFormat, refuse_options};
 use crate::{Failure, report, streams};
 
@@ -162,7 +162,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &MotionJob, format: OutputFormat)
     match args.verify {
         true => {
             let verification = job.verify_output(made.scene, output)?;
-            report::say(&verify::summary(&verification));
+            print_report(&verification, false, Place::Message)?;
             verify::require(&verification, args.write.smaller.tolerance())
         }
         false => Ok(()),

@@ -1,13 +1,14 @@
 //! `mocap doctor`: what this build and this machine lack, and which commands need it.
 
 use std::env;
-use std::io::{self, IsTerminal, Write};
+use std::fmt;
+use std::io::{self, IsTerminal};
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::print_json;
+use super::{Place, print_report};
 use crate::args::DoctorArgs;
 use crate::{Failure, build_info, report};
 
@@ -109,22 +110,23 @@ fn has_browser() -> bool {
 }
 
 pub(crate) fn run(args: &DoctorArgs) -> Result<(), Failure> {
-    let found = examine();
-    if args.json {
-        return Ok(print_json(&found)?);
-    }
-    let mut out = io::stdout().lock();
-    writeln!(out, "mocap {} ({}, {})", found.version, found.commit, found.target)?;
-    let width = found.needs.iter().map(|need| need.name.len()).max().unwrap_or_default();
-    for need in &found.needs {
-        let (name, used_for) = (need.name, need.used_for);
-        match need.is_present {
-            true => writeln!(out, "ok       {name:<width$}  {used_for}")?,
-            false => {
-                let help = report::visible(&need.help);
-                writeln!(out, "missing  {name:<width$}  {used_for}: {help}")?;
+    print_report(&examine(), args.json, Place::Result)
+}
+
+impl fmt::Display for DoctorReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "mocap {} ({}, {})", self.version, self.commit, self.target)?;
+        let width = self.needs.iter().map(|need| need.name.len()).max().unwrap_or_default();
+        for need in &self.needs {
+            let (name, used_for) = (need.name, need.used_for);
+            match need.is_present {
+                true => writeln!(f, "ok       {name:<width$}  {used_for}")?,
+                false => {
+                    let help = report::visible(&need.help);
+                    writeln!(f, "missing  {name:<width$}  {used_for}: {help}")?;
+                }
             }
         }
+        Ok(())
     }
-    Ok(())
 }

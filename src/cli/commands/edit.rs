@@ -13,10 +13,11 @@ use mocap::visible_json;
 
 use super::plot::joints_named;
 use super::{
-    check_json, drawn, extension, made, own, print_json, refuse_one_file, short_name, tell_drawing, unknown_extension,
+    Place, check_json, drawn, extension, made, own, print_report, refuse_one_file, short_name, unknown_extension,
     verify, view,
 };
 use crate::args::{EditArgs, Given, ViewArgs};
+use crate::printed::{PictureReport, ReportList};
 use crate::report::Voice;
 use crate::{Failure, streams};
 
@@ -101,10 +102,10 @@ fn one(args: &EditArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
     let besides = Vec::from_iter(besides.iter().map(|(path, bytes)| (*path, bytes.as_slice())));
     streams::save(&made.written, &args.own.output, &besides, &policy, given)?;
     if let Some((file, drawing)) = &curves {
-        tell_drawing(drawing, file);
+        print_report(&PictureReport::of(drawing, file, 0), false, Place::Message)?;
     }
     if args.json {
-        print_json(&reports)?;
+        print_report(&ReportList(reports), true, Place::Message)?;
     }
     if args.own.verify {
         verify::output(job, Some(scene))?;

@@ -1,15 +1,16 @@
 //! `mocap find`: what in a database is most like a part of a motion, or a pose.
 
-use std::io::Write;
+use std::fmt;
 use std::num::NonZeroUsize;
 
 use mocap::Scene;
 use mocap::matching::report::Match;
 use mocap::matching::{FindOptions, Query};
+use serde::Serialize;
 
-use super::{found, import_motion, index, print_json};
+use super::{Place, found, import_motion, index, print_report};
+use crate::Failure;
 use crate::args::FindArgs;
-use crate::{Failure, report};
 
 pub(crate) fn run(args: &FindArgs) -> Result<(), Failure> {
     let database = index::read(&args.database)?;
@@ -19,11 +20,11 @@ pub(crate) fn run(args: &FindArgs) -> Result<(), Failure> {
     if args.sheet.is_some() || args.page.is_some() {
         found::write(args, &database, &parts, &scene)?;
     }
-    match args.json {
-        true => print_json(&parts)?,
-        false => print(&parts, query.seconds() > 0.0)?,
-    }
-    Ok(())
+    let list = MatchList {
+        matches: &parts,
+        are_parts: query.seconds() > 0.0,
+    };
+    print_report(&list, args.json, Place::Result)
 }
 
 /// What `--json` prints.
@@ -60,52 +61,62 @@ fn query(args: &FindArgs) -> Result<(Query, Scene), Failure> {
     Ok((query.map_err(|error| error.with_path(file))?, scene))
 }
 
-/// A line of each, the best first.
-fn print(found: &[Match], are_parts: bool) -> std::io::Result<()> {
-    let mut out = report::words();
-    let width = found
-        .iter()
-        .map(|found| found.file.chars().count())
-        .max()
-        .unwrap_or(4)
-        .max(4);
-    let (when, pace) = match are_parts {
-        true => ("seconds", "  pace"),
-        false => ("second", ""),
-    };
-    let has_movement = found.iter().any(|found| found.movement.is_some());
-    let movement = if has_movement { "  movement" } else { "" };
-    writeln!(
-        out,
-        "distance{movement}  {when:<16}{pace}  mirrored  {:width$}  clip",
-        "file"
-    )?;
-    for Match {
-        file,
-        clip,
-        first,
-        last,
-        distance,
-        movement,
-        mirrored,
-        pace,
-        ..
-    } in found
-    {
-        let when = match are_parts {
-            true => format!("{first:.2}..{last:.2}"),
-            false => format!("{first:.2}"),
+/// What was found, the best first.
+#[derive(Serialize)]
+#[serde(transparent)]
+struct MatchList<'a> {
+    matches: &'a [Match],
+    #[serde(skip)]
+    are_parts: bool,
+}
+
+impl fmt::Display for MatchList<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let found = self.matches;
+        let width = found
+            .iter()
+            .map(|found| found.file.chars().count())
+            .max()
+            .unwrap_or(4)
+            .max(4);
+        let (when, pace) = match self.are_parts {
+            true => ("seconds", "  pace"),
+            false => ("second", ""),
         };
-        let pace = match are_parts {
-            true => format!("  {pace:.2}"),
-            false => String::new(),
-        };
-        let movement = movement.map_or_else(String::new, |movement| format!("  {movement:<8.3}"));
-        let mirrored = if *mirrored { "yes" } else { "no" };
+        let has_movement = found.iter().any(|found| found.movement.is_some());
+        let movement = if has_movement { "  movement" } else { "" };
         writeln!(
-            out,
-            "{distance:<8.3}{movement}  {when:<16}{pace}  {mirrored:<8}  {file:width$}  {clip}"
+            f,
+            "distance{movement}  {when:<16}{pace}  mirrored  {:width$}  clip",
+            "file"
         )?;
+        for Match {
+            file,
+            clip,
+            first,
+            last,
+            distance,
+            movement,
+            mirrored,
+            pace,
+            ..
+        } in found
+        {
+            let when = match self.are_parts {
+                true => format!("{first:.2}..{last:.2}"),
+                false => format!("{first:.2}"),
+            };
+            let pace = match self.are_parts {
+                true => format!("  {pace:.2}"),
+                false => String::new(),
+            };
+            let movement = movement.map_or_else(String::new, |movement| format!("  {movement:<8.3}"));
+            let mirrored = if *mirrored { "yes" } else { "no" };
+            writeln!(
+                f,
+                "{distance:<8.3}{movement}  {when:<16}{pace}  {mirrored:<8}  {file:width$}  {clip}"
+            )?;
+        }
+        Ok(())
     }
-    out.flush()
 }

@@ -3,7 +3,7 @@
 use mocap::arrays::{Arrays, BodyArrays, BodyLayout};
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
-use super::{check_json, output_format, print_json};
+use super::{Place, check_json, output_format, print_report};
 use crate::args::{FkArgs, Given};
 use crate::printed::ArraysReport;
 use crate::{Failure, report, streams};
@@ -46,25 +46,17 @@ fn tell(
     notes: Vec<String>,
 ) -> Result<(), Failure> {
     let (input, output) = (args.input.display().to_string(), args.output.display().to_string());
-    if args.json {
-        return Ok(print_json(&ArraysReport {
-            input,
-            output,
-            frames,
-            joints,
-            end_sites,
-            bytes,
-            notes,
-        })?);
-    }
-    notes.iter().for_each(|note| report::say(note));
-    report::say(&format!(
-        "{input} -> {output}: {}, {}, {}{layout}, {bytes} bytes",
-        report::counted(frames, "frame"),
-        report::counted(joints, "joint"),
-        report::counted(end_sites, "end site"),
-    ));
-    Ok(())
+    let found = ArraysReport {
+        input,
+        output,
+        frames,
+        joints,
+        end_sites,
+        bytes,
+        notes,
+        layout: layout.to_owned(),
+    };
+    print_report(&found, args.json, Place::Message)
 }
 
 /// Writes the motion of a humanoid in the layout of another program.

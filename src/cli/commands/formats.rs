@@ -1,13 +1,14 @@
 //! `mocap formats`: lists the formats that can be read and written.
 
-use std::io::{self, Write};
+use std::fmt;
 
 use mocap::FormatInfo;
 use serde::Serialize;
 
-use super::print_json;
+use super::{Place, print_report};
 use crate::Failure;
 use crate::args::FormatsArgs;
+use crate::printed::ReportList;
 
 /// What `--json` prints of a format.
 #[derive(Serialize)]
@@ -20,34 +21,35 @@ pub(crate) struct Row {
     description: &'static str,
 }
 
-pub(crate) fn run(args: &FormatsArgs) -> Result<(), Failure> {
-    if args.json {
-        let rows = FormatInfo::ALL.iter().map(|row| Row {
-            format: row.format.as_str(),
-            extensions: row.extensions,
-            read: row.reads,
-            written: row.writes(),
-            description: row.description,
-        });
-        return Ok(print_json(&rows.collect::<Vec<_>>())?);
-    }
-    let mut out = io::stdout().lock();
-    for row in FormatInfo::ALL {
-        let extensions: Vec<String> = row.extensions.iter().map(|extension| format!(".{extension}")).collect();
-        let does = match (row.reads, row.writes()) {
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let extensions: Vec<String> = self
+            .extensions
+            .iter()
+            .map(|extension| format!(".{extension}"))
+            .collect();
+        let does = match (self.read, self.written) {
             (true, true) => "read, write",
             (true, false) => "read",
             (false, true) => "write",
             (false, false) => "-",
         };
-        writeln!(
-            out,
-            "{:<8}  {:<11}  {:<12}  {}",
-            row.format.as_str(),
-            does,
-            extensions.join(" "),
-            row.description
-        )?;
+        let (format, description) = (self.format, self.description);
+        write!(
+            f,
+            "{format:<8}  {does:<11}  {:<12}  {description}",
+            extensions.join(" ")
+        )
     }
-    Ok(())
+}
+
+pub(crate) fn run(args: &FormatsArgs) -> Result<(), Failure> {
+    let rows = FormatInfo::ALL.iter().map(|row| Row {
+        format: row.format.as_str(),
+        extensions: row.extensions,
+        read: row.reads,
+        written: row.writes(),
+        description: row.description,
+    });
+    print_report(&ReportList(rows.collect()), args.json, Place::Result)
 }

@@ -10,8 +10,9 @@ use mocap::matching::report::Match;
 use mocap::render::{Clip, Drawing, Page, PageClip, SheetOptions};
 use mocap::{Conversion, Scene, SkeletonMesh};
 
-use super::{drawn, refuse_one_file, short_name, tell_drawing};
+use super::{Place, drawn, print_report, refuse_one_file, short_name};
 use crate::args::FindArgs;
+use crate::printed::PictureReport;
 use crate::{Failure, report, streams};
 
 /// Poses of a part on the sheet.
@@ -73,7 +74,7 @@ pub(super) fn write(args: &FindArgs, database: &Database, found: &[Match], query
     }
     streams::write_all(&made, &policy(args, database))?;
     if let (Some(sheet), Some(drawing)) = (&args.sheet, &drawing) {
-        tell_drawing(drawing, sheet);
+        print_report(&PictureReport::of(drawing, sheet, 0), false, Place::Message)?;
     }
     if let Some(path) = &args.page {
         report::say(&format!("{}: {} motions", path.display(), clips.len()));

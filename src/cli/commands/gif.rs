@@ -4,7 +4,8 @@ use mocap::render::{Clip, Movie, MovieOptions};
 
 use super::{import_drawn, on_robot, output_format, short_name, unknown_extension};
 use crate::args::GifArgs;
-use crate::{Failure, report, streams};
+use crate::printed::PictureReport;
+use crate::{Failure, streams};
 
 pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     let format = output_format(&args.output, args.to.as_deref(), "gif")?;
@@ -37,9 +38,12 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
         _ => movie.to_apng()?,
     };
     streams::write(&args.output, &bytes)?;
-    if args.json {
-        return super::print_picture(&args.output, (args.width, args.height), bytes.len());
-    }
-    report::say(&format!("{}: {movie}, {} bytes", args.output.display(), bytes.len()));
-    Ok(())
+    let found = PictureReport {
+        output: args.output.display().to_string(),
+        width: args.width,
+        height: args.height,
+        bytes: bytes.len(),
+        summary: format!("{movie}, {} bytes", bytes.len()),
+    };
+    super::print_report(&found, args.json, super::Place::Message)
 }

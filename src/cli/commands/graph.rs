@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use mocap::job::report::JobReport;
 use mocap::job::{GraphJob, WalkJob};
 
-use super::{check_json, made, output_format, print_job, print_json, refuse_one_file, unknown_extension};
+use super::{Place, check_json, made, output_format, print_job, print_report, refuse_one_file, unknown_extension};
 use crate::args::{Given, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
 use crate::batch::inputs;
+use crate::printed::OutputReport;
 use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
@@ -18,11 +19,7 @@ pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
             }
             check_json(args.json, &args.output)?;
             let walk = made::save_walk(&job_of_walk(args)?, given)?;
-            match args.json {
-                true => print_json(&walk)?,
-                false => report::say(&walk.to_string()),
-            }
-            Ok(())
+            print_report(&walk, args.json, Place::Message)
         }
         None if args.print_job => print_job(&args.job()),
         None => write(args.job(), &args.inputs, args.json),
@@ -38,7 +35,7 @@ fn write(job: GraphJob, inputs: &InputArgs, is_json: bool) -> Result<(), Failure
     check_json(is_json, &job.write.output)?;
     let done = make(job, inputs)?;
     match is_json {
-        true => Ok(print_json(&done)?),
+        true => print_report(&done, true, Place::Message),
         false => Ok(()),
     }
 }
@@ -80,12 +77,12 @@ fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
     let (made, done) = job.compare(given).map_err(made::refused)?;
     report::warnings(None, &done.warnings);
     streams::write_all(&made, &policy)?;
-    tell(&done, &made, job.matrix.as_deref());
+    tell(&done, &made, job.matrix.as_deref())?;
     Ok(done)
 }
 
 /// Says how large a graph is, and what of its clips is left out.
-fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) {
+fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) -> Result<(), Failure> {
     if let Some(matrix) = matrix {
         report::say(&format!("{}: the distances of all moments", matrix.display()));
     }
@@ -93,19 +90,12 @@ fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) {
         &done.graph,
         made.iter().find(|(path, _)| Some(path.as_path()) != matrix),
     ) else {
-        return;
+        return Ok(());
     };
     for file in &graph.left_out {
         report::say(&format!("{file}: no part of the graph: nothing leads to it and back"));
     }
-    report::say(&format!(
-        "{}: {} among {}; {:.1} of {:.1} s stay: from each moment there a walk reaches all others",
-        output.display(),
-        report::counted(graph.transitions, "transition"),
-        report::counted(graph.clips, "clip"),
-        graph.kept_seconds,
-        graph.seconds
-    ));
+    print_report(&OutputReport { output, report: graph }, false, Place::Message)
 }
 
 /// The job of a walk.

@@ -9,6 +9,7 @@ use mocap::files::{ReplacePolicy, check_confined};
 use mocap::matching::{Database, IndexedClip};
 use mocap::{Code, Diagnostic, Error, SkeletonMesh};
 
+use super::{Place, print_report};
 use crate::args::IndexArgs;
 use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
@@ -50,19 +51,13 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     // Another program may have written the file meanwhile.
     check()?;
     streams::write(&output, &bytes)?;
-    let (clips, frames) = (database.clips().len(), database.frames());
-    if args.json {
-        let (output, bytes) = (output.display().to_string(), bytes.len());
-        super::print_json(&IndexReport {
-            output,
-            bytes,
-            clips,
-            frames,
-        })?;
-    } else {
-        let (clips, frames) = (report::counted(clips, "clip"), report::counted(frames, "frame"));
-        report::say(&format!("{}: {clips}, {frames}", output.display()));
-    }
+    let found = IndexReport {
+        output: output.display().to_string(),
+        bytes: bytes.len(),
+        clips: database.clips().len(),
+        frames: database.frames(),
+    };
+    print_report(&found, args.json, Place::Message)?;
     counts.verdict()
 }
 

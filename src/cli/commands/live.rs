@@ -15,7 +15,7 @@ use mocap::retarget::robot::robot_bones;
 use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer, Scene};
 
 use super::packets::{PATIENCE, Packets, of_socket};
-use super::print_json;
+use super::{Place, print_report};
 use crate::args::{BridgeArgs, Listen, PlayArgs, RecordArgs};
 use crate::printed::{BridgeReport, HeardReport, PlayReport, RecordingReport};
 use crate::{Failure, report, streams};
@@ -64,23 +64,14 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let mut written = Exporter::new().write_as(&scene, &args.output)?;
     report::warnings(Some(&args.output), &std::mem::take(&mut written.warnings));
     written.save(&args.output, &policy)?;
-    if args.json {
-        return Ok(print_json(&RecordingReport {
-            output: args.output.display().to_string(),
-            frames: counts.frames as u64,
-            seconds,
-            bones: scene.nodes.len(),
-            heard: heard(&counts, &packets),
-        })?);
-    }
-    report::say(&format!(
-        "{}: {} frames, {seconds:.2} s, {} bones, of {} packets",
-        args.output.display(),
-        counts.frames,
-        scene.nodes.len(),
-        counts.packets
-    ));
-    Ok(())
+    let found = RecordingReport {
+        output: args.output.display().to_string(),
+        frames: counts.frames as u64,
+        seconds,
+        bones: scene.nodes.len(),
+        heard: heard(&counts, &packets),
+    };
+    print_report(&found, args.json, Place::Message)
 }
 
 /// Says how many packets were not kept.
@@ -186,16 +177,8 @@ fn send_file(args: &PlayArgs, peer: SocketAddr) -> Result<(), Failure> {
 
 /// Says how many frames or packets were sent.
 fn tell_sent(args: &PlayArgs, peer: SocketAddr, (frames, packets): (Option<u64>, Option<u64>)) -> Result<(), Failure> {
-    if args.json {
-        let peer = peer.to_string();
-        return Ok(print_json(&PlayReport { peer, frames, packets })?);
-    }
-    for (count, what) in [(frames, "frames"), (packets, "packets")] {
-        count
-            .iter()
-            .for_each(|count| report::say(&format!("{count} {what} were sent")));
-    }
-    Ok(())
+    let peer = peer.to_string();
+    print_report(&PlayReport { peer, frames, packets }, args.json, Place::Message)
 }
 
 /// How many seconds later a stream that is cleaned is sent on.
@@ -282,19 +265,13 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
     if let Some(problem) = bridge.problem() {
         report::complain(&format!("the last bones that came are no body for it: {problem}"));
     }
-    if args.json {
-        return Ok(print_json(&BridgeReport {
-            peer: peer.0.to_string(),
-            poses: counts.frames as u64,
-            heard: heard(&counts, &packets),
-            problem: bridge.problem().map(ToString::to_string),
-        })?);
-    }
-    report::say(&format!(
-        "{} poses were sent, of {} packets",
-        counts.frames, counts.packets
-    ));
-    Ok(())
+    let found = BridgeReport {
+        peer: peer.0.to_string(),
+        poses: counts.frames as u64,
+        heard: heard(&counts, &packets),
+        problem: bridge.problem().map(ToString::to_string),
+    };
+    print_report(&found, args.json, Place::Message)
 }
 
 fn bridge_onto(args: &BridgeArgs, is_json: bool) -> Result<VmcBridge, Failure> {

@@ -1,5 +1,6 @@
 //! `mocap match`: a character follows a path, or what a gamepad asks for, by motion matching.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
@@ -11,18 +12,18 @@ use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonM
 
 use serde::Serialize;
 
-use super::{check_json, index, output_format, print_json};
+use super::{Place, check_json, index, output_format, print_report};
 use crate::args::{Given, MatchArgs};
+use crate::printed::OutputReport;
 use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
     check_json(args.json, &args.output)?;
-    match (args.json, made(args, given)?) {
-        (true, Some(done)) => print_json(&done)?,
-        (false, Some(done)) => report::say(&format!("{}: {}", args.output.display(), done.words())),
-        (_, None) => {}
-    }
-    Ok(())
+    let Some(report) = made(args, given)? else {
+        return Ok(());
+    };
+    let output = &args.output;
+    print_report(&OutputReport { output, report }, args.json, Place::Message)
 }
 
 /// Makes the output; what `--json` prints.
@@ -115,34 +116,11 @@ pub(crate) enum Done {
     Played(PlayReport),
 }
 
-impl Done {
-    fn words(&self) -> String {
+impl fmt::Display for Done {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Followed(followed) => format!(
-                "{} frames, {} jumps; a path of {:.1} m: {:.2} m and {:.0} degrees off it in the mean, {:.2} m at \
-                 most{}",
-                followed.frames,
-                followed.jumps,
-                followed.length,
-                followed.mean_distance,
-                followed.mean_angle,
-                followed.largest_distance,
-                if followed.has_arrived {
-                    ""
-                } else {
-                    "; its end was not reached"
-                }
-            ),
-            Self::Played(played) => format!(
-                "{} frames, {} jumps; {:.1} m, and {:.1} m were asked for; velocity {:.2} m/s and direction {:.0} \
-                 degrees off in the mean",
-                played.frames,
-                played.jumps,
-                played.distance,
-                played.wanted_distance,
-                played.mean_velocity_error,
-                played.mean_angle
-            ),
+            Self::Followed(report) => report.fmt(f),
+            Self::Played(report) => report.fmt(f),
         }
     }
 }

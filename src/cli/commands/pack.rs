@@ -14,6 +14,7 @@ use mocap::arrays::{ArrayOptions, Arrays, table};
 use mocap::files::{unfinished_target, write_file};
 use mocap::{Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
+use super::{Place, print_report};
 use crate::args::{ArraysArgs, Given, PackArgs, PackFormatArg, TableArg};
 use crate::batch::folder::make_folder;
 use crate::batch::hash::sha256;
@@ -158,10 +159,8 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
 fn tell(args: &PackArgs, counts: Counts, mut failures: Vec<String>) -> Result<(), Failure> {
     let packed = counts.files - counts.skipped - counts.failed;
     if args.json {
-        super::print_json(&FilesReport {
-            files: counts.files,
-            failed: counts.failed,
-        })?;
+        let (files, failed) = (counts.files, counts.failed);
+        print_report(&FilesReport { files, failed }, true, Place::Message)?;
     }
     report::say(&format!(
         "{packed} of {} files packed, {} done before, {} failed: {:.1} s, {:.1} MB/s",

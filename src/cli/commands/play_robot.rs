@@ -13,7 +13,7 @@ use mocap::{Binding, Conversion, Importer, Pose, Scene};
 
 use super::live::{self, over_at_a_signal, scene_of, wait_until};
 use super::packets::Packets;
-use super::robot::tell;
+use super::{Place, print_report};
 use crate::args::{Listen, PlayArgs};
 use crate::{Failure, report};
 
@@ -59,7 +59,7 @@ fn finish(robot: &Robot, stream: &mut SmoothRobotStream, frames: usize) -> Resul
     report::say(&report::counted(frames, "frame"));
     if let Some(mut found) = stream.report() {
         found.clip = format!("the last {:.1} s", found.frames as f64 / found.fps);
-        tell(&found);
+        print_report(&found, false, Place::Message)?;
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `mocap pose`: prints node matrices at a tick.
 
+use std::fmt;
 use std::io::{self, BufWriter, Write};
 
 use mocap::arrays::csv_field;
@@ -7,7 +8,7 @@ use mocap::glam::Mat4;
 use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
 use serde::Serialize;
 
-use super::{import_motion, print_json};
+use super::{Place, import_motion, print_report};
 use crate::args::{Given, PoseArgs};
 use crate::{Failure, report};
 
@@ -44,14 +45,10 @@ pub(crate) fn run(args: &PoseArgs, given: &Given) -> Result<(), Failure> {
         tick: args.tick,
         nodes: view_nodes(&scene, args),
     };
-    if args.json {
-        print_json(&view)?;
-    } else if args.csv {
-        print_csv(&view, args.spreadsheet)?;
-    } else {
-        print_text(&view)?;
+    match args.csv && !args.json {
+        true => Ok(print_csv(&view, args.spreadsheet)?),
+        false => print_report(&view, args.json, Place::Result),
     }
-    Ok(())
 }
 
 fn view_nodes<'a>(scene: &'a Scene, args: &PoseArgs) -> Vec<NodeView<'a>> {
@@ -86,16 +83,17 @@ fn view_nodes<'a>(scene: &'a Scene, args: &PoseArgs) -> Vec<NodeView<'a>> {
     scene.nodes.iter().zip(matrices).map(view).collect()
 }
 
-fn print_text(view: &PoseView<'_>) -> io::Result<()> {
-    let mut out = BufWriter::new(report::words());
-    for node in &view.nodes {
-        writeln!(out, "{}  (parent: {})", node.name, node.parent.unwrap_or("none"))?;
-        let (rows, _) = node.matrix.as_chunks::<4>();
-        for [x, y, z, w] in rows {
-            writeln!(out, "  {x:>12.6} {y:>12.6} {z:>12.6} {w:>12.6}")?;
+impl fmt::Display for PoseView<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for node in &self.nodes {
+            writeln!(f, "{}  (parent: {})", node.name, node.parent.unwrap_or("none"))?;
+            let (rows, _) = node.matrix.as_chunks::<4>();
+            for [x, y, z, w] in rows {
+                writeln!(f, "  {x:>12.6} {y:>12.6} {z:>12.6} {w:>12.6}")?;
+            }
         }
+        Ok(())
     }
-    out.flush()
 }
 
 fn print_csv(view: &PoseView<'_>, for_spreadsheet: bool) -> io::Result<()> {

@@ -8,8 +8,9 @@ use mocap::retarget::report::ClipReport;
 use mocap::retarget::report::RetargetReport;
 use mocap::retarget::report::Verdict;
 
-use super::{MANY, check_json, extension, looks, made, many, output_format, print_job, print_json};
+use super::{MANY, Place, check_json, extension, looks, made, many, output_format, print_job, print_report};
 use crate::args::{Given, RetargetArgs};
+use crate::printed::ReportList;
 use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
@@ -22,16 +23,16 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     }
     let (maker, made) = made::save(&job, given)?;
     let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(ClipReport::body).collect();
-    match args.onto.json {
-        true => print_json(&reports)?,
-        false if reports.len() > MOST_TOLD => tell_all(&made.clips, &args.output),
-        false => made.clips.iter().for_each(tell),
+    let clips = reports.len();
+    match clips > MOST_TOLD && !args.onto.json {
+        true => tell_all(&made.clips, &args.output),
+        false => print_report(&ReportList(reports), args.onto.json, Place::Message)?,
     }
     let would_be = if given.is_dry_run() { "would be " } else { "" };
     report::say(&format!(
         "{}: {} {would_be}added",
         args.output.display(),
-        report::counted(reports.len(), "clip")
+        report::counted(clips, "clip")
     ));
     super::require(&maker, &made.clips)?;
     let failed = made.left_out.len();
@@ -138,101 +139,5 @@ fn default_format(args: &RetargetArgs, file: &Path) -> String {
     match own.as_str() {
         "gltf" | "vrm" if args.to_skeleton.is_none() => own,
         _ => "glb".to_owned(),
-    }
-}
-
-pub(super) fn tell(report: &ClipReport) {
-    let Some(found) = report.body() else { return };
-    let what = if found.by_names.is_some() { "bones" } else { "limbs" };
-    report::say(&format!(
-        "{}: {what} {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; path scaled by {:.3}",
-        found.clip,
-        found.mean_degrees,
-        found.max_degrees,
-        found.frames,
-        found.verdict.as_str(),
-        found.scale
-    ));
-    if found.verdict != Verdict::Good {
-        let (verdict, reasons) = (found.verdict.as_str(), report.reasons().join("; "));
-        report::say(&format!("{}: {verdict} because {reasons}", found.clip));
-    }
-    for limb in found.limbs.iter().filter(|limb| limb.mean_degrees > 1.0) {
-        report::say(&format!(
-            "{}: {} {:.1} degrees off in the mean, {:.1} at tick {}",
-            found.clip,
-            limb.bone.as_str(),
-            limb.mean_degrees,
-            limb.max_degrees,
-            limb.tick
-        ));
-    }
-    if let Some(names) = &found.by_names {
-        let lacking = match names.lacking.as_slice() {
-            [] => String::new(),
-            lacking => format!("; the target lacks {}", lacking.join(", ")),
-        };
-        report::say(&format!(
-            "{}: both are {}, and {} joints go by their names{lacking}",
-            found.clip, names.creature, names.joints
-        ));
-    }
-    for seen in found.seen.iter().filter(|seen| seen.mean_degrees > 15.0) {
-        report::say(&format!(
-            "{}: {seen} {:.0} degrees off in the mean, {:.0} at tick {}",
-            found.clip, seen.mean_degrees, seen.max_degrees, seen.tick
-        ));
-    }
-    for guess in &found.guessed {
-        report::say(&format!(
-            "{}: {} is guessed: {}",
-            found.clip,
-            guess.bone.as_str(),
-            guess.reason
-        ));
-    }
-    if let Some(feet) = &found.feet {
-        let centimetres = |metres: f64| 100.0 * metres;
-        report::say(&format!(
-            "{}: feet on the ground slide {:.1} cm/s, {:.1} in the source; {:.1} % of frames are more than 1 cm below the floor, {:.1} % in the source",
-            found.clip,
-            centimetres(feet.target.skate),
-            centimetres(feet.source.skate),
-            100.0 * feet.target.fraction_below_floor,
-            100.0 * feet.source.fraction_below_floor
-        ));
-    }
-    if let Some(lock) = &found.lock {
-        let given_way = match lock.given_way.iter().sum::<usize>() {
-            0 => String::new(),
-            frames => format!(", for which they give way in {frames} frames"),
-        };
-        report::say(&format!(
-            "{}: locked feet are at most {:.2} times as fast and {:.2} times as much accelerated as free ones{given_way}",
-            found.clip, lock.speed_ratio, lock.acceleration_ratio
-        ));
-    }
-    for clamped in &found.clamped {
-        report::say(&format!(
-            "{}: {} is up to {:.1} cm away in {} frames: {}",
-            found.clip,
-            clamped.bone.as_str(),
-            100.0 * clamped.largest,
-            clamped.frames,
-            clamped.reason
-        ));
-    }
-    let reasons: Vec<&str> = found.unmapped.iter().map(|lack| lack.reason.as_str()).collect();
-    let mut kinds = reasons.clone();
-    kinds.sort_unstable();
-    kinds.dedup();
-    for reason in kinds {
-        let bones = found.unmapped.iter().filter(|lack| lack.reason == reason);
-        let (fingers, others): (Vec<_>, Vec<_>) = bones.map(|lack| lack.bone).partition(|bone| bone.is_finger());
-        let mut bones: Vec<String> = others.iter().map(|bone| bone.as_str().to_owned()).collect();
-        if !fingers.is_empty() {
-            bones.push(format!("{} bones of fingers", fingers.len()));
-        }
-        report::say(&format!("{}: {}: {reason}", found.clip, bones.join(", ")));
     }
 }

@@ -3,11 +3,10 @@
 use mocap::FormatInfo;
 use mocap::job::{MotionJob, RobotFormat};
 use mocap::retarget::report::ClipReport;
-use mocap::retarget::report::Verdict;
-use mocap::retarget::robot::report::RobotReport;
 
 use super::{
-    MANY, ONE_OUTPUT, check_json, extension, made, many, print_job, print_json, robot_reports, unknown_extension,
+    MANY, ONE_OUTPUT, Place, check_json, extension, made, many, print_job, print_report, robot_reports,
+    unknown_extension,
 };
 use crate::args::{Given, RobotArgs};
 use crate::{Failure, report, streams};
@@ -67,10 +66,7 @@ fn one(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> 
     let (maker, made) = made::save(job, given)?;
     let found = made.clips.iter().filter_map(ClipReport::robot);
     for found in found {
-        match args.onto.json {
-            true => print_json(found)?,
-            false => tell(found),
-        }
+        print_report(found, args.onto.json, Place::Message)?;
         let (input, output) = (&job.source.inputs[0], &args.output);
         if !streams::is_standard(output) && !given.is_dry_run() {
             report::say(&format!(
@@ -109,74 +105,4 @@ fn format(args: &RobotArgs) -> Result<String, Failure> {
             Err(unknown_extension(&args.output, &known))
         }
     }
-}
-
-/// Says how well a motion sits on a robot.
-pub(super) fn tell(found: &RobotReport) {
-    let clip = &found.clip;
-    report::say(&format!(
-        "{clip}: {}: limbs {:.1} degrees off in the mean of {} frames; path scaled by {:.3}",
-        found.verdict.as_str(),
-        found.mean_degrees,
-        found.frames,
-        found.scale
-    ));
-    let worse = found
-        .criteria
-        .iter()
-        .filter(|criterion| criterion.verdict != Verdict::Good);
-    for criterion in worse {
-        report::say(&format!(
-            "{clip}: {} because {} is {:.3}, above {}",
-            criterion.verdict.as_str(),
-            criterion.name.replace('_', " "),
-            criterion.value,
-            criterion.good
-        ));
-    }
-    for part in &found.guessed {
-        report::say(&format!("{clip}: guessed: {part}"));
-    }
-    for limb in found.limbs.iter().filter(|limb| limb.mean_degrees > 5.0) {
-        report::say(&format!(
-            "{clip}: {} {:.1} degrees off in the mean, {:.1} at most",
-            limb.bone.as_str(),
-            limb.mean_degrees,
-            limb.max_degrees
-        ));
-    }
-    let clamped = found.clamped.iter().filter(|joint| joint.fraction >= 0.01);
-    let clamped: Vec<String> = clamped
-        .map(|joint| format!("{} in {:.0} %", joint.joint, 100.0 * joint.fraction))
-        .collect();
-    if !clamped.is_empty() {
-        report::say(&format!("{clip}: at a limit: {} of frames", clamped.join(", ")));
-    }
-    if let (Some(skate), Some(source)) = (found.skate, found.source_skate) {
-        report::say(&format!(
-            "{clip}: feet on the ground slide at {:.1} cm/s in the mean, those of the source at {:.1}; soles are at most {:.1} mm below the floor",
-            100.0 * skate,
-            100.0 * source,
-            1000.0 * found.deepest.max(0.0)
-        ));
-    }
-    if let Some(pair) = found.self_collisions.first() {
-        report::say(&format!(
-            "{clip}: links of the robot collide in {:.0} % of frames, deepest {} and {}: {:.1} cm",
-            100.0 * found.fraction_in_self_collision,
-            pair.link,
-            pair.other,
-            100.0 * pair.deepest
-        ));
-    }
-    if found.fraction_too_fast > 0.0 {
-        report::say(&format!(
-            "{clip}: joints are faster than the file of the robot allows in {:.2} % of samples; --velocity-limits holds them back",
-            100.0 * found.fraction_too_fast
-        ));
-    }
-    report::say(&format!(
-        "{clip}: the fastest joint is {}, at {:.1} rad/s",
-        found.fastest_joint, found.max_velocity
-    ));
 }

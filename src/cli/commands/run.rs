@@ -8,7 +8,7 @@ use mocap::files::ReplacePolicy;
 use mocap::job::report::JobReport;
 use mocap::job::{Job, MotionJob};
 
-use super::{MANY, TO_OF_FILE, many, print_json};
+use super::{MANY, Place, TO_OF_FILE, many, print_report};
 use crate::args::{Given, RunArgs};
 use crate::{Failure, kinds, report, streams};
 
@@ -64,8 +64,8 @@ fn one(job: &Job, file: &Path, args: &RunArgs, given: &Given) -> Result<(), Fail
     super::check_json(args.json, output)?;
     let found = done(job, given)?;
     match args.json {
-        true => print_json(&found)?,
-        false => tell(job, &found, given.is_dry_run()),
+        true => print_report(&found, true, Place::Message)?,
+        false => tell(job, &found, given.is_dry_run())?,
     }
     match &found.problem {
         Some(problem) => {
@@ -102,7 +102,7 @@ pub(super) fn printed(job: MotionJob, given: &Given) -> Result<(), Failure> {
     }
     super::check_json(true, &job.write.output)?;
     let found = done(&Job::Motion(job), given)?;
-    print_json(&found)?;
+    print_report(&found, true, Place::Message)?;
     match &found.problem {
         Some(problem) => {
             report::complain(problem);
@@ -126,31 +126,13 @@ fn text(file: &Path) -> Result<String, Failure> {
     read.map_err(|error| Failure::Folder(file.to_owned(), error))
 }
 
-fn tell(job: &Job, found: &JobReport, is_dry: bool) {
+fn tell(job: &Job, found: &JobReport, is_dry: bool) -> Result<(), Failure> {
     report::warnings(None, &found.warnings);
-    for note in &found.notes {
-        report::say(note);
-    }
-    for step in &found.steps {
-        report::say(&step.to_string());
-    }
-    for clip in &found.clips {
-        report::say(&format!(
-            "{}: {}: limbs {:.2} degrees off in the mean",
-            clip.name(),
-            clip.verdict().as_str(),
-            clip.mean_degrees()
-        ));
-    }
-    if let Some(walk) = &found.walk {
-        report::say(&walk.to_string());
-    }
-    if let Some(verification) = &found.verification {
-        report::say(&super::verify::summary(verification));
-    }
+    print_report(found, false, Place::Message)?;
     if is_dry {
-        return;
+        return Ok(());
     }
     let bytes: usize = found.files.iter().map(|file| file.bytes).sum();
     report::say(&format!("{}: {bytes} bytes", job.output().display()));
+    Ok(())
 }

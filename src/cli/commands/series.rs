@@ -1,10 +1,12 @@
 //! `mocap forces` and `mocap analog`: what a C3D file has beside markers, as columns over time.
 
+use std::fmt;
+
 use mocap::biomechanics::TimeSeries;
 use mocap::{Code, Diagnostic, Scene, SkeletonMesh};
 use serde::Serialize;
 
-use super::{check_json, print_json};
+use super::{Place, check_json, print_report};
 use crate::args::SeriesArgs;
 use crate::{Failure, report, streams};
 
@@ -19,6 +21,18 @@ pub(crate) struct SeriesReport<'a> {
     columns: &'a [String],
     units: &'a [String],
     notes: &'a [String],
+}
+
+impl fmt::Display for SeriesReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.notes.iter().try_for_each(|note| writeln!(f, "{note}"))?;
+        let (input, output, samples) = (&self.input, &self.output, self.samples);
+        let (columns, rate) = (self.columns.len(), self.frame_rate);
+        write!(
+            f,
+            "{input} -> {output}: {samples} samples of {columns} columns at {rate} Hz"
+        )
+    }
 }
 
 pub(crate) fn forces(args: &SeriesArgs) -> Result<(), Failure> {
@@ -65,25 +79,14 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
     report::clip_taken(&scene);
     let series = of_scene(&scene).map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &to_bytes(&series)?)?;
-    if args.json {
-        return Ok(print_json(&SeriesReport {
-            input: args.input.display().to_string(),
-            output: args.output.display().to_string(),
-            samples: series.frames(),
-            frame_rate: series.frame_rate,
-            columns: &series.columns,
-            units: &series.units,
-            notes: &series.notes,
-        })?);
-    }
-    series.notes.iter().for_each(|note| report::say(note));
-    report::say(&format!(
-        "{} -> {}: {} samples of {} columns at {} Hz",
-        args.input.display(),
-        args.output.display(),
-        series.frames(),
-        series.columns.len(),
-        series.frame_rate,
-    ));
-    Ok(())
+    let found = SeriesReport {
+        input: args.input.display().to_string(),
+        output: args.output.display().to_string(),
+        samples: series.frames(),
+        frame_rate: series.frame_rate,
+        columns: &series.columns,
+        units: &series.units,
+        notes: &series.notes,
+    };
+    print_report(&found, args.json, Place::Message)
 }

@@ -1,7 +1,7 @@
 //! `mocap skeleton`: unit, axes and rest pose of a file, and which joint is which bone of a humanoid.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::fmt;
 use std::path::Path;
 
 use mocap::Scene;
@@ -12,7 +12,7 @@ use mocap::figure::{Axis, Confidence, Creature, Figure, Humanoid, HumanoidBone, 
 use mocap::scene::RootOffset;
 use serde::Serialize;
 
-use super::{import_motion, mapped_figure, print_json};
+use super::{Place, import_motion, mapped_figure, print_report};
 use crate::args::SkeletonArgs;
 use crate::{Failure, report};
 
@@ -36,6 +36,9 @@ pub(crate) struct SkeletonReport {
     /// Of the guess; a map changes nothing in it.
     #[serde(skip_serializing_if = "Option::is_none")]
     explanation: Option<Explanation>,
+    /// Whether the text has it too.
+    #[serde(skip)]
+    is_explained: bool,
 }
 
 #[derive(Serialize)]
@@ -178,6 +181,7 @@ impl SkeletonReport {
             asymmetry: found.asymmetry.clone(),
             t_pose: found.t_pose(scene).map(|pose| TPoseReport::new(pose, humanoid.sides)),
             explanation: None,
+            is_explained: false,
         }
     }
 }
@@ -199,6 +203,7 @@ fn find(args: &SkeletonArgs) -> Result<SkeletonReport, Failure> {
         found.up.reason = "--up says so".to_owned();
     }
     if args.explain {
+        found.is_explained = true;
         found.explanation = Humanoid::explain(&scene);
     }
     Ok(found)
@@ -206,157 +211,159 @@ fn find(args: &SkeletonArgs) -> Result<SkeletonReport, Failure> {
 
 pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
     let found = find(args)?;
-    if args.json {
-        print_json(&found)?;
-    } else {
-        print(&found)?;
-        if args.explain {
-            print_explanation(&found)?;
-        }
-    }
-    Ok(())
+    print_report(&found, args.json, Place::Result)
 }
 
-/// What the tables of the guess say, row by row, and how each bone is turned about itself.
-fn print_explanation(found: &SkeletonReport) -> io::Result<()> {
-    let mut out = report::words();
-    let Some(explanation) = &found.explanation else {
-        return writeln!(
-            out,
-            "\nnothing was guessed: the file states its bones, or no two chains can be legs"
-        );
-    };
-    let shown = |text: &str| text.escape_debug().to_string();
-    for part in &explanation.parts {
-        writeln!(out, "\n{}: log-likelihood {:.2}", part.part, part.log_likelihood)?;
-        for row in &part.evidence {
-            let what = match &row.joint {
-                Some(joint) => format!("{} {:?}", row.row, shown(joint)),
-                None => row.row.to_owned(),
-            };
-            let expected = match (row.expected, row.spread) {
-                (Some(mean), Some(spread)) => format!("of {mean:.2}, spread {:.0} %", 100.0 * spread),
-                _ => String::new(),
-            };
-            let (found, adds) = (row.found, row.log_likelihood);
-            writeln!(
-                out,
-                "  {:<8} {what:<46} {found:>6.2} {expected:<20} {adds:>+7.2}",
-                row.table
-            )?;
-        }
-        if let Some((joints, score)) = &part.second {
-            let less = part.log_likelihood - score;
-            let others = joints.iter().filter(|joint| !part.joints.contains(joint));
-            let others: Vec<&str> = others.map(String::as_str).collect();
-            let gone = part.joints.iter().filter(|joint| !joints.contains(joint));
-            let gone: Vec<&str> = gone.map(String::as_str).collect();
-            let with = if others.is_empty() {
-                "nothing".to_owned()
-            } else {
-                others.join(", ")
-            };
-            let instead = if gone.is_empty() {
-                String::new()
-            } else {
-                format!(" in place of {}", gone.join(", "))
-            };
-            writeln!(out, "  second, {less:.2} less: {with}{instead}")?;
-        }
-    }
-    match &explanation.second {
-        Some((limbs, score)) => {
-            let less = explanation.log_likelihood - score;
-            writeln!(
-                out,
-                "\nthe body with other limbs that came second, {less:.2} less: {}",
-                shown(limbs)
-            )?;
-        }
-        None => writeln!(out, "\nno other limbs can belong to a body")?,
-    }
-    let Some(pose) = &found.t_pose else { return Ok(()) };
-    writeln!(
-        out,
-        "\nto the T-pose, in degrees, and what says how the bone is turned about itself:"
-    )?;
-    for (bone, turn) in &pose.bones {
-        let confidence = turn.confidence.as_str();
-        writeln!(
-            out,
-            "  {:<22} {:>6.1} {confidence:<7} {}",
-            bone.as_str(),
-            turn.degrees,
-            turn.reason
-        )?;
-    }
-    Ok(())
-}
-
-fn print(found: &SkeletonReport) -> io::Result<()> {
-    let mut out = report::words();
-    let mut line = |what: &str, value: &str, confidence: &Confidence, reason: &str| {
-        writeln!(out, "{what:<24} {value:<24} {:<7} {reason}", confidence.as_str())
-    };
-    let unit = match found.unit.name.as_str() {
-        "measured" => format!("{} m", found.unit.metres),
-        name => name.to_owned(),
-    };
-    line("unit", &unit, &found.unit.confidence, &found.unit.reason)?;
-    line("up", found.up.value.as_str(), &found.up.confidence, &found.up.reason)?;
-    line(
-        "facing at rest",
-        found.facing.value.as_str(),
-        &found.facing.confidence,
-        &found.facing.reason,
-    )?;
-    if let Some(used) = &found.root_offset {
-        line("root OFFSET", used.value, &used.confidence, &used.reason)?;
-    }
-    let pose = &found.rest_pose;
-    line("rest pose", pose.value.as_str(), &pose.confidence, &pose.reason)?;
-    line(
-        "names of the sides",
-        found.sides.value.as_str(),
-        &found.sides.confidence,
-        &found.sides.reason,
-    )?;
-    if let Some(floor) = &found.floor {
-        let height = format!("{:.4}", floor.value);
-        line("floor", &height, &floor.confidence, &floor.reason)?;
-    }
-    if let Some(asymmetry) = &found.asymmetry {
-        let percent = format!("{:.1} %", 100.0 * asymmetry.value);
-        line("left against right", &percent, &asymmetry.confidence, &asymmetry.reason)?;
-    }
-    if let Some(pose) = &found.t_pose {
-        let source = match pose.source {
-            TPoseSource::RestPose => "rest pose",
-            TPoseSource::FirstFrame => "first frame",
-            TPoseSource::Computed => "computed",
+impl SkeletonReport {
+    /// What the tables of the guess say, row by row, and how each bone is turned about itself.
+    fn write_explanation(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(explanation) = &self.explanation else {
+            return writeln!(
+                f,
+                "\nnothing was guessed: the file states its bones, or no two chains can be legs"
+            );
         };
-        let reason = format!(
-            "no bone turns by more than {:.0} degrees from the rest pose",
-            pose.largest_rotation
-        );
-        line("T-pose", source, &Confidence::Likely, &reason)?;
-    }
-    for (bone, joint) in &found.humanoid.bones {
-        line(
-            bone.as_str(),
-            &joint.joint.escape_debug().to_string(),
-            &joint.confidence,
-            &joint.reason,
+        let shown = |text: &str| text.escape_debug().to_string();
+        for part in &explanation.parts {
+            writeln!(f, "\n{}: log-likelihood {:.2}", part.part, part.log_likelihood)?;
+            for row in &part.evidence {
+                let what = match &row.joint {
+                    Some(joint) => format!("{} {:?}", row.row, shown(joint)),
+                    None => row.row.to_owned(),
+                };
+                let expected = match (row.expected, row.spread) {
+                    (Some(mean), Some(spread)) => format!("of {mean:.2}, spread {:.0} %", 100.0 * spread),
+                    _ => String::new(),
+                };
+                let (found, adds) = (row.found, row.log_likelihood);
+                writeln!(
+                    f,
+                    "  {:<8} {what:<46} {found:>6.2} {expected:<20} {adds:>+7.2}",
+                    row.table
+                )?;
+            }
+            if let Some((joints, score)) = &part.second {
+                let less = part.log_likelihood - score;
+                let others = joints.iter().filter(|joint| !part.joints.contains(joint));
+                let others: Vec<&str> = others.map(String::as_str).collect();
+                let gone = part.joints.iter().filter(|joint| !joints.contains(joint));
+                let gone: Vec<&str> = gone.map(String::as_str).collect();
+                let with = if others.is_empty() {
+                    "nothing".to_owned()
+                } else {
+                    others.join(", ")
+                };
+                let instead = if gone.is_empty() {
+                    String::new()
+                } else {
+                    format!(" in place of {}", gone.join(", "))
+                };
+                writeln!(f, "  second, {less:.2} less: {with}{instead}")?;
+            }
+        }
+        match &explanation.second {
+            Some((limbs, score)) => {
+                let less = explanation.log_likelihood - score;
+                writeln!(
+                    f,
+                    "\nthe body with other limbs that came second, {less:.2} less: {}",
+                    shown(limbs)
+                )?;
+            }
+            None => writeln!(f, "\nno other limbs can belong to a body")?,
+        }
+        let Some(pose) = &self.t_pose else { return Ok(()) };
+        writeln!(
+            f,
+            "\nto the T-pose, in degrees, and what says how the bone is turned about itself:"
         )?;
+        for (bone, turn) in &pose.bones {
+            let confidence = turn.confidence.as_str();
+            writeln!(
+                f,
+                "  {:<22} {:>6.1} {confidence:<7} {}",
+                bone.as_str(),
+                turn.degrees,
+                turn.reason
+            )?;
+        }
+        Ok(())
     }
-    let humanoid = &found.humanoid;
-    if !humanoid.found {
-        let class = humanoid.creature.map(|creature| format!(" ({})", creature.as_str()));
-        return writeln!(out, "no humanoid: {}{}", humanoid.reason, class.unwrap_or_default());
+
+    fn write_guesses(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut line = |what: &str, value: &str, confidence: &Confidence, reason: &str| {
+            writeln!(f, "{what:<24} {value:<24} {:<7} {reason}", confidence.as_str())
+        };
+        let unit = match self.unit.name.as_str() {
+            "measured" => format!("{} m", self.unit.metres),
+            name => name.to_owned(),
+        };
+        line("unit", &unit, &self.unit.confidence, &self.unit.reason)?;
+        line("up", self.up.value.as_str(), &self.up.confidence, &self.up.reason)?;
+        line(
+            "facing at rest",
+            self.facing.value.as_str(),
+            &self.facing.confidence,
+            &self.facing.reason,
+        )?;
+        if let Some(used) = &self.root_offset {
+            line("root OFFSET", used.value, &used.confidence, &used.reason)?;
+        }
+        let pose = &self.rest_pose;
+        line("rest pose", pose.value.as_str(), &pose.confidence, &pose.reason)?;
+        line(
+            "names of the sides",
+            self.sides.value.as_str(),
+            &self.sides.confidence,
+            &self.sides.reason,
+        )?;
+        if let Some(floor) = &self.floor {
+            let height = format!("{:.4}", floor.value);
+            line("floor", &height, &floor.confidence, &floor.reason)?;
+        }
+        if let Some(asymmetry) = &self.asymmetry {
+            let percent = format!("{:.1} %", 100.0 * asymmetry.value);
+            line("left against right", &percent, &asymmetry.confidence, &asymmetry.reason)?;
+        }
+        if let Some(pose) = &self.t_pose {
+            let source = match pose.source {
+                TPoseSource::RestPose => "rest pose",
+                TPoseSource::FirstFrame => "first frame",
+                TPoseSource::Computed => "computed",
+            };
+            let reason = format!(
+                "no bone turns by more than {:.0} degrees from the rest pose",
+                pose.largest_rotation
+            );
+            line("T-pose", source, &Confidence::Likely, &reason)?;
+        }
+        for (bone, joint) in &self.humanoid.bones {
+            line(
+                bone.as_str(),
+                &joint.joint.escape_debug().to_string(),
+                &joint.confidence,
+                &joint.reason,
+            )?;
+        }
+        let humanoid = &self.humanoid;
+        if !humanoid.found {
+            let class = humanoid.creature.map(|creature| format!(" ({})", creature.as_str()));
+            return writeln!(f, "no humanoid: {}{}", humanoid.reason, class.unwrap_or_default());
+        }
+        let missing: Vec<&str> = humanoid.missing.iter().map(|bone| bone.as_str()).collect();
+        match missing.as_slice() {
+            [] => writeln!(f, "a humanoid: {}", humanoid.reason),
+            missing => writeln!(f, "a humanoid without {}: {}", missing.join(", "), humanoid.reason),
+        }
     }
-    let missing: Vec<&str> = humanoid.missing.iter().map(|bone| bone.as_str()).collect();
-    match missing.as_slice() {
-        [] => writeln!(out, "a humanoid: {}", humanoid.reason),
-        missing => writeln!(out, "a humanoid without {}: {}", missing.join(", "), humanoid.reason),
+}
+
+impl fmt::Display for SkeletonReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_guesses(f)?;
+        match self.is_explained {
+            true => self.write_explanation(f),
+            false => Ok(()),
+        }
     }
 }

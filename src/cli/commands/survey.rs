@@ -1,13 +1,16 @@
 //! `mocap survey`: a row for each clip of many files.
 
 use std::collections::HashMap;
-use std::io::{self, Write};
+use std::fmt;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::job::{InputOptions, SurveyJob, SurveyOptions};
 use mocap::survey::Corpus;
 use mocap::survey::report::{ClipRecord, ClipRow, Quality};
+
+use serde::Serialize;
 
 use crate::args::{InputArgs, RunArgs, SpreadArgs, SurveyArgs};
 use crate::batch::gather::gather;
@@ -117,7 +120,13 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
         _ if work.is_json => report::data().write_all((corpus.to_json() + "\n").as_bytes())?,
         (Some(_), _) => {}
         (None, Some(_)) => report::data().write_all(corpus.to_list().as_bytes())?,
-        (None, None) => print(&corpus)?,
+        (None, None) => super::print_report(
+            &Summary {
+                rows: corpus.rows().collect(),
+            },
+            false,
+            super::Place::Result,
+        )?,
     }
     counts.verdict()?;
     match surveying.problem(&corpus) {
@@ -186,48 +195,56 @@ fn unchanged(former: &HashMap<String, Vec<ClipRecord>>, input: &Input) -> Option
     (ClipRecord::are_all(clips) && clips.iter().all(is_same)).then(|| clips.clone())
 }
 
-/// Prints a table of verdicts and reasons, and the worst clips.
-fn print(corpus: &Corpus) -> io::Result<()> {
-    let mut out = report::words();
-    let count = |verdict| corpus.rows().filter(|row| row.verdict == verdict).count();
-    let seconds: f64 = corpus.rows().map(|row| row.seconds).sum();
-    writeln!(
-        out,
-        "{}, {:.1} min",
-        report::counted(corpus.rows().len(), "clip"),
-        seconds / 60.0
-    )?;
-    for verdict in Quality::ALL {
-        writeln!(out, "  {:<12}{:>8}", verdict.as_str(), count(verdict))?;
-    }
-    let mut kinds = std::collections::BTreeMap::<&str, usize>::new();
-    for row in corpus.rows() {
-        row.reasons
-            .split_whitespace()
-            .for_each(|kind| *kinds.entry(kind).or_default() += 1);
-    }
-    let mut kinds: Vec<_> = kinds.into_iter().collect();
-    kinds.sort_by_key(|(kind, count)| (std::cmp::Reverse(*count), *kind));
-    if !kinds.is_empty() {
-        writeln!(out, "reasons")?;
-    }
-    for (kind, count) in kinds {
-        writeln!(out, "  {kind:<16}{count:>4}")?;
-    }
-    let mut worst: Vec<&ClipRow> = corpus.rows().filter(|row| row.verdict != Quality::Good).collect();
-    worst.sort_by(|a, b| a.quality.total_cmp(&b.quality));
-    if !worst.is_empty() {
-        writeln!(out, "the worst")?;
-    }
-    for row in worst.into_iter().take(WORST) {
+/// A table of verdicts and reasons, and the worst clips.
+#[derive(Serialize)]
+#[serde(transparent)]
+struct Summary<'a> {
+    rows: Vec<&'a ClipRow>,
+}
+
+impl fmt::Display for Summary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rows = || self.rows.iter().copied();
+        let count = |verdict| rows().filter(|row| row.verdict == verdict).count();
+        let seconds: f64 = rows().map(|row| row.seconds).sum();
         writeln!(
-            out,
-            "  {:.2}  {:<10} {}  {}",
-            row.quality,
-            row.verdict.as_str(),
-            row.file,
-            row.reasons
+            f,
+            "{}, {:.1} min",
+            report::counted(rows().len(), "clip"),
+            seconds / 60.0
         )?;
+        for verdict in Quality::ALL {
+            writeln!(f, "  {:<12}{:>8}", verdict.as_str(), count(verdict))?;
+        }
+        let mut kinds = std::collections::BTreeMap::<&str, usize>::new();
+        for row in rows() {
+            row.reasons
+                .split_whitespace()
+                .for_each(|kind| *kinds.entry(kind).or_default() += 1);
+        }
+        let mut kinds: Vec<_> = kinds.into_iter().collect();
+        kinds.sort_by_key(|(kind, count)| (std::cmp::Reverse(*count), *kind));
+        if !kinds.is_empty() {
+            writeln!(f, "reasons")?;
+        }
+        for (kind, count) in kinds {
+            writeln!(f, "  {kind:<16}{count:>4}")?;
+        }
+        let mut worst: Vec<&ClipRow> = rows().filter(|row| row.verdict != Quality::Good).collect();
+        worst.sort_by(|a, b| a.quality.total_cmp(&b.quality));
+        if !worst.is_empty() {
+            writeln!(f, "the worst")?;
+        }
+        for row in worst.into_iter().take(WORST) {
+            writeln!(
+                f,
+                "  {:.2}  {:<10} {}  {}",
+                row.quality,
+                row.verdict.as_str(),
+                row.file,
+                row.reasons
+            )?;
+        }
+        Ok(())
     }
-    out.flush()
 }

@@ -1,6 +1,6 @@
 //! `mocap verify`: compares a written file with its source.
 
-use std::io::Write;
+use std::fmt;
 
 use mocap::Scene;
 use mocap::job::MotionJob;
@@ -8,7 +8,7 @@ use mocap::verify::Verifier;
 use mocap::verify::report::Verification;
 use serde::Serialize;
 
-use super::print_json;
+use super::{Place, print_report};
 use crate::args::VerifyArgs;
 use crate::{Failure, report, streams};
 
@@ -22,6 +22,12 @@ pub(crate) struct VerifyReport<'a> {
     max_allowed: f64,
     #[serde(flatten)]
     verification: &'a Verification,
+}
+
+impl fmt::Display for VerifyReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.verification.fmt(f)
+    }
 }
 
 impl<'a> VerifyReport<'a> {
@@ -39,11 +45,7 @@ impl<'a> VerifyReport<'a> {
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let verification = verification(args)?;
-    if args.json {
-        print_json(&VerifyReport::new(args, &verification))?;
-    } else {
-        writeln!(report::words(), "{}", summary(&verification))?;
-    }
+    print_report(&VerifyReport::new(args, &verification), args.json, Place::Result)?;
     require(&verification, args.tolerance.max_error.to_metres())
 }
 
@@ -67,7 +69,7 @@ fn verification(args: &VerifyArgs) -> mocap::Result<Verification> {
 /// Compares the output of a job with the input from which `scene` was made.
 pub(crate) fn output(job: &MotionJob, scene: Option<Scene>) -> Result<(), Failure> {
     let verification = job.verify_output(scene, &job.write.output)?;
-    report::say(&summary(&verification));
+    print_report(&verification, false, Place::Message)?;
     require(&verification, job.write.smaller.tolerance())
 }
 
@@ -99,47 +101,6 @@ pub(crate) fn difference(verification: &Verification, max_allowed: f64) -> Strin
     let largest = f64::max(verification.max_error, verification.rotation_error.unwrap_or(0.0));
     let (error, allowed) = (millimetres(largest), millimetres(max_allowed));
     format!("the largest error is {error} mm, more than the {allowed} mm allowed")
-}
-
-/// The result in a few lines.
-pub(crate) fn summary(verification: &Verification) -> String {
-    let mut text = format!(
-        "{}, {}, {}: {} mm at most, {} mm RMS",
-        report::counted(verification.frames, "frame"),
-        report::counted(verification.joints, "joint"),
-        report::counted(verification.end_sites, "end site"),
-        millimetres(verification.max_error),
-        millimetres(verification.rms_error),
-    );
-    if let Some(worst) = &verification.worst {
-        text += &format!(
-            "; at most at joint \"{}\", frame {}, {:.3} s",
-            worst.joint, worst.frame, worst.seconds
-        );
-    }
-    if let Some(lost) = &verification.resampling {
-        text += &format!(
-            "\nthe other frame rate: {} mm at most, {} mm RMS, at the {} frames of the source",
-            millimetres(lost.max_error),
-            millimetres(lost.rms_error),
-            lost.frames,
-        );
-    }
-    // What a conversion did is in the file; else the unit is found from the lengths of the figure.
-    if !verification.has_provenance && (verification.metres_per_unit - 1.0).abs() > 1e-9 {
-        text += &format!(
-            "\nanother unit of length: 1 of the source is {:.6} of the file",
-            verification.metres_per_unit
-        );
-    }
-    for finding in &verification.findings {
-        text += &format!("\n{finding}");
-    }
-    if !verification.missing_end_sites.is_empty() {
-        let names = verification.missing_end_sites.join(", ");
-        text += &format!("\nend sites missing in the file: {names}");
-    }
-    text
 }
 
 pub(crate) fn millimetres(metres: f64) -> String {

@@ -16,7 +16,7 @@ use mocap::retarget::{RetargetOptions, Retargeter, Target};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Exporter, Format, Importer, Scene, SkeletonMesh, gltf};
 
-use super::{check_json, output_format, print_json, retarget, short_name, unknown_extension};
+use super::{Place, check_json, output_format, print_report, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::folder::make_folder;
 use crate::batch::inputs::{self, Input};
@@ -55,9 +55,8 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     };
     let is_written = matches!(viewed, Ok(()) | Err(Failure::Some));
     if is_written && args.json {
-        print_json(&PageReport {
-            output: output.display().to_string(),
-        })?;
+        let output = output.display().to_string();
+        print_report(&PageReport { output }, true, Place::Message)?;
     }
     if is_written && args.output.is_none() {
         open_page(&output);
@@ -373,7 +372,7 @@ fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure>
     let name = format!("{} on {}", source.name, body.name);
     let found = &retargeting.clips()[0].report;
     match found.body() {
-        Some(_) => retarget::tell(found),
+        Some(_) => print_report(found, false, Place::Message)?,
         None => report::say(&format!(
             "{name}: limbs {:.1} degrees off in the mean",
             found.mean_degrees()

@@ -1,5 +1,7 @@
 //! A figure along a path.
 
+use std::fmt;
+
 use glam::{DVec2, Vec2, Vec3, Vec3Swizzles};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::polyline::Polyline;
@@ -41,6 +43,26 @@ pub struct FollowReport {
     pub mean_angle: f64,
     /// Whether it came to the end of the path.
     pub has_arrived: bool,
+}
+
+impl fmt::Display for FollowReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} frames, {} jumps; a path of {:.1} m: {:.2} m and {:.0} degrees off it in the mean, {:.2} m at most{}",
+            self.frames,
+            self.jumps,
+            self.length,
+            self.mean_distance,
+            self.mean_angle,
+            self.largest_distance,
+            if self.has_arrived {
+                ""
+            } else {
+                "; its end was not reached"
+            }
+        )
+    }
 }
 
 impl Controller {

@@ -1,5 +1,7 @@
 //! A figure that is led by a gamepad.
 
+use std::fmt;
+
 use glam::{Vec2, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Animation, Scene};
@@ -34,6 +36,17 @@ pub struct PlayReport {
     pub mean_velocity_error: f64,
     /// How far it looks from where it was asked to, in the mean: degrees.
     pub mean_angle: f64,
+}
+
+impl fmt::Display for PlayReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} frames, {} jumps; {:.1} m, and {:.1} m were asked for; velocity {:.2} m/s and direction {:.0} degrees \
+             off in the mean",
+            self.frames, self.jumps, self.distance, self.wanted_distance, self.mean_velocity_error, self.mean_angle
+        )
+    }
 }
 
 impl Controller {

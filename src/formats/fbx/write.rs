@@ -37,10 +37,14 @@ mod skeleton;
 mod space;
 pub(crate) mod time;
 
+use std::fmt;
+
 use glam::DMat4;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits;
+use mocap_scene::report::counted;
 use mocap_scene::scene::{Scene, UpAxis};
+use serde::Serialize;
 
 use self::document::{Document, Settings};
 use self::names::Names;
@@ -67,7 +71,7 @@ impl FbxVersion {
 /// What was written.
 ///
 /// [`FbxOptions::write`](crate::fbx::FbxOptions::write) has an example.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FbxReport {
     /// The nodes whose name had to change: the index in the scene, the name there and the name in the file.
@@ -92,6 +96,17 @@ pub struct FbxReport {
     pub bytes: usize,
     /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
     pub warnings: Vec<Diagnostic>,
+}
+
+impl fmt::Display for FbxReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (bones, vertices) = (counted(self.bones, "bone"), self.vertices);
+        let (curves, keys, bytes) = (self.curves, self.keys, counted(self.bytes, "byte"));
+        write!(
+            f,
+            "{bones}, vertices: {vertices}, curves: {curves}, keys: {keys}, {bytes}"
+        )
+    }
 }
 
 impl FbxOptions {

@@ -44,9 +44,12 @@ mod rest;
 pub(crate) mod text;
 pub(crate) mod values;
 
+use std::fmt;
+
 use mocap_compress::ErrorBound;
 use mocap_scene::error::{Diagnostic, Result};
 use mocap_scene::options::setters;
+use mocap_scene::report::counted;
 use mocap_scene::scene::Scene;
 use serde::Serialize;
 
@@ -138,6 +141,18 @@ pub struct GltfReport {
     /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the lengths are not known to be
     /// metres.
     pub warnings: Vec<Diagnostic>,
+}
+
+impl fmt::Display for GltfReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (joints, vertices) = (counted(self.joints, "joint"), self.vertices);
+        let (animated, constant) = (self.animated_tracks, self.constant_tracks);
+        let bytes = counted(self.bytes, "byte");
+        write!(
+            f,
+            "{joints}, vertices: {vertices}, animated tracks: {animated}, constant tracks: {constant}, {bytes}"
+        )
+    }
 }
 
 /// The fraction of the largest error that the positions of bones may have: no joint shows how the bone at the end of a

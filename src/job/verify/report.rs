@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use mocap_scene::report::counted;
 use serde::Serialize;
 
 /// How far a written file is from its source.
@@ -43,6 +44,45 @@ pub struct Verification {
     pub metres_per_unit: f64,
     /// Whether the file itself says how it was converted.
     pub has_provenance: bool,
+}
+
+impl fmt::Display for Verification {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (frames, joints) = (counted(self.frames, "frame"), counted(self.joints, "joint"));
+        let (end_sites, most, rms) = (counted(self.end_sites, "end site"), self.max_error, self.rms_error);
+        let (most, rms) = (1000.0 * most, 1000.0 * rms);
+        write!(
+            f,
+            "{frames}, {joints}, {end_sites}: {most:.4} mm at most, {rms:.4} mm RMS"
+        )?;
+        if let Some(worst) = &self.worst {
+            let (joint, frame, seconds) = (&worst.joint, worst.frame, worst.seconds);
+            write!(f, "; at most at joint \"{joint}\", frame {frame}, {seconds:.3} s")?;
+        }
+        if let Some(lost) = &self.resampling {
+            let (most, rms, frames) = (1000.0 * lost.max_error, 1000.0 * lost.rms_error, lost.frames);
+            write!(
+                f,
+                "\nthe other frame rate: {most:.4} mm at most, {rms:.4} mm RMS, at the {frames} frames of the source"
+            )?;
+        }
+        // What a conversion did is in the file; else the unit is found from the lengths of the figure.
+        if !self.has_provenance && (self.metres_per_unit - 1.0).abs() > 1e-9 {
+            let unit = self.metres_per_unit;
+            write!(f, "\nanother unit of length: 1 of the source is {unit:.6} of the file")?;
+        }
+        for finding in &self.findings {
+            write!(f, "\n{finding}")?;
+        }
+        if !self.missing_end_sites.is_empty() {
+            write!(
+                f,
+                "\nend sites missing in the file: {}",
+                self.missing_end_sites.join(", ")
+            )?;
+        }
+        Ok(())
+    }
 }
 
 impl Verification {

@@ -1,5 +1,7 @@
 //! A motion on a target, and how well it sits there.
 
+use std::fmt;
+
 use mocap_formats::gltf::report::Provenance;
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::scene::{Animation, Face, HumanoidBone};
@@ -116,6 +118,15 @@ pub enum ClipReport {
     Body(RetargetReport),
     /// On a robot.
     Robot(RobotReport),
+}
+
+impl fmt::Display for ClipReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Body(report) => report.fmt(f),
+            Self::Robot(report) => report.fmt(f),
+        }
+    }
 }
 
 impl ClipReport {

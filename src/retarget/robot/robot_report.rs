@@ -1,5 +1,8 @@
 //! How well a motion sits on a robot.
 
+use std::fmt;
+
+use mocap_scene::error::spelled;
 use mocap_scene::scene::robot::Robot;
 use serde::{Deserialize, Serialize};
 
@@ -141,6 +144,72 @@ impl RobotReport {
     pub(super) fn is_worse_than(&self, other: &Self) -> bool {
         let slide = |report: &Self| report.skate.unwrap_or(0.0);
         self.mean_degrees > other.mean_degrees + FARTHER || slide(self) > slide(other) + FASTER
+    }
+}
+
+impl fmt::Display for RobotReport {
+    /// A line for each finding, after the name of the clip.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (clip, verdict) = (&self.clip, self.verdict.as_str());
+        let (mean, frames, scale) = (self.mean_degrees, self.frames, self.scale);
+        write!(
+            f,
+            "{clip}: {verdict}: limbs {mean:.1} degrees off in the mean of {frames} frames; path scaled by {scale:.3}"
+        )?;
+        let criteria = self.criteria.iter();
+        for criterion in criteria.filter(|criterion| criterion.verdict != Verdict::Good) {
+            let (verdict, name) = (criterion.verdict.as_str(), criterion.name.replace('_', " "));
+            let (value, good) = (criterion.value, criterion.good);
+            write!(f, "\n{clip}: {verdict} because {name} is {value:.3}, above {good}")?;
+        }
+        for part in &self.guessed {
+            write!(f, "\n{clip}: guessed: {part}")?;
+        }
+        for limb in self.limbs.iter().filter(|limb| limb.mean_degrees > 5.0) {
+            let (bone, mean, most) = (limb.bone.as_str(), limb.mean_degrees, limb.max_degrees);
+            write!(
+                f,
+                "\n{clip}: {bone} {mean:.1} degrees off in the mean, {most:.1} at most"
+            )?;
+        }
+        let clamped = self.clamped.iter().filter(|joint| joint.fraction >= 0.01);
+        let clamped: Vec<String> = clamped
+            .map(|joint| format!("{} in {:.0} %", joint.joint, 100.0 * joint.fraction))
+            .collect();
+        if !clamped.is_empty() {
+            write!(f, "\n{clip}: at a limit: {} of frames", clamped.join(", "))?;
+        }
+        if let (Some(skate), Some(source)) = (self.skate, self.source_skate) {
+            write!(
+                f,
+                "\n{clip}: feet on the ground slide at {:.1} cm/s in the mean, those of the source at {:.1}; soles are \
+                 at most {:.1} mm below the floor",
+                100.0 * skate,
+                100.0 * source,
+                1000.0 * self.deepest.max(0.0)
+            )?;
+        }
+        if let Some(pair) = self.self_collisions.first() {
+            let (percent, centimetres) = (100.0 * self.fraction_in_self_collision, 100.0 * pair.deepest);
+            let (link, other) = (&pair.link, &pair.other);
+            write!(
+                f,
+                "\n{clip}: links of the robot collide in {percent:.0} % of frames, deepest {link} and {other}: \
+                 {centimetres:.1} cm"
+            )?;
+        }
+        if self.fraction_too_fast > 0.0 {
+            let (percent, help) = (
+                100.0 * self.fraction_too_fast,
+                spelled("{velocity-limits} holds them back"),
+            );
+            write!(
+                f,
+                "\n{clip}: joints are faster than the file of the robot allows in {percent:.2} % of samples; {help}"
+            )?;
+        }
+        let (joint, most) = (&self.fastest_joint, self.max_velocity);
+        write!(f, "\n{clip}: the fastest joint is {joint}, at {most:.1} rad/s")
     }
 }
 
