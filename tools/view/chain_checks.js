@@ -84,6 +84,30 @@ export function chainChecks({ check, sample, open, mocap, pageOfFiles, pageOfTex
     await close();
   });
 
+  check("a point on a link comes where the command brings it, at every tick and for every joint", async (browser) => {
+    const { page, trouble, close } = await open(browser, pageOfFiles(lecture));
+    const shown = async () => (await page.textContent("#point-in-world")).replaceAll("−", "-");
+    await page.click("#tree > div:nth-child(3)");
+    await page.fill("#point", "0.3, -0.2 0.1");
+    for (const row of [2, 3, 4]) {
+      await page.click(`#tree > div:nth-child(${row})`);
+      const name = await page.evaluate(() => window.mocap.state.clips[0].nodes[window.mocap.state.joint].name);
+      for (const tick of [0, 4, 9]) {
+        await page.evaluate((tick) => window.mocap.seek(tick), tick);
+        await settled(page);
+        const found = JSON.parse(mocap("chain", lecture, name, "--tick", String(tick), "--point=0.3,-0.2,0.1", "--json"));
+        const numbers = (await shown()).replace("T p = ", "").trim().split(/\s+/).map(Number);
+        assert.equal(numbers.length, 3, `${name}: ${await shown()}`);
+        found.point_in_world.forEach((value, axis) => assert.ok(Math.abs(value - numbers[axis]) < 6e-4, `${name}, tick ${tick}: ${numbers}`));
+      }
+    }
+    await page.fill("#point", "1, 2");
+    assert.match(await shown(), /expected three numbers/);
+    assert.equal(await page.getAttribute("#point", "aria-invalid"), "true");
+    assert.deepEqual(trouble, []);
+    await close();
+  });
+
   check("sliders turn a joint, and the motion puts it back", async (browser) => {
     const { page, trouble, close } = await open(browser, pageOfFiles(lecture));
     await page.click("#tree > div:nth-child(2)");

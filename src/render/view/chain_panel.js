@@ -1,6 +1,7 @@
 // The chain of the chosen joint, T = J0 L1 J1 L2 ...: its matrices, one more with each step, and the lines of the file they come from.
 
 import { byId, make, short } from "./dom.js";
+import { transformPoint } from "./math.js";
 import { chainMatrices } from "./product.js";
 import { SourceText, matrixLines } from "./source_text.js";
 
@@ -20,6 +21,7 @@ export class ChainPanel {
     Object.assign(this, { state, choose, changed, texts: new Map() });
     byId("chain-more").addEventListener("click", () => this.grow(1));
     byId("chain-fewer").addEventListener("click", () => this.grow(-1));
+    byId("point").addEventListener("input", () => this.showPoint());
   }
 
   get clip() { return this.state.clips[this.state.active]; }
@@ -82,7 +84,19 @@ export class ChainPanel {
     });
     const { product } = this.parts[this.last];
     byId("matrix").textContent = [0, 1, 2].map((r) => [0, 1, 2, 3].map((c) => short(product[4 * c + r]).padStart(8)).join("")).join("\n");
+    this.showPoint();
     this.showRow();
+  }
+
+  // A point on the link, moved by the matrices that are multiplied so far.
+  showPoint() {
+    if (this.state.joint < 0) return;
+    const words = byId("point").value.replaceAll("−", "-").split(/[\s,]+/).filter(Boolean);
+    const point = words.map(Number);
+    const isPoint = point.length === 3 && point.every(Number.isFinite);
+    byId("point").setAttribute("aria-invalid", String(words.length > 0 && !isPoint));
+    byId("point-in-world").textContent = isPoint ? `T p = ${transformPoint(this.parts[this.last].product, point).map(short).join("  ")}`
+      : words.length ? "expected three numbers: x, y, z" : "";
   }
 
   get text() {
