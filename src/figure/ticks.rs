@@ -1,6 +1,11 @@
 //! The ticks at which a motion has keys.
 
+use glam::Quat;
 use mocap_scene::scene::{Animation, Keys};
+
+/// The largest distance between quaternions that counts as rounding: a rotation of 1e-6 radians, some ten roundings of a
+/// product.
+const ROUNDING: f32 = 5e-7;
 
 /// The whole ticks of an animation, and its end.
 pub fn ticks(animation: &Animation) -> Vec<f64> {
@@ -31,11 +36,25 @@ impl<'a> Ticks<'a> {
             && values.iter().all(|value| *value == first)
         {
             values.truncate(1);
-            return Keys::every_tick(values);
         }
+        self.keys_or_one(values)
+    }
+
+    /// Rotations at these ticks; one where all are the same but for rounding.
+    pub fn rotation_keys(&self, mut values: Vec<Quat>) -> Keys<Quat> {
+        if let Some(&first) = values.first()
+            && values.iter().all(|value| (*value - first).length() <= ROUNDING)
+        {
+            values.truncate(1);
+        }
+        self.keys_or_one(values)
+    }
+
+    fn keys_or_one<T>(&self, values: Vec<T>) -> Keys<T> {
+        let written = self.written.filter(|_| values.len() > 1);
         Keys {
             values,
-            ticks: self.written.map(<[f64]>::to_vec),
+            ticks: written.map(<[f64]>::to_vec),
         }
     }
 }

@@ -304,7 +304,7 @@ impl Mover<'_> {
                     0 => at.keys(std::mem::take(&mut hips_path)),
                     _ => Keys::constant(node.transform.w_axis.truncate()),
                 },
-                rotation_keys: at.keys(values),
+                rotation_keys: at.rotation_keys(values),
                 scaling_keys: Keys::constant(Vec3::ONE),
             });
         Animation {

@@ -164,7 +164,7 @@ impl CreatureRetargeter {
                         true => at.keys(std::mem::take(&mut path)),
                         false => Keys::constant(rest.translation),
                     },
-                    rotation_keys: at.keys(values),
+                    rotation_keys: at.rotation_keys(values),
                     scaling_keys: Keys::constant(rest.scale),
                 }
             });

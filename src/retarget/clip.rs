@@ -52,7 +52,7 @@ pub(super) fn animation(
             true => at.keys(std::mem::take(&mut hips_path)),
             false => Keys::constant(drive.rest.translation),
         },
-        rotation_keys: at.keys(values),
+        rotation_keys: at.rotation_keys(values),
         scaling_keys: Keys::constant(drive.rest.scale),
     });
     Animation {

@@ -1,4 +1,4 @@
-//! Laws of keys of motions on another skeleton: a joint that keeps its place has one position key. A motion of constant
+//! Laws of keys of motions on another skeleton: a joint that keeps its place or its rotation has one key. A motion of constant
 //! speed keeps its speed on its own skeleton.
 
 use mocap::Scene;
@@ -9,6 +9,9 @@ use mocap::scene::Keys;
 use crate::positions::import;
 
 const WALK: &str = "cmu_12_01_walk.bvh";
+
+/// A joint rotates where its rotations differ by more radians, which is ten roundings of a quaternion.
+const ROTATES: f32 = 1e-6;
 
 /// Frames of a motion of constant speed.
 const FRAMES: usize = 30;
@@ -27,7 +30,7 @@ fn is_blurred<T: Copy>(keys: &Keys<T>, distance: impl Fn(T, T) -> f32, least: f3
 }
 
 #[test]
-fn joints_have_one_position_key_on_every_skeleton_but_those_that_move() {
+fn tracks_that_are_constant_have_one_key_on_every_skeleton() {
     let walk = import(WALK);
     for target in [
         "real/cmu_short.bvh",
@@ -51,6 +54,11 @@ fn joints_have_one_position_key_on_every_skeleton_but_those_that_move() {
             assert!(
                 !is_blurred(&channel.position_keys, distance, 1e-4 * size),
                 "{target}: positions of {name}"
+            );
+            let angle = |a: Quat, b: Quat| 2.0 * (a - b).length().min((a + b).length());
+            assert!(
+                !is_blurred(&channel.rotation_keys, angle, ROTATES),
+                "{target}: rotations of {name}"
             );
         }
     }
