@@ -6,6 +6,7 @@ mod csv_table;
 mod existing;
 mod fbx_header;
 mod file_id;
+mod folder;
 mod own;
 pub(crate) mod record;
 #[doc(hidden)]
@@ -31,6 +32,8 @@ pub use self::csv_table::{PointColumns, Records, csv_field, is_csv_of_points, is
 pub use self::existing::{ReplacePolicy, has_provenance, percent_decoded};
 #[doc(hidden)]
 pub use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
+#[doc(hidden)]
+pub use self::folder::{check_folder, persist_folder};
 #[doc(hidden)]
 pub use self::own::{OwnFiles, go_on};
 #[doc(hidden)]

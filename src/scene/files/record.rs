@@ -53,6 +53,15 @@ pub(super) fn note(target: &Path, contents: impl FnOnce() -> io::Result<Box<dyn 
     }
 }
 
+/// Notes the file `made`, which gets the name `below` in `folder` now.
+pub(super) fn note_below(folder: &Path, below: &Path, made: &Path) {
+    if let Some((record, path)) = record().zip(real_path(folder))
+        && let Ok(mut contents) = File::open(made)
+    {
+        record.note(&path.join(below), &mut contents, &[]);
+    }
+}
+
 /// What the record knows of the file that an output at `path` would replace.
 pub(super) fn find(path: &Path) -> RecordState {
     let Ok(Target::File(target)) = Target::of(path) else {
@@ -89,7 +98,12 @@ pub(super) fn written(path: &Path) {
     let mut paths = REPLACEABLE.lock().unwrap_or_else(PoisonError::into_inner);
     if paths.as_mut().is_some_and(|paths| paths.remove(path)) {
         drop(paths);
-        let replaced = *REPLACED.lock().unwrap_or_else(PoisonError::into_inner);
-        replaced.into_iter().for_each(|replaced| replaced(path));
+        replaced(path);
     }
+}
+
+/// Tells of an output that replaced an earlier output.
+pub(super) fn replaced(path: &Path) {
+    let replaced = *REPLACED.lock().unwrap_or_else(PoisonError::into_inner);
+    replaced.into_iter().for_each(|replaced| replaced(path));
 }

@@ -24,7 +24,7 @@ pub(crate) fn write_dataset(
     let importer = read.importer()?;
     let options = DatasetWriter::options(options_from(options)?);
     let written = py.detach(|| -> mocap::Result<_> {
-        let mut dataset = DatasetWriter::create(&folder, &options, license)?;
+        let mut dataset = DatasetWriter::create(&folder, files.iter().map(|(_, path)| path), &options, license)?;
         let (mut rows, mut bytes, mut failed) = (Vec::new(), 0, Vec::new());
         for (name, path) in &files {
             let motion = importer.import(path).and_then(|scene| Arrays::of(&scene, &options));

@@ -11,17 +11,21 @@ use crate::batch::inputs::Input;
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 
-/// Packs all inputs into a new folder. It has no manifest: a dataset is made whole, and a file that cannot be read is
+/// Packs all inputs into a folder. It has no manifest: a dataset is made whole, and a file that cannot be read is
 /// named on its card.
 pub(super) fn run(args: &PackArgs, given: &Given, inputs: &[Input]) -> Result<(), Failure> {
     given.refuse(&["resume", "shard"], "a dataset is made whole, from all inputs")?;
-    given.refuse(&["force"], "a dataset replaces no folder with files; remove it")?;
+    given.refuse(
+        &["force"],
+        "a dataset replaces an earlier dataset alone; remove other folders",
+    )?;
     if let TableArg::Inventory = args.table() {
         let why = "a dataset has motions, and an inventory has none; take --table clips or long";
         return Err(Failure::Usage(format!("--table inventory: {why}")));
     }
     let options = DatasetWriter::options(args.arrays.options(&args.source, &args.map));
-    let mut dataset = DatasetWriter::create(&args.out_dir, &options, args.license.as_deref())?;
+    let paths = inputs.iter().map(|input| &input.path);
+    let mut dataset = DatasetWriter::create(&args.out_dir, paths, &options, args.license.as_deref())?;
     let packer = Packer::new(args, &given.options, options);
     let mut progress = Progress::new(args.spread.progress(), inputs);
     let most_bytes = args.part_size as usize * 1_000_000;

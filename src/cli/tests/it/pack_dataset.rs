@@ -85,12 +85,12 @@ fn what_is_there_stays_as_it_is() {
     folder.refuses(
         "pack takes -o mine --to hf",
         1,
-        "a dataset replaces no folder with files",
+        "notes.txt: error[output-exists]: the output would replace its folder, and mocap has no record of this file",
     );
     folder.refuses(
         "pack takes -o cmu_short.bvh --to hf",
         1,
-        "a dataset replaces no folder with files",
+        "cmu_short.bvh: error[output-exists]",
     );
     folder.refuses(
         "pack takes/walks -o mine --to hf --force",
@@ -127,9 +127,48 @@ fn what_is_there_stays_as_it_is() {
     // An empty folder is as good as none.
     fs::create_dir(folder.path("empty")).unwrap();
     folder.succeeds("pack takes/walks -o empty --to hf");
-    folder.refuses(
-        "pack takes/walks -o empty --to hf",
-        1,
-        "a dataset replaces no folder with files",
+}
+
+#[test]
+fn an_earlier_dataset_is_replaced_where_nobody_changed_it() {
+    let folder = takes();
+    folder.succeeds("pack takes/walks -o out --to hf --part-size 1");
+    let output = folder.run("pack takes/a.bvh -o out --to hf --license cc0-1.0");
+    assert!(output.status.success(), "{output:?}");
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("out: replaced, mocap wrote it"), "{told}");
+    assert_eq!(
+        names(&folder, "out"),
+        ["README.md", "data"],
+        "the licences were of other clips"
     );
+    let card = String::from_utf8(folder.read("out/README.md")).unwrap();
+    assert!(
+        card.contains("license: cc0-1.0") && card.contains("num_examples: 1"),
+        "{card}"
+    );
+
+    folder.refuses(
+        "pack out/data/train-00000-of-00001.parquet takes -o out --to hf",
+        1,
+        "output-is-input",
+    );
+    // Each is lost with the folder.
+    let refuses = |lost: &str| {
+        let output = folder.run("pack takes/walks -o out --to hf");
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains(&format!("{lost}: error[output-exists]")), "{told}");
+    };
+    folder.write("out/README.md", format!("{card}\nRecorded in spring.\n").as_bytes());
+    refuses("out/README.md");
+    folder.write("out/README.md", card.as_bytes());
+    folder.write("out/data/.gitattributes", b"*.parquet filter=lfs");
+    refuses("out/data/.gitattributes");
+    fs::remove_file(folder.path("out/data/.gitattributes")).unwrap();
+    folder.succeeds("convert takes/a.bvh out/data/walk.bvh --fps 30");
+    refuses("out/data/walk.bvh");
+    fs::remove_file(folder.path("out/data/walk.bvh")).unwrap();
+    folder.succeeds("pack takes/walks -o out --to hf");
+    assert_eq!(names(&folder, ""), ["cmu_short.bvh", "out", "takes"]);
 }

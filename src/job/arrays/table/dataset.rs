@@ -13,13 +13,12 @@ mod card;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use arrow_array::RecordBatch;
 use arrow_schema::{ArrowError, SchemaRef};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::files::{check_confined, copy_file, write_file};
+use mocap_scene::files::{ReplacePolicy, check_confined, check_folder, copy_file, persist_folder, write_file};
 use mocap_scene::scene::UpAxis;
 
 use super::{skeleton_hash, to_parquet};
@@ -65,6 +64,7 @@ impl DatasetClip {
 pub struct DatasetWriter {
     folder: PathBuf,
     unfinished: PathBuf,
+    policy: ReplacePolicy,
     options: ArrayOptions,
     license: Option<String>,
     schema: Option<SchemaRef>,
@@ -90,18 +90,25 @@ impl DatasetWriter {
             .out_up(up.or(Some(UpAxis::Y)))
     }
 
-    /// Begins a dataset of arrays that are made with `options`. `license` is the identifier of the licence of all
-    /// clips.
+    /// Begins a dataset of arrays that are made of `inputs` with `options`. `license` is the identifier of the licence of
+    /// all clips.
     ///
     /// # Errors
-    /// [`Code::OutputExists`] where `folder` is a file or has files: a dataset replaces nothing.
+    /// [`Code::OutputExists`] where `folder` is a file or has files, unless the record of outputs knows all of them as
+    /// an earlier dataset. [`Code::OutputIsInput`] where one of these is an input.
     /// [`Code::InvalidValue`] where `license` is no identifier. [`Code::Io`] where the folder cannot be made.
-    pub fn create(folder: &Path, options: &ArrayOptions, license: Option<&str>) -> Result<Self> {
+    pub fn create(
+        folder: &Path,
+        inputs: impl IntoIterator<Item = impl AsRef<Path>>,
+        options: &ArrayOptions,
+        license: Option<&str>,
+    ) -> Result<Self> {
         check_confined(folder)?;
         if let Some(license) = license {
             check_license(license)?;
         }
-        check_empty(folder)?;
+        let policy = ReplacePolicy::new(inputs);
+        check_folder(folder, &policy)?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
         let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
         let parent = parent.unwrap_or(Path::new("."));
@@ -111,6 +118,7 @@ impl DatasetWriter {
         let writer = Self {
             folder: folder.to_owned(),
             unfinished,
+            policy,
             options: options.clone(),
             license: license.map(str::to_owned),
             schema: None,
@@ -224,12 +232,7 @@ impl DatasetWriter {
             fs::rename(data.join(format!("{shard:05}")), data.join(name)).map_err(in_folder)?;
         }
         write_file(&self.unfinished.join("README.md"), card::text(&self).as_bytes())?;
-        check_empty(&self.folder)?;
-        // Some systems rename no folder to one that is there, even if it is empty.
-        match fs::remove_dir(&self.folder) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(in_folder(error)),
-            _ => fs::rename(&self.unfinished, &self.folder).map_err(in_folder)?,
-        }
+        persist_folder(&self.unfinished, &self.folder, &self.policy)?;
         Ok(self.shards)
     }
 }
@@ -246,23 +249,6 @@ fn without_errors(table: &RecordBatch) -> Result<RecordBatch, ArrowError> {
     let fields = table.schema();
     let kept = (0..table.num_columns()).filter(|column| fields.field(*column).name() != "error");
     table.project(&kept.collect::<Vec<_>>())
-}
-
-/// Refuses a folder that has files, and a file.
-fn check_empty(folder: &Path) -> Result<()> {
-    let is_free = match folder.read_dir() {
-        Ok(mut entries) => entries.next().is_none(),
-        Err(error) => error.kind() == io::ErrorKind::NotFound && fs::symlink_metadata(folder).is_err(),
-    };
-    if is_free {
-        return Ok(());
-    }
-    let diagnostic = Diagnostic::new(
-        Code::OutputExists,
-        "a dataset replaces no folder with files, and no file",
-    )
-    .help("name another folder, or remove this one");
-    Err(Error::from(diagnostic).with_path(folder))
 }
 
 /// Identifiers of licences on Hugging Face are SPDX's in small letters, and a few of its own.

@@ -1,0 +1,92 @@
+//! Folders that are outputs: whole or absent. The record of outputs knows each file below them.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::ReplacePolicy;
+use super::existing::needs_record;
+use super::record::{self, RecordState};
+use crate::error::{Code, Diagnostic, Error, Result};
+
+/// Checks whether an output that is a folder may go to `folder`: nothing is there, an empty folder, or an earlier output.
+/// The record of outputs then knows each file below it as unchanged, and none is an input or a motion.
+///
+/// # Errors
+/// [`Code::OutputIsInput`], and [`Code::OutputExists`] for any other folder, and for a file. It names the first file that
+/// would be lost.
+#[doc(hidden)]
+pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
+    let is_absent = |error: &io::Error| error.kind() == io::ErrorKind::NotFound;
+    let lost = match fs::symlink_metadata(folder) {
+        Err(error) if is_absent(&error) => return Ok(()),
+        // What a link leads to has another name.
+        Ok(found) if !found.is_dir() => Some((folder.to_owned(), false)),
+        _ => {
+            let files = files_below(folder).map_err(|error| Error::io(folder, error))?;
+            files.iter().try_for_each(|path| policy.check_inputs(path))?;
+            files.into_iter().find_map(|path| match record::find(&path) {
+                _ if path.is_symlink() || needs_record(&path) => Some((path, false)),
+                RecordState::Unchanged(_) => None,
+                state => Some((path, state != RecordState::Unknown)),
+            })
+        }
+    };
+    let Some((path, has_changed)) = lost else { return Ok(()) };
+    let message = match has_changed {
+        true => "the output would replace its folder, and this file has changed since mocap wrote it",
+        false => "the output would replace its folder, and mocap has no record of this file",
+    };
+    let diagnostic = Diagnostic::new(Code::OutputExists, message).help("name another folder, or remove this one");
+    Err(Error::from(diagnostic).with_path(&path))
+}
+
+/// Gives the folder `made`, which stands beside `folder`, its name, and notes its files. An earlier output is replaced
+/// where [`check_folder`] lets it; after an error it is unchanged.
+///
+/// # Errors
+/// As [`check_folder`]; [`Code::Io`], with the path of the folder.
+#[doc(hidden)]
+pub fn persist_folder(made: &Path, folder: &Path, policy: &ReplacePolicy) -> Result<()> {
+    check_folder(folder, policy)?;
+    let in_folder = |error| Error::io(folder, error);
+    for path in files_below(made).map_err(in_folder)? {
+        let below = path.strip_prefix(made).unwrap_or(&path);
+        record::note_below(folder, below, &path);
+    }
+    // Some systems rename no folder to one that is there, even if it is empty.
+    let is_new = match fs::remove_dir(folder) {
+        Ok(()) => true,
+        Err(error) => error.kind() == io::ErrorKind::NotFound,
+    };
+    if is_new {
+        return fs::rename(made, folder).map_err(in_folder);
+    }
+    let mut earlier = made.as_os_str().to_owned();
+    earlier.push(".earlier");
+    fs::rename(folder, &earlier).map_err(in_folder)?;
+    if let Err(error) = fs::rename(made, folder) {
+        fs::rename(&earlier, folder).map_err(in_folder)?;
+        return Err(in_folder(error));
+    }
+    record::replaced(folder);
+    fs::remove_dir_all(&earlier).map_err(|error| Error::io(Path::new(&earlier), error))
+}
+
+/// The files below a folder, and its links, in the order of their names.
+fn files_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder)? {
+            let entry = entry?;
+            let kind = if entry.file_type()?.is_dir() {
+                &mut folders
+            } else {
+                &mut files
+            };
+            kind.push(entry.path());
+        }
+    }
+    files.sort();
+    Ok(files)
+}
