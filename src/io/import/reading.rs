@@ -119,7 +119,7 @@ impl Importer {
         let sha256 = sum.unwrap_or_default();
         bvh::FORMAT
             .read(&source, &self.read)
-            .and_then(|scene| self.finish_after(scene, &source, sha256, |_| Ok(())))
+            .and_then(|scene| self.finish_after(scene, bvh::FORMAT.has_sidecar, &source, sha256, |_| Ok(())))
             .map_err(|error| error.with_path(source.name))
     }
 
@@ -137,7 +137,9 @@ impl Importer {
         expect(unused_variables, reason = "the scene is complete")
     )]
     pub(super) fn finish(&self, scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
-        self.finish_after(scene, source, sha256, |scene| {
+        let format = scene.metadata.format;
+        let has_sidecar = format.is_some_and(|format| FormatInfo::of(format).has_sidecar);
+        self.finish_after(scene, has_sidecar, source, sha256, |scene| {
             #[cfg(feature = "arrays")]
             self.check_body(scene)?;
             #[cfg(feature = "solve")]
@@ -146,10 +148,12 @@ impl Importer {
         })
     }
 
-    /// The steps that follow a reader; `solve` makes joints of what has none yet.
+    /// The steps that follow a reader; `solve` makes joints of what has none yet. The table of formats is not looked up
+    /// here, because it refers to every reader and writer.
     fn finish_after(
         &self,
         mut scene: Scene,
+        has_sidecar: bool,
         source: &Source<'_>,
         sha256: String,
         solve: impl FnOnce(&mut Scene) -> Result<()>,
@@ -165,10 +169,7 @@ impl Importer {
         numbers::check(&scene)?;
         solve(&mut scene)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
-        if scene
-            .metadata
-            .format
-            .is_some_and(|format| FormatInfo::of(format).has_sidecar)
+        if has_sidecar
             && let Ok(bytes) = (source.open)(&Sidecar::path(source.name))
             && let Some(sidecar) = Sidecar::read(&bytes)
         {
