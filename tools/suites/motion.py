@@ -1,0 +1,60 @@
+"""The paths of the nodes of a scene, as any reader states them, and the comparison of two readers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# Metres, seconds.
+MOVES, ALLOWED, ALLOWED_SECONDS = 1e-4, 1e-4, 1e-3
+# Fraction of the farthest coordinate that single precision does not hold along a chain of nodes.
+SINGLE = 4e-6
+
+
+class Refused(Exception):
+    """The reader refuses the file."""
+
+
+class Nothing(Exception):
+    """The reader finds neither a skeleton nor a motion in the file."""
+
+
+@dataclass
+class Motion:
+    seconds: float
+    """Metres, +Y up: of each node its path from first to last frame, or its position at rest."""
+    paths: dict
+
+
+def unique(pairs):
+    """The pairs whose name stands once; a node without a unique name has no counterpart."""
+    names = [name for name, _ in pairs]
+    return {name: value for name, value in pairs if name and names.count(name) == 1}
+
+
+def displacement(path):
+    return float(np.linalg.norm(path - path[0], axis=1).max(initial=0))
+
+
+def faults(ours, theirs):
+    """What of our motion is not as another reader has it, as sentences."""
+    shared = ours.paths.keys() & theirs.paths.keys()
+    moving = {name for name, path in theirs.paths.items() if displacement(path) > MOVES}
+    if absent := moving - shared:
+        yield f"{len(absent)} moving nodes are absent: {sorted(absent)[:3]}"
+    if theirs.paths and not shared:
+        yield f"none of {len(theirs.paths)} nodes is there"
+    if not shared:
+        return
+    if moving and abs(ours.seconds - theirs.seconds) > ALLOWED_SECONDS:
+        yield f"{ours.seconds:.4f} s, not {theirs.seconds:.4f} s"
+    size = max(np.abs(theirs.paths[name]).max() for name in shared)
+    allowed = ALLOWED + SINGLE * size
+    errors = {name: np.abs(ours.paths[name][0] - theirs.paths[name][0]).max() for name in shared}
+    worst = max(errors, key=errors.get)
+    if errors[worst] > allowed:
+        yield f"{worst} begins {1000 * errors[worst]:.2f} mm off"
+    for name in sorted(shared):
+        own, other = displacement(ours.paths[name]), displacement(theirs.paths[name])
+        if abs(own - other) > allowed:
+            yield f"{name} moves {own:.5f} m, not {other:.5f} m"
+            return
