@@ -9,7 +9,7 @@ use glam::{DMat3, DQuat, DVec3, Mat4};
 use mocap_figure::robot_bones::RobotBone;
 use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::math::directions::wide_arc;
+use mocap_scene::math::quaternion::wide_arc;
 use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotShape};
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use super::goal::Goal;
 use super::limit::JointLimit;
 use super::two_bone::TwoBone;
-use crate::math::directions::wide_arc;
+use crate::math::quaternion::wide_arc;
 use crate::options::setters;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;

@@ -5,7 +5,8 @@ use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
 
 use super::goal::Goal;
 use super::two_bone::{NO_DIRECTION, Triangle, direction};
-use crate::math::directions::{rotation_of, wide_arc};
+use crate::math::directions::rotation_of;
+use crate::math::quaternion::wide_arc;
 use crate::pose::Pose;
 use crate::scene::NodeId;
 

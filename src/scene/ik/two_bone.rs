@@ -3,7 +3,7 @@
 use glam::{DVec3, Quat, Vec3};
 
 use super::goal::Goal;
-use crate::math::directions::wide_arc;
+use crate::math::quaternion::wide_arc;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 

@@ -1,6 +1,6 @@
 //! Rotations of matrices, and between directions.
 
-use glam::{DQuat, DVec3, Mat3, Mat4, Quat, Vec3, Vec4};
+use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 
 use super::soa::{Quaternions, Vectors};
 
@@ -36,22 +36,4 @@ pub fn arc(from: Vec3, to: Vec3) -> Quat {
         let arc = Quaternions::<f32, 1>::arc(Vectors::all(from.to_array()), Vectors::all(to.to_array()));
         Quat::from_array(arc.lane(0))
     })
-}
-
-/// 1 and the cosine of the angle between opposite directions: 1e-12 at 1.4e-6 radians from opposite, where the axis has
-/// no digits left.
-const OPPOSITE: f64 = 1e-12;
-
-/// The smallest rotation from one direction to another, which need not have unit length; about `axis` where they are
-/// opposite. Exact for small angles too, where glam's gives none at all.
-pub fn wide_arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
-    let length = (from.length_squared() * to.length_squared()).sqrt();
-    let (w, v) = (length + from.dot(to), from.cross(to));
-    if !w.is_finite() || length <= 0.0 {
-        DQuat::IDENTITY
-    } else if w <= OPPOSITE * length {
-        DQuat::from_xyzw(axis.x, axis.y, axis.z, 0.0).normalize()
-    } else {
-        DQuat::from_xyzw(v.x, v.y, v.z, w).normalize()
-    }
 }

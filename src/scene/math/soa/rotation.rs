@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::{Lanes, Quaternions, Vectors};
-use crate::math::directions::wide_arc;
 use crate::math::quaternion::ANGLE_OVER_SINE;
+use crate::math::quaternion::wide_arc;
 
 /// The cosine of the angle between directions from which on their shortest rotation is computed lane by lane.
 const OPPOSITE: f32 = -0.9999;
