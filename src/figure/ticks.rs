@@ -3,8 +3,8 @@
 use glam::Quat;
 use mocap_scene::scene::{Animation, Keys};
 
-/// The largest distance between quaternions that counts as rounding: a rotation of 1e-6 radians, some ten roundings of a
-/// product.
+/// The largest distance between quaternions that counts as rounding: a rotation of 1e-6 radians, some ten roundings of
+/// a product.
 const ROUNDING: f32 = 5e-7;
 
 /// The whole ticks of an animation, and its end.

@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// A report of what was done or measured: a text for people by `Display`, data for programs by `Serialize`. Every report
-/// of the library is one.
+/// A report of what was done or measured: a text for people by `Display`, data for programs by `Serialize`. Every
+/// report of the library is one.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

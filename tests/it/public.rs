@@ -99,7 +99,7 @@ fn every_report_has_a_text_and_is_data() {
     let declared = declared(&sources);
     let is_report = |found: &&Declared| found.name.ends_with("Report") && found.keyword != "trait";
     let reports = Vec::from_iter(declared.iter().filter(is_report));
-    assert!(reports.len() > 30, "the reports are not found");
+    assert!(reports.len() >= 10, "{} reports are found", reports.len());
     for Declared {
         name,
         place,

@@ -109,7 +109,7 @@ pub(crate) struct PackArgs {
     /// Motion files, folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// Folder for the Parquet files and a manifest of their inputs; with --to hf, a folder that is new or has an earlier dataset
+    /// Folder for the Parquet files and a manifest of their inputs; with --to hf, a new folder or an earlier dataset
     #[arg(short, long = "output", alias = "out-dir", value_name = "OUTPUT")]
     pub(crate) out_dir: PathBuf,
     /// Format of the outputs

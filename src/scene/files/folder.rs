@@ -9,12 +9,12 @@ use super::existing::needs_record;
 use super::record::{self, RecordState};
 use crate::error::{Code, Diagnostic, Error, Result};
 
-/// Checks whether an output that is a folder may go to `folder`: nothing is there, an empty folder, or an earlier output.
-/// The record of outputs then knows each file below it as unchanged, and none is an input or a motion.
+/// Checks whether an output that is a folder may go to `folder`: nothing is there, an empty folder, or an earlier
+/// output. The record of outputs then knows each file below it as unchanged, and none is an input or a motion.
 ///
 /// # Errors
-/// [`Code::OutputIsInput`], and [`Code::OutputExists`] for any other folder, and for a file. It names the first file that
-/// would be lost.
+/// [`Code::OutputIsInput`], and [`Code::OutputExists`] for any other folder, and for a file. It names the first file
+/// that would be lost.
 #[doc(hidden)]
 pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
     let is_absent = |error: &io::Error| error.kind() == io::ErrorKind::NotFound;

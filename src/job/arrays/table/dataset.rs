@@ -90,8 +90,8 @@ impl DatasetWriter {
             .out_up(up.or(Some(UpAxis::Y)))
     }
 
-    /// Begins a dataset of arrays that are made of `inputs` with `options`. `license` is the identifier of the licence of
-    /// all clips.
+    /// Begins a dataset of arrays that are made of `inputs` with `options`. `license` is the identifier of the licence
+    /// of all clips.
     ///
     /// # Errors
     /// [`Code::OutputExists`] where `folder` is a file or has files, unless the record of outputs knows all of them as
