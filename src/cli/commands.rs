@@ -48,7 +48,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::figure::Figure;
 use mocap::files::check_distinct;
-use mocap::job::{InputOptions, Maker, SourceMap};
+use mocap::job::{InputOptions, Maker, SourceMap, SourceUp};
 use mocap::render::Drawing;
 use mocap::report::Report;
 use mocap::retarget::report::ClipReport;
@@ -64,15 +64,16 @@ use crate::{Failure, kinds, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
 fn import_motion(read: &InputOptions, file: &Path) -> mocap::Result<Scene> {
-    import_told(&read.importer().skeleton_mesh(SkeletonMesh::None), file)
+    let scene = streams::import(&read.importer().skeleton_mesh(SkeletonMesh::None), file)?;
+    Ok(told(scene, file))
 }
 
-/// As [`import_motion`], with the meshes of the file, for a picture.
-fn import_drawn(read: &InputOptions, file: &Path) -> mocap::Result<Scene> {
-    import_told(
-        &read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true),
-        file,
-    )
+/// As [`import_motion`], with the meshes of the file and a stated up axis, for a picture.
+fn import_drawn(read: &InputOptions, up: SourceUp, file: &Path) -> mocap::Result<Scene> {
+    let importer = read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true);
+    let mut scene = streams::import(&importer, file)?;
+    up.state(&mut scene);
+    Ok(told(scene, file))
 }
 
 /// A motion on a robot, with its links to be drawn.
@@ -84,11 +85,11 @@ fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
     Ok(moved)
 }
 
-fn import_told(importer: &Importer, file: &Path) -> mocap::Result<Scene> {
-    let scene = streams::import(importer, file)?;
+/// Prints the warnings of a scene, and says which animation of several is taken.
+fn told(scene: Scene, file: &Path) -> Scene {
     report::warnings(Some(file), &scene.warnings);
     report::clip_taken(&scene);
-    Ok(scene)
+    scene
 }
 
 /// The format of an output, in lower case: its extension, or for standard output and for a device that of `--to`, or

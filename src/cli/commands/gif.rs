@@ -14,8 +14,7 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     }
     super::check_json(args.json, &args.output)?;
     streams::check_output(&[&args.file], &args.output, args.force)?;
-    let mut scene = import_drawn(&args.read, &args.file)?;
-    args.up.state(&mut scene);
+    let mut scene = import_drawn(&args.read, args.up, &args.file)?;
     if let Some(robot) = &args.robot {
         scene = on_robot(scene, &args.file, robot)?;
     }

@@ -29,8 +29,7 @@ pub(crate) fn write(drawing: &Drawing, args: &SheetArgs) -> Result<(), Failure> 
 pub(crate) fn drawing(args: &SheetArgs) -> Result<Drawing, Failure> {
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {
-        let mut scene = import_drawn(&args.read, file)?;
-        args.up.state(&mut scene);
+        let mut scene = import_drawn(&args.read, args.up, file)?;
         if let Some(robot) = &args.robot {
             scene = on_robot(scene, file, robot)?;
         }

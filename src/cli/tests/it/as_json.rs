@@ -88,3 +88,19 @@ fn json_and_an_output_do_not_share_standard_output() {
         folder.refuses(line, 2, "--json and -o - would both write to standard output");
     }
 }
+
+#[cfg(feature = "fbx")]
+#[test]
+fn pictures_question_an_up_axis_that_contradicts_the_file() {
+    let folder = Folder::with(&[]);
+    folder.write(
+        "z.fbx",
+        &fs::read(Path::new(ROOT).join("fixtures/made/fbx_zup.fbx")).unwrap(),
+    );
+    for line in ["sheet z.fbx -o z.svg", "gif z.fbx -o z.gif"] {
+        let as_stated = folder.succeeds(&format!("{line} --up z --force"));
+        assert!(!as_stated.contains("stated-otherwise"), "{as_stated}");
+        let otherwise = folder.succeeds(&format!("{line} --up y --force"));
+        assert_eq!(otherwise.matches("stated-otherwise").count(), 1, "{otherwise}");
+    }
+}
