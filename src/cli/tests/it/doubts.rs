@@ -205,9 +205,9 @@ fn robot_says_what_it_wrote() {
 #[test]
 fn a_command_on_one_file_shows_on_a_terminal_that_it_works() {
     let folder = Folder::with(&["w.bvh"]);
-    let shown = |options: &str, program: &str| {
+    let shown = |output: &str, program: &str| {
         let line = format!(
-            "(sleep 2.5; cat w.bvh) | {:?} convert - out.glb{options}",
+            "(sleep 2.5; cat w.bvh) | {:?} convert - {output}",
             env!("CARGO_BIN_EXE_mocap")
         );
         let lines = format!("{program} {}", format_args!("'{}'", line.replace('\'', "'\\''")));
@@ -215,16 +215,26 @@ fn a_command_on_one_file_shows_on_a_terminal_that_it_works() {
             "bash -c" => format!("{lines} 2>&1"),
             _ => format!("{lines} /dev/null"),
         };
-        let output = shell(&folder, &format!("export TERM=xterm; {lines}"));
-        assert!(output.status.success(), "{options}: {}", words(&output));
-        String::from_utf8(output.stdout).unwrap()
+        let run = shell(&folder, &format!("export TERM=xterm; {lines}"));
+        assert!(run.status.success(), "{output}: {}", words(&run));
+        String::from_utf8(run.stdout).unwrap()
     };
-    let said = shown("", "script -qec");
-    assert!(said.contains("convert 1s") || said.contains("convert 2s"), "{said:?}");
-    for (options, program) in [(" -q", "script -qec"), ("", "bash -c")] {
-        let said = shown(options, program);
-        assert!(!said.contains("convert 1s") && !said.contains("convert 2s"), "{said:?}");
-    }
+    let cases = [
+        ("", "script -qec", true),
+        (" -q", "script -qec", false),
+        ("", "bash -c", false),
+    ];
+    // They wait, so at once.
+    std::thread::scope(|scope| {
+        for (at, (options, program, is_shown)) in cases.into_iter().enumerate() {
+            let shown = &shown;
+            scope.spawn(move || {
+                let said = shown(&format!("out{at}.glb{options}"), program);
+                let has_time = said.contains("convert 1s") || said.contains("convert 2s");
+                assert_eq!(has_time, is_shown, "{said:?}");
+            });
+        }
+    });
 }
 
 #[test]

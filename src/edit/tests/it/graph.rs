@@ -80,7 +80,7 @@ fn the_component_is_what_is_reached_from_each_of_its_frames_and_leads_there() {
     let first = clip("cmu_12_01_walk.bvh");
     let second = clip("cmu_12_01_walk.bvh");
     for threshold in [0.02, 0.1] {
-        let options = GraphOptions::new().threshold(threshold).whole(true);
+        let options = GraphOptions::new().threshold(threshold).rate(15.0).whole(true);
         let whole = builder(&[("a", &first), ("b", &second)], &options).build().unwrap();
         let parts = whole.clips.iter().enumerate();
         let inside: BTreeSet<[usize; 2]> = parts

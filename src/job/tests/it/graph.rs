@@ -2,11 +2,15 @@
 
 use mocap::job::Job;
 
+use crate::cut;
+
 #[test]
 fn jobs_say_what_a_graph_and_a_walk_do_not_heed() {
-    let file = "../../fixtures/real/cmu_12_01_walk.bvh";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cmu_12_01_walk.bvh");
+    std::fs::write(&file, cut::first_frames("real/cmu_12_01_walk.bvh", 240)).unwrap();
     let walk = |walk: &str| format!(r#""graph": {{"rate": 15}}, "walk": {walk}, "write": {{"output": "a.bvh"}}"#);
-    let source = format!(r#""source": {{"inputs": ["{file}"]}}"#);
+    let source = format!(r#""source": {{"inputs": [{file:?}]}}"#);
     for (rest, what) in [
         (
             r#""graph": {}, "write": {"output": "a.glb"}"#.to_owned(),

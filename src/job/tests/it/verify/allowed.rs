@@ -551,7 +551,7 @@ fn section(cells: &[Cell<'_>], verdicts: &[Verdict]) -> String {
 #[test]
 fn no_allowed_change_is_a_false_alarm() {
     /// One of so many cells, where not all are tried.
-    const PARTS: usize = 12;
+    const PARTS: usize = 24;
     let folder = sources();
     let choices = choices();
     let (alone, pairs) = cells(&choices);
