@@ -151,7 +151,7 @@ fn print_job(job: &impl Serialize) -> Result<(), Failure> {
 enum Place {
     /// Standard output: the report is the result.
     Result,
-    /// The same, unescaped, for another program.
+    /// Standard output without escapes: another program reads the report.
     Data,
     /// Standard error, unless the user wants silence: the result is a file.
     Message,

@@ -42,7 +42,7 @@ pub(crate) struct PictureReport {
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) bytes: usize,
-    /// What the text says of it.
+    /// The size in words; of a film, its length too.
     #[serde(skip)]
     pub(crate) summary: String,
 }

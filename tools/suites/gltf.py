@@ -72,7 +72,7 @@ def sampled(times, values, how, path, time):
 
 
 def motion(path):
-    """The first animation; the nodes at rest where there is none."""
+    """The motion of the first animation. A file without animations has its rest pose."""
     try:
         document = GLTF2().load(str(path))
         return posed(document)

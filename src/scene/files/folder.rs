@@ -41,8 +41,8 @@ pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
     Err(Error::from(diagnostic).with_path(&path))
 }
 
-/// Gives the folder `made`, which stands beside `folder`, its name, and notes its files. An earlier output is replaced
-/// where [`check_folder`] lets it; after an error it is unchanged.
+/// Renames the folder `made` to `folder`, and notes its files in the record of outputs. Both have the same parent. An
+/// earlier output is replaced where [`check_folder`] lets it; after an error it is unchanged.
 ///
 /// # Errors
 /// As [`check_folder`]; [`Code::Io`], with the path of the folder.

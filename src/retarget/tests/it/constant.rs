@@ -1,5 +1,5 @@
-//! Laws of keys of motions on another skeleton: a joint that keeps its place or its rotation has one key. A motion of constant
-//! speed keeps its speed on its own skeleton.
+//! Laws of keys of motions on another skeleton: a joint that keeps its place or its rotation has one key. A motion of
+//! constant speed keeps its speed on its own skeleton.
 
 use mocap::Scene;
 use mocap::glam::{Quat, Vec3};
