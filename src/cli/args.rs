@@ -40,9 +40,9 @@ pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs
 pub(crate) use self::change::{ChangeArgs, WeightsArgs};
 pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
-pub(crate) use self::given::Given;
+pub(crate) use self::given::ArgumentSources;
 pub(crate) use self::graph::{GraphArgs, GraphCommand, WalkArgs};
-pub(crate) use self::live::{BridgeArgs, Listen, PlayArgs, RecordArgs};
+pub(crate) use self::live::{BridgeArgs, ListenAddress, PlayArgs, RecordArgs};
 pub(crate) use self::output::ForceArgs;
 pub(crate) use self::own::OwnArgs;
 pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};

@@ -8,7 +8,7 @@ pub use crate::args::Args;
 pub use crate::args::batch::InputArgs;
 pub use crate::args::guides::{GUIDES, Guide};
 pub use crate::args::help::{GROUPS, arranged};
-pub use crate::args::live::Listen;
+pub use crate::args::live::ListenAddress;
 pub use crate::batch::for_each;
 pub use crate::batch::inputs::{Input, find};
 pub use crate::batch::pattern::{Fit, Pattern};
@@ -25,5 +25,5 @@ pub mod packets {
     pub use crate::commands::packets::{LONGEST, MOST_WAITING, OF_PACKET, Packet, Packets, Shared};
 }
 pub mod report {
-    pub use crate::report::{Escaped, Severity, Shown, render, visible_lines};
+    pub use crate::report::{EscapeWriter, PrintableText, Severity, render, visible_lines};
 }

@@ -47,11 +47,11 @@ pub fn schema() -> serde_json::Value {
     add(&["chain"], generator.subschema_for::<chain::ChainView<'_>>());
     add(&["pose"], generator.subschema_for::<pose::PoseView<'_>>());
     add(&["skeleton"], generator.subschema_for::<skeleton::SkeletonReport>());
-    add(&["check"], generator.subschema_for::<check::Checked>());
+    add(&["check"], generator.subschema_for::<check::FileCheck>());
     add(&["survey"], generator.subschema_for::<Vec<ClipRow>>());
     add(&["index"], generator.subschema_for::<IndexReport>());
     add(&["find"], generator.subschema_for::<Vec<Match>>());
-    add(&["match"], generator.subschema_for::<matching::Done>());
+    add(&["match"], generator.subschema_for::<matching::MatchOutcome>());
     add(&["dump"], generator.subschema_for::<SceneView<'_>>());
     add(&["verify"], generator.subschema_for::<verify::VerifyReport<'_>>());
     add(&["record"], generator.subschema_for::<RecordingReport>());

@@ -34,7 +34,7 @@ use mocap::Code;
 
 use crate::args::{Args, Command};
 pub use crate::invocation::Invocation;
-use crate::waiting::Waiting;
+use crate::waiting::WaitIndicator;
 
 /// Why a command stopped.
 pub enum Failure {
@@ -120,7 +120,7 @@ fn run_command() -> u8 {
     report::set_quiet(args.quiet);
     build_note::start(&args.command);
     mocap::job::remember_outputs(report::replaced);
-    let waiting = Waiting::start(&args.command, &given);
+    let waiting = WaitIndicator::start(&args.command, &given);
     let result = match &args.command {
         Command::Convert(args) => commands::convert::run(args, &given),
         Command::Retarget(args) => commands::retarget::run(args, &given),

@@ -180,7 +180,7 @@ pub(crate) fn tell_replaced() {
 
 /// What stands on standard output in place of the characters of a file that steer a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shown {
+pub enum PrintableText {
     /// [`visible_lines`].
     Words,
     /// [`visible_json`].
@@ -191,33 +191,33 @@ pub enum Shown {
 
 /// Standard output for words.
 pub(crate) fn words() -> impl Write {
-    Escaped::new(io::stdout().lock(), Shown::Words)
+    EscapeWriter::new(io::stdout().lock(), PrintableText::Words)
 }
 
 /// Standard output for JSON.
 pub(crate) fn json() -> impl Write {
-    Escaped::new(io::stdout().lock(), Shown::Json)
+    EscapeWriter::new(io::stdout().lock(), PrintableText::Json)
 }
 
 /// Standard output for data: the bytes as they are, unless it is a terminal.
 pub(crate) fn data() -> impl Write {
     let out = io::stdout().lock();
     let shown = match out.is_terminal() {
-        true => Shown::Words,
-        false => Shown::Data,
+        true => PrintableText::Words,
+        false => PrintableText::Data,
     };
-    Escaped::new(out, shown)
+    EscapeWriter::new(out, shown)
 }
 
 /// Writes whole characters.
-pub struct Escaped<W: Write> {
+pub struct EscapeWriter<W: Write> {
     out: W,
-    shown: Shown,
+    shown: PrintableText,
     pending: Vec<u8>,
 }
 
-impl<W: Write> Escaped<W> {
-    pub fn new(out: W, shown: Shown) -> Self {
+impl<W: Write> EscapeWriter<W> {
+    pub fn new(out: W, shown: PrintableText) -> Self {
         Self {
             out,
             shown,
@@ -230,16 +230,16 @@ impl<W: Write> Escaped<W> {
         let text = std::mem::replace(&mut self.pending, rest);
         let text = String::from_utf8_lossy(&text);
         let text = match self.shown {
-            Shown::Json => visible_json(&text),
+            PrintableText::Json => visible_json(&text),
             _ => visible_lines(&text).into(),
         };
         beside_bar(|| self.out.write_all(text.as_bytes()))
     }
 }
 
-impl<W: Write> Write for Escaped<W> {
+impl<W: Write> Write for EscapeWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.shown == Shown::Data {
+        if self.shown == PrintableText::Data {
             return self.out.write(bytes);
         }
         self.pending.extend_from_slice(bytes);
@@ -258,7 +258,7 @@ impl<W: Write> Write for Escaped<W> {
     }
 }
 
-impl<W: Write> Drop for Escaped<W> {
+impl<W: Write> Drop for EscapeWriter<W> {
     fn drop(&mut self) {
         let _ = self.flush();
     }

@@ -10,7 +10,7 @@ use mocap::files::{OutputSet, ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::InputOptions;
 use mocap::{Code, Diagnostic, Error, Export, Importer, MemoryFile, Scene};
 
-use crate::args::{ForceArgs, Given};
+use crate::args::{ArgumentSources, ForceArgs};
 use crate::{Failure, report};
 
 /// Whether a path stands for standard input or standard output.
@@ -126,7 +126,7 @@ pub(crate) fn save(
     output: &Path,
     besides: &[(&Path, &[u8])],
     policy: &ReplacePolicy,
-    given: &Given,
+    given: &ArgumentSources,
 ) -> Result<(), Failure> {
     let is_stream = is_standard(output);
     let stream = is_stream.then(|| written.clone().into_bytes()).transpose()?;

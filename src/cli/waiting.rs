@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::args::{Command, Given};
+use crate::args::{ArgumentSources, Command};
 use crate::invocation;
 use crate::report::{self, PATIENCE};
 
@@ -15,13 +15,13 @@ use crate::report::{self, PATIENCE};
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Shows that a command works, until it is dropped. The bar of many files takes its place.
-pub(crate) struct Waiting {
+pub(crate) struct WaitIndicator {
     is_over: Arc<Mutex<bool>>,
 }
 
-impl Waiting {
+impl WaitIndicator {
     /// Starts the clock of a command. Commands that run until somebody stops them say themselves what they do.
-    pub(crate) fn start(command: &Command, given: &Given) -> Option<Self> {
+    pub(crate) fn start(command: &Command, given: &ArgumentSources) -> Option<Self> {
         let is_wanted = command.ends_by_itself() && !report::is_quiet() && !given.has("progress");
         if !is_wanted || !io::stderr().is_terminal() {
             return None;
@@ -40,7 +40,7 @@ impl Waiting {
     }
 }
 
-impl Drop for Waiting {
+impl Drop for WaitIndicator {
     fn drop(&mut self) {
         *self.is_over.lock().unwrap_or_else(PoisonError::into_inner) = true;
         report::set_bar(None);

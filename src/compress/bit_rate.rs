@@ -9,7 +9,7 @@
 use mocap_scene::math::soa::single::LANES;
 use mocap_scene::math::wide;
 
-use super::candidates::{Candidates, Dropped};
+use super::candidates::{Candidates, DroppedComponents};
 use super::compensation::Compensation;
 use super::quantize::{Lattice, QuantizedRotation};
 
@@ -56,7 +56,7 @@ fn quantize_lanes(
     let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(key_frames.len() + key_frames.len() / 4);
     for frames in key_frames.chunks(LANES) {
         let targets = joint.targets(frames);
-        let dropped = Dropped::in_sequence(&targets.rotation, keys.last().map(QuantizedRotation::dropped));
+        let dropped = DroppedComponents::in_sequence(&targets.rotation, keys.last().map(QuantizedRotation::dropped));
         let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
         let first = keys.len();
         candidates.push_best(frames.len(), &mut keys);
@@ -82,7 +82,7 @@ fn may_suffice_lanes(joint: &Compensation, lattice: Lattice, key_frames: &[u32],
     let mut keys = Vec::with_capacity(LANES);
     for frames in sample.chunks(LANES) {
         let targets = joint.targets(frames);
-        let dropped = Dropped::independent(&targets.rotation, |_| None);
+        let dropped = DroppedComponents::independent(&targets.rotation, |_| None);
         let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
         keys.clear();
         for lane in 0..frames.len() {
@@ -120,7 +120,7 @@ fn quantize_after_lanes(
     for (frames, previous) in std::iter::zip(frames.chunks(LANES), previous.chunks(LANES)) {
         let targets = joint.targets(frames);
         let dropped_before = |lane: usize| previous.get(lane).map(QuantizedRotation::dropped);
-        let dropped = Dropped::independent(&targets.rotation, dropped_before);
+        let dropped = DroppedComponents::independent(&targets.rotation, dropped_before);
         let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
         for (lane, previous) in previous.iter().enumerate() {
             keys.push(candidates.best(lane, Some(previous)));

@@ -30,12 +30,12 @@ const MAX_AMBIGUITY: f32 = 0.15;
 const PENALTY: f32 = 1000.0;
 
 /// The component that is dropped at each of several frames.
-pub(super) enum Dropped {
+pub(super) enum DroppedComponents {
     Same(usize),
     Each([usize; LANES]),
 }
 
-impl Dropped {
+impl DroppedComponents {
     /// For frames that follow one another, after a key that has dropped `previous`.
     #[inline(always)]
     pub(super) fn in_sequence(target: &Quaternions, mut previous: Option<usize>) -> Self {
@@ -133,7 +133,7 @@ pub(super) struct Candidates<'a> {
     arms: &'a LeverArms,
     lattice: Lattice,
     tolerance: f32,
-    dropped: Dropped,
+    dropped: DroppedComponents,
     cells: Cells,
     distortions: Distortions,
 }
@@ -159,7 +159,7 @@ impl<'a> Candidates<'a> {
         lattice: Lattice,
         tolerance: f32,
         targets: &Targets,
-        dropped: Dropped,
+        dropped: DroppedComponents,
     ) -> Self {
         let cells = Cells::new(targets, lattice.scale(), &dropped);
         Self {
@@ -353,7 +353,7 @@ fn at_lane(distortions: &Distortions, lane: usize) -> Lanes {
 impl Cells {
     /// The cells that the targets lie in.
     #[inline(always)]
-    fn new(targets: &Targets, scale: f32, dropped: &Dropped) -> Self {
+    fn new(targets: &Targets, scale: f32, dropped: &DroppedComponents) -> Self {
         let components = targets.rotation.components();
         // The rotation error is a quaternion product, which is linear in the components of the rotation. These are the
         // vector parts of the products with 1 instead of one component, and 0 instead of the others.
@@ -369,7 +369,7 @@ impl Cells {
         let mut ordered = [Lanes::ZERO; 4];
         let mut ordered_derivatives = [Vectors::ZERO; 4];
         for slot in 0..4 {
-            if let Dropped::Same(same) = dropped {
+            if let DroppedComponents::Same(same) = dropped {
                 let from = (same + slot) & 3;
                 ordered[slot] = components[from];
                 ordered_derivatives[slot] = derivatives[from];

@@ -13,7 +13,7 @@ use mocap_scene::pose::forward_kinematics;
 use super::clip::{CompressedTrack, MeasuredError};
 use super::decode::{Block, Cursor, Decoder, JointSampler, JointState};
 use super::raw_clip::RawClip;
-use super::read_ahead::ReadAhead;
+use super::read_ahead::FrameReader;
 
 /// The errors at every frame, each times the weight of its joint.
 pub struct FrameErrors {
@@ -98,7 +98,7 @@ pub fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], err
     };
     let raw_rounding = Lanes::all(measurement.raw_rounding);
     let mut joints = vec![JointState::default(); samplers.len()];
-    let mut ahead = ReadAhead::default();
+    let mut ahead = FrameReader::default();
     for range in ranges {
         for first in range.clone().step_by(LANES) {
             let count = (range.end - first).min(LANES);

@@ -15,9 +15,9 @@ const CACHE_LINE: usize = 64;
 
 /// The frames before this one have been read.
 #[derive(Default)]
-pub(super) struct ReadAhead(usize);
+pub(super) struct FrameReader(usize);
 
-impl ReadAhead {
+impl FrameReader {
     /// Where `frame` has not been read, calls `read` with it and some frames after it, up to `end`.
     #[inline(always)]
     pub(super) fn reach(&mut self, frame: usize, end: usize, read: impl FnOnce(Range<usize>)) {

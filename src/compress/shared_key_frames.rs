@@ -8,7 +8,7 @@ use super::error_bound::Bounds;
 use super::key_frames::{self, KeyFrames};
 use super::object_space::ObjectSpaceTrack;
 use super::raw_clip::{RawClip, RawTrack};
-use super::read_ahead::{self, ReadAhead};
+use super::read_ahead::{self, FrameReader};
 
 /// The key frames that are left if no joint may be off by more than this `fraction` of its bound where the pose between
 /// two keys is interpolated. `raw` are the joints of the clip in object space.
@@ -19,7 +19,7 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, 
     let all: Vec<usize> = (0..clip.joints.len()).collect();
     // The joint that was off the last time is most likely to be off again: it is looked at first, with those above it.
     let mut suspects: Vec<usize> = Vec::new();
-    let mut ahead = ReadAhead::default();
+    let mut ahead = FrameReader::default();
     key_frames::reduce(clip.frames(), |from, to| {
         ahead.reach(to, clip.frames(), |frames| {
             for (joint, raw) in std::iter::zip(&clip.joints, raw) {
@@ -29,7 +29,7 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, 
         });
         let mut between = key_frames::between(&clip.ticks, from, to);
         between.all(|(frame, alpha)| {
-            let interpolated = Interpolated {
+            let interpolated = InterpolatedPose {
                 clip,
                 raw,
                 squared_tolerances: &squared_tolerances,
@@ -54,7 +54,7 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, 
 }
 
 /// The pose of a frame between two others, interpolated.
-struct Interpolated<'a> {
+struct InterpolatedPose<'a> {
     clip: &'a RawClip<'a>,
     raw: &'a [ObjectSpaceTrack],
     /// Of every joint, in square metres.
@@ -65,7 +65,7 @@ struct Interpolated<'a> {
     alpha: f32,
 }
 
-impl Interpolated<'_> {
+impl InterpolatedPose<'_> {
     /// The first of some joints that is not within its tolerance of where it is in the raw clip. `parent_of` gives the
     /// index of a parent among them, from the index of its child.
     fn first_off(

@@ -26,7 +26,7 @@ const LONGEST: f64 = 10.0;
 
 /// Two moments, in seconds from the beginnings of both motions, and how far they are apart in metres.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Alike {
+pub(super) struct MomentPair {
     pub(super) at: [f64; 2],
     pub(super) apart: f32,
 }
@@ -84,7 +84,7 @@ impl Alikeness {
     }
 
     /// Where the first motion is to end and the second to begin.
-    pub(super) fn seam(&self) -> Alike {
+    pub(super) fn seam(&self) -> MomentPair {
         let last = self.window.count(&self.clouds[0]);
         let room = (self.within + 1).saturating_sub(self.window.frames()).max(1);
         let middle = (self.window.frames() - 1) / 2;
@@ -93,13 +93,13 @@ impl Alikeness {
     }
 
     /// Where both are to begin: something is left out of one of them at most.
-    pub(super) fn beginning(&self) -> Alike {
+    pub(super) fn beginning(&self) -> MomentPair {
         let [a, b] = self.rooms().map(|room| 0..room);
         self.least([(a, 0..1), (0..1, b)], 0)
     }
 
     /// Where both are to end: something is left out of one of them at most.
-    pub(super) fn end(&self) -> Alike {
+    pub(super) fn end(&self) -> MomentPair {
         let rooms = self.rooms();
         let counts = [0, 1].map(|motion| self.window.count(&self.clouds[motion]));
         let [a, b] = [0, 1].map(|motion| counts[motion] - rooms[motion]..counts[motion]);
@@ -114,7 +114,7 @@ impl Alikeness {
     }
 
     /// The nearest two windows that begin in these frames; of equal ones the first. The moments are a frame of them.
-    fn least<const N: usize>(&self, parts: [(Range<usize>, Range<usize>); N], frame: usize) -> Alike {
+    fn least<const N: usize>(&self, parts: [(Range<usize>, Range<usize>); N], frame: usize) -> MomentPair {
         let [a, b] = &self.clouds;
         let mut nearest = (f32::INFINITY, [0, 0]);
         for (rows, columns) in parts {
@@ -129,7 +129,7 @@ impl Alikeness {
             }
         }
         let (apart, starts) = nearest;
-        Alike {
+        MomentPair {
             at: starts.map(|start| (start + frame) as f64 / self.rate),
             apart,
         }

@@ -14,7 +14,7 @@ use super::StepInput;
 use super::body::{and_below, any_figure_of, body_of};
 use super::frames::Frames;
 use super::limb::{Limb, LimbChain};
-use super::target::{Found, ReachTarget, is_below, node_named};
+use super::target::{ReachTarget, TargetJoint, is_below, node_named};
 
 /// The joints that are turned, and the node that goes to the target.
 pub(super) struct Chain {
@@ -80,7 +80,7 @@ impl Chain {
     }
 
     /// What it is to be brought to. What moves with it is refused.
-    pub(super) fn find(&self, scene: &Scene, target: &ReachTarget) -> Result<Found> {
+    pub(super) fn find(&self, scene: &Scene, target: &ReachTarget) -> Result<TargetJoint> {
         let bone = |bone| self.bones.get(&bone).copied();
         target.find(scene, bone, self.metres_per_unit, &self.joints[..1])
     }

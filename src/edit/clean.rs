@@ -240,7 +240,7 @@ impl Clean {
                 let depth = depth::still(work);
                 let done =
                     floor::level(work, floor::LEAST_HEIGHTS[usize::from(report.had_noise())]).unwrap_or_default();
-                floor::Levelled { depth, ..done }.to_string()
+                floor::FloorOutcome { depth, ..done }.to_string()
             }
             CleanPart::Contacts => {
                 let is_changed = report.had_noise();
@@ -290,11 +290,11 @@ fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanRepo
         *work = steady.clone();
         what = remove_noise(work, strength);
     }
-    noise::Smoothed { depth, ..what }.to_string()
+    noise::SmoothingOutcome { depth, ..what }.to_string()
 }
 
 /// Smooths the rotations of joints, and then where these are in the world, allowing so much jerk.
-fn remove_noise(work: &mut Work<'_>, strength: f64) -> noise::Smoothed {
+fn remove_noise(work: &mut Work<'_>, strength: f64) -> noise::SmoothingOutcome {
     let bank = pace::Bank::new(work.frames.rate, strength);
     let noisy = work.frames.clone();
     let done = noise::remove(work, &bank);

@@ -20,13 +20,13 @@ const FAR_SPEED: f32 = 1.0;
 
 /// The largest difference of two poses, and the joint that has it.
 #[derive(Clone, Debug, Default)]
-struct Farthest {
+struct LargestDifference {
     by: f32,
     joint: usize,
     frame: usize,
 }
 
-impl Farthest {
+impl LargestDifference {
     fn see(&mut self, by: f32, joint: usize, frame: usize) {
         if by > self.by {
             *self = Self { by, joint, frame };
@@ -40,9 +40,9 @@ pub(super) struct Fit<'a> {
     frames: &'a Frames,
     metres_per_unit: f32,
     poses: [Pose; 2],
-    rotation: Farthest,
-    position: Farthest,
-    speed: Farthest,
+    rotation: LargestDifference,
+    position: LargestDifference,
+    speed: LargestDifference,
 }
 
 impl<'a> Fit<'a> {
@@ -53,9 +53,9 @@ impl<'a> Fit<'a> {
             frames,
             metres_per_unit,
             poses: [Pose::rest(scene), Pose::rest(scene)],
-            rotation: Farthest::default(),
-            position: Farthest::default(),
-            speed: Farthest::default(),
+            rotation: LargestDifference::default(),
+            position: LargestDifference::default(),
+            speed: LargestDifference::default(),
         }
     }
 

@@ -41,7 +41,7 @@ const HALF_TURN: f32 = 35.0;
 
 /// What was mended in one track.
 #[derive(Clone, Default)]
-pub(super) struct Mended {
+pub(super) struct FlipOutcome {
     /// For each frame whether it was changed; empty where none was.
     pub(super) frames: Vec<bool>,
     /// The number of runs.
@@ -50,7 +50,7 @@ pub(super) struct Mended {
     pub(super) spread: usize,
 }
 
-impl Mended {
+impl FlipOutcome {
     fn mark(&mut self, frames: Range<usize>, count: usize) {
         self.frames.resize(count, false);
         self.frames[frames].fill(true);
@@ -58,7 +58,7 @@ impl Mended {
 }
 
 /// How a run is mended.
-enum Mend {
+enum FlipRepair {
     /// Its rotations are multiplied on the right: the joint is turned in its own frame.
     Right(Quat),
     /// Its rotations are multiplied on the left: the joint is turned in the frame of its parent.
@@ -68,12 +68,12 @@ enum Mend {
 }
 
 /// Mends the flips of all tracks. Returns what was mended in each.
-pub(super) fn mend_all(scene: &Scene, frames: &mut Frames) -> Vec<Mended> {
-    let mut all = vec![Mended::default(); frames.nodes().len()];
+pub(super) fn mend_all(scene: &Scene, frames: &mut Frames) -> Vec<FlipOutcome> {
+    let mut all = vec![FlipOutcome::default(); frames.nodes().len()];
     for column in 0..all.len() {
         let mut track: Vec<_> = frames.rotations(column).collect();
         let bone = bone(scene, frames.nodes()[column]);
-        let Mended {
+        let FlipOutcome {
             frames: changed, runs, ..
         } = mend(&mut track, bone, frames.rate);
         if runs > 0 {
@@ -99,8 +99,8 @@ pub(super) fn mend_all(scene: &Scene, frames: &mut Frames) -> Vec<Mended> {
 }
 
 /// Mends the flips of a track. `bone` is the direction of the bone in the frame of its joint, where it has one.
-pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> Mended {
-    let mut mended = Mended::default();
+pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> FlipOutcome {
+    let mut mended = FlipOutcome::default();
     let jumps = jumps(track);
     let frames = |seconds: f64| ((seconds * rate).round() as usize).clamp(3, MOST_FRAMES);
     let (longest, longest_replaced) = (frames(LONGEST), frames(LONGEST_REPLACED));
@@ -174,7 +174,7 @@ fn angle(a: Quat, b: Quat) -> f32 {
 }
 
 /// How the frames from `first` to before `end`, to which the track jumps back, are mended.
-fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_replaced: usize) -> Option<Mend> {
+fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_replaced: usize) -> Option<FlipRepair> {
     let (before, into, out, after) = (track[first - 1], track[first], track[end - 1], track[end]);
     let smaller = angle(before, into).min(angle(out, after));
     let rights = [into.inverse() * before, out.inverse() * after];
@@ -184,16 +184,16 @@ fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_rep
     if right < AGREE * smaller
         && let Some(turn) = bone.and_then(|bone| half_turn(mean(rights), bone))
     {
-        return Some(Mend::Right(turn));
+        return Some(FlipRepair::Right(turn));
     }
     if end - first > 1 && right.min(left) < AGREE * smaller {
         return Some(match right <= left {
-            true => Mend::Right(mean(rights)),
-            false => Mend::Left(mean(lefts)),
+            true => FlipRepair::Right(mean(rights)),
+            false => FlipRepair::Left(mean(lefts)),
         });
     }
     let comes_back = angle(before, after) < AGREE * smaller;
-    (comes_back && end - first <= longest_replaced).then_some(Mend::Replace)
+    (comes_back && end - first <= longest_replaced).then_some(FlipRepair::Replace)
 }
 
 /// Half a turn about the bone, where a rotation is near it.
@@ -202,14 +202,14 @@ fn half_turn(rotation: Quat, bone: Vec3) -> Option<Quat> {
     (angle(rotation, turn) < HALF_TURN.to_radians()).then_some(turn)
 }
 
-fn apply(track: &mut [Quat], first: usize, end: usize, mend: Mend) {
+fn apply(track: &mut [Quat], first: usize, end: usize, mend: FlipRepair) {
     let (before, after) = (track[first - 1], track[end]);
     let count = (end + 1 - first) as f32;
     for (index, rotation) in track[first..end].iter_mut().enumerate() {
         let mended = match mend {
-            Mend::Right(turn) => *rotation * turn,
-            Mend::Left(turn) => turn * *rotation,
-            Mend::Replace => before.slerp(after, (index + 1) as f32 / count),
+            FlipRepair::Right(turn) => *rotation * turn,
+            FlipRepair::Left(turn) => turn * *rotation,
+            FlipRepair::Replace => before.slerp(after, (index + 1) as f32 / count),
         };
         *rotation = in_hemisphere_of(before, mended.normalize());
     }

@@ -95,7 +95,7 @@ impl Floor {
     }
 
     /// How much higher slope and drift have a point than its level.
-    fn above(&self, point: &Slow) -> f64 {
+    fn above(&self, point: &SlowPoint) -> f64 {
         self.above_at(point.at, point.frame)
     }
 
@@ -146,7 +146,7 @@ fn extent(drift: &[DVec3]) -> f64 {
 
 /// What was done.
 #[derive(Default)]
-pub(super) struct Levelled {
+pub(super) struct FloorOutcome {
     pub(super) height: Option<f64>,
     pub(super) slope: Option<f64>,
     pub(super) drift: Option<f64>,
@@ -273,7 +273,7 @@ impl Feet {
     }
 
     /// Each point while it is slow.
-    fn slow(&self) -> Vec<Slow> {
+    fn slow(&self) -> Vec<SlowPoint> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let seconds = 2.0 * half as f64 / self.rate;
         let mut found = Vec::new();
@@ -281,7 +281,7 @@ impl Feet {
             for frame in half..self.frames.saturating_sub(half) {
                 if (track[frame + half] - track[frame - half]).length() < SLOW * seconds {
                     let (kind, side, at) = (*kind, *side, track[frame]);
-                    found.push(Slow { kind, side, frame, at });
+                    found.push(SlowPoint { kind, side, frame, at });
                 }
             }
         }
@@ -290,7 +290,7 @@ impl Feet {
 }
 
 /// A point of a foot while it is slow.
-struct Slow {
+struct SlowPoint {
     kind: usize,
     side: f64,
     frame: usize,
@@ -380,15 +380,15 @@ fn of(feet: &Feet) -> Option<Floor> {
                 .sqrt();
         }
     }
-    let near = |height: &dyn Fn(&Slow) -> f64| {
-        let is_near = |point: &&Slow| (point.at.z - levels[point.kind] - height(point)).abs() < NEAR;
+    let near = |height: &dyn Fn(&SlowPoint) -> f64| {
+        let is_near = |point: &&SlowPoint| (point.at.z - levels[point.kind] - height(point)).abs() < NEAR;
         points.iter().filter(is_near).count() as f64
     };
     // The level plane with the most points near it.
-    let heights = (0..=40).map(|step| near(&|_: &Slow| f64::from(step - 20) * 0.02));
+    let heights = (0..=40).map(|step| near(&|_: &SlowPoint| f64::from(step - 20) * 0.02));
     let level = heights.fold(1.0, f64::max);
     (floor.levels, floor.right_over_left) = (levels, right_over_left);
-    floor.explains = near(&|point: &Slow| floor.above(point)) / level;
+    floor.explains = near(&|point: &SlowPoint| floor.above(point)) / level;
     floor.height = feet.level();
     Some(floor)
 }
@@ -401,9 +401,9 @@ fn low(heights: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Takes slope and drift out, and brings the floor to height 0 where it is farther from there than `least_height`.
-pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> {
+pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<FloorOutcome> {
     let carrier = work.carrier()?;
-    let mut done = Levelled::default();
+    let mut done = FloorOutcome::default();
     let floor = find(work)?;
     let [x, y, up] = axes(work.up);
     let slope = floor.slope();

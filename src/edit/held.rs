@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::chain::Chain;
 use super::frames::Frames;
 use super::inertia::ease;
-use super::limb::{LimbChain, Natural, Swivel};
+use super::limb::{LimbChain, NaturalBend, Swivel};
 use super::quantity::centimetres;
 use super::window::Window;
 
@@ -65,7 +65,7 @@ impl std::fmt::Display for LimbReport {
 const PASSING: f64 = 0.2;
 
 /// The frames of a limb that is brought to its goal, and what it is brought from.
-struct Solved {
+struct HeldLimb {
     frame: usize,
     /// The fraction of the change that counts.
     weight: f32,
@@ -92,7 +92,7 @@ pub(super) fn hold(
         .limb
         .as_ref()
         .map(|limb| planes(scene, frames, limb, window, &goal));
-    let mut solved: Vec<Solved> = Vec::new();
+    let mut solved: Vec<HeldLimb> = Vec::new();
     for (index, (frame, weight)) in window.frames(frames.len()).enumerate() {
         frames.pose(frame, &mut pose);
         let (goal, before) = (goal(&pose), pose.position(chain.tip));
@@ -100,7 +100,7 @@ pub(super) fn hold(
             (Some(limb), Some(planes)) => limb.bring(&mut pose, goal, planes[index]),
             _ => chain.bend(&mut pose, goal),
         };
-        solved.push(Solved {
+        solved.push(HeldLimb {
             frame,
             weight,
             goal,
@@ -145,7 +145,7 @@ impl LimbReport {
     }
 
     /// Takes in a frame whose tip is at `now`.
-    fn add(&mut self, of_frame: &Solved, now: Vec3, metres_per_unit: f32) {
+    fn add(&mut self, of_frame: &HeldLimb, now: Vec3, metres_per_unit: f32) {
         self.moved = self.moved.max(of_frame.before.distance(now) * metres_per_unit);
         if of_frame.weight < 1.0 {
             return;
@@ -232,7 +232,7 @@ fn planes(
     chain: &LimbChain,
     window: &Window,
     goal: impl Fn(&Pose) -> Vec3,
-) -> Vec<(Natural, f32)> {
+) -> Vec<(NaturalBend, f32)> {
     let mut pose = Pose::rest(scene);
     let numbers: Vec<usize> = window.frames(frames.len()).map(|(frame, _)| frame).collect();
     let (mut trunks, mut to_goals) = (Vec::new(), Vec::new());
@@ -248,7 +248,7 @@ fn planes(
             bell.mean_of(to_goals.len(), at, |other| to_goals[other]),
         )
     };
-    let naturals: Vec<Natural> = (0..numbers.len()).map(natural).collect();
+    let naturals: Vec<NaturalBend> = (0..numbers.len()).map(natural).collect();
     let swivels = numbers.iter().zip(&naturals).map(|(frame, natural)| {
         frames.pose(*frame, &mut pose);
         chain.swivel(&pose, goal(&pose), *natural)
@@ -296,7 +296,7 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
 
 /// Rounds off the moments at which a goal comes within reach or leaves it: there each rotation is the mean of those
 /// around it, weighted by a Gaussian.
-fn pass_over(solved: &mut [Solved], rate: f64, reached: f32) {
+fn pass_over(solved: &mut [HeldLimb], rate: f64, reached: f32) {
     let radius = (PASSING * rate).round().max(1.0) as usize;
     let bell = Bell::new(0.25 * PASSING, rate);
     let is_out: Vec<bool> = solved.iter().map(|of_frame| of_frame.left > reached).collect();

@@ -171,7 +171,7 @@ impl LimbChain {
 
     /// Where the limb is in a pose, and where it goes. A hand is one with its forearm, so that its tip is the end of
     /// the lower bone; a foot keeps its rotation, so that its ankle goes where the tip then is at the goal.
-    fn aim(&self, pose: &Pose, goal: Vec3, natural: Natural) -> Aim {
+    fn aim(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Aim {
         let (last, goal) = match self.is_arm {
             true => (self.tip, goal),
             false => (self.end, goal - (pose.position(self.tip) - pose.position(self.end))),
@@ -194,8 +194,8 @@ impl LimbChain {
     }
 
     /// How the limb bends most naturally towards a direction, with the trunk turned so.
-    pub(super) fn natural(&self, trunk: Quat, towards: Vec3) -> Natural {
-        Natural {
+    pub(super) fn natural(&self, trunk: Quat, towards: Vec3) -> NaturalBend {
+        NaturalBend {
             towards,
             normal: trunk * (arc(self.natural[0], trunk.inverse() * towards) * self.natural[1]),
         }
@@ -218,7 +218,7 @@ impl LimbChain {
 
     /// How the plane of the limb is turned about the line to the goal from where it is most natural there, if it goes
     /// along with the limb by the shortest rotation.
-    pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, natural: Natural) -> Swivel {
+    pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Swivel {
         let aim = self.aim(pose, goal, natural);
         let old = aim.joints[2] - aim.joints[0];
         let angle = old.angle_between(aim.goal - aim.joints[0]);
@@ -240,7 +240,7 @@ impl LimbChain {
     /// Turns the limb of `pose` so that its tip comes to `goal`, in the world, with the plane in which it bends turned
     /// by `swivel` from where it is most natural. Returns how far the tip stays away. A hand turns with its forearm, a
     /// foot keeps its rotation.
-    pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (natural, swivel): (Natural, f32)) -> f32 {
+    pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (natural, swivel): (NaturalBend, f32)) -> f32 {
         let end_before = rotation_of(&pose.node_to_world[self.end.index()]);
         let aim = self.aim(pose, goal, natural);
         let along = aim.along.unwrap_or(Vec3::Y);
@@ -259,7 +259,7 @@ impl LimbChain {
 
 /// How a limb bends most naturally towards a direction, in the world.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Natural {
+pub(super) struct NaturalBend {
     towards: Vec3,
     /// The normal of its plane.
     normal: Vec3,

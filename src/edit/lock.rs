@@ -27,7 +27,7 @@ use mocap_scene::options::setters;
 use mocap_scene::scene::{NodeId, Scene};
 use serde::Serialize;
 
-use self::follow::Follow;
+use self::follow::FootFollower;
 #[doc(hidden)]
 pub use self::follow::FootGuide;
 use self::hold::Hold;
@@ -211,8 +211,8 @@ pub fn follow_feet(
     let mut legs = Legs::new(scene, animation, figure, &pivots)?;
     legs.check(followed.contacts)?;
     let blend = legs.blend(FootLockOptions::default().blend, &followed.weights)?;
-    let follow = |leg| Follow::new(scene, figure, leg, followed);
-    let mut feet: Vec<Follow> = std::mem::take(&mut legs.legs).into_iter().map(follow).collect();
+    let follow = |leg| FootFollower::new(scene, figure, leg, followed);
+    let mut feet: Vec<FootFollower> = std::mem::take(&mut legs.legs).into_iter().map(follow).collect();
     let report = legs.change(scene, figure, followed.floor, &mut feet, |feet, shifts| {
         hips::follow(feet, &shifts, figure.up_direction(), blend)
     });

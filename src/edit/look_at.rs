@@ -19,7 +19,7 @@ use super::frames::Frames;
 use super::inertia::ease;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
-use super::target::{Found, ReachTarget};
+use super::target::{TargetJoint, ReachTarget};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
@@ -106,7 +106,7 @@ impl LookAt {
         scene: &Scene,
         frames: &mut Frames,
         gaze: &Gaze,
-        target: Found,
+        target: TargetJoint,
         window: &Window,
         metres: f32,
     ) -> LookAtReport {
@@ -164,7 +164,7 @@ struct Gaze {
 }
 
 /// What was seen of a target.
-struct Look {
+struct GazeSample {
     /// The fraction of the rotation that counts.
     weight: f32,
     /// Whether the target is beyond the limit.
@@ -213,13 +213,13 @@ impl Gaze {
     }
 
     /// Turns neck and head to a target.
-    fn turn(&self, pose: &mut Pose, at: Vec3, neck: f32, limit: f32) -> Look {
+    fn turn(&self, pose: &mut Pose, at: Vec3, neck: f32, limit: f32) -> GazeSample {
         let (trunk, forward) = self.trunk;
         let faces = rotation_of(&pose.node_to_world[trunk.index()]) * forward;
         let to = at - self.eyes(pose);
         let angle = faces.angle_between(to);
         if !angle.is_finite() {
-            return Look {
+            return GazeSample {
                 weight: 0.0,
                 is_beyond: true,
             };
@@ -245,7 +245,7 @@ impl Gaze {
             }
         }
         let behind = ((angle - BEHIND[0]) / (BEHIND[1] - BEHIND[0])).clamp(0.0, 1.0);
-        Look {
+        GazeSample {
             weight: 1.0 - ease(behind),
             is_beyond,
         }

@@ -122,7 +122,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         .map(|animation| scene.face_tracks(animation));
 
     let symmetric = reference::symmetric(&still, &figure.humanoid, reference, &partners, normal);
-    let mirrored = Mirrored::new(
+    let mirrored = MirrorPlan::new(
         scene,
         &frames,
         symmetric,
@@ -217,7 +217,7 @@ fn normal(figure: &Figure, reference: &Pose) -> Option<DVec3> {
 }
 
 /// What does not depend on the frame.
-struct Mirrored<'a> {
+struct MirrorPlan<'a> {
     partners: &'a [NodeId],
     /// The rotations of the reference pose in the world.
     reference: Vec<DQuat>,
@@ -231,7 +231,7 @@ struct Mirrored<'a> {
     moves: Vec<bool>,
 }
 
-impl<'a> Mirrored<'a> {
+impl<'a> MirrorPlan<'a> {
     fn new(
         scene: &Scene,
         frames: &Frames,

@@ -19,7 +19,7 @@ use super::held::{LimbReport, hold};
 use super::limb::Limb;
 use super::quantity::{centimetres, counted};
 use super::step::step;
-use super::target::{Found, ReachTarget};
+use super::target::{TargetJoint, ReachTarget};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
@@ -80,22 +80,22 @@ impl Step for Pin {
         self.check()?;
         let target = match &self.to {
             Some(to) => chain.find(scene, to)?,
-            None => Found::Point(Vec3::ZERO),
+            None => TargetJoint::Point(Vec3::ZERO),
         };
         let mut frames = Frames::new(scene, input.animation, &chain.joints)?;
         chain.see_hinge(scene, &frames);
         let metres = chain.metres_per_unit as f32;
         let mut report = PinReport::default();
-        let touching = || Touching::new(scene, &frames, &chain, target, 0..frames.len(), metres);
+        let touching = || PinnedFrame::new(scene, &frames, &chain, target, 0..frames.len(), metres);
         for window in self.windows(scene, input.animation, &frames, touching)? {
             let inside = window.first..window.last + 1;
-            let was = Touching::new(scene, &frames, &chain, target, inside.clone(), metres);
+            let was = PinnedFrame::new(scene, &frames, &chain, target, inside.clone(), metres);
             let changed = window.frames(frames.len()).map(|(frame, _)| frame);
             let middle = within_reach(was.mean(), scene, &frames, &chain, target, changed);
             let goal = |pose: &Pose| target.to_world(pose).transform_point3(middle);
             let before = frames.clone();
             let held = hold(scene, &mut frames, &chain, &window, goal);
-            let is = Touching::new(scene, &frames, &chain, target, inside, metres);
+            let is = PinnedFrame::new(scene, &frames, &chain, target, inside, metres);
             // A limb that is too short would slide more than it did.
             if self.range.is_none() && is.slide() > was.slide() {
                 frames = before;
@@ -132,7 +132,7 @@ impl Pin {
         scene: &Scene,
         animation: usize,
         frames: &Frames,
-        touching: impl FnOnce() -> Touching,
+        touching: impl FnOnce() -> PinnedFrame,
     ) -> Result<Vec<Window>> {
         if let Some(range) = self.range {
             let window = Window::new(&scene.animations[animation], frames, range, [self.blend; 2])?;
@@ -156,7 +156,7 @@ fn within_reach(
     scene: &Scene,
     frames: &Frames,
     chain: &Chain,
-    target: Found,
+    target: TargetJoint,
     of_frames: impl Iterator<Item = usize>,
 ) -> Vec3 {
     /// Rounds of projections onto the reaches of all frames, which bound the time.
@@ -189,13 +189,13 @@ fn within_reach(
 }
 
 /// Where the limb is in the frame of what it touches, in units of the scene.
-struct Touching {
+struct PinnedFrame {
     at: Vec<Vec3>,
     metres: f32,
 }
 
-impl Touching {
-    fn new(scene: &Scene, frames: &Frames, chain: &Chain, target: Found, of_frames: Range<usize>, metres: f32) -> Self {
+impl PinnedFrame {
+    fn new(scene: &Scene, frames: &Frames, chain: &Chain, target: TargetJoint, of_frames: Range<usize>, metres: f32) -> Self {
         let mut pose = Pose::rest(scene);
         let at = of_frames.map(|frame| {
             frames.pose(frame, &mut pose);

@@ -260,7 +260,7 @@ fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -
 
 /// The weighted mean of what is around each frame, in its tangent space.
 fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
-    let padded = Padded::new(track, kernel.len() - 1);
+    let padded = PaddedTrack::new(track, kernel.len() - 1);
     let [x, y, z] = change(&padded, kernel);
     for (frame, filtered) in filtered.iter_mut().enumerate() {
         let turn = exp(Vec3::new(x[frame], y[frame], z[frame]));
@@ -272,7 +272,7 @@ fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
 const BLOCK: usize = 256;
 
 /// The rotations of a track with those that its point reflections at both ends are made of.
-struct Padded {
+struct PaddedTrack {
     /// How many stand before the first frame, and after the last.
     pad: usize,
     last: usize,
@@ -282,7 +282,7 @@ struct Padded {
     sign: Vec<f32>,
 }
 
-impl Padded {
+impl PaddedTrack {
     fn new(track: &[Trs], pad: usize) -> Self {
         let last = track.len() - 1;
         let samples = 0..2 * pad + track.len();
@@ -316,7 +316,7 @@ impl Padded {
 ///
 /// The rotation vector from one frame to another is equal in the tangent spaces of both, and its negative leads back:
 /// each is found once, for both.
-fn change(padded: &Padded, kernel: &[f32]) -> [Vec<f32>; 3] {
+fn change(padded: &PaddedTrack, kernel: &[f32]) -> [Vec<f32>; 3] {
     let (pad, end) = (padded.pad, padded.pad + padded.last + 1);
     let mut sums = [0, 1, 2].map(|_| vec![0.0; padded.sign.len()]);
     let mut turns = [0, 1, 2].map(|_| vec![0.0; BLOCK]);
@@ -367,7 +367,7 @@ fn change(padded: &Padded, kernel: &[f32]) -> [Vec<f32>; 3] {
 
 wide::dispatch! {
     /// The differences of `count` rotations from one index on from as many from another index on.
-    fn differences(turns: &mut [Vec<f32>; 3], padded: &Padded, here: usize, there: usize, count: usize) {
+    fn differences(turns: &mut [Vec<f32>; 3], padded: &PaddedTrack, here: usize, there: usize, count: usize) {
         let [turn_x, turn_y, turn_z] = turns;
         let (turn_x, turn_y, turn_z) = (&mut turn_x[..count], &mut turn_y[..count], &mut turn_z[..count]);
         let [x, y, z, w] = &padded.components;

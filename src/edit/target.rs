@@ -35,13 +35,13 @@ impl fmt::Display for ReachTarget {
 
 /// A target that was found in the scene.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Found {
+pub(super) enum TargetJoint {
     /// In units of the scene.
     Point(Vec3),
     Node(NodeId),
 }
 
-impl Found {
+impl TargetJoint {
     /// A point that goes along, given in metres, in the frame of the target.
     pub(super) fn offset(self, metres: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
         point(metres, metres_per_unit)
@@ -64,9 +64,9 @@ impl ReachTarget {
         joint: impl Fn(HumanoidBone) -> Option<NodeId>,
         metres_per_unit: f64,
         moved: &[NodeId],
-    ) -> Result<Found> {
+    ) -> Result<TargetJoint> {
         let name = match self {
-            Self::Point(at) => return point(*at, metres_per_unit).map(Found::Point),
+            Self::Point(at) => return point(*at, metres_per_unit).map(TargetJoint::Point),
             Self::Node(name) => name,
         };
         let node = node_named(scene, name, joint)?;
@@ -79,7 +79,7 @@ impl ReachTarget {
                 let message = format!("{name:?} cannot be the target: it moves with {moved:?}, which is to go there");
                 Err(Diagnostic::new(Code::InvalidValue, message).into())
             }
-            None => Ok(Found::Node(node)),
+            None => Ok(TargetJoint::Node(node)),
         }
     }
 }

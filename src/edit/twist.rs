@@ -22,7 +22,7 @@ const ASIDE: f32 = 0.4;
 const CALM: f32 = 20.0;
 
 /// A joint that is turned about its bone.
-struct Turn {
+struct TwistedJoint {
     column: usize,
     bone: Vec3,
     /// In radians.
@@ -59,7 +59,7 @@ pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: u
 }
 
 /// The joint and those below it that are turned too, as far as one of them jumps.
-fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<Vec<Turn>> {
+fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<Vec<TwistedJoint>> {
     let at = |column: usize| [frame - 1, frame].map(|frame| frames.row(frame)[column]);
     let [before, after] = at(column);
     let mut jump = before.rotation.inverse() * after.rotation;
@@ -76,7 +76,7 @@ fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<
         if log(jump * turn.inverse()).length() > ASIDE * angle.abs() {
             return None;
         }
-        turns.push(Turn { column, bone, angle });
+        turns.push(TwistedJoint { column, bone, angle });
         let Some(below) = below.filter(|_| !is_end(scene, child)) else {
             return Some(turns);
         };

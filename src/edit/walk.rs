@@ -87,7 +87,7 @@ impl Walk {
     /// # Errors
     /// [`Code::InvalidValue`] where the clips are not those of the walk, or have other joints.
     pub fn motion(&self, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
-        let mut joined = Joined::new(self, clips)?;
+        let mut joined = WalkClips::new(self, clips)?;
         // A graph has the skeleton of its first clip.
         let base = clips[0].0;
         let figure = Figure::new(base);
@@ -140,7 +140,7 @@ fn empty(base: &Scene, rate: f64) -> Scene {
 }
 
 /// The clips of a walk.
-struct Joined<'a> {
+struct WalkClips<'a> {
     walk: &'a Walk,
     /// Of each clip that has a piece.
     frames: Vec<Option<Frames>>,
@@ -152,7 +152,7 @@ struct Joined<'a> {
     begin: usize,
 }
 
-impl<'a> Joined<'a> {
+impl<'a> WalkClips<'a> {
     fn new(walk: &'a Walk, clips: &[(&Scene, usize)]) -> Result<Self> {
         let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
         let mut used: Vec<usize> = walk.pieces.iter().map(|piece| piece.clip).collect();

@@ -24,7 +24,7 @@ use glam::{Mat4, Quat, Vec3};
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
-use self::average::{AgainstTrunk, Knuckle, Lines, Mean, Usual, nearest_exchange};
+use self::average::{AverageRotation, Knuckle, Lines, Mean, TrunkAngle, nearest_exchange};
 use self::hinge::{Limb, are_laid_along, is_laid_along, nearest_axis};
 use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
@@ -149,7 +149,7 @@ impl Shown {
             false => BTreeSet::new(),
         };
         let head = bones.get(&Bone::Head);
-        let average = |joint: &AgainstTrunk| {
+        let average = |joint: &TrunkAngle| {
             let average = joint.value()?;
             let limit = if Some(&joint.node) == head { HEAD_AGREES } else { AGREES };
             let of_body = || nearest_exchange(average, limit).filter(|_| laid_along.contains(&joint.node));
@@ -322,7 +322,7 @@ fn hands(bones: &BTreeMap<Bone, NodeId>) -> Vec<(Bone, NodeId, NodeId, Mean)> {
 }
 
 /// The joints whose average against the trunk is taken, each with its fraction of the distance from hips to shoulders.
-fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<AgainstTrunk> {
+fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<TrunkAngle> {
     let joint = |bone: Bone| bones.get(&bone).copied();
     let neck = joint(Bone::Neck).or(joint(Bone::Head));
     let spine = trunk.iter().position(|node| Some(*node) == neck).unwrap_or(trunk.len());
@@ -330,7 +330,7 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<Agains
     let mut all: Vec<_> = trunk
         .iter()
         .enumerate()
-        .map(|(index, node)| AgainstTrunk::new(*node, fraction(index)))
+        .map(|(index, node)| TrunkAngle::new(*node, fraction(index)))
         .collect();
     let limbs = [
         (Bone::LeftUpperLeg, 0.0),
@@ -341,7 +341,7 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<Agains
     all.extend(
         limbs
             .into_iter()
-            .filter_map(|(bone, fraction)| Some(AgainstTrunk::new(joint(bone)?, fraction))),
+            .filter_map(|(bone, fraction)| Some(TrunkAngle::new(joint(bone)?, fraction))),
     );
     all
 }
@@ -378,11 +378,11 @@ fn laid_along(
 }
 
 /// Feet, toes, hands and fingers.
-fn usual(scene: &Scene, bones: &BTreeMap<Bone, NodeId>) -> Vec<Usual> {
+fn usual(scene: &Scene, bones: &BTreeMap<Bone, NodeId>) -> Vec<AverageRotation> {
     let is_end = |bone: Bone| {
         let of_limb = matches!(bone.on(Side::Left), Bone::LeftFoot | Bone::LeftToes | Bone::LeftHand);
         of_limb || bone.is_finger()
     };
     let ends = bones.iter().filter(|(bone, _)| is_end(**bone));
-    ends.map(|(_, node)| Usual::new(scene, *node)).collect()
+    ends.map(|(_, node)| AverageRotation::new(scene, *node)).collect()
 }

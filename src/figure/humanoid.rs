@@ -23,7 +23,7 @@ use mocap_scene::scene::{Format, HumanoidBone, NodeId, Scene};
 use serde::Serialize;
 
 pub use self::creature::Creature;
-pub use self::explain::{ExplainedPart, ExplainedRow, Explanation};
+pub use self::explain::{Explanation, ExplanationRow, PartExplanation};
 use self::sides::Found;
 use self::topology::Tree;
 pub(super) use self::topology::rest_positions;

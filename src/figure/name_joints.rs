@@ -5,7 +5,7 @@ use std::fmt;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Binding;
-use mocap_scene::scene::report::{AppliedStep, NamedJoint};
+use mocap_scene::scene::report::{AppliedStep, JointRename};
 use mocap_scene::scene::{HumanoidBone, NodeId, NodeKind, Scene};
 use serde::Serialize;
 
@@ -113,7 +113,7 @@ fn check(names: &HumanoidMap) -> Result<()> {
 }
 
 /// The joints whose name changes, and the end sites below them.
-fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<NamedJoint> {
+fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<JointRename> {
     let mut seen: HashMap<&str, usize> = HashMap::new();
     let mut joints = Vec::new();
     for (index, node) in scene.nodes.iter().enumerate() {
@@ -125,7 +125,7 @@ fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<NamedJoint> {
             Some(format!("{END_SITE}{name}"))
         });
         if let Some(to) = name.filter(|name| *name != node.name) {
-            joints.push(NamedJoint {
+            joints.push(JointRename {
                 from: node.name.clone(),
                 to,
                 earlier: *earlier,
@@ -138,7 +138,7 @@ fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<NamedJoint> {
 
 /// Gives joints their names, with meshes and channels; returns the nodes and their earlier names.
 #[doc(hidden)]
-pub fn apply_names(scene: &mut Scene, joints: &[NamedJoint]) -> Vec<(NodeId, String)> {
+pub fn apply_names(scene: &mut Scene, joints: &[JointRename]) -> Vec<(NodeId, String)> {
     let to: HashMap<(&str, usize), &str> = joints
         .iter()
         .map(|joint| ((joint.from.as_str(), joint.earlier), joint.to.as_str()))

@@ -3,6 +3,6 @@
 pub use mocap_scene::scene::report::Guess;
 
 pub use crate::axis::RestPose;
-pub use crate::humanoid::{ExplainedPart, ExplainedRow, Explanation, HumanoidJoint, Sides};
+pub use crate::humanoid::{Explanation, ExplanationRow, HumanoidJoint, PartExplanation, Sides};
 pub use crate::name_joints::NamingReport;
 pub use crate::t_pose::{TPoseBone, TPoseReason, TPoseSource};

@@ -7,9 +7,9 @@ use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 use super::body::Body;
 use super::rotations::{Points, Rotations};
 use super::t_pose::limb_end;
-use super::watched::{Seen, Watched};
+use super::watched::{WatchedJoints, WatchedPose};
 
-/// The rotation of a source joint in the frames of the T-pose. Joints are indices into [`Watched`].
+/// The rotation of a source joint in the frames of the T-pose. Joints are indices into [`WatchedJoints`].
 #[derive(Clone, Debug)]
 pub struct Track {
     joint: usize,
@@ -29,7 +29,7 @@ struct Aim {
 pub type Ends = (NodeId, NodeId, Vec3);
 
 impl Track {
-    pub fn new(from: &Body, bone: Bone, node: NodeId, ends: Option<Ends>, watched: &mut Watched) -> Self {
+    pub fn new(from: &Body, bone: Bone, node: NodeId, ends: Option<Ends>, watched: &mut WatchedJoints) -> Self {
         Self {
             joint: watched.rotation(node),
             joint_to_frame: from.frame_to_joint(bone, node).inverse(),
@@ -43,7 +43,7 @@ impl Track {
 
     /// The rotation at a pose.
     #[inline(always)]
-    pub fn frame<const N: usize>(&self, seen: &Seen<N>) -> Rotations<N> {
+    pub fn frame<const N: usize>(&self, seen: &WatchedPose<N>) -> Rotations<N> {
         let rotation = seen.rotations[self.joint] * Rotations::all(self.joint_to_frame.to_array());
         match self.aim {
             None => rotation,
@@ -93,7 +93,7 @@ pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
 }
 
 /// The track of a whole bone: where it points, and how its end is twisted.
-pub fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Track> {
+pub fn whole(from: &Body, bone: Bone, watched: &mut WatchedJoints) -> Option<Track> {
     let (node, ends) = ends(from, bone)?;
     Some(Track::new(from, bone, node, ends, watched))
 }

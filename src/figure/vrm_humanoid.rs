@@ -12,7 +12,7 @@ use super::body::Body;
 use super::ground;
 use super::ticks::{Ticks, ticks};
 use super::track::{Track, whole};
-use super::watched::{Seen, Watched};
+use super::watched::{WatchedJoints, WatchedPose};
 use crate::report::HumanoidJoint;
 use crate::{Confidence, Figure, Humanoid, HumanoidBone as Bone, is_at_rest_alike};
 
@@ -107,7 +107,7 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
             ..Node::default()
         });
     }
-    let mut watched = Watched::default();
+    let mut watched = WatchedJoints::default();
     let mover = Mover {
         tracks: bones
             .iter()
@@ -261,7 +261,7 @@ struct Mover<'a> {
     bones: &'a [Placed],
     /// The rotation of each bone in the frames of the T-pose; none for one that the source lacks.
     tracks: Vec<Option<Track>>,
-    watched: Watched,
+    watched: WatchedJoints,
     lift: f32,
 }
 
@@ -275,7 +275,7 @@ impl Mover<'_> {
         let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); self.bones.len()];
         let mut frames: BTreeMap<Bone, Quat> = BTreeMap::new();
         let to_frame = self.body.axes.inverse();
-        let mut seen: Seen<1> = Seen::new(self.watched.joints.len());
+        let mut seen: WatchedPose<1> = WatchedPose::new(self.watched.joints.len());
         for &tick in &ticks {
             pose.sample(&binding, animation, tick);
             seen.set(0, &pose, self.body, &self.watched);

@@ -10,7 +10,7 @@ use super::rotations::{Points, Rotations};
 
 /// The joints of the source on which a pose of the target depends. Others refer to them by their index in this list.
 #[derive(Clone, Debug, Default)]
-pub struct Watched {
+pub struct WatchedJoints {
     pub joints: Vec<Joint>,
 }
 
@@ -22,7 +22,7 @@ pub struct Joint {
     pub has_place: bool,
 }
 
-impl Watched {
+impl WatchedJoints {
     fn joint(&mut self, node: NodeId) -> usize {
         let known = self.joints.iter().position(|joint| joint.node == node);
         known.unwrap_or_else(|| {
@@ -53,12 +53,12 @@ impl Watched {
 /// What is seen in `N` poses: rotations and positions of the watched joints, from their axes to the frame of the
 /// T-pose.
 #[derive(Clone, Debug)]
-pub struct Seen<const N: usize> {
+pub struct WatchedPose<const N: usize> {
     pub rotations: Vec<Rotations<N>>,
     pub positions: Vec<Points<N>>,
 }
 
-impl<const N: usize> Seen<N> {
+impl<const N: usize> WatchedPose<N> {
     pub fn new(joints: usize) -> Self {
         Self {
             rotations: vec![Rotations::IDENTITY; joints],
@@ -67,7 +67,7 @@ impl<const N: usize> Seen<N> {
     }
 
     /// Takes one of the poses from that of a whole skeleton.
-    pub fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &Watched) {
+    pub fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &WatchedJoints) {
         let world_to_frame = body.axes.inverse();
         let seen = self.rotations.iter_mut().zip(&mut self.positions);
         for (joint, (rotation, position)) in watched.joints.iter().zip(seen) {

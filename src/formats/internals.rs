@@ -1,6 +1,6 @@
 //! What the tests of this package need, and nothing else.
 
-pub use crate::dump::number::Streamed;
+pub use crate::dump::number::StreamNumber;
 
 #[cfg(feature = "arrays")]
 pub mod arrays {

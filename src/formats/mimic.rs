@@ -13,7 +13,7 @@ use super::xml::Element;
 const ROUNDING: f64 = 1e-9;
 
 /// A follower and its leader, as a file names them.
-pub(super) struct NamedMimic<'a, 'input> {
+pub(super) struct MimicNames<'a, 'input> {
     pub(super) element: Element<'a, 'input>,
     /// The attribute that names the leader.
     pub(super) attribute: &'static str,
@@ -23,7 +23,7 @@ pub(super) struct NamedMimic<'a, 'input> {
     pub(super) offset: f64,
 }
 
-impl NamedMimic<'_, '_> {
+impl MimicNames<'_, '_> {
     fn diagnostic(&self, message: String) -> Diagnostic {
         self.element
             .at_attribute(self.attribute, Code::InvalidRobot, message)
@@ -32,7 +32,7 @@ impl NamedMimic<'_, '_> {
 }
 
 /// Ties followers to joints that are free, chains of them resolved, and narrows the limits of these.
-pub(super) fn tie(links: &mut [RobotLink], named: &[NamedMimic<'_, '_>]) -> Result<(), Failure> {
+pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Result<(), Failure> {
     let moving = links.iter().enumerate().filter(|(_, link)| link.joint.moves());
     let by_name: HashMap<String, usize> = moving.map(|(index, link)| (link.joint.name.clone(), index)).collect();
     let mut mimic_of = HashMap::new();

@@ -365,7 +365,7 @@ fn inferred(guess: &Assumption) -> Diagnostic {
 const ROTATED: f32 = 1e-4;
 
 /// The warning of a format whose nodes have translation, rotation and scale alone.
-fn lost_shear(row: &FormatInfo, unsheared: &process::Unsheared) -> Diagnostic {
+fn lost_shear(row: &FormatInfo, unsheared: &process::ShearOutcome) -> Diagnostic {
     let nodes = match unsheared.nodes {
         1 => "a node".to_owned(),
         nodes => format!("{nodes} nodes"),

@@ -14,7 +14,7 @@ use mocap_scene::scene::Scene;
 
 use super::files::Files;
 use super::graph::GraphJobOptions;
-use super::notice::{Hear, say_warnings};
+use super::notice::{Listener, say_warnings};
 use super::walk::WalkOptions;
 use super::{InputOptions, SourceSpace};
 
@@ -128,7 +128,7 @@ impl<'a> Clips<'a> {
         (read, space): (&'a InputOptions, &'a SourceSpace),
         inputs: &[PathBuf],
         files: Files<'a>,
-        hear: Hear<'_>,
+        hear: Listener<'_>,
     ) -> Result<Self> {
         let mut clips = Self {
             builder: GraphBuilder::new(&graphing.options())?,
@@ -149,7 +149,7 @@ impl<'a> Clips<'a> {
         graph: &MotionGraph,
         (read, space): (&'a InputOptions, &'a SourceSpace),
         files: Files<'a>,
-        hear: Hear<'_>,
+        hear: Listener<'_>,
     ) -> Result<Self> {
         let mut clips = Self {
             builder: GraphBuilder::new(&graph.options)?,
@@ -207,7 +207,7 @@ impl<'a> Clips<'a> {
     }
 
     /// Reads a clip in its own unit and axes, or on the body, without a rest pose before the motion.
-    fn import(&self, path: &Path, hear: Hear<'_>) -> Result<Scene> {
+    fn import(&self, path: &Path, hear: Listener<'_>) -> Result<Scene> {
         let in_file = |error: Error| error.with_path(path);
         let importer = self.read.importer().skeleton_mesh(SkeletonMesh::None);
         let mut scene = self.files.import(&importer, path)?;

@@ -27,7 +27,7 @@ use self::own::robot_of_inputs;
 use self::skeletons::{Shared, Skeleton};
 use super::files::Files;
 use super::form::Form;
-use super::notice::{Hear, Notice, clip_taken, say_all, say_warnings};
+use super::notice::{Listener, Notice, clip_taken, say_all, say_warnings};
 use super::{JobTarget, JointNames, MotionJob, meshes};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
@@ -95,11 +95,11 @@ impl<'a> Maker<'a> {
     /// # Errors
     /// [`Code::InvalidValue`] where options do not go together, [`Code::UnknownFormat`] where the output is in no
     /// format that is written; and warnings of reading the target and the second motions.
-    pub fn new(job: &MotionJob, given: &'a [MemoryFile<'a>], hear: Hear<'_>) -> Result<Self> {
+    pub fn new(job: &MotionJob, given: &'a [MemoryFile<'a>], hear: Listener<'_>) -> Result<Self> {
         Self::of(job, Files { given, has_disk: true }, hear)
     }
 
-    pub(super) fn of(job: &MotionJob, files: Files<'a>, hear: Hear<'_>) -> Result<Self> {
+    pub(super) fn of(job: &MotionJob, files: Files<'a>, hear: Listener<'_>) -> Result<Self> {
         job.weights.check()?;
         let names = job.source.with.iter().map(|file| file.display().to_string());
         EditStep::second_motions(&job.steps, &Vec::from_iter(names))?;
@@ -230,7 +230,7 @@ impl<'a> Maker<'a> {
     /// # Errors
     /// Those of reading, of the steps, of [`Retargeter`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as),
     /// with the file.
-    pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<JobOutput> {
+    pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Listener<'_>) -> Result<JobOutput> {
         match &self.target {
             Some(target) => self.make_onto(target.clone(), motions, output, hear),
             None => {
@@ -246,7 +246,7 @@ impl<'a> Maker<'a> {
     /// # Errors
     /// Those of the steps, of [`Retargeter`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the
     /// file.
-    pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<JobOutput> {
+    pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Listener<'_>) -> Result<JobOutput> {
         if let Some(target) = &self.target {
             let mut target = target.clone();
             self.add(source, motion, &mut target, hear)?;
@@ -274,7 +274,7 @@ impl<'a> Maker<'a> {
     ///
     /// # Errors
     /// As [`Importer::import`](mocap_io::Importer::import); [`Code::NoMotion`] where the job needs a motion.
-    pub fn import(&self, motion: &Path, hear: Hear<'_>) -> Result<Scene> {
+    pub fn import(&self, motion: &Path, hear: Listener<'_>) -> Result<Scene> {
         let importer = self.job.importer();
         let importer = match self.form {
             Form::Scene(row) if self.target.is_none() => {
@@ -308,7 +308,7 @@ impl<'a> Maker<'a> {
     ///
     /// # Errors
     /// As [`Conversion::apply`], and where the bones that are stated are none of its joints, with the file.
-    pub fn prepare(&self, mut scene: Scene, motion: &Path, hear: Hear<'_>) -> Result<SourceMotion> {
+    pub fn prepare(&self, mut scene: Scene, motion: &Path, hear: Listener<'_>) -> Result<SourceMotion> {
         let prepared = match &self.target {
             Some(target) => {
                 self.job.source.space.state(&mut scene);
@@ -324,7 +324,7 @@ impl<'a> Maker<'a> {
         prepared.map_err(|error| error.with_path(motion))
     }
 
-    fn convert(&self, mut scene: Scene, motion: &Path, hear: Hear<'_>) -> Result<SourceMotion> {
+    fn convert(&self, mut scene: Scene, motion: &Path, hear: Listener<'_>) -> Result<SourceMotion> {
         let frames = &self.job.source.frames;
         let of_reader = scene.metadata.assumptions.iter();
         of_reader.for_each(|assumption| hear(Notice::Note(&assumption.to_string())));
@@ -369,7 +369,7 @@ impl<'a> Maker<'a> {
     }
 
     /// Does the steps on a scene with the bones `found`, and returns the bones of what it has become.
-    fn apply_steps(&self, scene: &mut Scene, found: Humanoid, hear: Hear<'_>) -> Result<Humanoid> {
+    fn apply_steps(&self, scene: &mut Scene, found: Humanoid, hear: Listener<'_>) -> Result<Humanoid> {
         // What the caller has stated is recorded.
         let stated = (!self.bones.is_empty()).then(|| found.clone());
         let others: Vec<&Scene> = self.others.iter().collect();
@@ -379,7 +379,7 @@ impl<'a> Maker<'a> {
     }
 
     /// A second motion of a step, as the first is when steps begin.
-    fn import_second(&self, file: &Path, hear: Hear<'_>) -> Result<Scene> {
+    fn import_second(&self, file: &Path, hear: Listener<'_>) -> Result<Scene> {
         let scene = self.import(file, hear)?;
         Ok(self.prepare(scene, file, hear)?.scene)
     }

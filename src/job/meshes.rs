@@ -9,7 +9,7 @@ use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::{Format, Scene};
 
 use super::MotionJob;
-use super::notice::{Hear, Notice};
+use super::notice::{Listener, Notice};
 
 /// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
 pub(super) fn shown(job: &MotionJob, row: Option<&FormatInfo>) -> SkeletonMesh {
@@ -23,7 +23,7 @@ pub(super) fn keep_or_drop(
     row: Option<&FormatInfo>,
     scene: &mut Scene,
     motion: &Path,
-    hear: Hear<'_>,
+    hear: Listener<'_>,
 ) -> Result<()> {
     let is_gltf = row.is_some_and(|row| row.format == Format::Gltf);
     if job.write.skeleton_only && scene.original.take().is_some() && is_gltf {

@@ -37,10 +37,10 @@ pub enum Notice<'a> {
 }
 
 /// Who hears what is said.
-pub(super) type Hear<'a> = &'a mut dyn FnMut(Notice<'_>);
+pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
 /// What is to be known of a skeleton onto which motions go. It need not move.
-pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Hear<'_>) {
+pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Listener<'_>) {
     let warnings = scene.warnings.iter().filter(|warning| warning.code != Code::NoMotion);
     hear(Notice::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));
     let left_out = scene.metadata.assumptions.iter();
@@ -49,14 +49,14 @@ pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Hear<'_>) {
 }
 
 /// Says the warnings of a scene, which are then not said again.
-pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Hear<'_>) {
+pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Listener<'_>) {
     let warnings = std::mem::take(&mut scene.warnings);
     if !warnings.is_empty() {
         hear(Notice::Warnings(file, &warnings));
     }
 }
 
-pub(super) fn say_all(assumptions: &[Assumption], hear: Hear<'_>) {
+pub(super) fn say_all(assumptions: &[Assumption], hear: Listener<'_>) {
     let sentences = assumptions.iter().map(Assumption::to_string);
     sentences.for_each(|sentence| hear(Notice::Note(&sentence)));
 }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::file_graph::{Clips, files_of, in_graph, read_graph};
 use super::files::{Files, check_inputs, policy};
-use super::notice::Hear;
+use super::notice::Listener;
 use super::run::{check_one_file, describe, save};
 use super::{
     GraphJobOptions, InputOptions, JobOutput, JobReport, JobTarget, JobWeights, Maker, MotionJob, OutputOptions,
@@ -102,7 +102,7 @@ impl WalkJob {
     /// # Errors
     /// Those of reading, of the walk and of [`Maker::make_of`], with the file.
     #[doc(hidden)]
-    pub fn make_by(&self, maker: &Maker<'_>, hear: Hear<'_>) -> Result<(JobOutput, WalkReport)> {
+    pub fn make_by(&self, maker: &Maker<'_>, hear: Listener<'_>) -> Result<(JobOutput, WalkReport)> {
         let output = self.write.output.as_path();
         let (scene, report) = self.walk_of(maker.files(), hear)?;
         let input = self.input()?;
@@ -113,7 +113,7 @@ impl WalkJob {
     }
 
     /// The walk. One that would replace a clip is not made.
-    fn walk_of(&self, files: Files<'_>, hear: Hear<'_>) -> Result<(Scene, WalkReport)> {
+    fn walk_of(&self, files: Files<'_>, hear: Listener<'_>) -> Result<(Scene, WalkReport)> {
         let (read, space) = (&self.read, &self.source.space);
         if let Some(graphing) = &self.graph {
             let clips = Clips::compare(graphing, (read, space), &self.source.inputs, files, hear)?;

@@ -10,7 +10,7 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use mocap_figure::body::Body;
 use mocap_figure::rotations::{Points, Rotations};
 use mocap_figure::ticks::{Ticks, ticks};
-use mocap_figure::watched::{Joint, Seen, Watched};
+use mocap_figure::watched::{Joint, WatchedJoints, WatchedPose};
 use mocap_scene::math::soa::Lanes;
 use mocap_scene::math::soa::single::LANES;
 use mocap_scene::math::wide;
@@ -109,14 +109,14 @@ enum Poses<'a> {
     Matrices {
         body: &'a Body,
         animation: &'a Animation,
-        watched: &'a Watched,
+        watched: &'a WatchedJoints,
         binding: Binding,
         pose: Box<Pose>,
     },
 }
 
 impl<'a> Poses<'a> {
-    fn new(body: &'a Body, source: &'a Scene, animation: &'a Animation, watched: &'a Watched) -> Self {
+    fn new(body: &'a Body, source: &'a Scene, animation: &'a Animation, watched: &'a WatchedJoints) -> Self {
         let binding = Binding::new(source, animation);
         match Chains::new(body, source, animation, watched, &binding) {
             Some(chains) => Self::Chains(chains),
@@ -139,7 +139,7 @@ impl<'a> Poses<'a> {
     }
 
     /// Sees the poses at up to [`LANES`] ticks.
-    fn see(&mut self, ticks: &[f64], seen: &mut Seen<LANES>) {
+    fn see(&mut self, ticks: &[f64], seen: &mut WatchedPose<LANES>) {
         match self {
             Self::Chains(chains) => pose_block(chains, ticks, seen),
             Self::Matrices {
@@ -162,14 +162,14 @@ impl<'a> Poses<'a> {
 struct Chains<'a> {
     /// Parents before children.
     links: Vec<Link<'a>>,
-    /// The number of entries in [`Seen`].
+    /// The number of entries in [`WatchedPose`].
     joints: usize,
     /// From the world to the frame of the T-pose.
     world_to_frame: Quat,
 }
 
 struct Link<'a> {
-    /// Its index in [`Seen`]; the first ones are those of the watched joints.
+    /// Its index in [`WatchedPose`]; the first ones are those of the watched joints.
     joint: usize,
     /// The index of its parent.
     parent: Option<usize>,
@@ -216,7 +216,7 @@ impl<'a> Chains<'a> {
         body: &'a Body,
         source: &'a Scene,
         animation: &'a Animation,
-        watched: &Watched,
+        watched: &WatchedJoints,
         binding: &Binding,
     ) -> Option<Self> {
         let channels: HashMap<NodeId, &Channel> = binding
@@ -285,7 +285,7 @@ impl<'a> Chains<'a> {
     }
 
     #[inline(always)]
-    fn pose(&self, ticks: &[f64], seen: &mut Seen<LANES>) {
+    fn pose(&self, ticks: &[f64], seen: &mut WatchedPose<LANES>) {
         let world_to_frame = Rotations::all(self.world_to_frame.to_array());
         for link in &self.links {
             let above = link.parent.map_or(world_to_frame, |parent| seen.rotations[parent]);
@@ -319,7 +319,7 @@ impl<'a> Chains<'a> {
 
 wide::dispatch! {
     /// As [`Chains::pose`].
-    fn pose_block(chains: &Chains<'_>, ticks: &[f64], seen: &mut Seen<LANES>) {
+    fn pose_block(chains: &Chains<'_>, ticks: &[f64], seen: &mut WatchedPose<LANES>) {
         chains.pose(ticks, seen);
     }
 }

@@ -22,7 +22,7 @@ use mocap_scene::scene::{Animation, Format, Scene};
 pub use self::clip::{ClipReport, RetargetedClip};
 pub use self::joined::{apply_steps, apply_steps_with_bones, second_motion};
 pub use self::options::RetargetOptions;
-use self::source::{Mover, Moving};
+use self::source::{Mover, SourceMotions};
 pub use self::source::{SourceMotion, whole};
 pub use self::target::Target;
 use crate::robot::{RobotOptions, RobotRetargeter, robot_bones, robot_scene};
@@ -58,7 +58,7 @@ pub struct Retargeter {
     options: RetargetOptions,
     /// The names of clips that stand in the output.
     names: HashSet<String>,
-    sources: Vec<Moving>,
+    sources: Vec<SourceMotions>,
     clips: Vec<RetargetedClip>,
 }
 
@@ -189,7 +189,7 @@ impl Retargeter {
     }
 
     /// What moves the motions of a source, which then has no rest pose in its first frame.
-    fn moving(&self, mut source: SourceMotion) -> Result<Moving> {
+    fn moving(&self, mut source: SourceMotion) -> Result<SourceMotions> {
         let scene = source.shows_t_pose();
         let bones = match &source.bones {
             Some(bones) => bones.clone(),
@@ -231,7 +231,7 @@ impl Retargeter {
         };
         // Not before: that frame shows where the T-pose is.
         source.leave_out_rest_pose(&of_scene)?;
-        Ok(Moving {
+        Ok(SourceMotions {
             source,
             mover,
             clips: 0..0,

@@ -7,14 +7,14 @@ pub use crate::robot::drawn::surface_of;
 pub use crate::robot::dynamics::{Dynamics, GRAVITY, Rates};
 pub use crate::robot::feasibility::outside;
 pub use crate::robot::floor::drops;
-pub use crate::robot::following::Following;
+pub use crate::robot::following::SolverGoals;
 pub use crate::robot::given::Given;
 pub use crate::robot::kinematics::{Body, Kinematics, RobotPose};
 pub use crate::robot::retargeter::balance::shifts;
 pub use crate::robot::solver::{Bounds, Solver};
 pub use crate::robot::source_rotations::SourceRotations;
 pub use crate::robot::terms::{Goals, Reach, RotationGoal, Terms};
-pub use crate::robot::twin::Twin;
+pub use crate::robot::twin::StandIn;
 pub use crate::robot::verdict::Measures;
 
 pub mod branches {
@@ -24,7 +24,7 @@ pub mod capsule {
     pub use crate::robot::capsule::{Capsule, add_box, distance};
 }
 pub mod fingers {
-    pub use crate::robot::fingers::{Bent, FINGER, Fingers, Joint, curl};
+    pub use crate::robot::fingers::{FINGER, FingerBend, Fingers, Joint, curl};
 }
 pub mod sole {
     pub use crate::robot::sole::{Sole, SoleBall, balls, on_the_floor};

@@ -8,12 +8,12 @@ use mocap_figure::names::Name;
 use mocap_figure::t_pose::{direction, limb_end};
 use mocap_figure::track::{Ends, Track, ends, is_twisted_at_beginning};
 use mocap_figure::vrm_humanoid::ENDS;
-use mocap_figure::watched::Watched;
+use mocap_figure::watched::WatchedJoints;
 use mocap_figure::{HumanoidBone as Bone, Side};
 use mocap_scene::scene::{NodeId, NodeKind, Scene};
 use serde::{Deserialize, Serialize};
 
-use super::rules::{Above, Drive, Rule, Twist};
+use super::rules::{Drive, ParentRule, Rule, Twist};
 
 /// A bone that is not moved from one skeleton to the other.
 ///
@@ -31,7 +31,7 @@ pub struct UnmappedBone {
 /// What is computed for every pose.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    pub(super) watched: Watched,
+    pub(super) watched: WatchedJoints,
     pub(super) tracks: Vec<Track>,
     pub(super) twists: Vec<Twist>,
     /// In the order of the target's nodes, so that parents stand before children.
@@ -46,7 +46,7 @@ impl Plan {
         let mut builder = Builder {
             from,
             to,
-            watched: Watched::default(),
+            watched: WatchedJoints::default(),
             tracks: Vec::new(),
             twists: Vec::new(),
             known: HashMap::new(),
@@ -75,25 +75,25 @@ impl Plan {
 }
 
 /// What the parent of `node` follows: the nearest joint above that is one of `drives`, which has their indices by node.
-fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> Above {
+fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> ParentRule {
     let mut between = Quat::IDENTITY;
     let mut next = to.hierarchy.parents[node.index()];
     let direct = next;
     while let Some(parent) = next {
         if let Some(&drive) = drives.get(&parent) {
             let between = (direct != Some(parent)).then(|| between.inverse());
-            return Above::Drive { drive, between };
+            return ParentRule::Drive { drive, between };
         }
         between = (to.rest_rotations[parent] * between).normalize();
         next = to.hierarchy.parents[parent];
     }
-    Above::Still((between.inverse() * to.axes).normalize())
+    ParentRule::Still((between.inverse() * to.axes).normalize())
 }
 
 struct Builder<'a> {
     from: &'a Body,
     to: &'a Body,
-    watched: Watched,
+    watched: WatchedJoints,
     tracks: Vec<Track>,
     twists: Vec<Twist>,
     /// The tracks by their node, and whether they aim.
@@ -125,7 +125,7 @@ impl Builder<'_> {
             node,
             rest: self.to.rest[node.index()],
             frame_to_joint: self.to.frame_to_joint(bone, node),
-            above: Above::Still(Quat::IDENTITY),
+            above: ParentRule::Still(Quat::IDENTITY),
             rule,
         };
         self.drives.entry(node).or_insert_with(drive);

@@ -5,7 +5,7 @@ use mocap_figure::HumanoidBone as Bone;
 use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::rotations::{Points, Rotations};
-use mocap_figure::watched::{Seen, Watched};
+use mocap_figure::watched::{WatchedJoints, WatchedPose};
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::positive;
 use mocap_scene::math::soa::Lanes;
@@ -23,7 +23,7 @@ pub(super) struct Root {
     /// How many times as long the steps are, and how many times as high.
     pub(super) scale: f32,
     pub(super) height_scale: f32,
-    /// The hip joints of the source, indices into [`Watched`].
+    /// The hip joints of the source, indices into [`WatchedJoints`].
     source_legs: [usize; 2],
     /// The height of the ankles of a body that stands.
     pub(super) source_ankle: f32,
@@ -40,7 +40,7 @@ impl Root {
         (from, source): (&Body, &Scene),
         (to, target): (&Body, &Scene),
         scale: Scale,
-        watched: &mut Watched,
+        watched: &mut WatchedJoints,
     ) -> Result<Self> {
         let legs =
             |body: &Body| [Bone::LeftUpperLeg, Bone::RightUpperLeg].map(|bone| body.joint(bone).unwrap_or(body.hips));
@@ -69,7 +69,7 @@ impl Root {
 
     /// The translation of the target's hips to their parent, where they have this rotation to the axes of the figure.
     #[inline(always)]
-    pub(super) fn hips<const N: usize>(&self, seen: &Seen<N>, hips: Rotations<N>) -> Points<N> {
+    pub(super) fn hips<const N: usize>(&self, seen: &WatchedPose<N>, hips: Rotations<N>) -> Points<N> {
         let [left, right] = self.source_legs.map(|leg| seen.positions[leg]);
         let middle = left + right;
         let standing = self.target_ankle - self.height_scale * self.source_ankle;

@@ -12,13 +12,13 @@ pub(super) struct Drive {
     pub(super) node: NodeId,
     pub(super) rest: Trs,
     pub(super) frame_to_joint: Quat,
-    pub(super) above: Above,
+    pub(super) above: ParentRule,
     pub(super) rule: Rule,
 }
 
 /// What the parent of a joint follows.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Above {
+pub(super) enum ParentRule {
     /// Nothing: the rotation from the axes of the figure to the parent.
     Still(Quat),
     /// A joint that is moved, an index into `Plan::drives`; and the rotation from there to the parent, where that is
@@ -50,12 +50,12 @@ pub(super) struct Twist {
 
 /// The twist of a bone in `N` poses.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Twisted<const N: usize> {
+pub(super) struct BoneTwist<const N: usize> {
     bone: Rotations<N>,
     twist: Rotations<N>,
 }
 
-impl<const N: usize> Default for Twisted<N> {
+impl<const N: usize> Default for BoneTwist<N> {
     fn default() -> Self {
         let (bone, twist) = (Rotations::IDENTITY, Rotations::IDENTITY);
         Self { bone, twist }
@@ -65,7 +65,7 @@ impl<const N: usize> Default for Twisted<N> {
 impl Twist {
     /// The twist, and the bone after the small rotation that brings the end back to the axis.
     #[inline(always)]
-    pub(super) fn at<const N: usize>(&self, frames: &[Rotations<N>]) -> Twisted<N> {
+    pub(super) fn at<const N: usize>(&self, frames: &[Rotations<N>]) -> BoneTwist<N> {
         let bone = frames[self.bone];
         let twist = (bone.conjugate() * frames[self.other]).twist(self.axis.to_array());
         let mut end = Points::ZERO;
@@ -74,7 +74,7 @@ impl Twist {
         }
         // The shortest rotation back is the inverse of that from the axis, which has length 1.
         let away = Rotations::arc(Points::all(self.axis.to_array()), end);
-        Twisted {
+        BoneTwist {
             bone: bone * away.conjugate(),
             twist,
         }
@@ -84,7 +84,7 @@ impl Twist {
 impl Drive {
     /// Its rotation in the frames of the T-pose, from those of the source.
     #[inline(always)]
-    pub(super) fn frame<const N: usize>(&self, frames: &[Rotations<N>], twists: &[Twisted<N>]) -> Rotations<N> {
+    pub(super) fn frame<const N: usize>(&self, frames: &[Rotations<N>], twists: &[BoneTwist<N>]) -> Rotations<N> {
         match self.rule {
             Rule::Between { from, to, fraction } => between(frames[from], frames[to], fraction),
             Rule::Twisted { twist, fraction: part } => twists[twist].bone * fraction(twists[twist].twist, part),

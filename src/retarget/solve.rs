@@ -1,22 +1,22 @@
 //! The pose of the target from what is seen of the source: for one pose, or for as many at once as a vector has lanes.
 
 use mocap_figure::rotations::{Points, Rotations};
-use mocap_figure::watched::Seen;
+use mocap_figure::watched::WatchedPose;
 use mocap_scene::math::soa::single::LANES;
 use mocap_scene::math::wide;
 
 use super::plan::Plan;
 use super::root::Root;
-use super::rules::{Above, Twisted};
+use super::rules::{BoneTwist, ParentRule};
 
 /// What is computed of `N` poses.
 #[derive(Clone, Debug)]
 pub(super) struct Solved<const N: usize> {
-    pub(super) seen: Seen<N>,
+    pub(super) seen: WatchedPose<N>,
     /// The rotations of the source's joints in the frames of the T-pose.
     frames: Vec<Rotations<N>>,
     /// The twists that several joints share.
-    twisted: Vec<Twisted<N>>,
+    twisted: Vec<BoneTwist<N>>,
     /// The rotations of the joints that are moved, from their axes to those of the figure.
     turned: Vec<Rotations<N>>,
     /// The same to the parents.
@@ -29,9 +29,9 @@ impl<const N: usize> Solved<N> {
     /// Memory for a plan. `joints` of the source are seen.
     pub(super) fn new(plan: &Plan, joints: usize) -> Self {
         Self {
-            seen: Seen::new(joints),
+            seen: WatchedPose::new(joints),
             frames: vec![Rotations::IDENTITY; plan.tracks.len()],
-            twisted: vec![Twisted::default(); plan.twists.len()],
+            twisted: vec![BoneTwist::default(); plan.twists.len()],
             turned: vec![Rotations::IDENTITY; plan.drives.len()],
             to_parent: vec![Rotations::IDENTITY; plan.drives.len()],
             hips: Points::ZERO,
@@ -51,9 +51,9 @@ impl<const N: usize> Solved<N> {
             let turned = drive.frame(&self.frames, &self.twisted) * Rotations::all(drive.frame_to_joint.to_array());
             self.turned[index] = turned;
             let world_to_parent = match drive.above {
-                Above::Still(world_to_parent) => Rotations::all(world_to_parent.to_array()),
-                Above::Drive { drive, between: None } => self.turned[drive].conjugate(),
-                Above::Drive {
+                ParentRule::Still(world_to_parent) => Rotations::all(world_to_parent.to_array()),
+                ParentRule::Drive { drive, between: None } => self.turned[drive].conjugate(),
+                ParentRule::Drive {
                     drive,
                     between: Some(between),
                 } => Rotations::all(between.to_array()) * self.turned[drive].conjugate(),

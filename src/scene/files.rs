@@ -40,7 +40,7 @@ pub use self::own::{OwnFiles, go_on};
 pub use self::record::record_outputs;
 #[doc(hidden)]
 pub use self::set::{OutputSet, check_distinct};
-use self::unfinished::Unfinished;
+use self::unfinished::UnfinishedFile;
 #[doc(hidden)]
 pub use self::usd_header::{USD_HEAD, ZIP_HEAD};
 use crate::error::{Error, Result};
@@ -116,7 +116,7 @@ fn write_noted(
     let write = || match Target::to_write(path)? {
         Target::Stream => write_stream(path, write),
         Target::File(target) => {
-            let file = Unfinished::new(&target, write)?;
+            let file = UnfinishedFile::new(&target, write)?;
             let length = file.file().metadata()?.len();
             if let Some(sources) = sources {
                 record::note(&target, || file.contents(), sources);
@@ -197,7 +197,7 @@ fn folder_of(path: &Path) -> &Path {
 
 /// Writes to a pipe or a device, which cannot be replaced and cannot lose data.
 fn write_stream(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<u64> {
-    let mut stream = Counted {
+    let mut stream = CountingWriter {
         file: File::options().write(true).open(path)?,
         bytes: 0,
     };
@@ -205,12 +205,12 @@ fn write_stream(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()
     Ok(stream.bytes)
 }
 
-struct Counted {
+struct CountingWriter {
     file: File,
     bytes: u64,
 }
 
-impl Write for Counted {
+impl Write for CountingWriter {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.file.write(bytes)?;
         self.bytes += written as u64;

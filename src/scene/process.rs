@@ -59,5 +59,5 @@ pub use self::rest_pose::{put_first, set_rest_pose};
 #[doc(hidden)]
 pub use self::rest_rotations::{can_zero_rest_rotations, set_rest_rotations, zero_rest_rotations};
 #[doc(hidden)]
-pub use self::shear::{Unsheared, take_shear_out};
+pub use self::shear::{ShearOutcome, take_shear_out};
 pub use self::skeleton_mesh::SkeletonMesh;

@@ -201,7 +201,7 @@ fn on_the_ground(rest: &mut Rest, set: &JointSet) {
 }
 
 /// The frames from which the body is known.
-struct Chosen {
+struct FrameChoice {
     frames: Vec<usize>,
     /// Of these frames.
     take: Take,
@@ -209,7 +209,7 @@ struct Chosen {
 }
 
 /// Frames over the whole take in which all joints are known that are known in any.
-fn chosen(take: &Take, standing: Option<&Take>) -> Result<Chosen> {
+fn chosen(take: &Take, standing: Option<&Take>) -> Result<FrameChoice> {
     let all: Vec<usize> = (0..take.frames).step_by((take.frames / 1000).max(1)).collect();
     // A reflection must not make the body.
     let mut clean = take.filled(&all, None);
@@ -232,7 +232,7 @@ fn chosen(take: &Take, standing: Option<&Take>) -> Result<Chosen> {
         .map(|index| whole[index * whole.len() / CALIBRATED.min(whole.len())])
         .collect();
     let frames: Vec<usize> = sample.iter().map(|at| all[*at]).collect();
-    Ok(Chosen {
+    Ok(FrameChoice {
         take: clean.filled(&sample, standing),
         centres: sample.iter().filter_map(|at| found[*at].clone()).collect(),
         frames,

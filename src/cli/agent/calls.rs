@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use super::answer::Answer;
 use super::protocol::{Era, Fault};
 use super::reports::{self, Reports};
-use super::work::{Order, Said};
+use super::work::{Order, OutputLine};
 use crate::{Failure, invocation, report};
 
 /// Calls that run at once. Each uses all cores where it has many files.
@@ -127,7 +127,7 @@ struct State {
 
 /// What happens while a call runs.
 enum Event {
-    Said(Said),
+    Said(OutputLine),
     Ended,
     Cancelled,
 }
@@ -257,7 +257,7 @@ impl Calls {
         let (mut done, mut beat) = (None, Instant::now() + BEAT);
         loop {
             match events.recv_timeout(end.min(beat).saturating_duration_since(Instant::now())) {
-                Ok(Event::Said(Said::Progress(count, files))) => {
+                Ok(Event::Said(OutputLine::Progress(count, files))) => {
                     if let Some(progress) = &mut call.progress
                         && progress.count(count, files)
                     {
@@ -265,8 +265,8 @@ impl Calls {
                         beat = Instant::now() + BEAT;
                     }
                 }
-                Ok(Event::Said(Said::Wrote(files))) => lock(&self.state).written.extend(files),
-                Ok(Event::Said(Said::Done { result, report })) => done = Some((result.get().to_owned(), report)),
+                Ok(Event::Said(OutputLine::Wrote(files))) => lock(&self.state).written.extend(files),
+                Ok(Event::Said(OutputLine::Done { result, report })) => done = Some((result.get().to_owned(), report)),
                 Ok(Event::Cancelled) => {
                     self.end(process, events);
                     return None;
@@ -316,7 +316,7 @@ impl Calls {
         let end = Instant::now() + GRACE;
         while let Ok(event) = events.recv_timeout(end.saturating_duration_since(Instant::now())) {
             match event {
-                Event::Said(Said::Wrote(files)) => lock(&self.state).written.extend(files),
+                Event::Said(OutputLine::Wrote(files)) => lock(&self.state).written.extend(files),
                 Event::Ended => break,
                 Event::Said(_) | Event::Cancelled => {}
             }

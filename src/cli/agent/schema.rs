@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::about;
 use super::tools::{FileArgument, Slot, TOOLS, Tool};
 use crate::Failure;
-use crate::args::{Args, Given};
+use crate::args::{Args, ArgumentSources};
 
 /// The commands of the program.
 pub struct Commands(Command);
@@ -46,12 +46,19 @@ impl Commands {
     }
 
     /// The arguments of a command line that mean what the arguments of a call mean.
-    pub(super) fn parse(&self, tool: &'static Tool, arguments: &Map<String, Value>) -> Result<(Args, Given), Failure> {
+    pub(super) fn parse(
+        &self,
+        tool: &'static Tool,
+        arguments: &Map<String, Value>,
+    ) -> Result<(Args, ArgumentSources), Failure> {
         self.parse_words(self.words(tool, arguments)?)
     }
 
     /// The arguments of a command line.
-    pub(super) fn parse_words(&self, words: impl IntoIterator<Item = OsString>) -> Result<(Args, Given), Failure> {
+    pub(super) fn parse_words(
+        &self,
+        words: impl IntoIterator<Item = OsString>,
+    ) -> Result<(Args, ArgumentSources), Failure> {
         Args::parse_from(&self.0, words).map_err(|error| {
             let text = error.render().to_string();
             let text = text.split("\n\nUsage:").next().unwrap_or_default();

@@ -36,7 +36,7 @@ pub(super) struct Order<'a> {
 /// What a process says, each as a line of JSON.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Said {
+pub(super) enum OutputLine {
     /// So many files of so many are done: none, when their number is known.
     Progress(usize, usize),
     /// A file that the session has written now.
@@ -47,7 +47,7 @@ pub(super) enum Said {
 
 /// Says something to the server. Where that has ended, the end of standard input ends this process too: here it may be
 /// writing a file.
-fn say(said: &Said) {
+fn say(said: &OutputLine) {
     let mut output = io::stdout().lock();
     let line = serde_json::to_string(said).unwrap_or_default();
     let _ = writeln!(output, "{line}").and_then(|()| output.flush());
@@ -71,7 +71,7 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
     let order: Value = serde_json::from_str(&order).map_err(io::Error::from)?;
     let took = |name: &str| order[name].clone();
     let written = serde_json::from_value(took("written")).map_err(io::Error::from)?;
-    go_on(written, |files| say(&Said::Wrote(files)));
+    go_on(written, |files| say(&OutputLine::Wrote(files)));
     let era: Era = serde_json::from_value(took("era")).map_err(io::Error::from)?;
     let number: usize = serde_json::from_value(took("number")).map_err(io::Error::from)?;
     let Ok((tool, arguments)) = tools::named(&order) else {
@@ -97,7 +97,7 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
     }
     let (result, report) = reports::result(number, answer);
     let result = to_raw_value(&era.finish(result, "tools/call")).map_err(io::Error::from)?;
-    say(&Said::Done { result, report });
+    say(&OutputLine::Done { result, report });
     Ok(())
 }
 
@@ -123,6 +123,6 @@ fn hear(counts: &Counts) {
     let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
     if counts.done == 0 || counts.done == counts.files || last.is_none_or(|last| last.elapsed() >= PAUSE) {
         *last = Some(Instant::now());
-        say(&Said::Progress(counts.done, counts.files));
+        say(&OutputLine::Progress(counts.done, counts.files));
     }
 }

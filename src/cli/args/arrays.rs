@@ -10,7 +10,7 @@ use mocap::convert::TimeRange;
 
 use mocap::job::{InputOptions, Length, OutSpace, SourceMap, SourceSpace};
 
-use super::{ForceArgs, Given};
+use super::{ArgumentSources, ForceArgs};
 #[cfg(feature = "parquet")]
 use super::{InputArgs, SpreadArgs};
 use crate::Failure;
@@ -236,7 +236,7 @@ impl ArraysArgs {
     }
 
     /// Refuses options that would do nothing.
-    pub(crate) fn check(&self, source: &SourceSpace, given: &Given) -> Result<(), Failure> {
+    pub(crate) fn check(&self, source: &SourceSpace, given: &ArgumentSources) -> Result<(), Failure> {
         let finds_unit = source.metres_per_unit().is_none() && (self.out.metres_per_unit().is_some() || self.contacts);
         let finds_up = source.up().is_none() && (self.out.up().is_some() || self.contacts);
         let finds_feet = self.contacts && self.feet.is_none();

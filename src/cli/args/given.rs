@@ -6,7 +6,7 @@ use crate::{Failure, report};
 
 /// What the parsed arguments do not tell.
 #[derive(Debug, Default)]
-pub(crate) struct Given {
+pub(crate) struct ArgumentSources {
     /// The options that the outputs depend on as text, the defaults too.
     pub(crate) options: String,
     /// The long names of the options that the user wrote.
@@ -18,7 +18,7 @@ pub(crate) struct Given {
 /// The error in metres above which a bound is doubted: 5 cm are seen in any motion of a body.
 const LARGE_ERROR: f64 = 0.05;
 
-impl Given {
+impl ArgumentSources {
     pub(crate) fn has(&self, name: &str) -> bool {
         self.names.iter().any(|given| given == name)
     }

@@ -13,7 +13,7 @@ pub(crate) struct RecordArgs {
     /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
     /// it, as vmc:0.0.0.0:39539 for senders on the network
     #[arg(value_name = "INPUT")]
-    pub(crate) source: Listen,
+    pub(crate) source: ListenAddress,
     /// The file to write, in any written format
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
@@ -67,7 +67,7 @@ pub(crate) struct BridgeArgs {
     /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
     /// it, as vmc:0.0.0.0:39539 for senders on the network
     #[arg(value_name = "INPUT")]
-    pub(crate) source: Listen,
+    pub(crate) source: ListenAddress,
     /// The body that moves: a character of glTF, VRM or any other file with a humanoid, or a robot of URDF or MJCF
     #[arg(long = "character", visible_alias = "robot", alias = "onto", value_name = "TARGET")]
     pub(crate) onto: PathBuf,
@@ -95,9 +95,9 @@ pub(crate) struct BridgeArgs {
 
 /// The address and the port to listen on.
 #[derive(Clone, Copy, Debug)]
-pub struct Listen(pub(crate) SocketAddr);
+pub struct ListenAddress(pub(crate) SocketAddr);
 
-impl FromStr for Listen {
+impl FromStr for ListenAddress {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {

@@ -9,7 +9,7 @@ use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches};
 
 use super::suggest::suggest;
-use super::{Args, BatchArgs, ForceArgs, Given, help};
+use super::{Args, ArgumentSources, BatchArgs, ForceArgs, help};
 use crate::batch::hash::sha256;
 use crate::{invocation, report};
 
@@ -32,7 +32,7 @@ fn tell(error: &clap::Error) -> ! {
 
 impl Args {
     /// The arguments, and what they do not tell.
-    pub(crate) fn parse_with_given() -> (Self, Given) {
+    pub(crate) fn parse_with_given() -> (Self, ArgumentSources) {
         let parse = |command| Self::parse_from(&command, invocation::words());
         // To arrange the helps takes longer than to convert a small file, so only those who ask for help wait for it.
         let parsed = parse(Self::command()).or_else(|error| match error.kind() {
@@ -60,10 +60,10 @@ impl Args {
     pub(crate) fn parse_from(
         command: &clap::Command,
         words: impl IntoIterator<Item = OsString>,
-    ) -> Result<(Self, Given), clap::Error> {
+    ) -> Result<(Self, ArgumentSources), clap::Error> {
         let matches = command.clone().try_get_matches_from(words)?;
         let args = Self::from_arg_matches(&matches)?;
-        let mut given = Given::default();
+        let mut given = ArgumentSources::default();
         let mut options = Vec::new();
         if let Some((name, matches)) = matches.subcommand()
             && let Some(subcommand) = command.find_subcommand(name)

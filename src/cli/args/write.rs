@@ -9,7 +9,7 @@ use mocap::arrays::BodyLayout;
 use mocap::job::{OutputOptions, RobotFormat};
 use mocap::{Diagnostic, FormatInfo, WriteOption};
 
-use super::{ForceArgs, Given};
+use super::{ArgumentSources, ForceArgs};
 use crate::Failure;
 
 /// A written format, by one of its extensions, or a layout of arrays by its name.
@@ -136,7 +136,7 @@ pub(super) fn writing(options: &OutputOptions, output: &Path, extension: &str, f
 
 /// Refuses the options that have no effect on an output, also where they have the value of their default.
 pub(crate) fn refuse_options(
-    given: &Given,
+    given: &ArgumentSources,
     refusal: impl Fn(WriteOption) -> Option<Diagnostic>,
 ) -> Result<(), Failure> {
     let given = WriteOption::ALL.into_iter().filter(|option| given.has(option.as_str()));

@@ -1,7 +1,7 @@
 //! The one driver of commands that make an output of each of many files, in a folder with a manifest.
 //!
-//! A command says by [`Work`] what it does with one file. All else is here: which files are inputs, the names of the
-//! outputs, what former runs have done, shards, threads, progress, the manifest, and what is said at the end.
+//! A command says by [`FileTask`] what it does with one file. All else is here: which files are inputs, the names of
+//! the outputs, what former runs have done, shards, threads, progress, the manifest, and what is said at the end.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -23,7 +23,7 @@ use crate::args::{InputArgs, SpreadArgs};
 use crate::{Failure, report};
 
 /// What a command does with each of many files.
-pub(crate) trait Work: Sync {
+pub(crate) trait FileTask: Sync {
     /// The extension of the outputs.
     fn extension(&self) -> &str;
 
@@ -82,12 +82,12 @@ pub(crate) trait Work: Sync {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileState {
     Done,
-    /// The file waits for what the others say, and is made again after [`Work::learn`].
+    /// The file waits for what the others say, and is made again after [`FileTask::learn`].
     Waits,
 }
 
 /// Many files, and the folder of their outputs.
-pub(crate) struct Many<'a> {
+pub(crate) struct FileBatch<'a> {
     pub(crate) paths: &'a [PathBuf],
     pub(crate) folder: &'a Path,
     /// The body that motions are put on: no input, and never replaced.
@@ -105,11 +105,11 @@ pub(crate) struct Many<'a> {
 }
 
 /// How a file ended, and what is new to say of it; `None` where it waits.
-type Ended = Option<(Outcome, Option<Record>)>;
+type FileOutcome = Option<(Outcome, Option<Record>)>;
 
-impl Many<'_> {
+impl FileBatch<'_> {
     /// Does the work on all files.
-    pub(crate) fn run(&self, work: &mut impl Work) -> Result<(), Failure> {
+    pub(crate) fn run(&self, work: &mut impl FileTask) -> Result<(), Failure> {
         let (folder, spread) = (self.folder, self.spread);
         let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
         // The input folder may contain outputs of a former run.
@@ -182,7 +182,7 @@ impl Many<'_> {
     }
 
     /// Works on the inputs, and then on those that waited for what the others say.
-    fn rounds<W: Work>(
+    fn rounds<W: FileTask>(
         &self,
         run: &Run<'_>,
         inputs: &[Input],
@@ -273,7 +273,7 @@ fn is_same_file(path: &Path, other: &Path) -> bool {
 }
 
 struct Run<'a> {
-    many: &'a Many<'a>,
+    many: &'a FileBatch<'a>,
     /// The output of every input, below the folder.
     outputs: HashMap<String, String>,
     /// What former runs say of their inputs.
@@ -284,7 +284,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Works on the inputs, and returns those that wait, sorted.
-    fn round<W: Work>(
+    fn round<W: FileTask>(
         &self,
         inputs: &[Input],
         work: &W,
@@ -298,7 +298,7 @@ impl Run<'_> {
             record.error = Some(PANICKED.to_owned());
             Some((Outcome::Failed, Some(record)))
         };
-        let add = |index: usize, ended: Ended| {
+        let add = |index: usize, ended: FileOutcome| {
             let input = &inputs[index];
             let Some((outcome, record)) = ended else {
                 waiting.push(input.clone());
@@ -315,7 +315,7 @@ impl Run<'_> {
         Ok(waiting)
     }
 
-    fn one(&self, input: &Input, work: &impl Work) -> Ended {
+    fn one(&self, input: &Input, work: &impl FileTask) -> FileOutcome {
         let start = Instant::now();
         let mut record = Record::new(input, &self.many.options);
         let outcome = match self.make(input, &mut record, work) {
@@ -333,7 +333,7 @@ impl Run<'_> {
     }
 
     /// Makes the output of a file, unless a former run has made it. `None` where it waits.
-    fn make(&self, input: &Input, record: &mut Record, work: &impl Work) -> Result<Option<Outcome>, String> {
+    fn make(&self, input: &Input, record: &mut Record, work: &impl FileTask) -> Result<Option<Outcome>, String> {
         let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
         let file = input.path().map_err(|error| error.to_string())?;
         record.sha256 = Some(sha256(file).map_err(|error| in_file(file, error))?);

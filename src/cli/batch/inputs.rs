@@ -95,7 +95,7 @@ pub(crate) fn find_except(
     args: &InputArgs,
     is_excluded: impl Fn(&Path) -> bool,
 ) -> Result<Vec<Input>, Failure> {
-    let mut gathered = Gathered::default();
+    let mut gathered = InputFiles::default();
     for path in paths {
         let before = gathered.inputs.len();
         if path.is_dir() {
@@ -123,7 +123,7 @@ pub(crate) fn find_except(
 
 /// What was found in folders and by wildcards.
 #[derive(Default)]
-struct Gathered {
+struct InputFiles {
     inputs: Vec<Input>,
     /// Tables that are no motion, as most are: lists of clips, reports.
     tables: Vec<PathBuf>,
@@ -133,7 +133,7 @@ struct Gathered {
     again: Vec<PathBuf>,
 }
 
-impl Gathered {
+impl InputFiles {
     fn add(&mut self, input: Input) -> Result<(), Failure> {
         if self.inputs.len() == MOST_INPUTS {
             let message = format!("more than {MOST_INPUTS} files are found; name a folder with fewer");

@@ -18,10 +18,10 @@ use crate::{Failure, kinds, streams};
 /// The report of one file: one line of JSON.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub(crate) struct Checked {
+pub(crate) struct FileCheck {
     file: String,
     status: Status,
-    diagnostics: Vec<CheckedFinding>,
+    diagnostics: Vec<CheckFinding>,
     assumptions: Vec<Assumption>,
 }
 
@@ -36,7 +36,7 @@ enum Status {
 
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-struct CheckedFinding {
+struct CheckFinding {
     severity: Severity,
     /// The file with the error, where that is another one: the skeleton of a motion.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
     let mut progress = Progress::new(args.spread.progress(), &inputs);
     let mut in_order = InOrder::new();
-    let print = |index: usize, checked: Checked| -> io::Result<()> {
+    let print = |index: usize, checked: FileCheck| -> io::Result<()> {
         let outcome = match checked.status {
             Status::Error => Outcome::Failed,
             Status::Ok | Status::Warning => Outcome::Done,
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     }
 }
 
-fn print(checked: &Checked, json: bool) -> io::Result<()> {
+fn print(checked: &FileCheck, json: bool) -> io::Result<()> {
     if json {
         return writeln!(report::json(), "{}", serde_json::to_string(checked)?);
     }
@@ -106,7 +106,7 @@ pub(crate) fn result(args: &CheckArgs) -> Result<Vec<serde_json::Value>, Failure
     Ok(all.map(|checked| super::value(&checked)).collect())
 }
 
-fn check(args: &CheckArgs, input: &Input) -> Checked {
+fn check(args: &CheckArgs, input: &Input) -> FileCheck {
     // `--strict` is applied here and not by the importer, so that all warnings are reported.
     let importer = args
         .read
@@ -131,14 +131,14 @@ fn checked(
     warnings: Vec<Diagnostic>,
     error: Option<mocap::Error>,
     assumptions: Vec<Assumption>,
-) -> Checked {
+) -> FileCheck {
     let file = input.path.as_path();
     // A file that lost frames is not the one that was written.
     let of_warning = |warning: &Diagnostic| match args.read.strict || warning.code.loses_frames() {
         true => Severity::Error,
         false => Severity::Warning,
     };
-    let finding = |severity, diagnostic: Diagnostic| CheckedFinding {
+    let finding = |severity, diagnostic: Diagnostic| CheckFinding {
         severity,
         file: None,
         line: diagnostic.location.as_ref().map(|location| location.line),
@@ -147,7 +147,7 @@ fn checked(
     };
     let of_error = |error: mocap::Error| {
         let other = error.path().filter(|path| *path != file);
-        CheckedFinding {
+        CheckFinding {
             file: other.map(|path| path.display().to_string()),
             ..finding(Severity::Error, kinds::helped(error.path(), error.diagnostic()))
         }
@@ -156,11 +156,11 @@ fn checked(
         .into_iter()
         .map(|warning| finding(of_warning(&warning), warning));
     let diagnostics: Vec<_> = warnings.chain(error.map(of_error)).collect();
-    let status = |finding: &CheckedFinding| match finding.severity {
+    let status = |finding: &CheckFinding| match finding.severity {
         Severity::Error => Status::Error,
         Severity::Warning => Status::Warning,
     };
-    Checked {
+    FileCheck {
         file: file.display().to_string(),
         status: diagnostics.iter().map(status).max().unwrap_or(Status::Ok),
         diagnostics,
@@ -169,7 +169,7 @@ fn checked(
 }
 
 /// `walk.bvh: 1 error, 2 warnings`.
-fn summary(checked: &Checked) -> String {
+fn summary(checked: &FileCheck) -> String {
     let count = |severity| {
         checked
             .diagnostics

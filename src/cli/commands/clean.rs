@@ -7,11 +7,11 @@ use mocap::job::{MotionJob, Notice};
 use mocap::visible_json;
 
 use super::{extension, made, own, refuse_one_file, unknown_extension, verify};
-use crate::args::{CleanArgs, Given};
+use crate::args::{ArgumentSources, CleanArgs};
 use crate::report::Voice;
 use crate::{Failure, streams};
 
-pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let job = job(args, given)?;
     if args.json && !args.own.instead.print_job {
         return super::run::printed(job, given);
@@ -43,13 +43,13 @@ pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &CleanArgs, given: &Given) -> Result<MotionJob, Failure> {
+pub(crate) fn job(args: &CleanArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     check(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))
 }
 
 /// Refuses what does not go together.
-fn check(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
+fn check(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if let Some(file) = &args.report
         && extension(file) != "json"
     {

@@ -9,10 +9,10 @@ use mocap::scene::Animation;
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
 
 use super::{Place, TO_OF_FILE, made, many, print_job, print_report, unknown_extension, verify};
-use crate::args::{ConvertArgs, Given, OutputFormat, refuse_options};
+use crate::args::{ArgumentSources, ConvertArgs, OutputFormat, refuse_options};
 use crate::{Failure, report, streams};
 
-pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &ConvertArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let (job, format) = job_and_format(args, given)?;
     if args.instead.print_job {
         return print_job(&job);
@@ -28,11 +28,11 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &ConvertArgs, given: &Given) -> Result<MotionJob, Failure> {
+pub(crate) fn job(args: &ConvertArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     job_and_format(args, given).map(|(job, _)| job)
 }
 
-fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(MotionJob, OutputFormat), Failure> {
+fn job_and_format(args: &ConvertArgs, given: &ArgumentSources) -> Result<(MotionJob, OutputFormat), Failure> {
     let frames = args.change.frames.conversion();
     let options_are_sound = frames.check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
@@ -46,7 +46,7 @@ fn job_and_format(args: &ConvertArgs, given: &Given) -> Result<(MotionJob, Outpu
 }
 
 /// The input, the output and its format, of a command that makes one.
-fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathBuf, OutputFormat), Failure> {
+fn paths<'a>(args: &'a ConvertArgs, given: &ArgumentSources) -> Result<(&'a PathBuf, PathBuf, OutputFormat), Failure> {
     let why = "it is for many files, which need an output folder: -o FOLDER";
     given.refuse(&["shard", "progress", "allow-empty", "resume"], why)?;
     let is_layout = given.has("to") && args.batch.to.is_layout();
@@ -82,7 +82,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathB
 /// The job that the arguments mean, unless one of them does nothing in it.
 fn wanted(
     args: &ConvertArgs,
-    given: &Given,
+    given: &ArgumentSources,
     inputs: &[PathBuf],
     output: &Path,
     format: OutputFormat,
@@ -95,7 +95,7 @@ fn wanted(
 }
 
 /// Refuses options of reading that change nothing in an output of this format.
-fn refuse_unused(args: &ConvertArgs, given: &Given, row: &FormatInfo) -> Result<(), Failure> {
+fn refuse_unused(args: &ConvertArgs, given: &ArgumentSources, row: &FormatInfo) -> Result<(), Failure> {
     let out = &args.write.space;
     let moves_over_ground = args.change.in_place || args.change.root_motion;
     let converts_unit = !row.keeps_units() || out.metres_per_unit().is_some();
@@ -121,15 +121,15 @@ fn refuse_unused(args: &ConvertArgs, given: &Given, row: &FormatInfo) -> Result<
 
 /// What is said of a file, until it is written.
 #[derive(Default)]
-struct Heard {
+struct PendingWarnings {
     warnings: Vec<Diagnostic>,
     notes: Vec<String>,
 }
 
 /// Converts one file.
-fn one(args: &ConvertArgs, given: &Given, job: &MotionJob, format: OutputFormat) -> Result<(), Failure> {
+fn one(args: &ConvertArgs, given: &ArgumentSources, job: &MotionJob, format: OutputFormat) -> Result<(), Failure> {
     let policy: ReplacePolicy = job.policy();
-    let mut heard = Heard::default();
+    let mut heard = PendingWarnings::default();
     let mut hear = |said: Notice<'_>| match said {
         Notice::Warnings(_, warnings) => heard.warnings.extend(warnings.iter().cloned()),
         Notice::Note(note) => heard.notes.push(note.to_owned()),

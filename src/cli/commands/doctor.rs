@@ -21,13 +21,13 @@ pub(crate) struct DoctorReport {
     target: &'static str,
     /// The optional features that this build has.
     features: Vec<&'static str>,
-    needs: Vec<Need>,
+    needs: Vec<Requirement>,
 }
 
 /// Something that a command needs.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub(crate) struct Need {
+pub(crate) struct Requirement {
     name: &'static str,
     is_present: bool,
     /// What needs it.
@@ -36,8 +36,8 @@ pub(crate) struct Need {
     help: String,
 }
 
-fn need(name: &'static str, is_present: bool, used_for: &'static str, help: impl Into<String>) -> Need {
-    Need {
+fn need(name: &'static str, is_present: bool, used_for: &'static str, help: impl Into<String>) -> Requirement {
+    Requirement {
         name,
         is_present,
         used_for,

@@ -16,12 +16,12 @@ use super::{
     Place, check_json, drawn, extension, made, own, print_report, refuse_one_file, short_name, unknown_extension,
     verify, view,
 };
-use crate::args::{EditArgs, Given, ViewArgs};
+use crate::args::{ArgumentSources, EditArgs, ViewArgs};
 use crate::printed::{PictureReport, ReportList};
 use crate::report::Voice;
 use crate::{Failure, streams};
 
-pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &EditArgs, given: &ArgumentSources) -> Result<(), Failure> {
     match own::begin(&args.own, given, job(args, given)?)? {
         Some(job) => one(args, given, &job),
         None => Ok(()),
@@ -29,13 +29,13 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &EditArgs, given: &Given) -> Result<MotionJob, Failure> {
+pub(crate) fn job(args: &EditArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     check_beside(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))
 }
 
 /// Refuses outputs beside the motion that cannot be made.
-fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
+fn check_beside(args: &EditArgs, given: &ArgumentSources) -> Result<(), Failure> {
     check_json(args.json, &args.own.output)?;
     if let Some(file) = &args.contacts
         && !["json", "npz"].contains(&extension(file).as_str())
@@ -69,7 +69,7 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     own::refuse_beside(&args.own, given, of_one, &["contacts-file", "curves", "view"])
 }
 
-fn one(args: &EditArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
+fn one(args: &EditArgs, given: &ArgumentSources, job: &MotionJob) -> Result<(), Failure> {
     verify::refuse_streams(job)?;
     let policy = job.policy();
     for file in [&args.contacts, &args.curves].into_iter().flatten() {

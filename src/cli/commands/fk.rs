@@ -4,11 +4,11 @@ use mocap::arrays::{Arrays, BodyArrays, BodyLayout};
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
 use super::{Place, check_json, output_format, print_report};
-use crate::args::{FkArgs, Given};
+use crate::args::{ArgumentSources, FkArgs};
 use crate::printed::ArraysReport;
 use crate::{Failure, report, streams};
 
-pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &FkArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if let Some(layout) = args.to.as_deref().and_then(|name| name.parse::<BodyLayout>().ok()) {
         return body(args, given, layout);
     }
@@ -60,7 +60,7 @@ fn tell(
 }
 
 /// Writes the motion of a humanoid in the layout of another program.
-fn body(args: &FkArgs, given: &Given, layout: BodyLayout) -> Result<(), Failure> {
+fn body(args: &FkArgs, given: &ArgumentSources, layout: BodyLayout) -> Result<(), Failure> {
     let why = "the layout of another program says what its arrays are";
     let unused = [
         "space",

@@ -6,12 +6,12 @@ use mocap::job::report::JobReport;
 use mocap::job::{GraphJob, WalkJob};
 
 use super::{Place, check_json, made, output_format, print_job, print_report, refuse_one_file, unknown_extension};
-use crate::args::{Given, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
+use crate::args::{ArgumentSources, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
 use crate::batch::inputs;
 use crate::printed::OutputReport;
 use crate::{Failure, kinds, report, streams};
 
-pub(crate) fn run(args: &GraphArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &GraphArgs, given: &ArgumentSources) -> Result<(), Failure> {
     match &args.command {
         Some(GraphCommand::Walk(args)) => {
             if args.instead.print_job {
@@ -47,7 +47,7 @@ pub(crate) fn summary(job: GraphJob, inputs: &InputArgs) -> Result<serde_json::V
 }
 
 /// Writes a walk; what `--json` prints.
-pub(crate) fn summary_of_walk(args: &WalkArgs, given: &Given) -> Result<serde_json::Value, Failure> {
+pub(crate) fn summary_of_walk(args: &WalkArgs, given: &ArgumentSources) -> Result<serde_json::Value, Failure> {
     Ok(super::value(&made::save_walk(&job_of_walk(args)?, given)?))
 }
 

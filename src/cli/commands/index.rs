@@ -17,7 +17,7 @@ use crate::batch::inputs::{self, Input};
 use crate::printed::IndexReport;
 use crate::{Failure, report, streams};
 
-type Former = HashMap<String, Vec<IndexedClip>>;
+type FormerIndex = HashMap<String, Vec<IndexedClip>>;
 
 pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     if super::output_format(&args.output, args.to.as_deref(), "mdb")? != "mdb" {
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     check()?;
     let former = match args.resume && output.is_file() {
         true => former(&output)?,
-        false => Former::new(),
+        false => FormerIndex::new(),
     };
     let (files, counts) = gather(&args.spread, &inputs, |input| match unchanged(args, &former, input) {
         Some(clips) => Ok(clips),
@@ -69,8 +69,8 @@ pub(super) fn read(path: &Path) -> mocap::Result<Database> {
 }
 
 /// The clips of an earlier run by their files.
-fn former(output: &Path) -> Result<Former, Failure> {
-    let mut files = Former::new();
+fn former(output: &Path) -> Result<FormerIndex, Failure> {
+    let mut files = FormerIndex::new();
     for clip in read(output)?.into_clips() {
         files.entry(clip.row.file.clone()).or_default().push(clip);
     }
@@ -78,7 +78,7 @@ fn former(output: &Path) -> Result<Former, Failure> {
 }
 
 /// The clips of a file that an earlier run had, if its bytes are the same and as many are wanted.
-fn unchanged(args: &IndexArgs, former: &Former, input: &Input) -> Option<Vec<IndexedClip>> {
+fn unchanged(args: &IndexArgs, former: &FormerIndex, input: &Input) -> Option<Vec<IndexedClip>> {
     let clips = former.get(&*input.path.to_string_lossy())?;
     let sha256 = sha256(&input.path).ok()?;
     let is_same = clips.iter().all(|clip| clip.row.sha256 == sha256);

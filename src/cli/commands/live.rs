@@ -16,7 +16,7 @@ use mocap::{Code, Conversion, Diagnostic, Error, Exporter, FormatInfo, Importer,
 
 use super::packets::{PATIENCE, Packets, of_socket};
 use super::{Place, print_report};
-use crate::args::{BridgeArgs, Listen, PlayArgs, RecordArgs};
+use crate::args::{BridgeArgs, ListenAddress, PlayArgs, RecordArgs};
 use crate::printed::{BridgeReport, HeardReport, PlayReport, RecordingReport};
 use crate::{Failure, report, streams};
 
@@ -112,14 +112,14 @@ fn clean(scene: &mut Scene) -> Result<(), Error> {
 }
 
 /// The stream to play, where it is no file.
-pub(super) fn source_of(args: &PlayArgs) -> Result<Option<Listen>, Failure> {
+pub(super) fn source_of(args: &PlayArgs) -> Result<Option<ListenAddress>, Failure> {
     let source = args.file.to_str().filter(|file| file.starts_with("vmc:"));
     if source.is_none() && args.delay.is_some() {
         let message = "--delay is for a stream, as vmc:39539: a file is cleaned before it is sent";
         return Err(Failure::Usage(message.to_owned()));
     }
     let parsed = source.map(|source| {
-        let parsed = source.parse::<Listen>();
+        let parsed = source.parse::<ListenAddress>();
         parsed.map_err(|why| Failure::Usage(format!("{source}: {why}")))
     });
     parsed.transpose()
@@ -187,7 +187,7 @@ pub(super) fn delay(args: &PlayArgs) -> f64 {
 }
 
 /// Refuses to send to where a stream is heard: it would go round for ever.
-fn refuse_itself(source: Listen, peer: SocketAddr) -> Result<(), Failure> {
+fn refuse_itself(source: ListenAddress, peer: SocketAddr) -> Result<(), Failure> {
     let heard = source.0;
     let is_here = heard.ip() == peer.ip() || (heard.ip().is_unspecified() && peer.ip().is_loopback());
     if is_here && heard.port() == peer.port() {
@@ -200,7 +200,7 @@ fn refuse_itself(source: Listen, peer: SocketAddr) -> Result<(), Failure> {
 }
 
 /// Sends a stream on without its noise, a delay later, until Ctrl-C.
-fn send_on(args: &PlayArgs, source: Listen, peer: SocketAddr) -> Result<(), Failure> {
+fn send_on(args: &PlayArgs, source: ListenAddress, peer: SocketAddr) -> Result<(), Failure> {
     if !args.clean || args.repeat || args.rate.is_some() {
         let message = "a stream is sent on as it comes, without its noise: with --clean, and without --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));

@@ -10,18 +10,18 @@ use mocap::job::{JobOutput, Maker, MotionJob, Notice, WalkJob};
 use mocap::{Code, Error, Export};
 
 use super::verify::millimetres;
-use crate::args::{Given, refuse_options};
+use crate::args::{ArgumentSources, refuse_options};
 use crate::report::Voice;
 use crate::{Failure, kinds, streams};
 
 /// Who hears what is said of a job.
-pub(super) type Hear<'a> = &'a mut dyn FnMut(Notice<'_>);
+pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
 /// What is done with an output that is written, and what is written beside it.
 const BESIDE: [&str; 6] = ["verify", "view", "contacts-file", "curves", "report", "resume"];
 
 /// A job that is ready, for an output or for many.
-pub(super) fn maker(job: &MotionJob, given: &Given, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {
+pub(super) fn maker(job: &MotionJob, given: &ArgumentSources, hear: Listener<'_>) -> Result<Maker<'static>, Failure> {
     if given.is_dry_run() {
         given.refuse(&BESIDE, "--dry-run writes nothing")?;
     }
@@ -38,10 +38,10 @@ pub(super) fn maker(job: &MotionJob, given: &Given, hear: Hear<'_>) -> Result<Ma
 /// Makes the one output of a job, which is not written yet.
 pub(super) fn make(
     job: &MotionJob,
-    given: &Given,
+    given: &ArgumentSources,
     threads: Option<NonZeroUsize>,
     policy: &ReplacePolicy,
-    hear: Hear<'_>,
+    hear: Listener<'_>,
 ) -> Result<(Maker<'static>, JobOutput), Failure> {
     let mut maker = ready(job, given, policy, hear)?;
     if let Some(threads) = threads {
@@ -52,7 +52,12 @@ pub(super) fn make(
 }
 
 /// A maker that is ready for the one output of a job, which may be written.
-fn ready(job: &MotionJob, given: &Given, policy: &ReplacePolicy, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {
+fn ready(
+    job: &MotionJob,
+    given: &ArgumentSources,
+    policy: &ReplacePolicy,
+    hear: Listener<'_>,
+) -> Result<Maker<'static>, Failure> {
     let output = job.write.output.as_path();
     if !streams::is_standard(output) {
         policy.check_inputs(output)?;
@@ -67,7 +72,7 @@ fn ready(job: &MotionJob, given: &Given, policy: &ReplacePolicy, hear: Hear<'_>)
 }
 
 /// Makes the one output of a job, says what there is to say of it, and writes it.
-pub(super) fn save(job: &MotionJob, given: &Given) -> Result<(Maker<'static>, JobOutput), Failure> {
+pub(super) fn save(job: &MotionJob, given: &ArgumentSources) -> Result<(Maker<'static>, JobOutput), Failure> {
     let policy = job.policy();
     let (maker, made) = make(job, given, None, &policy, &mut |said| Voice::Aloud.hear(said))?;
     tell_and_write(&made, &job.write.output, &policy, given)?;
@@ -75,7 +80,7 @@ pub(super) fn save(job: &MotionJob, given: &Given) -> Result<(Maker<'static>, Jo
 }
 
 /// As [`save`], of a walk over a motion graph.
-pub(super) fn save_walk(job: &WalkJob, given: &Given) -> Result<WalkReport, Failure> {
+pub(super) fn save_walk(job: &WalkJob, given: &ArgumentSources) -> Result<WalkReport, Failure> {
     let (motion, policy) = (job.motion().map_err(refused)?, job.policy());
     let mut hear = |said: Notice<'_>| Voice::Aloud.hear(said);
     let maker = ready(&motion, given, &policy, &mut hear)?;
@@ -84,7 +89,12 @@ pub(super) fn save_walk(job: &WalkJob, given: &Given) -> Result<WalkReport, Fail
     Ok(walk)
 }
 
-fn tell_and_write(made: &JobOutput, output: &Path, policy: &ReplacePolicy, given: &Given) -> Result<(), Failure> {
+fn tell_and_write(
+    made: &JobOutput,
+    output: &Path,
+    policy: &ReplacePolicy,
+    given: &ArgumentSources,
+) -> Result<(), Failure> {
     tell(&made.written, output, &mut Voice::Aloud);
     streams::save(&made.written, output, &[], policy, given)
 }

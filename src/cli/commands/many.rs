@@ -11,8 +11,8 @@ use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
 use super::robot_reports::Table;
 use super::{looks, made, verify};
-use crate::args::{Given, InputArgs, SpreadArgs};
-use crate::batch::folder::{self, FileState, Work, verdicts};
+use crate::args::{ArgumentSources, InputArgs, SpreadArgs};
+use crate::batch::folder::{self, FileState, FileTask, verdicts};
 use crate::batch::hash::{sha256, sha256_of};
 use crate::batch::inputs::Input;
 use crate::batch::manifest::Record;
@@ -24,12 +24,12 @@ use crate::{Failure, report};
 /// Does a job with many motions.
 pub(super) fn run(
     job: &MotionJob,
-    given: &Given,
+    given: &ArgumentSources,
     inputs: &InputArgs,
     spread: &SpreadArgs,
     resume: bool,
 ) -> Result<(), Failure> {
-    let many = Many {
+    let many = MotionBatch {
         job,
         given,
         inputs,
@@ -41,9 +41,9 @@ pub(super) fn run(
 }
 
 /// A job with many motions, and how they are done.
-pub(super) struct Many<'a> {
+pub(super) struct MotionBatch<'a> {
     pub(super) job: &'a MotionJob,
-    pub(super) given: &'a Given,
+    pub(super) given: &'a ArgumentSources,
     pub(super) inputs: &'a InputArgs,
     pub(super) spread: &'a SpreadArgs,
     pub(super) resume: bool,
@@ -51,12 +51,12 @@ pub(super) struct Many<'a> {
     pub(super) report: Option<Table<'a>>,
 }
 
-impl Many<'_> {
+impl MotionBatch<'_> {
     pub(super) fn run(self) -> Result<(), Failure> {
         let job = self.job;
         // Many files keep all threads busy, a thread a file.
         let maker = made::maker(job, self.given, &mut |said| Voice::Aloud.hear(said))?.threads(1);
-        let many = folder::Many {
+        let many = folder::FileBatch {
             paths: &job.source.inputs,
             folder: &job.write.output,
             target: job.target.as_ref().map(JobTarget::file),
@@ -68,7 +68,7 @@ impl Many<'_> {
             is_dry_run: self.given.is_dry_run(),
             options: options(job)?,
         };
-        many.run(&mut OfJob {
+        many.run(&mut ClipGroup {
             job,
             extension: extension(job, &maker),
             is_dry_run: self.given.is_dry_run(),
@@ -127,7 +127,7 @@ fn options(job: &MotionJob) -> Result<String, Failure> {
 }
 
 /// Clips of one skeleton, of which those that stand say which axis points up in the others.
-struct OfJob<'a> {
+struct ClipGroup<'a> {
     job: &'a MotionJob,
     extension: String,
     is_dry_run: bool,
@@ -143,7 +143,7 @@ struct OfJob<'a> {
     table: Option<PathBuf>,
 }
 
-impl Work for OfJob<'_> {
+impl FileTask for ClipGroup<'_> {
     fn extension(&self) -> &str {
         &self.extension
     }
@@ -258,7 +258,7 @@ impl Work for OfJob<'_> {
     }
 }
 
-impl OfJob<'_> {
+impl ClipGroup<'_> {
     /// What is not good of a motion.
     fn doubts(&self, record: &Record) -> Vec<String> {
         let target = self.job.target.as_ref();

@@ -13,11 +13,11 @@ use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonM
 use serde::Serialize;
 
 use super::{Place, check_json, index, output_format, print_report};
-use crate::args::{Given, MatchArgs};
+use crate::args::{ArgumentSources, MatchArgs};
 use crate::printed::OutputReport;
 use crate::{Failure, kinds, report, streams};
 
-pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &MatchArgs, given: &ArgumentSources) -> Result<(), Failure> {
     check_json(args.json, &args.output)?;
     let Some(report) = made(args, given)? else {
         return Ok(());
@@ -27,13 +27,13 @@ pub(crate) fn run(args: &MatchArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// Makes the output; what `--json` prints.
-pub(crate) fn summary(args: &MatchArgs, given: &Given) -> Result<serde_json::Value, Failure> {
+pub(crate) fn summary(args: &MatchArgs, given: &ArgumentSources) -> Result<serde_json::Value, Failure> {
     let done = made(args, given)?;
     Ok(done.map_or_else(|| serde_json::json!({}), |done| super::value(&done)))
 }
 
 /// Makes the output; what the figure did, if it follows anything.
-fn made(args: &MatchArgs, given: &Given) -> Result<Option<Done>, Failure> {
+fn made(args: &MatchArgs, given: &ArgumentSources) -> Result<Option<MatchOutcome>, Failure> {
     let (format, output) = match super::extension(&args.output).as_str() {
         // Two files, of which no motion is made.
         "bin" => (None, args.output.clone()),
@@ -111,12 +111,12 @@ fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Resul
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
-pub(crate) enum Done {
+pub(crate) enum MatchOutcome {
     Followed(FollowReport),
     Played(PlayReport),
 }
 
-impl fmt::Display for Done {
+impl fmt::Display for MatchOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Followed(report) => report.fmt(f),
@@ -130,13 +130,18 @@ fn nothing_to_follow() -> Failure {
 }
 
 /// Lets the figure go where the path or the gamepad leads.
-fn moved(args: &MatchArgs, database: &Database, moves: Moves, hero: &Scene) -> Result<(Animation, Done), Failure> {
+fn moved(
+    args: &MatchArgs,
+    database: &Database,
+    moves: Moves,
+    hero: &Scene,
+) -> Result<(Animation, MatchOutcome), Failure> {
     if let Some(path) = &args.aim.path {
         let [start, next] = [path.0[0], path.0[1]].map(|point| Vec3::new(point.x, 0.0, point.y));
         let forward = (next - start).normalize_or(Vec3::Z);
         let mut controller = Controller::new(database, moves, start, forward)?;
         let (animation, followed) = controller.follow(hero, &path.0, args.speed)?;
-        return Ok((animation, Done::Followed(followed)));
+        return Ok((animation, MatchOutcome::Followed(followed)));
     }
     let gamepad = match &args.aim.gamepad {
         Some(file) => gamepad(file)?,
@@ -144,7 +149,7 @@ fn moved(args: &MatchArgs, database: &Database, moves: Moves, hero: &Scene) -> R
     };
     let mut controller = Controller::new(database, moves, Vec3::ZERO, Vec3::Z)?;
     let (animation, played) = controller.play(hero, &gamepad, args.speed)?;
-    Ok((animation, Done::Played(played)))
+    Ok((animation, MatchOutcome::Played(played)))
 }
 
 /// The frames of the database on the character.

@@ -4,10 +4,10 @@ use mocap::job::MotionJob;
 
 use super::{MANY, ONE_OUTPUT, many, output_format, print_job};
 use crate::Failure;
-use crate::args::{Given, OutputFormat, OwnArgs, refuse_options};
+use crate::args::{ArgumentSources, OutputFormat, OwnArgs, refuse_options};
 
 /// Does a job into a folder, or prints it. Returns the job of one output, which is still to be done.
-pub(super) fn begin(args: &OwnArgs, given: &Given, job: MotionJob) -> Result<Option<MotionJob>, Failure> {
+pub(super) fn begin(args: &OwnArgs, given: &ArgumentSources, job: MotionJob) -> Result<Option<MotionJob>, Failure> {
     if args.instead.print_job {
         return print_job(&job).map(|()| None);
     }
@@ -18,7 +18,11 @@ pub(super) fn begin(args: &OwnArgs, given: &Given, job: MotionJob) -> Result<Opt
 }
 
 /// The job that the arguments mean; `job` makes it for the extension of the output.
-pub(super) fn job(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> MotionJob) -> Result<MotionJob, Failure> {
+pub(super) fn job(
+    args: &OwnArgs,
+    given: &ArgumentSources,
+    job: impl FnOnce(&str) -> MotionJob,
+) -> Result<MotionJob, Failure> {
     let to = args.to.map(|format| format.name);
     let format = match args.is_many() {
         true => to.unwrap_or("glb").to_owned(),
@@ -35,7 +39,7 @@ pub(super) fn job(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> Motio
 /// motion, which are no part of a job.
 pub(super) fn refuse_beside(
     args: &OwnArgs,
-    given: &Given,
+    given: &ArgumentSources,
     (of_one, why): (&'static [&'static str], &str),
     beside: &'static [&'static str],
 ) -> Result<(), Failure> {

@@ -15,7 +15,7 @@ use mocap::files::{unfinished_target, write_file};
 use mocap::{Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
 use super::{Place, print_report};
-use crate::args::{ArraysArgs, Given, PackArgs, PackFormatArg, TableArg};
+use crate::args::{ArgumentSources, ArraysArgs, PackArgs, PackFormatArg, TableArg};
 use crate::batch::folder::make_folder;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
@@ -63,7 +63,7 @@ struct Parts<'a> {
     written: usize,
 }
 
-pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &PackArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let options_text = given.options.as_str();
     if let TableArg::Inventory = args.table() {
         let why = "an inventory has no motion; leave the option out, or name another --table";

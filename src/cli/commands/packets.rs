@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use mocap::{Code, Diagnostic, Error};
 
 use crate::Failure;
-use crate::args::Listen;
+use crate::args::ListenAddress;
 
 /// Bytes of the longest packet of UDP.
 pub const LONGEST: usize = 65_536;
@@ -46,7 +46,7 @@ pub struct Shared {
 
 impl Packets {
     /// Listens until it is over, or for so many seconds.
-    pub fn of(source: Listen, is_over: Arc<AtomicBool>, seconds: Option<f64>) -> Result<Self, Failure> {
+    pub fn of(source: ListenAddress, is_over: Arc<AtomicBool>, seconds: Option<f64>) -> Result<Self, Failure> {
         let socket = UdpSocket::bind(source.0).map_err(|error| of_socket(source.0, &error))?;
         socket.set_read_timeout(Some(PATIENCE))?;
         let (sender, heard) = channel();

@@ -14,7 +14,7 @@ use mocap::{Binding, Conversion, Importer, Pose, Scene};
 use super::live::{self, over_at_a_signal, scene_of, wait_until};
 use super::packets::Packets;
 use super::{Place, print_report};
-use crate::args::{Listen, PlayArgs};
+use crate::args::{ListenAddress, PlayArgs};
 use crate::{Failure, report};
 
 pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
@@ -65,7 +65,7 @@ fn finish(robot: &Robot, stream: &mut SmoothRobotStream, frames: usize) -> Resul
 }
 
 /// Puts what comes by the VMC protocol on a robot, until Ctrl-C.
-fn stream(args: &PlayArgs, robot: &Path, source: Listen) -> Result<(), Failure> {
+fn stream(args: &PlayArgs, robot: &Path, source: ListenAddress) -> Result<(), Failure> {
     if args.repeat || args.rate.is_some() {
         let message = "a stream goes on the robot as it comes, without --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));

@@ -9,7 +9,7 @@ use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
 use serde::Serialize;
 
 use super::{Place, import_motion, print_report};
-use crate::args::{Given, PoseArgs};
+use crate::args::{ArgumentSources, PoseArgs};
 use crate::{Failure, report};
 
 #[derive(Serialize)]
@@ -32,7 +32,7 @@ struct NodeView<'a> {
     matrix: [f32; 16],
 }
 
-pub(crate) fn run(args: &PoseArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &PoseArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if !args.csv {
         given.refuse(&["spreadsheet"], "only CSV is opened in a spreadsheet; add --csv")?;
     }

@@ -9,11 +9,11 @@ use mocap::retarget::report::RetargetReport;
 use mocap::retarget::report::Verdict;
 
 use super::{MANY, Place, check_json, extension, looks, made, many, output_format, print_job, print_report};
-use crate::args::{Given, RetargetArgs};
+use crate::args::{ArgumentSources, RetargetArgs};
 use crate::printed::ReportList;
 use crate::{Failure, kinds, report, streams};
 
-pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &RetargetArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let job = job(args, given)?;
     if args.onto.instead.print_job {
         return print_job(&job);
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &RetargetArgs, given: &Given) -> Result<MotionJob, Failure> {
+pub(crate) fn job(args: &RetargetArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     let (motions, file) = inputs(args)?;
     if streams::is_standard(&file) {
         let message = "the character cannot come from standard input: name a file, not -";

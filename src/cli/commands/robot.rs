@@ -8,10 +8,10 @@ use super::{
     MANY, ONE_OUTPUT, Place, check_json, extension, made, many, print_job, print_report, robot_reports,
     unknown_extension,
 };
-use crate::args::{Given, RobotArgs};
+use crate::args::{ArgumentSources, RobotArgs};
 use crate::{Failure, report, streams};
 
-pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let job = job(args, given)?;
     if args.onto.instead.print_job {
         return print_job(&job);
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The job that the arguments mean.
-pub(crate) fn job(args: &RobotArgs, given: &Given) -> Result<MotionJob, Failure> {
+pub(crate) fn job(args: &RobotArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     let options_are_sound = args.job("npz").source.frames.conversion().check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     match args.is_many() {
@@ -50,8 +50,8 @@ fn job_of_many(args: &RobotArgs) -> Result<MotionJob, Failure> {
     Ok(args.job(args.to.as_deref().unwrap_or("npz")))
 }
 
-fn run_many(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
-    let many = many::Many {
+fn run_many(args: &RobotArgs, given: &ArgumentSources, job: &MotionJob) -> Result<(), Failure> {
+    let many = many::MotionBatch {
         job,
         given,
         inputs: &args.onto.inputs,
@@ -62,7 +62,7 @@ fn run_many(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Fail
     many.run()
 }
 
-fn one(args: &RobotArgs, given: &Given, job: &MotionJob) -> Result<(), Failure> {
+fn one(args: &RobotArgs, given: &ArgumentSources, job: &MotionJob) -> Result<(), Failure> {
     let (maker, made) = made::save(job, given)?;
     let found = made.clips.iter().filter_map(ClipReport::robot);
     for found in found {

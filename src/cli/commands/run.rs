@@ -9,10 +9,10 @@ use mocap::job::report::JobReport;
 use mocap::job::{Job, MotionJob};
 
 use super::{MANY, Place, TO_OF_FILE, many, print_report};
-use crate::args::{Given, RunArgs};
+use crate::args::{ArgumentSources, RunArgs};
 use crate::{Failure, kinds, report, streams};
 
-pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if args.schema {
         return Ok(report::json().write_all(Job::SCHEMA.as_bytes())?);
     }
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// Lets the arguments state what they name instead of the job.
-fn state_output(job: &mut Job, args: &RunArgs, given: &Given) -> Result<(), Failure> {
+fn state_output(job: &mut Job, args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let is_folder = matches!(job, Job::Motion(job) if job.write.is_folder());
     if !is_folder && !streams::is_standard(job.output()) {
         given.refuse(&["to"], TO_OF_FILE)?;
@@ -51,7 +51,7 @@ fn state_output(job: &mut Job, args: &RunArgs, given: &Given) -> Result<(), Fail
 }
 
 /// Does a job with one output.
-fn one(job: &Job, file: &Path, args: &RunArgs, given: &Given) -> Result<(), Failure> {
+fn one(job: &Job, file: &Path, args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure> {
     given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
     let output = job.output();
     if !streams::is_standard(output) {
@@ -77,7 +77,7 @@ fn one(job: &Job, file: &Path, args: &RunArgs, given: &Given) -> Result<(), Fail
 }
 
 /// Does a job with one output, and says nothing.
-fn done(job: &Job, given: &Given) -> Result<JobReport, Failure> {
+fn done(job: &Job, given: &ArgumentSources) -> Result<JobReport, Failure> {
     let output = job.output();
     let motions = streams::given(job.read(), job.motions())?;
     Ok(match streams::is_standard(output) {
@@ -96,7 +96,7 @@ fn done(job: &Job, given: &Given) -> Result<JobReport, Failure> {
 }
 
 /// Does the job of a command whose `--json` prints what was done, and prints that.
-pub(super) fn printed(job: MotionJob, given: &Given) -> Result<(), Failure> {
+pub(super) fn printed(job: MotionJob, given: &ArgumentSources) -> Result<(), Failure> {
     if job.write.is_folder() {
         given.refuse(&["json"], "the manifest in the folder has what was done")?;
     }
@@ -114,7 +114,13 @@ pub(super) fn printed(job: MotionJob, given: &Given) -> Result<(), Failure> {
 
 /// Does a job with many motions.
 pub(crate) fn many(job: &MotionJob, args: &RunArgs) -> Result<(), Failure> {
-    many::run(job, &Given::default(), &args.inputs, &args.spread, args.resume)
+    many::run(
+        job,
+        &ArgumentSources::default(),
+        &args.inputs,
+        &args.spread,
+        args.resume,
+    )
 }
 
 fn text(file: &Path) -> Result<String, Failure> {

@@ -9,9 +9,9 @@ use mocap::{Code, Diagnostic, Error, Scene};
 
 use super::{check_picture, import_drawn, mapped_figure, on_robot, short_name, write_drawing};
 use crate::Failure;
-use crate::args::{Given, SheetArgs};
+use crate::args::{ArgumentSources, SheetArgs};
 
-pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
+pub(crate) fn run(args: &SheetArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if !args.t_pose {
         given.refuse(&["map"], "only the T-pose comes from the bones; add --t-pose")?;
     }

@@ -28,7 +28,7 @@ const WORST: usize = 10;
 pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     match args.print_job {
         true => super::print_job(&args.job()),
-        false => survey(&Work {
+        false => survey(&SurveyTask {
             job: &args.job(),
             resume: args.resume,
             is_json: args.json,
@@ -40,7 +40,7 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
 
 /// Surveys the inputs of a job, which may be folders and wildcards.
 pub(super) fn of_job(job: &SurveyJob, args: &RunArgs) -> Result<(), Failure> {
-    survey(&Work {
+    survey(&SurveyTask {
         job,
         resume: args.resume,
         is_json: args.json,
@@ -50,7 +50,7 @@ pub(super) fn of_job(job: &SurveyJob, args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// A survey that is asked for.
-struct Work<'a> {
+struct SurveyTask<'a> {
     job: &'a SurveyJob,
     resume: bool,
     is_json: bool,
@@ -58,7 +58,7 @@ struct Work<'a> {
     spread: &'a SpreadArgs,
 }
 
-impl Work<'_> {
+impl SurveyTask<'_> {
     /// The file of the table, which has the shard in its name.
     fn output(&self) -> Option<PathBuf> {
         Some(self.spread.of_shard(self.job.write.output()?))
@@ -86,7 +86,7 @@ impl Work<'_> {
     }
 }
 
-fn survey(work: &Work<'_>) -> Result<(), Failure> {
+fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
     let (surveying, output) = (&work.job.survey, work.output());
     super::check_json(work.is_json, &work.job.write.output)?;
     let to = work.job.write.to.as_deref();
@@ -140,7 +140,7 @@ fn survey(work: &Work<'_>) -> Result<(), Failure> {
 
 /// The clips that a job asks for, and its outputs, which are not written yet.
 pub(crate) fn made(job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> Result<(Corpus, Outputs), Failure> {
-    let work = Work {
+    let work = SurveyTask {
         job,
         resume: false,
         is_json: false,

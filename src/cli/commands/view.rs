@@ -79,7 +79,7 @@ pub(super) fn before_and_after(before: &ViewArgs, after: &ViewArgs) -> Result<()
         clips.push(read);
     }
     let page = temporary_folder()?.join(format!("{}.html", short_name(&after.files[0])));
-    let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
+    let pages: Vec<_> = clips.iter().map(PageFile::page_clip).collect();
     streams::write(&page, Page::new(&pages).html.as_bytes())?;
     open_page(&page);
     Ok(())
@@ -118,7 +118,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
             tell_limbs(target, source, limbs);
         }
     }
-    let has_large_meshes = |read: &&Read| {
+    let has_large_meshes = |read: &&PageFile| {
         mesh_bytes(&read.scene) > LARGEST_MESHES || (read.glb.is_none() && key_bytes(&read.scene) <= LARGEST_GLB)
     };
     for read in clips.iter().filter(has_large_meshes) {
@@ -127,7 +127,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
             "{name}: the page has no .glb to download, because its meshes have more than {most} MB"
         ));
     }
-    let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
+    let pages: Vec<_> = clips.iter().map(PageFile::page_clip).collect();
     let page = Page::new(&pages);
     streams::write(output, page.html.as_bytes())?;
     for (file, left_out) in files.iter().zip(&page.left_out) {
@@ -230,7 +230,7 @@ const LARGEST_MESHES: usize = 64 << 20;
 const LARGE_PAGE: usize = 60 << 20;
 
 /// A file prepared for a page. Its GLB is in metres with +Y up, as `mocap convert` writes it.
-struct Read {
+struct PageFile {
     name: String,
     scene: Scene,
     figure: Figure,
@@ -241,7 +241,7 @@ struct Read {
     limb_angles: Option<Vec<LimbAngles>>,
 }
 
-impl Read {
+impl PageFile {
     fn new(name: String, scene: Scene, figure: Figure) -> mocap::Result<Self> {
         let mut read = Self {
             name,
@@ -294,7 +294,7 @@ impl Read {
     }
 }
 
-fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
+fn read(args: &ViewArgs, file: &Path) -> Result<PageFile, mocap::Error> {
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
     let importer = importer.gltf_meshes(true).morph_targets(true);
     let mut scene = importer.at_rate(args.fps, |importer| streams::import(importer, file))?;
@@ -303,8 +303,8 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     let changed = found.and_then(|found| args.conversion().apply_to(&mut scene, &found));
     let (figure, _) = changed.map_err(|error| error.with_path(file))?;
     let source = source_of(&scene, file);
-    let read = Read::new(short_name(file), scene, figure)?;
-    Ok(Read { source, ..read })
+    let read = PageFile::new(short_name(file), scene, figure)?;
+    Ok(PageFile { source, ..read })
 }
 
 /// The bytes of a BVH file that is small enough for a page. Without them the page has one button less.
@@ -350,7 +350,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
 }
 
 /// A motion on a character or a robot, as `mocap retarget` and `mocap robot` put it there.
-fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure> {
+fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, Failure> {
     if source.scene.animations.is_empty() {
         let error = mocap::Error::from(Diagnostic::new(Code::NoMotion, "there is no motion in it"));
         return Err(error.with_path(file).into());
@@ -384,22 +384,22 @@ fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure>
         None => Figure::new(&scene),
     };
     let limb_angles = retargeting.limb_angles(0);
-    let mut read = Read::new(name, scene, figure)?;
+    let mut read = PageFile::new(name, scene, figure)?;
     // The file of the download has the links alone, as `mocap robot` writes them; the picture has their bodies.
     if let Target::Robot(robot) = retargeting.target() {
         add_links(robot, &mut read.scene);
     }
-    Ok(Read { limb_angles, ..read })
+    Ok(PageFile { limb_angles, ..read })
 }
 
-fn retargeter(source: &Read, target: &Read) -> mocap::Result<PoseRetargeter> {
+fn retargeter(source: &PageFile, target: &PageFile) -> mocap::Result<PoseRetargeter> {
     let options = PoseRetargetOptions::new()
         .source(source.figure.humanoid.clone())
         .target(target.figure.humanoid.clone());
     PoseRetargeter::new(&source.scene, &target.scene, &options)
 }
 
-fn tell_limbs(target: &Read, source: &Read, limbs: &[LimbAngles]) {
+fn tell_limbs(target: &PageFile, source: &PageFile, limbs: &[LimbAngles]) {
     let degrees = || {
         limbs
             .iter()
@@ -417,7 +417,7 @@ fn tell_limbs(target: &Read, source: &Read, limbs: &[LimbAngles]) {
 
 /// The limbs of the second clip against those of the first, where both are humanoids with the same frames. A rest pose
 /// before the first, which `mocap retarget` leaves out, is left out.
-fn compare(source: &mut Read, target: &Read) -> mocap::Result<Option<Vec<LimbAngles>>> {
+fn compare(source: &mut PageFile, target: &PageFile) -> mocap::Result<Option<Vec<LimbAngles>>> {
     /// As a fraction: frame rates of one take are written with few digits.
     const SAME_RATE: f64 = 1e-3;
     let Ok(retargeter) = retargeter(source, target) else {

@@ -124,7 +124,7 @@ struct Search<'a> {
 }
 
 /// What a part is ranked by, the part, and how far its movement is from that of the query.
-type Ranked = (f64, Part, Option<f64>);
+type PartRank = (f64, Part, Option<f64>);
 
 impl<'a> Search<'a> {
     fn new(query: &'a Query, options: &'a FindOptions) -> Self {
@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
     }
 
     /// Adds the best parts of a clip to the best of all, each with its rank.
-    fn add(&self, all: &mut Vec<(f64, Match)>, clip: &IndexedClip, mut parts: Vec<Ranked>) {
+    fn add(&self, all: &mut Vec<(f64, Match)>, clip: &IndexedClip, mut parts: Vec<PartRank>) {
         let FindOptions { count, per_clip, .. } = *self.options;
         parts.sort_by(|(a, one, _), (b, other, _)| {
             a.total_cmp(b)
@@ -238,8 +238,8 @@ impl Part {
 }
 
 /// The best of sorted parts, none of which overlaps a better one.
-fn apart(parts: &[Ranked], count: usize) -> Vec<Ranked> {
-    let mut kept: Vec<Ranked> = Vec::new();
+fn apart(parts: &[PartRank], count: usize) -> Vec<PartRank> {
+    let mut kept: Vec<PartRank> = Vec::new();
     for part in parts {
         if kept.len() == count {
             break;

@@ -24,20 +24,20 @@ pub(super) enum CellType {
     Text,
 }
 
-trait IntoCell {
+trait CellValue {
     const TYPE: CellType;
     fn cell(&self) -> Cell;
     fn round(&mut self) {}
 }
 
-impl IntoCell for bool {
+impl CellValue for bool {
     const TYPE: CellType = CellType::Flag;
     fn cell(&self) -> Cell {
         Cell::Flag(*self)
     }
 }
 
-impl IntoCell for f64 {
+impl CellValue for f64 {
     const TYPE: CellType = CellType::Number;
     fn cell(&self) -> Cell {
         Cell::Number(*self)
@@ -47,28 +47,28 @@ impl IntoCell for f64 {
     }
 }
 
-impl IntoCell for u64 {
+impl CellValue for u64 {
     const TYPE: CellType = CellType::Number;
     fn cell(&self) -> Cell {
         Cell::Number(*self as f64)
     }
 }
 
-impl IntoCell for String {
+impl CellValue for String {
     const TYPE: CellType = CellType::Text;
     fn cell(&self) -> Cell {
         Cell::Text(self.clone())
     }
 }
 
-impl IntoCell for Quality {
+impl CellValue for Quality {
     const TYPE: CellType = CellType::Text;
     fn cell(&self) -> Cell {
         Cell::Text(self.as_str().to_owned())
     }
 }
 
-impl<T: IntoCell> IntoCell for Option<T> {
+impl<T: CellValue> CellValue for Option<T> {
     const TYPE: CellType = T::TYPE;
     fn cell(&self) -> Cell {
         self.as_ref().map_or(Cell::Nothing, T::cell)
@@ -165,16 +165,16 @@ macro_rules! row {
         }
 
         /// The columns, without those of kinds of defects.
-        const COLUMNS: &[(&str, CellType)] = &[$((stringify!($name), <$type as IntoCell>::TYPE),)*];
+        const COLUMNS: &[(&str, CellType)] = &[$((stringify!($name), <$type as CellValue>::TYPE),)*];
 
         impl ClipRow {
             /// Rounds every number to seven significant digits.
             pub(super) fn round(&mut self) {
-                $(IntoCell::round(&mut self.$name);)*
-                self.amounts.values_mut().for_each(IntoCell::round);
+                $(CellValue::round(&mut self.$name);)*
+                self.amounts.values_mut().for_each(CellValue::round);
                 self.defects.iter_mut().for_each(|defect| {
-                    IntoCell::round(&mut defect.amount);
-                    IntoCell::round(&mut defect.confidence);
+                    CellValue::round(&mut defect.amount);
+                    CellValue::round(&mut defect.confidence);
                 });
             }
 

@@ -232,7 +232,7 @@ impl Index {
     }
 
     /// Clips before one that may be its twins.
-    fn candidates(&self, clips: &[Candidate<'_>], clip: usize) -> Vec<Likely> {
+    fn candidates(&self, clips: &[Candidate<'_>], clip: usize) -> Vec<CandidatePair> {
         let votes = self.votes(clips[clip].fingerprint, clip);
         // Retimed clips drift apart by a tenth: votes of two neighbouring offsets count together.
         let mut best: HashMap<(u32, bool), (u16, i32, [u32; 2])> = HashMap::new();
@@ -250,7 +250,7 @@ impl Index {
         found.sort_by_key(|((other, mirrored), (count, ..))| (std::cmp::Reverse(*count), *other, *mirrored));
         let likely = found.into_iter().filter_map(|((other, mirrored), (_, _, moments))| {
             let both = [clips[other as usize].fingerprint, clips[clip].fingerprint];
-            Some(Likely {
+            Some(CandidatePair {
                 clip: other as usize,
                 at: nearest(both, moments, mirrored)?,
                 mirrored,
@@ -289,7 +289,7 @@ impl Index {
 }
 
 /// A clip that may be a twin of another, and a moment that both may have.
-struct Likely {
+struct CandidatePair {
     clip: usize,
     at: Moments,
     mirrored: bool,
@@ -303,13 +303,13 @@ struct Vote {
     mirrored: bool,
 }
 
-type Votes = HashMap<Vote, (u16, [u32; 2]), BuildHasherDefault<Mix>>;
+type Votes = HashMap<Vote, (u16, [u32; 2]), BuildHasherDefault<VoteHasher>>;
 
 /// Mixes the numbers of a [`Vote`]: there are many, and none is chosen by an adversary.
 #[derive(Default)]
-struct Mix(u64);
+struct VoteHasher(u64);
 
-impl Hasher for Mix {
+impl Hasher for VoteHasher {
     fn finish(&self) -> u64 {
         self.0
     }

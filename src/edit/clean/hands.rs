@@ -41,7 +41,7 @@ const TREMBLES: f64 = 1.15;
 
 /// A hand and what it meets.
 #[derive(Clone, Debug)]
-struct Meeting {
+struct HandContact {
     hand: Palm,
     with: With,
     /// Where the hand is to it, in metres, frame by frame, without the noise of this track.
@@ -114,7 +114,7 @@ impl With {
 
 /// What the hands of a motion meet, as it was before it was smoothed.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Meetings(Vec<Meeting>);
+pub(super) struct Meetings(Vec<HandContact>);
 
 impl Meetings {
     /// Those of a humanoid; none of another body.
@@ -140,9 +140,9 @@ impl Meetings {
                 pairs.extend(joints.map(|joint| (*hand, With::Body(joint, end(work, joint)), thick * size)));
             }
         }
-        let mut found: Vec<Meeting> = pairs
+        let mut found: Vec<HandContact> = pairs
             .iter()
-            .map(|(hand, with, _)| Meeting {
+            .map(|(hand, with, _)| HandContact {
                 hand: *hand,
                 with: *with,
                 apart: Vec::new(),
@@ -239,7 +239,7 @@ impl Meetings {
     }
 }
 
-impl Meeting {
+impl HandContact {
     /// Takes the noise out of where the hand is to what it meets.
     fn smooth(&mut self, work: &Work<'_>, bank: &Bank) {
         let is_noise = |noise: f64| noise >= work.weights.least_distance;

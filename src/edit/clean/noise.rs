@@ -36,7 +36,7 @@ const FLAT: f64 = 0.85;
 const LESS: f64 = 0.85;
 /// What was found and done.
 #[derive(Default)]
-pub(super) struct Smoothed {
+pub(super) struct SmoothingOutcome {
     pub(super) rotations: usize,
     pub(super) positions: usize,
     /// The median noise of the joints that were smoothed, in degrees.
@@ -49,7 +49,7 @@ pub(super) struct Smoothed {
     pub(super) in_most: bool,
 }
 
-impl Smoothed {
+impl SmoothingOutcome {
     pub(super) fn is_nothing(&self) -> bool {
         self.rotations + self.positions == 0 && self.depth.is_none()
     }
@@ -89,11 +89,11 @@ fn is_in_most(levels: &[Option<Level>], weights: &CleanWeights) -> bool {
 }
 
 /// Smooths every joint that has noise.
-pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> Smoothed {
+pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> SmoothingOutcome {
     let levels = of_rotations(work);
-    let mut done = Smoothed {
+    let mut done = SmoothingOutcome {
         in_most: is_in_most(&levels, &work.weights),
-        ..Smoothed::default()
+        ..SmoothingOutcome::default()
     };
     let mut angles = Vec::new();
     for (column, level) in levels.into_iter().enumerate() {

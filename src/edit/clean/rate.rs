@@ -115,7 +115,7 @@ impl Pattern {
 }
 
 /// What a motion says of its rate, beside the file.
-pub(super) enum Told {
+pub(super) enum RateEvidence {
     /// This is its rate: so many jumps fall by gravity then, and by the second factor of it at the rate of the file.
     Is { rate: f64, flights: usize, fall: f64 },
     /// What looks wrong, in words.
@@ -123,12 +123,12 @@ pub(super) enum Told {
 }
 
 /// What the jumps and steps of a body say of the frame rate; `None` where it looks right, or nothing can be told.
-pub(super) fn told(work: &Work<'_>) -> Option<Told> {
+pub(super) fn told(work: &Work<'_>) -> Option<RateEvidence> {
     let body = Measured::new(work)?;
     let mut rates = body.flights();
     let stated = work.frames.rate;
     let Some(rate) = median(&mut rates).map(f64::from) else {
-        return body.steps(stated).map(Told::Perhaps);
+        return body.steps(stated).map(RateEvidence::Perhaps);
     };
     let ratio = rate / stated;
     if (1.0 / ALIKE..ALIKE).contains(&ratio) {
@@ -137,12 +137,12 @@ pub(super) fn told(work: &Work<'_>) -> Option<Told> {
     let agree = rates.iter().all(|other| (f64::from(*other) / rate - 1.0).abs() < AGREE);
     let factor = FACTORS.into_iter().find(|factor| (ratio / factor - 1.0).abs() < NEAR);
     match factor.filter(|_| agree && rates.len() > 1) {
-        Some(factor) => Some(Told::Is {
+        Some(factor) => Some(RateEvidence::Is {
             rate: stated * factor,
             flights: rates.len(),
             fall: ratio.powi(-2),
         }),
-        None => Some(Told::Perhaps(format!(
+        None => Some(RateEvidence::Perhaps(format!(
             "{} fall as if the motion had {rate:.0} frames a second, not {stated:.0}",
             counted(rates.len(), "jump")
         ))),

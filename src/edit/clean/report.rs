@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::Flips;
 use super::hands::Meetings;
 use super::measures::CleanMeasures;
-use super::noise::Smoothed;
-use super::time::Mended;
-use crate::floor::Levelled;
+use super::noise::SmoothingOutcome;
+use super::time::TimeRepair;
+use crate::floor::FloorOutcome;
 use crate::quantity::{centimetres, counted, degrees};
 use crate::work::Work;
 
@@ -238,7 +238,7 @@ impl CleanReport {
     }
 }
 
-impl fmt::Display for Mended {
+impl fmt::Display for TimeRepair {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds = [
             (self.filled, "held frame", "filled"),
@@ -279,7 +279,7 @@ impl fmt::Display for Flips {
     }
 }
 
-impl fmt::Display for Smoothed {
+impl fmt::Display for SmoothingOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(depth) = self.depth {
             let comma = if self.rotations + self.positions > 0 { ", " } else { "" };
@@ -302,7 +302,7 @@ impl fmt::Display for Smoothed {
     }
 }
 
-impl fmt::Display for Levelled {
+impl fmt::Display for FloorOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = [
             self.depth

@@ -10,7 +10,7 @@ use mocap_scene::math::quaternion::log;
 use mocap_scene::pose::Trs;
 
 use super::gaps::Gaps;
-use super::rate::{self, Pattern, Told};
+use super::rate::{self, Pattern, RateEvidence};
 use crate::bridge::bridge;
 use crate::flips;
 use crate::work::Work;
@@ -22,7 +22,7 @@ const STILL: f32 = 2e-6;
 
 /// What was found and done, in frames.
 #[derive(Default)]
-pub(super) struct Mended {
+pub(super) struct TimeRepair {
     pub(super) filled: usize,
     pub(super) removed: usize,
     pub(super) inserted: usize,
@@ -35,7 +35,7 @@ pub(super) struct Mended {
 
 /// Takes out frames that are repeated in a pattern, fills those that were held, takes doubled ones out, puts those in
 /// that were dropped, and finds the rate. Says beside what looks wrong and stays.
-pub(super) fn mend(work: &mut Work<'_>) -> (Mended, Option<String>) {
+pub(super) fn mend(work: &mut Work<'_>) -> (TimeRepair, Option<String>) {
     let stated = work.frames.rate;
     let repeated = without_repeated(work);
     let (frames, mut done) = find(work);
@@ -43,12 +43,12 @@ pub(super) fn mend(work: &mut Work<'_>) -> (Mended, Option<String>) {
     done.tells = repeated.unwrap_or_default();
     let mut doubt = None;
     match rate::told(work) {
-        Some(Told::Is { rate, flights, fall }) => {
+        Some(RateEvidence::Is { rate, flights, fall }) => {
             work.frames.rate = rate;
             let and = if done.tells.is_empty() { "" } else { ", " };
             done.tells += &format!("{and}{flights} jumps fall by {fall:.2} of gravity");
         }
-        Some(Told::Perhaps(words)) => doubt = Some(words),
+        Some(RateEvidence::Perhaps(words)) => doubt = Some(words),
         None => {}
     }
     done.rate = (work.frames.rate != stated).then_some([stated, work.frames.rate]);
@@ -87,8 +87,8 @@ pub(super) fn errors(work: &Work<'_>) -> [Vec<usize>; 2] {
 }
 
 /// What each frame is, and what mending that comes to.
-fn find(work: &Work<'_>) -> (Vec<Row>, Mended) {
-    let mut done = Mended::default();
+fn find(work: &Work<'_>) -> (Vec<Row>, TimeRepair) {
+    let mut done = TimeRepair::default();
     if work.frames.ticks.last().is_none_or(|tick| tick.fract() != 0.0) {
         return (Vec::new(), done);
     }

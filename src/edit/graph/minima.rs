@@ -7,7 +7,7 @@ use mocap_scene::math::spread::spread;
 use super::bound::{Bound, SLACK};
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
-use super::near::{Block, LANES, Near};
+use super::near::{Block, LANES, NeighbourIndex};
 
 /// Windows in a tile: large enough that its edges, where windows overlap other tiles, cost little; small enough for the
 /// second cache.
@@ -38,7 +38,7 @@ pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds
 /// clip that overlap are no pair. Windows that cannot be so near are not compared.
 pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], threshold: f32) -> Vec<Minimum> {
     let numbers = Bound::new(space, window, clips).numbers(space, window, clips);
-    let near = Near::new(&numbers);
+    let near = NeighbourIndex::new(&numbers);
     drop(numbers);
     let limit = (threshold * (1.0 + SLACK.0) + SLACK.1).powi(2);
     let places: Vec<usize> = (0..near.blocks().len()).collect();

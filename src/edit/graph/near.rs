@@ -16,7 +16,7 @@ type Windows = [Lanes; NUMBERS];
 /// Eight boxes: the least and the largest of each number. A missing box is infinitely far away.
 type Boxes = [[Lanes; 2]; NUMBERS];
 /// The least and the largest of each number of a box.
-type Around = [[f32; 2]; NUMBERS];
+type BoundingBox = [[f32; 2]; NUMBERS];
 
 /// Windows that follow each other in a clip: eight, or those that are left.
 #[derive(Clone, Copy, Debug)]
@@ -30,14 +30,14 @@ pub struct Block {
 }
 
 /// The windows of all clips. Blocks stand in an order in which those are together that are near each other.
-pub struct Near {
+pub struct NeighbourIndex {
     blocks: Vec<Block>,
     windows: Vec<Windows>,
     /// The boxes of the blocks, those around eight of these, and so on, until eight are left.
     levels: Vec<Vec<Boxes>>,
 }
 
-impl Near {
+impl NeighbourIndex {
     /// Those of clips.
     pub fn new(clips: &[Vec<Numbers>]) -> Self {
         let blocks = clips.iter().enumerate().flat_map(|(clip, numbers)| {
@@ -48,7 +48,7 @@ impl Near {
                 count: (numbers.len() - start).min(LANES),
             })
         });
-        let mut blocks: Vec<(Block, Around)> = blocks
+        let mut blocks: Vec<(Block, BoundingBox)> = blocks
             .map(|block| {
                 let windows = &clips[block.clip][block.start..block.start + block.count];
                 (
@@ -58,7 +58,7 @@ impl Near {
             })
             .collect();
         arrange(&mut blocks);
-        let (blocks, mut boxes): (Vec<Block>, Vec<Around>) = blocks.into_iter().unzip();
+        let (blocks, mut boxes): (Vec<Block>, Vec<BoundingBox>) = blocks.into_iter().unzip();
         let side_by_side = |block: &Block| {
             let mut lanes = [[f32::INFINITY; LANES]; NUMBERS];
             for (lane, numbers) in clips[block.clip][block.start..][..block.count].iter().enumerate() {
@@ -118,14 +118,14 @@ impl Near {
         }
     }
 
-    fn own_box(&self, place: usize) -> Around {
+    fn own_box(&self, place: usize) -> BoundingBox {
         let boxes = &self.levels[0][place / LANES];
         std::array::from_fn(|column| boxes[column].map(|lanes| lanes[place % LANES]))
     }
 }
 
 /// The box around boxes.
-fn around(boxes: impl Iterator<Item = Around>) -> Around {
+fn around(boxes: impl Iterator<Item = BoundingBox>) -> BoundingBox {
     let none = [[f32::INFINITY, f32::NEG_INFINITY]; NUMBERS];
     boxes.fold(none, |mut sum, next| {
         for ([least, most], [other_least, other_most]) in sum.iter_mut().zip(next) {
@@ -136,7 +136,7 @@ fn around(boxes: impl Iterator<Item = Around>) -> Around {
 }
 
 /// Up to eight boxes side by side.
-fn beside(boxes: &[Around]) -> Boxes {
+fn beside(boxes: &[BoundingBox]) -> Boxes {
     let mut all = [[[f32::INFINITY; LANES]; 2]; NUMBERS];
     for (lane, around) in boxes.iter().enumerate() {
         for (lanes, sides) in all.iter_mut().zip(around) {
@@ -148,11 +148,11 @@ fn beside(boxes: &[Around]) -> Boxes {
 
 /// Brings boxes that are near each other together: halves them along the number in which they differ most, and so on.
 /// A half has as many as whole boxes of boxes have.
-fn arrange(boxes: &mut [(Block, Around)]) {
+fn arrange(boxes: &mut [(Block, BoundingBox)]) {
     if boxes.len() <= LANES {
         return;
     }
-    let middle = |around: &Around, column: usize| around[column][0] + around[column][1];
+    let middle = |around: &BoundingBox, column: usize| around[column][0] + around[column][1];
     let whole = around(
         boxes
             .iter()
@@ -167,7 +167,7 @@ fn arrange(boxes: &mut [(Block, Around)]) {
     let half = (boxes.len() / 2)
         .next_multiple_of(full)
         .min((boxes.len() - 1) / full * full);
-    let by = |(block, around): &(Block, Around)| (middle(around, widest), block.clip, block.start);
+    let by = |(block, around): &(Block, BoundingBox)| (middle(around, widest), block.clip, block.start);
     boxes.select_nth_unstable_by(half, |a, b| {
         let (a, b) = (by(a), by(b));
         a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2)))
@@ -179,7 +179,7 @@ fn arrange(boxes: &mut [(Block, Around)]) {
 
 wide::dispatch! {
     /// How far a box is from eight others, squared, or a part of that where it is more than `limit` for all.
-    fn box_distances(own: &Around, others: &Boxes, limit: f32) -> Lanes {
+    fn box_distances(own: &BoundingBox, others: &Boxes, limit: f32) -> Lanes {
         let mut sums = [0.0; LANES];
         for start in (0..NUMBERS).step_by(LANES) {
             for column in start..start + LANES {

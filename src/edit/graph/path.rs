@@ -78,7 +78,7 @@ struct State {
 }
 
 /// A transition of a walk, and the number of the one before it.
-struct Taken {
+struct PathStep {
     before: Option<usize>,
     exit: GraphTransition,
 }
@@ -92,9 +92,9 @@ struct Search<'a> {
     end: f64,
     /// Frames of a walk at most.
     most: usize,
-    taken: Vec<Taken>,
+    taken: Vec<PathStep>,
     /// Walks that go on, by how far along they are.
-    open: Vec<BinaryHeap<Open>>,
+    open: Vec<BinaryHeap<OpenWalk>>,
     /// Walks that went on so far, and how far along the path the farthest came.
     pushed: usize,
     reached: f64,
@@ -102,27 +102,27 @@ struct Search<'a> {
 }
 
 /// A walk that goes on; the cheapest first, of equal ones the oldest.
-struct Open {
+struct OpenWalk {
     state: State,
     number: usize,
 }
 
-impl Ord for Open {
+impl Ord for OpenWalk {
     fn cmp(&self, other: &Self) -> Ordering {
         let costs = other.state.cost.total_cmp(&self.state.cost);
         costs.then(other.number.cmp(&self.number))
     }
 }
 
-impl PartialOrd for Open {
+impl PartialOrd for OpenWalk {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Eq for Open {}
+impl Eq for OpenWalk {}
 
-impl PartialEq for Open {
+impl PartialEq for OpenWalk {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
@@ -295,7 +295,7 @@ impl<'a> Search<'a> {
         for stretch in 0..self.open.len() {
             let mut seen = BTreeSet::new();
             while seen.len() < BEAM
-                && let Some(Open { state, .. }) = self.open[stretch].pop()
+                && let Some(OpenWalk { state, .. }) = self.open[stretch].pop()
             {
                 if seen.insert(self.key(&state)) {
                     self.branch(&state);
@@ -319,7 +319,7 @@ impl<'a> Search<'a> {
         let (network, clip, frame) = (self.network, state.clip, state.frame);
         for exit in network.exits_within(clip, frame, frame) {
             let mut next = network.pass(self, state, exit);
-            self.taken.push(Taken {
+            self.taken.push(PathStep {
                 before: state.taken,
                 exit: *exit,
             });
@@ -351,7 +351,7 @@ impl<'a> Search<'a> {
             self.pushed += 1;
             self.reached = self.reached.max(state.along);
             let number = self.pushed;
-            open.push(Open { state, number });
+            open.push(OpenWalk { state, number });
         }
     }
 

@@ -44,7 +44,7 @@ pub struct FootGuide<'a> {
 }
 
 /// A foot that follows another.
-pub(super) struct Follow {
+pub(super) struct FootFollower {
     pub(super) leg: LegTrack,
     /// The points of the followed foot, in the order of `leg.points`.
     sources: Vec<SourceTrack>,
@@ -91,7 +91,7 @@ impl Lift {
     }
 }
 
-impl Follow {
+impl FootFollower {
     pub(super) fn new(scene: &Scene, figure: &Figure, (side, leg): (Side, Leg), followed: &FootGuide<'_>) -> Self {
         let contacts = followed.contacts;
         let sole = followed.soles[usize::from(side == Side::Right)].clone();
@@ -175,7 +175,7 @@ impl Follow {
     }
 }
 
-impl Foot for Follow {
+impl Foot for FootFollower {
     fn leg(&self) -> &LegTrack {
         &self.leg
     }

@@ -2,14 +2,14 @@
 
 use glam::{Mat3, Vec3};
 
-use super::follow::{Follow, Lift};
+use super::follow::{FootFollower, Lift};
 use super::hold::Hold;
 use super::leg::Foot;
 use super::shift;
 
 /// The shifts of the hips that let legs follow others without bending: as the feet on the ground are shifted, made
 /// smooth. Completes the shifts of the feet.
-pub(super) fn follow(feet: &mut [Follow], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
+pub(super) fn follow(feet: &mut [FootFollower], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let mut carried = carried(feet, held, up, blend);
     for (foot, held) in feet.iter_mut().zip(held) {
         foot.shift(held, up, blend, &carried);
@@ -21,7 +21,7 @@ pub(super) fn follow(feet: &mut [Follow], held: &[Vec<Option<Vec3>>], up: Vec3, 
     carried
 }
 
-fn carried(feet: &[Follow], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
+fn carried(feet: &[FootFollower], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let frames = held.first().map_or(0, Vec::len);
     let mean = |values: &mut dyn Iterator<Item = (f32, Vec3)>| {
         let (weights, sum) = values.fold((0.0, Vec3::ZERO), |(weights, sum), (weight, value)| {
@@ -41,8 +41,8 @@ fn carried(feet: &[Follow], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) 
 }
 
 /// For each frame how far the hips must come down for both legs to reach.
-fn needed_lowering(feet: &[Follow], carried: &[Vec3], up: Vec3) -> Vec<f32> {
-    let of_leg = |foot: &Follow, frame: usize, carried: Vec3| {
+fn needed_lowering(feet: &[FootFollower], carried: &[Vec3], up: Vec3) -> Vec<f32> {
+    let of_leg = |foot: &FootFollower, frame: usize, carried: Vec3| {
         let leg = &foot.leg;
         if carried == Vec3::ZERO && leg.shifts[frame] == Vec3::ZERO {
             return 0.0;

@@ -15,7 +15,7 @@ use crate::body::{Leg, and_below, knee_at_rest};
 use crate::contacts::DetectedContacts;
 
 /// A foot whose motion is changed while it is near to the ground: [`Hold`](super::hold::Hold) or
-/// [`Follow`](super::follow::Follow).
+/// [`FootFollower`](super::follow::FootFollower).
 pub(super) trait Foot {
     fn leg(&self) -> &LegTrack;
 

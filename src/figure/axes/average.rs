@@ -11,13 +11,13 @@ use super::FEWEST;
 use super::hinge::nearest_axis;
 
 /// How a joint usually is in its parent.
-pub(super) struct Usual {
+pub(super) struct AverageRotation {
     pub(super) node: NodeId,
     rest: Trs,
     rotation: Mean,
 }
 
-impl Usual {
+impl AverageRotation {
     pub(super) fn new(scene: &Scene, node: NodeId) -> Self {
         Self {
             node,
@@ -83,7 +83,7 @@ const UPRIGHT: f32 = 0.26;
 const STANDS_OFTEN: f32 = 0.33;
 
 /// A joint of the trunk, or of a limb at its beginning, against the trunk.
-pub(super) struct AgainstTrunk {
+pub(super) struct TrunkAngle {
     pub(super) node: NodeId,
     /// The fraction of the distance from hips to shoulders at which the trunk is taken.
     pub(super) fraction: f32,
@@ -95,7 +95,7 @@ pub(super) struct AgainstTrunk {
     all: Mean,
 }
 
-impl AgainstTrunk {
+impl TrunkAngle {
     pub(super) fn new(node: NodeId, fraction: f32) -> Self {
         let (standing, all) = (Mean::default(), Mean::default());
         Self {

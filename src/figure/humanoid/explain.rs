@@ -20,7 +20,7 @@ pub struct Explanation {
     /// The sum over all parts.
     pub log_likelihood: f32,
     /// Legs, arms, trunk, and how legs and arms fit each other.
-    pub parts: Vec<ExplainedPart>,
+    pub parts: Vec<PartExplanation>,
     /// The best reading with other limbs, as one phrase, and what it scores.
     pub second: Option<(String, f32)>,
 }
@@ -31,7 +31,7 @@ pub struct Explanation {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct ExplainedPart {
+pub struct PartExplanation {
     /// The part: `legs`, for one.
     pub part: &'static str,
     /// Its joints, from the body outwards, each with what it is.
@@ -39,7 +39,7 @@ pub struct ExplainedPart {
     /// What the tables say; of two limbs in the mean of both.
     pub log_likelihood: f32,
     /// Each row that says something.
-    pub evidence: Vec<ExplainedRow>,
+    pub evidence: Vec<ExplanationRow>,
     /// The joints of the next reading of this part, and what it scores.
     pub second: Option<(Vec<String>, f32)>,
 }
@@ -50,7 +50,7 @@ pub struct ExplainedPart {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct ExplainedRow {
+pub struct ExplanationRow {
     /// `lengths`, `names` or `shape`.
     pub table: &'static str,
     /// The row: a ratio of lengths, a part of the body, or a sign.
@@ -77,7 +77,7 @@ pub(super) fn explain(scene: &Scene) -> Option<Explanation> {
     parts.push(explain.trunk(&found));
     let mut lines = Lines::new(scene);
     body::weigh_limbs(&found.legs, found.arms.as_ref(), &mut lines);
-    parts.push(ExplainedPart {
+    parts.push(PartExplanation {
         part: "legs and arms",
         joints: Vec::new(),
         log_likelihood: lines.sum(),
@@ -111,14 +111,14 @@ impl Explain<'_> {
         }
     }
 
-    fn limbs(&self, fit: &Fit, kind: Kind) -> ExplainedPart {
+    fn limbs(&self, fit: &Fit, kind: Kind) -> PartExplanation {
         let mut lines = Lines::new(self.scene);
         lines.weight = 0.5;
         for side in 0..2 {
             limb::weigh(self.tree, fit, side, kind, &mut lines);
         }
         let second = limb::fit_but(self.tree, &fit.pair, kind, Some(fit.joints));
-        ExplainedPart {
+        PartExplanation {
             part: if kind == Kind::Leg { "legs" } else { "arms" },
             joints: self.joints_of(fit, kind),
             log_likelihood: fit.score,
@@ -137,11 +137,11 @@ impl Explain<'_> {
         fit.joints.iter().flat_map(limb).collect()
     }
 
-    fn trunk(&self, found: &Body) -> ExplainedPart {
+    fn trunk(&self, found: &Body) -> PartExplanation {
         let mut lines = Lines::new(self.scene);
         body::weigh_trunk(self.tree, &found.legs, &found.trunk, &mut lines);
         let second = body::trunk_but(self.tree, &found.legs, found.arms.as_ref(), Some(&found.trunk));
-        ExplainedPart {
+        PartExplanation {
             part: "trunk",
             joints: self.joints_of_trunk(&found.trunk),
             log_likelihood: found.trunk.score,
@@ -186,7 +186,7 @@ struct Lines<'a> {
     scene: &'a Scene,
     /// How much each counts: a half of two limbs.
     weight: f32,
-    all: Vec<ExplainedRow>,
+    all: Vec<ExplanationRow>,
 }
 
 impl<'a> Lines<'a> {
@@ -202,18 +202,18 @@ impl<'a> Lines<'a> {
         self.all.iter().map(|line| line.log_likelihood).sum()
     }
 
-    fn add(&mut self, line: ExplainedRow, of: impl FnOnce(&mut Sums)) {
+    fn add(&mut self, line: ExplanationRow, of: impl FnOnce(&mut Sums)) {
         let mut sums = Sums::default();
         of(&mut sums);
         // Adding zero turns -0 into 0.
         let log_likelihood = self.weight * sums.sum() + 0.0;
-        self.all.push(ExplainedRow { log_likelihood, ..line });
+        self.all.push(ExplanationRow { log_likelihood, ..line });
     }
 }
 
 impl Tally for Lines<'_> {
     fn ratio(&mut self, row: &'static Ratio, ratio: f32) {
-        let line = ExplainedRow {
+        let line = ExplanationRow {
             table: "lengths",
             row: row.what,
             joint: None,
@@ -226,7 +226,7 @@ impl Tally for Lines<'_> {
     }
 
     fn sign(&mut self, row: &'static Sign, times: f32) {
-        let line = ExplainedRow {
+        let line = ExplanationRow {
             table: "shape",
             row: row.what,
             joint: None,
@@ -239,7 +239,7 @@ impl Tally for Lines<'_> {
     }
 
     fn name(&mut self, part: Part, node: usize, fit: f32, weight: f32) {
-        let line = ExplainedRow {
+        let line = ExplanationRow {
             table: "names",
             row: word(part),
             joint: Some(self.scene.nodes[node].name.clone()),

@@ -76,7 +76,7 @@ pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option
             .indices
             .map(|index| index.map(|index: usize| chains[side].nodes[index]))
     };
-    let mean = |of: fn(&Reading) -> f32| 0.5 * (of(&readings[0]) + of(&readings[1]));
+    let mean = |of: fn(&LimbHypothesis) -> f32| 0.5 * (of(&readings[0]) + of(&readings[1]));
     Some(Fit {
         pair: pair.clone(),
         joints: [nodes(0), nodes(1)],
@@ -215,7 +215,7 @@ impl<'a> Chain<'a> {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Reading {
+struct LimbHypothesis {
     indices: [Option<usize>; 4],
     lengths: f32,
     names: f32,
@@ -227,7 +227,7 @@ struct Reading {
 ///
 /// A chain of 16 joints has thousands of readings. What three of the bones cost is computed once for all positions of
 /// the fourth, and only where the fourth can still make it the best.
-fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> Option<Reading> {
+fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> Option<LimbHypothesis> {
     let fourth = if kind == Kind::Leg { Part::Toes } else { Part::Shoulder };
     let most_of_fourth = OPTIONAL_BONE.log_odds + weight_of_name(fourth);
     let first = chains[0];
@@ -297,9 +297,9 @@ fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> O
     best.map(|(_, indices)| read(chains, kind, indices))
 }
 
-fn read(chains: &[&Chain<'_>], kind: Kind, indices: [Option<usize>; 4]) -> Reading {
+fn read(chains: &[&Chain<'_>], kind: Kind, indices: [Option<usize>; 4]) -> LimbHypothesis {
     let weight = 1.0 / chains.len() as f32;
-    let mut reading = Reading {
+    let mut reading = LimbHypothesis {
         indices,
         lengths: 0.0,
         names: 0.0,

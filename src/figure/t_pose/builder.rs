@@ -33,7 +33,7 @@ const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
 const THUMB: Vec3 = Vec3::new(0.0, -0.45, 0.89);
 
 /// The rotation of a bone from the reference pose to the T-pose.
-pub(super) struct ToTPose {
+pub(super) struct TPoseRotation {
     pub(super) rotation: Quat,
     pub(super) confidence: Confidence,
     pub(super) reason: TPoseReason,
@@ -54,7 +54,7 @@ pub(super) struct Builder {
     pub(super) positions: Vec<Vec3>,
     pub(super) rotations: Vec<Quat>,
     /// From the reference pose to the T-pose.
-    pub(super) to_t_pose: BTreeMap<Bone, ToTPose>,
+    pub(super) to_t_pose: BTreeMap<Bone, TPoseRotation>,
 }
 
 impl Builder {
@@ -68,7 +68,7 @@ impl Builder {
 
     pub(super) fn turn_bones(&mut self, axes: &Mat3) {
         if self.is_t_pose {
-            let stands = || ToTPose {
+            let stands = || TPoseRotation {
                 rotation: Quat::IDENTITY,
                 confidence: Confidence::Sure,
                 reason: TPoseReason::Stands,
@@ -77,7 +77,7 @@ impl Builder {
             return;
         }
         let facing = self.turn_to_face(axes.y_axis, axes.z_axis);
-        let mut turned: BTreeMap<Bone, ToTPose> = BTreeMap::new();
+        let mut turned: BTreeMap<Bone, TPoseRotation> = BTreeMap::new();
         for (&bone, &joint) in &self.bones {
             let above = std::iter::successors(bone.parent(), |bone| bone.parent())
                 .find_map(|above| turned.get(&above))
@@ -89,7 +89,7 @@ impl Builder {
 
     /// How a bone is turned to its T-pose, and why: the one place where this is chosen. `facing` turns the whole
     /// figure forward, `above` is the rotation of the bone above, and `axes` are left, up and forward in the world.
-    fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> ToTPose {
+    fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> TPoseRotation {
         let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
             (Some(direction), part) => {
                 let start = match part {
@@ -119,7 +119,7 @@ impl Builder {
             _ => (facing, TPoseReason::Stands),
         };
         let is_small = rotation.angle_between(facing) <= SMALL_TURN;
-        ToTPose {
+        TPoseRotation {
             rotation: rotation.normalize(),
             confidence: match self.source {
                 TPoseSource::RestPose if is_small => Confidence::Sure,
@@ -299,7 +299,7 @@ impl Builder {
                 pose.node_to_parent[index] = node_to_parent;
             }
         }
-        let bone = |(bone, to_t_pose): (Bone, ToTPose)| {
+        let bone = |(bone, to_t_pose): (Bone, TPoseRotation)| {
             let made = TPoseBone {
                 joint: self.bones[&bone],
                 rotation: rotations[&bone],

@@ -4,15 +4,15 @@ use std::fmt;
 
 /// Displays a number as `std::cout << x` does by default, which is C's `%g`: six significant digits, no trailing zeros,
 /// an exponent below 0.0001 and from 1000000.
-pub struct Streamed<T>(pub T);
+pub struct StreamNumber<T>(pub T);
 
-impl fmt::Display for Streamed<f32> {
+impl fmt::Display for StreamNumber<f32> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Streamed(f64::from(self.0)).fmt(f)
+        StreamNumber(f64::from(self.0)).fmt(f)
     }
 }
 
-impl fmt::Display for Streamed<f64> {
+impl fmt::Display for StreamNumber<f64> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(number) = *self;
         let sign = if number.is_sign_negative() { "-" } else { "" };

@@ -6,7 +6,7 @@ use glam::{Mat4, Vec3};
 use mocap_scene::scene::{Animation, Bone, Channel, Mesh, Scene};
 
 use super::Layout;
-use super::number::Streamed;
+use super::number::StreamNumber;
 
 /// Prints the number of things of each kind, as `printSceneInfo`.
 pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
@@ -82,7 +82,7 @@ fn print_mesh_info_2017(out: &mut impl fmt::Write, scene: &Scene) -> fmt::Result
             writeln!(out, " --- Bone Name: {}  nweights = {}", bone.name, bone.weights.len())?;
             print_matrix(out, "     Offset matrix: ", bone.offset_matrix)?;
             for weight in &bone.weights {
-                let value = Streamed(weight.weight);
+                let value = StreamNumber(weight.weight);
                 writeln!(out, "      Vertex id: {}  weight = {value}", weight.vertex_id)?;
             }
         }
@@ -154,7 +154,7 @@ fn print_bone(out: &mut impl fmt::Write, mesh: usize, bone: &Bone, layout: Layou
     if let [first, .., last] | [first @ last] = weights.as_slice() {
         writeln!(out, "      Vertex ids: {}  {}", first.vertex_id, last.vertex_id)?;
         if layout == Layout::Y2021 {
-            let (first, last) = (Streamed(first.weight), Streamed(last.weight));
+            let (first, last) = (StreamNumber(first.weight), StreamNumber(last.weight));
             writeln!(out, "      Vertex weights: {first}  {last}")?;
         }
     }
@@ -184,7 +184,10 @@ fn print_animation(out: &mut impl fmt::Write, index: usize, animation: &Animatio
         "nticks"
     };
     let (name, channels) = (&animation.name, &animation.channels);
-    let (rate, duration) = (Streamed(animation.ticks_per_second), Streamed(animation.duration));
+    let (rate, duration) = (
+        StreamNumber(animation.ticks_per_second),
+        StreamNumber(animation.duration),
+    );
     write!(out, " --- Anim {index}:  Name = {name}  nchanls = {} ", channels.len())?;
     writeln!(out, "{rate_label} = {rate}  duration (ticks) = {duration}")?;
     for (index, channel) in channels.iter().enumerate() {
@@ -208,13 +211,13 @@ fn print_channel(out: &mut impl fmt::Write, index: usize, channel: &Channel) -> 
     )?;
     writeln!(out, "  nrotKeys = {} nsclKeys = {}", rotations.len(), scales.len())?;
     for (key, Vec3 { x, y, z }) in positions.values.iter().enumerate() {
-        let tick = Streamed(positions.tick(key));
-        let [x, y, z] = [x, y, z].map(|number| Streamed(*number));
+        let tick = StreamNumber(positions.tick(key));
+        let [x, y, z] = [x, y, z].map(|number| StreamNumber(*number));
         writeln!(out, "        posKey {key}:  Time = {tick} Value = {x} {y} {z}")?;
     }
     for (key, rotation) in rotations.values.iter().enumerate() {
-        let tick = Streamed(rotations.tick(key));
-        let [x, y, z, w] = rotation.to_array().map(Streamed);
+        let tick = StreamNumber(rotations.tick(key));
+        let [x, y, z, w] = rotation.to_array().map(StreamNumber);
         writeln!(out, "        rotnKey {key}:  Time = {tick} Value = {w} {x} {y} {z}")?;
     }
     Ok(())
@@ -224,7 +227,7 @@ fn print_channel(out: &mut impl fmt::Write, index: usize, channel: &Channel) -> 
 fn print_matrix(out: &mut impl fmt::Write, label: &str, matrix: Mat4) -> fmt::Result {
     out.write_str(label)?;
     for number in matrix.transpose().to_cols_array() {
-        write!(out, "{} ", Streamed(number))?;
+        write!(out, "{} ", StreamNumber(number))?;
     }
     writeln!(out)
 }

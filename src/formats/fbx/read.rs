@@ -147,7 +147,7 @@ fn file_units(settings: &ufbx::SceneSettings) -> (Option<f64>, Option<UpAxis>) {
 }
 
 /// A node of the file that the scene keeps.
-struct Kept<'a> {
+struct KeptNode<'a> {
     source: &'a ufbx::Node,
     parent: Option<NodeId>,
     /// Whether it is a bone, or moves vertices as one.
@@ -156,7 +156,7 @@ struct Kept<'a> {
     is_end_site: bool,
 }
 
-impl Kept<'_> {
+impl KeptNode<'_> {
     fn node(&self, warnings: &mut Warnings) -> Node {
         let source = self.source;
         let (translation, rotation, scale) = components(&source.local_transform);
@@ -199,7 +199,7 @@ impl Kept<'_> {
 }
 
 /// The nodes to keep, depth-first.
-fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Kept<'a>>, Failure> {
+fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<KeptNode<'a>>, Failure> {
     let mut is_bone: Vec<bool> = file.nodes.iter().map(|node| node.bone.is_some()).collect();
     for cluster in &file.skin_clusters {
         if let Some(node) = &cluster.bone_node {
@@ -216,7 +216,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
             above = node.parent.as_deref();
         }
     }
-    let mut kept: Vec<Kept<'a>> = Vec::new();
+    let mut kept: Vec<KeptNode<'a>> = Vec::new();
     let mut open: Vec<(&'a ufbx::Node, Option<NodeId>)> = vec![(&file.root_node, None)];
     while let Some((source, parent)) = open.pop() {
         let limit = options.limits.max_nodes;
@@ -225,7 +225,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
             return Err(Box::new(diagnostic));
         }
         let id = NodeId::new(kept.len());
-        kept.push(Kept {
+        kept.push(KeptNode {
             source,
             parent,
             is_bone: is_bone[source.element.typed_id as usize],
@@ -242,7 +242,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
 fn read_stack(
     stack: &ufbx::AnimStack,
     file: &ufbx::Scene,
-    nodes: &[Kept<'_>],
+    nodes: &[KeptNode<'_>],
     options: &ReadOptions,
     budget: &mut FrameBudget,
     warnings: &mut Warnings,
@@ -276,7 +276,7 @@ fn read_stack(
 }
 
 fn read_channel(
-    node: &Kept<'_>,
+    node: &KeptNode<'_>,
     transforms: impl Iterator<Item = ufbx::Transform>,
     warnings: &mut Warnings,
 ) -> Channel {

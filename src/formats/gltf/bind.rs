@@ -12,7 +12,7 @@ use glam::{Mat4, Vec3};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Channel, Keys, NodeId, Scene};
 
-use super::file::{File, PlacedNode, Transform};
+use super::file::{File, NodePlace, Transform};
 use super::json::Skin;
 
 /// The smallest rotation between a node and its bind pose that counts, in radians. Compressed matrices are rounded.
@@ -28,7 +28,7 @@ const FAR: f32 = 1e-4;
 const SCALED: f32 = 0.01;
 
 /// Gives the joints of a scene with motion the transforms of their bind pose.
-pub(super) fn to_rest(file: &File<'_>, placed: &HashMap<usize, PlacedNode>, scene: &mut Scene) {
+pub(super) fn to_rest(file: &File<'_>, placed: &HashMap<usize, NodePlace>, scene: &mut Scene) {
     // The T-pose of a VRM file is that of its nodes.
     if scene.animations.is_empty() || scene.nodes.iter().any(|node| node.humanoid_bone.is_some()) {
         return;
@@ -38,7 +38,7 @@ pub(super) fn to_rest(file: &File<'_>, placed: &HashMap<usize, PlacedNode>, scen
     for skin in &file.root.skins {
         let Some(bound) = bound(file, skin) else { continue };
         for &joint in &skin.joints {
-            let Some(PlacedNode { id, transform }) = placed.get(&joint) else {
+            let Some(NodePlace { id, transform }) = placed.get(&joint) else {
                 continue;
             };
             if std::mem::replace(&mut is_done[id.index()], true) {
@@ -73,7 +73,7 @@ fn bound(file: &File<'_>, skin: &Skin) -> Option<HashMap<usize, Mat4>> {
 /// common transform is the identity.
 fn local(
     scene: &Scene,
-    placed: &HashMap<usize, PlacedNode>,
+    placed: &HashMap<usize, NodePlace>,
     index_of: &HashMap<NodeId, usize>,
     bound: &HashMap<usize, Mat4>,
     joint: NodeId,

@@ -34,7 +34,7 @@ pub struct File<'a> {
 /// A node of the default scene.
 #[derive(Clone, Copy)]
 #[doc(hidden)]
-pub struct Listed {
+pub struct SceneNode {
     /// Its index in the file.
     #[doc(hidden)]
     pub index: usize,
@@ -59,7 +59,7 @@ pub struct Transform {
 }
 
 /// A node of the scene, and where the file puts it.
-pub(super) struct PlacedNode {
+pub(super) struct NodePlace {
     pub(super) id: NodeId,
     pub(super) transform: Transform,
 }
@@ -241,7 +241,7 @@ impl<'a> File<'a> {
     /// Where a node has two parents, or is its own ancestor, and where there are more nodes, or deeper ones, than the
     /// limits allow.
     #[doc(hidden)]
-    pub fn nodes(&self) -> Result<Vec<Listed>, Failure> {
+    pub fn nodes(&self) -> Result<Vec<SceneNode>, Failure> {
         let Root { nodes, scenes, .. } = &self.root;
         let limits = &self.limits;
         if nodes.len() > limits.max_nodes {
@@ -267,7 +267,7 @@ impl<'a> File<'a> {
             }
         };
         let mut is_listed = vec![false; nodes.len()];
-        let mut listed: Vec<Listed> = Vec::with_capacity(nodes.len());
+        let mut listed: Vec<SceneNode> = Vec::with_capacity(nodes.len());
         // A list instead of recursion, so that no file can overflow the call stack. The last comes first, so children
         // are pushed in reverse.
         let mut open: Vec<(usize, Option<usize>, usize)> = roots.iter().rev().map(|&root| (root, None, 1)).collect();
@@ -291,7 +291,7 @@ impl<'a> File<'a> {
                     .into());
             }
             let position = listed.len();
-            listed.push(Listed { index, parent });
+            listed.push(SceneNode { index, parent });
             open.extend(
                 node.children
                     .iter()

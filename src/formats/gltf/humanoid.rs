@@ -29,7 +29,7 @@ pub(super) struct Extensions {
 }
 
 /// A bone that a file states, its node, and where the file says so.
-type StatedBone = (Bone, usize, String);
+type BoneStatement = (Bone, usize, String);
 
 /// Tells the nodes of `scene` which bones they are, as far as the file states it. `placed` has the node of the file and
 /// that of the scene.
@@ -133,8 +133,8 @@ fn node_of(value: &Value) -> Option<usize> {
     value["node"].as_u64().and_then(|node| usize::try_from(node).ok())
 }
 
-fn stated_bones(extensions: &Extensions) -> Vec<StatedBone> {
-    let named = |extension: &'static str, value: &Value| -> Vec<StatedBone> {
+fn stated_bones(extensions: &Extensions) -> Vec<BoneStatement> {
+    let named = |extension: &'static str, value: &Value| -> Vec<BoneStatement> {
         let bones = value["humanoid"]["humanBones"].as_object();
         let bones = bones.into_iter().flatten().filter_map(|(name, value)| {
             let pointer = format!("/extensions/{extension}/humanoid/humanBones/{name}/node");

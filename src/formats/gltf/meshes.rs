@@ -415,7 +415,7 @@ fn skin_binding(
 /// From the node that holds the mesh to the nearest one that the scene has.
 fn rigid_binding(
     file: &File<'_>,
-    listed: &[file::Listed],
+    listed: &[file::SceneNode],
     position: usize,
     placed: &HashMap<usize, NodeId>,
 ) -> Result<Binding, Failure> {

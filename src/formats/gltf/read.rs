@@ -26,7 +26,7 @@ use mocap_scene::scene::{
 };
 
 use super::bind;
-use super::file::{File, PlacedNode, implausible};
+use super::file::{File, NodePlace, implausible};
 use super::humanoid::{self, VRM_ANIMATION};
 use super::invalid::invalid;
 use super::original;
@@ -222,7 +222,7 @@ fn build_nodes(
     file: &File<'_>,
     clips: &[(String, Vec<Track>)],
     scene: &mut Scene,
-) -> Result<HashMap<usize, PlacedNode>, Failure> {
+) -> Result<HashMap<usize, NodePlace>, Failure> {
     let listed = file.nodes()?;
     let moved: HashSet<_> = clips
         .iter()
@@ -266,7 +266,7 @@ fn build_nodes(
             transform: transform.matrix,
             ..Node::default()
         });
-        placed.insert(index, PlacedNode { id, transform });
+        placed.insert(index, NodePlace { id, transform });
     }
     // Each number may be in bounds and their product not.
     let rest = Pose::rest(scene);
@@ -305,14 +305,14 @@ fn build_animation(
     name: String,
     tracks: Vec<Track>,
     step: f64,
-    placed: &HashMap<usize, PlacedNode>,
+    placed: &HashMap<usize, NodePlace>,
     nodes: &[Node],
 ) -> Animation {
     let end = end_of(&tracks);
     let mut channels: Vec<(NodeId, Channel)> = Vec::new();
     let mut slot_of = HashMap::new();
     for track in tracks {
-        let Some(PlacedNode { id, transform }) = placed.get(&track.node) else {
+        let Some(NodePlace { id, transform }) = placed.get(&track.node) else {
             continue;
         };
         let slot = *slot_of.entry(*id).or_insert_with(|| {

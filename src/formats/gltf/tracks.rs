@@ -161,7 +161,7 @@ impl File<'_> {
 
     fn track(&self, animation: usize, channel: &Channel, node: usize, property: Property) -> Result<Track, Failure> {
         let columns = if property == Property::Rotation { 4 } else { 3 };
-        let Sampled { keys, bend, output } = self.sampled(animation, channel, columns, columns)?;
+        let ChannelKeys { keys, bend, output } = self.sampled(animation, channel, columns, columns)?;
         let is_scale = property == Property::Scale;
         if let Some(scale) = keys
             .values
@@ -194,7 +194,7 @@ impl File<'_> {
         channel: &Channel,
         columns: usize,
         width: usize,
-    ) -> Result<Sampled, Failure> {
+    ) -> Result<ChannelKeys, Failure> {
         let samplers = &self.root.animations[animation].samplers;
         let pointer = format!("/animations/{animation}/samplers/{}", channel.sampler);
         let sampler = samplers
@@ -234,12 +234,12 @@ impl File<'_> {
             values,
             columns: width,
         };
-        Ok(Sampled { keys, bend, output })
+        Ok(ChannelKeys { keys, bend, output })
     }
 }
 
 /// The keys of a channel as the file has them, and the pointer to them.
-pub(super) struct Sampled {
+pub(super) struct ChannelKeys {
     pub(super) keys: Keys,
     pub(super) bend: Option<Bend>,
     pub(super) output: String,

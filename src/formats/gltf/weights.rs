@@ -4,7 +4,7 @@ use mocap_scene::scene::Keys;
 
 use super::file::File;
 use super::json::{Animation, Channel};
-use super::tracks::{Bend, Keys as SamplerKeys, Sampled};
+use super::tracks::{Bend, ChannelKeys, Keys as SamplerKeys};
 use crate::Failure;
 
 impl File<'_> {
@@ -21,7 +21,7 @@ impl File<'_> {
             let Some(channel) = animation.channels.iter().find(moves) else {
                 continue;
             };
-            let Sampled { keys, bend, output } = self.sampled(index, channel, 1, count)?;
+            let ChannelKeys { keys, bend, output } = self.sampled(index, channel, 1, count)?;
             for (target, animations) in targets.iter_mut().enumerate() {
                 let own = keys
                     .of_column(target, bend)

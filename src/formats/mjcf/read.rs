@@ -15,7 +15,7 @@ use mocap_scene::scene::{Format, Scene};
 
 use self::attributes::Settings;
 use self::body::Bodies;
-use self::frame::{Inner, within};
+use self::frame::{BodyElement, within};
 use crate::warnings::Warnings;
 use crate::xml::{self, Element};
 use crate::{Failure, ReadOptions, Source};
@@ -39,7 +39,7 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
         let inner = within(world, world.attribute("childclass"), &settings, limits)?;
         bodies.extend(inner.into_iter().filter(|inner| inner.element.name() == "body"));
     }
-    let is_free = |body: &&Inner<'_, '_>| {
+    let is_free = |body: &&BodyElement<'_, '_>| {
         let body = body.element;
         let free = |joint: Element<'_, '_>| joint.attribute("type") == Some("free");
         body.child("freejoint").is_some() || body.all("joint").any(free)

@@ -32,18 +32,18 @@ pub(super) const NAME: &str = "標準";
 
 /// Where a bone is.
 #[derive(Clone, Copy)]
-enum At {
+enum BonePlace {
     /// Where a bone of the body is.
     Bone(B),
     /// So far from one bone to another.
     Between(B, B, f64),
 }
 
-use At::{Between, Bone as Of};
+use BonePlace::{Between, Bone as Of};
 
 /// Names, what they hang on, and where they are: the middle.
 #[rustfmt::skip]
-const MIDDLE: &[(&str, &str, At)] = &[
+const MIDDLE: &[(&str, &str, BonePlace)] = &[
     ("センター", "全ての親", Between(B::LeftFoot, B::Hips, 0.65)),
     ("グルーブ", "センター", Between(B::LeftFoot, B::Hips, 0.67)),
     ("腰", "グルーブ", Of(B::Hips)),
@@ -57,7 +57,7 @@ const MIDDLE: &[(&str, &str, At)] = &[
 
 /// Those of a side, without the letter of the side. One that hangs on the middle says so by the name.
 #[rustfmt::skip]
-const SIDE: &[(&str, &str, At)] = &[
+const SIDE: &[(&str, &str, BonePlace)] = &[
     ("目", "頭", Of(B::LeftEye)),
     ("肩P", "上半身2", Of(B::LeftShoulder)),
     ("肩", "肩P", Of(B::LeftShoulder)),
@@ -164,7 +164,7 @@ fn add_side(model: &mut Model, side: Side, letter: char) {
     });
 }
 
-impl At {
+impl BonePlace {
     /// Where it is in the rest pose, in units.
     fn position(self, side: Side) -> DVec3 {
         let of = |bone: B| rest(bone.on(side));

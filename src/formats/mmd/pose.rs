@@ -30,7 +30,7 @@ impl Default for Local {
 }
 
 /// The pose of a model.
-pub(super) struct Posed<'m> {
+pub(super) struct ModelPose<'m> {
     pub(super) model: &'m Model,
     order: Vec<usize>,
     solvers: Vec<Option<Solver<'m>>>,
@@ -41,7 +41,7 @@ pub(super) struct Posed<'m> {
     inherited: Vec<Local>,
 }
 
-impl<'m> Posed<'m> {
+impl<'m> ModelPose<'m> {
     pub(super) fn new(model: &'m Model) -> Self {
         let count = model.bones.len();
         let mut order: Vec<usize> = (0..count).collect();

@@ -13,7 +13,7 @@ use mocap_scene::scene::{
 use super::bezier::ease;
 use super::model::Model;
 use super::motion::{BoneKey, Motion};
-use super::pose::{Local, Posed};
+use super::pose::{Local, ModelPose};
 use super::tracks::{check_moves, tracks};
 use super::{FRAME_RATE, METRES_PER_UNIT, names};
 use crate::depth_first::{depth_first, sorted};
@@ -122,19 +122,19 @@ const UPPER: &str = "上半身";
 ///
 /// In MMD trunk and hips hang side by side, and turn each by itself. A humanoid has its trunk on its hips.
 #[derive(Clone, Copy)]
-struct Rehung {
+struct BoneParent {
     trunk: usize,
     hips: usize,
 }
 
-impl Rehung {
+impl BoneParent {
     fn of(model: &Model) -> Option<Self> {
         let (trunk, hips) = (model.find(UPPER)?, model.find(LOWER)?);
         (model.bones[trunk].parent == model.bones[hips].parent).then_some(Self { trunk, hips })
     }
 
     /// The trunk against the hips, with its translation from where it is at rest.
-    fn local(self, posed: &Posed<'_>) -> Local {
+    fn local(self, posed: &ModelPose<'_>) -> Local {
         let (trunk, hips) = (posed.world(self.trunk), posed.world(self.hips));
         let rest = posed.model.bones[self.trunk].position - posed.model.bones[self.hips].position;
         Local {
@@ -146,7 +146,7 @@ impl Rehung {
 
 /// The nodes of a model, and which is which bone's.
 fn bones(model: &Model, format: Format) -> (Scene, Vec<usize>) {
-    let rehung = Rehung::of(model);
+    let rehung = BoneParent::of(model);
     let nodes: Vec<Node> = (model.bones.iter().enumerate())
         .map(|(index, bone)| {
             let trunk = rehung.filter(|rehung| rehung.trunk == index);
@@ -216,7 +216,7 @@ fn told(model: &Model) -> MmdModel {
             .filter(|bone| bone.ik.is_some())
             .map(|bone| bone.name.clone())
             .collect(),
-        trunk: Rehung::of(model).map_or_else(String::new, |rehung| name(rehung.trunk)),
+        trunk: BoneParent::of(model).map_or_else(String::new, |rehung| name(rehung.trunk)),
     }
 }
 
@@ -288,7 +288,7 @@ fn moving(model: &Model, tracks: &[Option<&[BoneKey]>]) -> Vec<bool> {
             moving[link.bone] = true;
         }
     }
-    if let Some(Rehung { trunk, hips }) = Rehung::of(model) {
+    if let Some(BoneParent { trunk, hips }) = BoneParent::of(model) {
         moving[trunk] |= moving[hips];
     }
     moving
@@ -306,13 +306,13 @@ fn rows(
     frames: u64,
     budget: u64,
 ) -> Result<Vec<Vec<Local>>, Failure> {
-    let mut posed = Posed::new(model);
+    let mut posed = ModelPose::new(model);
     let mut rows: Vec<Vec<Local>> = vec![Vec::new(); model.bones.len()];
     let (mut budget, mut next) = (budget / STEP, vec![0; tracks.len()]);
     let ik_names: Vec<Option<Vec<u8>>> = model.bones.iter().map(|bone| names::encode(&bone.name)).collect();
     let mut is_on = vec![true; model.bones.len()];
     let mut states = motion.states.iter().peekable();
-    let rehung = Rehung::of(model);
+    let rehung = BoneParent::of(model);
     for frame in 0..u32::try_from(frames).unwrap_or(u32::MAX) {
         while let Some((_, state)) = states.next_if(|(from, _)| *from <= frame) {
             for (bone, name) in ik_names

@@ -12,7 +12,7 @@ use mocap_scene::scene::{Format, Scene};
 
 use crate::inertial;
 use crate::mesh_bounds::mesh_shape;
-use crate::mimic::{self, NamedMimic};
+use crate::mimic::{self, MimicNames};
 use crate::text::{LineIndex, quote};
 use crate::warnings::Warnings;
 use crate::xml::{self, Element};
@@ -54,7 +54,7 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     }
     let (links, names) = reader.links(&root, warnings)?;
     let joints = reader.joints(&root, &names, warnings)?;
-    let mimics: Vec<NamedMimic<'_, '_>> = joints
+    let mimics: Vec<MimicNames<'_, '_>> = joints
         .iter()
         .filter_map(|tie| read_mimic(tie).transpose())
         .collect::<Result<_, _>>()?;
@@ -335,11 +335,11 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
 }
 
 /// `<mimic>` of a joint that moves.
-fn read_mimic<'a, 'input>(tie: &Tie<'a, 'input>) -> Result<Option<NamedMimic<'a, 'input>>, Failure> {
+fn read_mimic<'a, 'input>(tie: &Tie<'a, 'input>) -> Result<Option<MimicNames<'a, 'input>>, Failure> {
     let Some(element) = tie.element.child("mimic").filter(|_| tie.joint.moves()) else {
         return Ok(None);
     };
-    Ok(Some(NamedMimic {
+    Ok(Some(MimicNames {
         element,
         attribute: "joint",
         follower: tie.joint.name.clone(),

@@ -11,7 +11,7 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 use crate::arrays::lanes::{LANES, Rotations, Transforms};
 
 /// What to chain.
-pub(super) struct Wanted<'a> {
+pub(super) struct ChainRequest<'a> {
     /// The nodes whose transforms are asked for.
     pub(super) nodes: &'a [NodeId],
     /// Whether their axes in the world are asked for too.
@@ -45,7 +45,7 @@ struct Link<'a> {
 
 impl<'a> Chain<'a> {
     /// `animation` is one of `scene`, and `binding` its own.
-    pub(super) fn new(scene: &Scene, animation: &'a Animation, binding: &Binding, wanted: &Wanted<'_>) -> Self {
+    pub(super) fn new(scene: &Scene, animation: &'a Animation, binding: &Binding, wanted: &ChainRequest<'_>) -> Self {
         let mut channels: Vec<Option<&'a Channel>> = vec![None; scene.nodes.len()];
         for (node, channel) in binding.driven() {
             channels[node.index()] = animation.channels.get(channel);

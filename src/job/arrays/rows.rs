@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Scene};
 
-use crate::arrays::chain::{Chain, Wanted};
+use crate::arrays::chain::{Chain, ChainRequest};
 use crate::arrays::frame::Frame;
 use crate::arrays::joints::Selection;
 use crate::arrays::lanes::LANES;
@@ -94,7 +94,7 @@ impl Source<'_> {
     /// Fills the rows from frame `first` on.
     fn fill_part(&self, binding: &Binding, first: usize, mut rows: Rows<'_>) {
         let joints = 0..self.joints.nodes.len();
-        let wanted = Wanted {
+        let wanted = ChainRequest {
             nodes: &self.joints.nodes,
             axes: self.options.rotation_space == RotationSpace::World
                 || joints.clone().any(|joint| !self.is_next_to_parent(joint)),

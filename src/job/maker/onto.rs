@@ -16,7 +16,7 @@ use super::skeletons::up_of_others;
 use super::{JobOutput, Maker, no_input};
 use crate::files::Files;
 use crate::form::Form;
-use crate::notice::{Hear, Notice, tell_of_skeleton};
+use crate::notice::{Listener, Notice, tell_of_skeleton};
 use crate::{JobTarget, MotionJob, meshes, names};
 
 impl Maker<'_> {
@@ -26,7 +26,7 @@ impl Maker<'_> {
         mut target: Retargeter,
         motions: &[PathBuf],
         output: &Path,
-        hear: Hear<'_>,
+        hear: Listener<'_>,
     ) -> Result<JobOutput> {
         if motions.is_empty() {
             return Err(no_input());
@@ -35,7 +35,7 @@ impl Maker<'_> {
         let maker = several.as_ref().unwrap_or(self);
         let mut left_out = Vec::new();
         for motion in motions {
-            let hear: Hear<'_> = &mut |said: Notice<'_>| match said {
+            let hear: Listener<'_> = &mut |said: Notice<'_>| match said {
                 // Of one among several, a note says which it is of.
                 Notice::Note(note) if several.is_some() => hear(Notice::Note(&format!("{}: {note}", motion.display()))),
                 said => hear(said),
@@ -57,7 +57,7 @@ impl Maker<'_> {
     }
 
     /// The maker for a motion that leaves its up axis in doubt, where others of its skeleton leave none.
-    fn with_up_of_others(&self, scene: &Scene, hear: Hear<'_>) -> Cow<'_, Self> {
+    fn with_up_of_others(&self, scene: &Scene, hear: Listener<'_>) -> Cow<'_, Self> {
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
         let told = up_of_others(&self.skeletons, scene).filter(|_| is_open);
         let Some(up) = told else { return Cow::Borrowed(self) };
@@ -94,7 +94,7 @@ impl Maker<'_> {
         mut source: SourceMotion,
         motion: &Path,
         target: &mut Retargeter,
-        hear: Hear<'_>,
+        hear: Listener<'_>,
     ) -> Result<()> {
         let in_file = |error: Error| error.with_path(motion);
         if let Some(bones) = source.bones.take() {
@@ -165,7 +165,7 @@ pub(super) fn import_onto(
     job: &MotionJob,
     named: &JobTarget,
     files: Files<'_>,
-    hear: Hear<'_>,
+    hear: Listener<'_>,
 ) -> Result<(Form, Retargeter)> {
     let file = named.file();
     let frames = &job.source.frames;

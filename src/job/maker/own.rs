@@ -14,12 +14,18 @@ use mocap_scene::scene::Scene;
 use super::Maker;
 use crate::files::Files;
 use crate::form::Form;
-use crate::notice::{Hear, clip_taken, say_warnings};
+use crate::notice::{Listener, clip_taken, say_warnings};
 use crate::{MotionJob, RobotFormat, names};
 
 impl Maker<'_> {
     /// Does the steps on a motion that goes on its own skeleton, and what the format needs. Returns its bones.
-    pub(super) fn change(&self, scene: &mut Scene, found: Humanoid, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
+    pub(super) fn change(
+        &self,
+        scene: &mut Scene,
+        found: Humanoid,
+        motion: &Path,
+        hear: Listener<'_>,
+    ) -> Result<Humanoid> {
         let in_file = |error: Error| error.with_path(motion);
         let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
         if let Some(axis) = self.job.write.along_bone() {

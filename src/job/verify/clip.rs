@@ -156,7 +156,7 @@ pub(super) fn name_of(source: &Scene, clip: usize) -> String {
 
 /// What is the same for all clips.
 #[derive(Clone)]
-pub(super) struct Compared<'a> {
+pub(super) struct ComparisonBasis<'a> {
     pub(super) pairs: &'a Pairs,
     pub(super) change: &'a Change,
     /// Metres in a unit of the file.
@@ -188,7 +188,7 @@ struct JointsOfClip<'a> {
     place: Option<Moment>,
 }
 
-impl Compared<'_> {
+impl ComparisonBasis<'_> {
     /// How the axes of each joint are rotated in the scene to which all steps were done, in the first moment. It is the
     /// same rotation at all times.
     pub(super) fn axes_of(

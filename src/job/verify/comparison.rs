@@ -14,7 +14,7 @@ use mocap_scene::scene::{NodeKind, Scene};
 use super::chain::Skeleton;
 use super::change::{Change, Replay, named};
 use super::claims::claims;
-use super::clip::{self, Compared, Errors};
+use super::clip::{self, ComparisonBasis, Errors};
 use super::output::{Output, metres_of};
 use super::pairs::Pairs;
 use super::timeline::Timeline;
@@ -242,7 +242,7 @@ impl<'a> Comparison<'a> {
         let (source, output) = (&*expected.scene, self.output);
         let keeps_axes = output.keeps_axes(source);
         let metres = output.metres_per_unit(source, &joints.change);
-        let compared = Compared {
+        let compared = ComparisonBasis {
             pairs: &joints.pairs,
             change: &joints.change,
             metres,
@@ -289,10 +289,10 @@ impl<'a> Comparison<'a> {
         &self,
         source: &Scene,
         (here, there): (Option<usize>, Option<usize>),
-        mut compared: Compared<'_>,
+        mut compared: ComparisonBasis<'_>,
         replayed: Option<&Scene>,
         verification: &mut Verification,
-    ) -> Result<OfClip> {
+    ) -> Result<ClipDeviation> {
         let change = compared.change;
         let timeline = Timeline::new(source, here, change)?;
         let timeline = match self.output.row().has_key_times {
@@ -323,12 +323,12 @@ impl<'a> Comparison<'a> {
             frames: errors.frames,
             max_error: errors.max,
         }));
-        Ok(OfClip { errors, lost })
+        Ok(ClipDeviation { errors, lost })
     }
 }
 
 /// How far a clip of the file is from its source.
-struct OfClip {
+struct ClipDeviation {
     /// At its own frames.
     errors: Errors,
     /// At the frames of the source, where it has others.

@@ -68,7 +68,7 @@ impl Parts {
 
 /// Which animations of the character's file may be others.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Changed {
+pub(super) enum AnimationChoice {
     /// All of them.
     All,
     /// The one with this index.
@@ -81,7 +81,7 @@ pub(super) enum Changed {
 ///
 /// # Errors
 /// Where the file of the character is broken.
-pub(super) fn find(original: &OriginalFile, output: &Parts, changed: Changed) -> Result<Vec<Finding>> {
+pub(super) fn find(original: &OriginalFile, output: &Parts, changed: AnimationChoice) -> Result<Vec<Finding>> {
     let before = Parts::of_original(original)?;
     let mut found = Found::default();
     let both = Both {
@@ -208,13 +208,13 @@ impl Both<'_> {
     }
 
     /// Animations that no command has written are those of the character.
-    fn animations(&self, changed: Changed, found: &mut Found) {
+    fn animations(&self, changed: AnimationChoice, found: &mut Found) {
         let (before, after) = (self.before.raw.list("animations"), self.after.raw.list("animations"));
         let is_same = |index: usize| after.get(index) == before.get(index);
         let stays = |index: usize| match changed {
-            Changed::All => false,
-            Changed::One(changed) => index != changed,
-            Changed::Added => (0..before.len()).any(is_same),
+            AnimationChoice::All => false,
+            AnimationChoice::One(changed) => index != changed,
+            AnimationChoice::Added => (0..before.len()).any(is_same),
         };
         for (index, animation) in before.iter().enumerate() {
             let is_ours = |other: &Value| !other["extras"]["mocap"].is_null();

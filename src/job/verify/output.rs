@@ -18,7 +18,7 @@ use mocap_scene::scene::{Scene, UpAxis};
 use super::chain::Skeleton;
 use super::change::Change;
 use super::claims::is_same_file;
-use super::kept::{self, Changed, Parts};
+use super::kept::{self, AnimationChoice, Parts};
 use super::units::Space;
 use super::{Finding, FindingKind, skin};
 
@@ -164,9 +164,9 @@ impl<'a> Output<'a> {
             return Ok(Vec::new());
         };
         let changed = match (self.is_of_character(source, None), self.only_clip()) {
-            (true, _) => Changed::Added,
-            (false, Some(clip)) => Changed::One(clip),
-            (false, None) => Changed::All,
+            (true, _) => AnimationChoice::Added,
+            (false, Some(clip)) => AnimationChoice::One(clip),
+            (false, None) => AnimationChoice::All,
         };
         kept::find(&original.file, parts, changed)
     }

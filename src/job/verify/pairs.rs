@@ -225,7 +225,7 @@ impl Pairs {
 struct Candidates(VecDeque<usize>);
 
 /// The pairs of two skeletons while they are found.
-struct Matching<'a, 'b> {
+struct PairSearch<'a, 'b> {
     ours: &'a Skeleton<'b>,
     theirs: &'a Skeleton<'b>,
     /// Of every joint the other of its pair.
@@ -254,7 +254,7 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
     for key in &keys {
         *wanted.entry(key).or_default() += 1;
     }
-    let mut matching = Matching {
+    let mut matching = PairSearch {
         ours,
         theirs,
         of_ours: vec![None; ours.joints.len()],
@@ -300,7 +300,7 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         .collect()
 }
 
-impl Matching<'_, '_> {
+impl PairSearch<'_, '_> {
     /// Pairs joints whose name a format cannot hold: one of several that are equal has a number in the file, an empty
     /// one is called after its kind.
     fn pair_stand_ins(&mut self) {

@@ -31,12 +31,12 @@ pub(super) struct MorphMotion {
     /// The id of the element that holds the block.
     pub(super) id: String,
     frames: usize,
-    sliders: Vec<MovedSlider>,
+    sliders: Vec<SliderState>,
 }
 
 /// Its weight is `least`, and so many times `step` above it.
 #[derive(Debug, Serialize)]
-struct MovedSlider {
+struct SliderState {
     slider: usize,
     least: f32,
     step: f32,
@@ -86,7 +86,7 @@ impl MorphMotion {
                 }
             };
             bytes.extend(weights.iter().flat_map(|weight| steps(*weight).to_le_bytes()));
-            motion.sliders.push(MovedSlider {
+            motion.sliders.push(SliderState {
                 slider: *slider,
                 least,
                 step,
@@ -97,7 +97,7 @@ impl MorphMotion {
 }
 
 /// What a vertex of the skin is moved by.
-struct Moved {
+struct VertexOffset {
     vertex: u32,
     offset: [f32; 3],
     normal: [f32; 3],
@@ -116,7 +116,7 @@ pub struct Morphs {
 struct Slider {
     name: String,
     weight: f32,
-    moved: Vec<Moved>,
+    moved: Vec<VertexOffset>,
     keys: Keys<f32>,
 }
 
@@ -191,7 +191,7 @@ impl Morphs {
             let largest = all.fold(0.0_f32, |largest, value| largest.max(value.abs()));
             let step = largest / f32::from(i16::MAX);
             let steps = |value: f32| if step > 0.0 { (value / step).round() as i16 } else { 0 };
-            for Moved { vertex, offset, normal } in &moved {
+            for VertexOffset { vertex, offset, normal } in &moved {
                 packed.moved.extend(vertex.to_le_bytes());
                 offsets.extend(offset.map(steps));
                 packed
@@ -212,9 +212,9 @@ impl Morphs {
     }
 }
 
-fn moved_by(target: &MorphTarget, first: u32) -> impl Iterator<Item = Moved> {
+fn moved_by(target: &MorphTarget, first: u32) -> impl Iterator<Item = VertexOffset> {
     let moved = std::iter::zip(&target.vertex_ids, &target.offsets).enumerate();
-    moved.map(move |(at, (vertex, offset))| Moved {
+    moved.map(move |(at, (vertex, offset))| VertexOffset {
         vertex: first + vertex,
         offset: offset.to_array(),
         normal: target.normal_offsets.get(at).copied().unwrap_or_default().to_array(),

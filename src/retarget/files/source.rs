@@ -134,7 +134,7 @@ pub fn whole(
 
 /// A source, and what has moved its motions.
 #[derive(Clone, Debug)]
-pub(super) struct Moving {
+pub(super) struct SourceMotions {
     pub(super) source: SourceMotion,
     pub(super) mover: Mover,
     /// Which of the clips are its own.

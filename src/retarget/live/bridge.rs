@@ -46,8 +46,8 @@ const MOST: usize = 4096;
 /// ```
 #[derive(Debug)]
 pub struct VmcBridge {
-    onto: Onto,
-    says: Says,
+    onto: BridgeTarget,
+    says: Sender,
     stage: Option<Stage>,
     /// Why there is no stage: the bones that came are no body.
     problem: Option<Error>,
@@ -63,7 +63,7 @@ pub struct VmcBridge {
 
 /// What the poses go onto.
 #[derive(Debug)]
-enum Onto {
+enum BridgeTarget {
     /// The skeleton of a character in the T-pose, without rotations.
     Humanoid(Box<Scene>),
     Robot(Box<Robot>),
@@ -71,7 +71,7 @@ enum Onto {
 
 /// What goes out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Says {
+enum Sender {
     Vmc,
     Json,
 }
@@ -138,22 +138,22 @@ impl VmcBridge {
         target.nodes.retain(|node| node.humanoid_bone.is_some());
         // As in a VRM animation, its rest pose is the T-pose.
         target.metadata.format = Some(Format::Vrma);
-        Ok(Self::new(Onto::Humanoid(Box::new(target)), Says::Vmc))
+        Ok(Self::new(BridgeTarget::Humanoid(Box::new(target)), Sender::Vmc))
     }
 
     /// Onto a robot; what goes out is JSON, a packet for each pose.
     pub fn onto_robot(robot: &Robot) -> Self {
-        Self::new(Onto::Robot(Box::new(robot.clone())), Says::Json)
+        Self::new(BridgeTarget::Robot(Box::new(robot.clone())), Sender::Json)
     }
 
     /// JSON goes out instead of VMC, for a character too.
     #[must_use]
     pub fn json(mut self) -> Self {
-        self.says = Says::Json;
+        self.says = Sender::Json;
         self
     }
 
-    fn new(onto: Onto, says: Says) -> Self {
+    fn new(onto: BridgeTarget, says: Sender) -> Self {
         Self {
             onto,
             says,
@@ -222,7 +222,7 @@ impl VmcBridge {
         if self.frame.came.len() >= self.complete && !self.frame.is_out {
             self.give(&mut given);
         }
-        if self.says == Says::Vmc && !passed.is_empty() {
+        if self.says == Sender::Vmc && !passed.is_empty() {
             given.extend(bundles(passed));
         }
         given
@@ -272,8 +272,8 @@ impl VmcBridge {
                 retargeter.pose(&stage.from, to);
                 let poses = posed(bones, to);
                 given.extend(match self.says {
-                    Says::Vmc => vmc(&poses, clock),
-                    Says::Json => vec![json_of_bones(&poses, clock)],
+                    Sender::Vmc => vmc(&poses, clock),
+                    Sender::Json => vec![json_of_bones(&poses, clock)],
                 });
             }
             Mover::Robot { stream, dof_names } => {
@@ -293,19 +293,19 @@ impl VmcBridge {
 }
 
 impl Stage {
-    fn new(onto: &Onto, offsets: &BTreeMap<Bone, BonePose>, root: Option<BonePose>) -> Result<Self> {
+    fn new(onto: &BridgeTarget, offsets: &BTreeMap<Bone, BonePose>, root: Option<BonePose>) -> Result<Self> {
         let mut recorder = VmcRecorder::new();
         recorder.first_frame(offsets, root);
         let mut source = recorder.scene()?;
         // The floor is at 0, where the sender has it, and not under the feet of the first frame.
         source.animations.clear();
         let mover = match onto {
-            Onto::Humanoid(target) => Mover::Humanoid {
+            BridgeTarget::Humanoid(target) => Mover::Humanoid {
                 retargeter: Box::new(PoseRetargeter::new(&source, target, &PoseRetargetOptions::new())?),
                 to: Pose::rest(target),
                 bones: bones(target).collect(),
             },
-            Onto::Robot(robot) => {
+            BridgeTarget::Robot(robot) => {
                 let options = RobotOptions::new().velocity_limits(true);
                 Mover::Robot {
                     stream: Box::new(RobotStream::new(&source, robot, &options)?),

@@ -15,7 +15,7 @@ use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::solver::{Bounds, Solver};
 use super::terms::{Goals, Terms};
-use super::twin::Twin;
+use super::twin::StandIn;
 use super::weights::Weights;
 
 /// The cost in rad^2 from which on a limb is followed again, in the mean of a `WINDOW`: a direction that is off by 20
@@ -83,7 +83,7 @@ pub struct Track {
 }
 
 impl Branches {
-    pub fn new(kinematics: &Kinematics, twin: &Twin, weights: &Weights) -> Self {
+    pub fn new(kinematics: &Kinematics, twin: &StandIn, weights: &Weights) -> Self {
         let bones = LIMBS
             .iter()
             .flat_map(|bones| Side::ALL.map(|side| bones.map(|bone| bone.on(side))));
@@ -106,7 +106,7 @@ impl Branches {
 }
 
 impl Limb {
-    fn new(kinematics: &Kinematics, twin: &Twin, bones: [Bone; 3], weights: &Weights) -> Self {
+    fn new(kinematics: &Kinematics, twin: &StandIn, bones: [Bone; 3], weights: &Weights) -> Self {
         let found = twin.bones.iter().enumerate();
         let found = found.filter(|(_, bone)| bones.contains(&bone.bone));
         let rotations: Vec<usize> = found.clone().map(|(turn, _)| turn).collect();

@@ -38,7 +38,7 @@ pub struct SelfCollision {
 }
 
 /// Two bodies that penetrate each other.
-pub(super) struct Touch {
+pub(super) struct Penetration {
     /// Which pair of bodies it is.
     pub(super) pair: usize,
     /// The points of their axes that are nearest to each other, in the world.
@@ -138,7 +138,7 @@ impl Collisions {
     }
 
     /// Where bodies penetrate each other by more than what `least` says of the pair: the capsules that do so deepest.
-    pub(super) fn touching(&self, pose: &RobotPose, least: impl Fn(usize) -> f64) -> impl Iterator<Item = Touch> {
+    pub(super) fn touching(&self, pose: &RobotPose, least: impl Fn(usize) -> f64) -> impl Iterator<Item = Penetration> {
         let placed = self.hulls.iter().zip(&pose.bodies);
         let centres: Vec<DVec3> = placed.map(|(hull, transform)| transform.point(hull.centre)).collect();
         let pairs = self.pairs.iter().enumerate();
@@ -149,7 +149,7 @@ impl Collisions {
                 return None;
             }
             let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);
-            let mut deepest: Option<Touch> = None;
+            let mut deepest: Option<Penetration> = None;
             for capsule in &a.capsules {
                 let ends = capsule.ends.map(|end| transform.point(end));
                 for second in &b.capsules {
@@ -157,7 +157,7 @@ impl Collisions {
                     let between = points[0] - points[1];
                     let depth = capsule.radius + second.radius - between.length();
                     if depth > deepest.as_ref().map_or(least, |touch| touch.depth) {
-                        deepest = Some(Touch {
+                        deepest = Some(Penetration {
                             pair,
                             points: [(one, points[0]), (other, points[1])],
                             along: between.normalize_or(DVec3::Z),

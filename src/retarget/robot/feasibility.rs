@@ -125,7 +125,7 @@ pub(super) fn pressures(
     let (mut found, mut height) = (Vec::with_capacity(motion.frames()), 0.0);
     each_frame(robot, kinematics, motion, |dynamics, pose, forces| {
         support.touch(pose);
-        let load = Load::new(dynamics, pose, &forces);
+        let load = FloorLoad::new(dynamics, pose, &forces);
         found.push(support.pressure(&load).unwrap_or_default());
         height += load.centre.z / motion.frames() as f64;
     })?;
@@ -156,7 +156,7 @@ fn each_frame(
 }
 
 /// What the floor is to carry.
-struct Load {
+struct FloorLoad {
     /// The centre of mass.
     centre: DVec3,
     weight: f64,
@@ -165,7 +165,7 @@ struct Load {
     moment: DVec3,
 }
 
-impl Load {
+impl FloorLoad {
     fn new(dynamics: &Dynamics, pose: &RobotPose, forces: &Rates) -> Self {
         let centre = dynamics.centre(pose);
         Self {
@@ -189,8 +189,8 @@ impl<'a> Support<'a> {
 
     /// How far and where to the centre of pressure is outside the points that touch; `None` where the floor does not
     /// carry.
-    fn pressure(&self, load: &Load) -> Option<DVec2> {
-        let Load {
+    fn pressure(&self, load: &FloorLoad) -> Option<DVec2> {
+        let FloorLoad {
             centre, force, moment, ..
         } = *load;
         if force.z <= CARRIED * load.weight || self.touching.is_empty() {
@@ -204,8 +204,8 @@ impl<'a> Support<'a> {
     /// Lets the floor carry the robot as far as it can: takes what that makes of the torques of joints off, and says
     /// what is missing at the base.
     fn carry(&mut self, dynamics: &Dynamics, pose: &RobotPose, forces: &mut Rates) -> Residual {
-        let load = Load::new(dynamics, pose, forces);
-        let Load {
+        let load = FloorLoad::new(dynamics, pose, forces);
+        let FloorLoad {
             centre, weight, moment, ..
         } = load;
         let unit = centre.z.max(LOWEST);

@@ -11,7 +11,7 @@ use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, Scene, Side};
 
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
-use super::twin::Twin;
+use super::twin::StandIn;
 
 /// The ranges of the joints of a finger in degrees, knuckle, middle and end (American Academy of Orthopaedic Surgeons,
 /// Joint Motion, 1965).
@@ -82,7 +82,7 @@ pub struct Joint {
 /// A joint of the source with those before and after it, and its range in radians. How far it is bent is the angle
 /// between both bones, since rest poses of hands are rarely flat.
 #[derive(Clone, Debug)]
-pub struct Bent {
+pub struct FingerBend {
     pub before: NodeId,
     pub at: NodeId,
     pub after: NodeId,
@@ -94,11 +94,17 @@ pub struct Bent {
 pub struct Fingers {
     pub joints: Vec<Joint>,
     /// For each side and finger the joints that the source has.
-    pub source: [Vec<Vec<Bent>>; 2],
+    pub source: [Vec<Vec<FingerBend>>; 2],
 }
 
 impl Fingers {
-    pub(super) fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin, source: &Scene, bones: &Humanoid) -> Self {
+    pub(super) fn new(
+        robot: &Robot,
+        kinematics: &Kinematics,
+        twin: &StandIn,
+        source: &Scene,
+        bones: &Humanoid,
+    ) -> Self {
         let source = Side::ALL.map(|side| {
             let fingers = FINGERS.iter().enumerate().map(|(finger, (found, _))| {
                 let ranges = if finger == 0 { THUMB } else { FINGER };
@@ -111,7 +117,7 @@ impl Fingers {
                     };
                     // A thumb begins across the hand.
                     let is_across = finger == 0 && index == 0;
-                    (!is_across).then_some(Bent {
+                    (!is_across).then_some(FingerBend {
                         before: source.nodes[at.index()].parent?,
                         at,
                         after: joint(index + 1).or_else(below)?,
@@ -120,7 +126,7 @@ impl Fingers {
                 });
                 joints.collect()
             });
-            fingers.collect::<Vec<Vec<Bent>>>()
+            fingers.collect::<Vec<Vec<FingerBend>>>()
         });
         let mut joints = Vec::new();
         for side in Side::ALL {
@@ -193,7 +199,7 @@ impl Fingers {
 }
 
 /// How far a finger is bent, from 0 to 1 in a fist.
-pub fn curl(joints: &[Bent], pose: &Pose) -> f64 {
+pub fn curl(joints: &[FingerBend], pose: &Pose) -> f64 {
     let bent = joints.iter().map(|joint| {
         let [before, at, after] = [joint.before, joint.at, joint.after].map(|node| pose.position(node));
         let (first, second) = ((at - before).normalize_or_zero(), (after - at).normalize_or_zero());
@@ -208,7 +214,13 @@ pub fn curl(joints: &[Bent], pose: &Pose) -> f64 {
 
 /// The joints of the fingers of one hand: those below its link, or below that of the forearm, that carry no bone and
 /// bend to one side.
-fn joints_of(robot: &Robot, kinematics: &Kinematics, twin: &Twin, side: Side, source: &[Vec<Bent>]) -> Vec<Joint> {
+fn joints_of(
+    robot: &Robot,
+    kinematics: &Kinematics,
+    twin: &StandIn,
+    side: Side,
+    source: &[Vec<FingerBend>],
+) -> Vec<Joint> {
     let hand = [Bone::LeftHand, Bone::LeftLowerArm].map(|bone| twin.bone(bone.on(side)));
     let Some(hand) = hand.into_iter().flatten().next() else {
         return Vec::new();

@@ -9,7 +9,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 use super::kinematics::{Kinematics, RobotPose};
 use super::sole::SoleBall;
 use super::terms::{Goals, Reach, RotationGoal};
-use super::twin::{Twin, TwinBone};
+use super::twin::{StandIn, StandInBone};
 use super::weights::Weights;
 
 /// The weight of the direction of a limb and of the rotation of the trunk, in 1/rad^2: the measure of all [`Weights`].
@@ -51,7 +51,7 @@ struct Follower {
 
 /// A point of the robot that goes where a joint of the twin is.
 #[derive(Clone, Debug)]
-struct Reached {
+struct ReachPoint {
     node: NodeId,
     /// The joint, in the frame of the body.
     point: DVec3,
@@ -61,7 +61,7 @@ struct Reached {
 
 /// A foot from frame to frame.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Stand {
+pub(super) struct FootState {
     /// How far the goal of the ankle is from where the twin has it.
     shift: DVec3,
     /// The ball of the sole on which the foot stands, and where that stays, over the ground.
@@ -79,11 +79,11 @@ pub(super) struct Stand {
 
 /// The goals of the solver, and what each of them follows.
 #[derive(Clone, Debug)]
-pub struct Following {
+pub struct SolverGoals {
     pub goals: Goals,
     /// For each rotation of the goals, whose it is; for each reach, its node.
     rotations: Vec<Follower>,
-    reaches: Vec<Reached>,
+    reaches: Vec<ReachPoint>,
     figure_to_world: DQuat,
     /// Of a robot without legs, whose base stays: where that stands.
     pub(super) stand: Option<Placement>,
@@ -92,8 +92,8 @@ pub struct Following {
     settings: Weights,
 }
 
-impl Following {
-    pub fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin, settings: &Weights) -> Self {
+impl SolverGoals {
+    pub fn new(robot: &Robot, kinematics: &Kinematics, twin: &StandIn, settings: &Weights) -> Self {
         let mut goals = Goals::default();
         let (mut rotations, mut reaches) = (Vec::new(), Vec::new());
         for bone in &twin.bones {
@@ -127,7 +127,7 @@ impl Following {
                 weight: DVec3::splat(weight),
                 target: DVec3::ZERO,
             });
-            reaches.push(Reached {
+            reaches.push(ReachPoint {
                 node: bone.node,
                 point: transform.point(bone.start),
                 foot: side.map(|side| {
@@ -143,7 +143,7 @@ impl Following {
         for side in Side::ALL {
             let feet = reaches
                 .iter()
-                .position(|reached: &Reached| reached.foot.as_ref().is_some_and(|foot| foot.2 == side));
+                .position(|reached: &ReachPoint| reached.foot.as_ref().is_some_and(|foot| foot.2 == side));
             let foot: &Reach = &goals.reaches[feet.unwrap_or_default()];
             goals.reaches.push(Reach {
                 weight: DVec3::ZERO,
@@ -282,7 +282,7 @@ impl Following {
 
     /// Holds the ball on which a foot stands where it was in the frame before: the foot may roll over it. A foot that
     /// does not stand comes back to where the twin has it.
-    pub(super) fn hold(&mut self, side: usize, stand: &mut Stand, is_held: bool, returned: f64) {
+    pub(super) fn hold(&mut self, side: usize, stand: &mut FootState, is_held: bool, returned: f64) {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;
         };
@@ -393,7 +393,7 @@ impl Following {
     }
 
     /// Keeps where a foot is in a pose that was solved.
-    pub(super) fn keep(&self, side: usize, stand: &mut Stand, pose: &RobotPose) {
+    pub(super) fn keep(&self, side: usize, stand: &mut FootState, pose: &RobotPose) {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;
         };
@@ -422,7 +422,7 @@ fn stand(robot: &Robot) -> Placement {
 }
 
 /// Squares of the weights of a bone's rotation about left, up and forward of the figure in the T-pose.
-fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot, settings: &Weights) -> DVec3 {
+fn weights(twin: &StandIn, bone: &StandInBone, robot: &Robot, settings: &Weights) -> DVec3 {
     let twist = settings.twist;
     match bone.bone.on(Side::Left) {
         Bone::LeftUpperLeg | Bone::LeftLowerLeg => DVec3::new(DIRECTION, twist, DIRECTION),

@@ -4,11 +4,11 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use mocap_scene::scene::robot::Placement;
 use mocap_scene::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId, Scene};
 
-use super::following::Following;
+use super::following::SolverGoals;
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use super::terms::Goals;
-use super::twin::{Twin, TwinBone};
+use super::twin::{StandIn, StandInBone};
 use crate::PoseRetargeter;
 use mocap_figure::LimbAngles;
 
@@ -19,7 +19,7 @@ pub(super) const LIFT: f64 = 0.15;
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
     pub(super) kinematics: &'a Kinematics,
-    pub(super) twin: &'a Twin,
+    pub(super) twin: &'a StandIn,
     pub(super) motion: &'a RobotMotion,
     /// How far the source is turned about the up axis in each frame against a robot whose base stays.
     pub(super) headings: &'a [DQuat],
@@ -66,7 +66,7 @@ impl Measured<'_> {
 
     /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames
     /// in which the hips of the source lie.
-    pub(super) fn roll(&self, following: &Following, goals: &[Goals]) -> (Option<f64>, f64) {
+    pub(super) fn roll(&self, following: &SolverGoals, goals: &[Goals]) -> (Option<f64>, f64) {
         let mut pose = self.kinematics.rest();
         let (mut sum, mut count, mut lying) = (0.0, 0_usize, 0_usize);
         for (frame, goals) in goals.iter().enumerate() {
@@ -125,7 +125,7 @@ impl Measured<'_> {
         for frame in 0..frames {
             self.pose(frame, &mut pose);
             let to_figure = to_figure * self.headings.get(frame).copied().unwrap_or(DQuat::IDENTITY);
-            for TwinBone {
+            for StandInBone {
                 node,
                 link,
                 link_to_frame,

@@ -21,16 +21,16 @@ use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::fingers::Fingers;
 use super::floor::{Floor, drops};
-use super::following::{Following, Stand};
+use super::following::{FootState, SolverGoals};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
 use super::motion::{RobotMotion, rate};
-use super::robot_report::{self, RobotReport, Seen};
+use super::robot_report::{self, ObservedFrames, RobotReport};
 use super::solver::{Bounds, Solver};
 use super::source_rotations::SourceRotations;
 use super::speed::Steps;
 use super::terms::{Goals, Terms};
-use super::twin::Twin;
+use super::twin::StandIn;
 use super::weights::Weights;
 use super::window::{Bound, Windows};
 use crate::{PoseRetargeter, Scale};
@@ -121,14 +121,14 @@ const STEPS: usize = 8;
 #[derive(Clone, Debug)]
 pub struct RobotRetargeter {
     pub(super) robot: Robot,
-    pub(super) twin: Twin,
+    pub(super) twin: StandIn,
     pub(super) options: RobotOptions,
     pub(super) source_bones: Humanoid,
     pub(super) retargeter: PoseRetargeter,
     pub(super) kinematics: Kinematics,
     pub(super) collisions: Collisions,
     solver: Solver,
-    pub(super) following: Following,
+    pub(super) following: SolverGoals,
     pub(super) branches: Branches,
     pub(super) fingers: Fingers,
     pub(super) windows: Windows,
@@ -146,14 +146,14 @@ impl RobotRetargeter {
         let weights = &options.weights;
         weights.check()?;
         let bones = robot_bones(robot, Some(&options.map))?;
-        let twin = Twin::new(robot, &bones)?;
+        let twin = StandIn::new(robot, &bones)?;
         let bones = options.source.clone().unwrap_or_else(|| Humanoid::of(source));
         let figure = Figure::with_bones(source, bones.clone());
         let retargeter =
             PoseRetargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
         let retargeter = retargeter.with_foot_lock(options.foot_lock);
         let kinematics = Kinematics::new(robot);
-        let following = Following::new(robot, &kinematics, &twin, weights);
+        let following = SolverGoals::new(robot, &kinematics, &twin, weights);
         let terms = Terms::new(&kinematics, &following.goals);
         Ok(Self {
             branches: Branches::new(&kinematics, &twin, weights),
@@ -266,7 +266,7 @@ impl RobotRetargeter {
         let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
         let collisions = self.collisions.measure(&self.kinematics, &motion);
         let (roll, lying) = measured.roll(&self.following, goals);
-        let seen = Seen {
+        let seen = ObservedFrames {
             found,
             skate,
             heights,
@@ -325,7 +325,7 @@ impl RobotRetargeter {
             dof_names: self.robot.dof_names(),
             contacts,
         };
-        let mut followed = Followed::new(&self.kinematics);
+        let mut followed = FrameState::new(&self.kinematics);
         self.headings.clear();
         for (frame, drop) in drops.into_iter().enumerate() {
             twin.sample(&binding, held, frame as f64);
@@ -341,7 +341,7 @@ impl RobotRetargeter {
     }
 
     /// Follows the twin into its next frame, brought down by `drop`.
-    pub(super) fn next(&mut self, followed: &mut Followed, twin: &Pose, drop: f64, contacts: [bool; 2], fps: f64) {
+    pub(super) fn next(&mut self, followed: &mut FrameState, twin: &Pose, drop: f64, contacts: [bool; 2], fps: f64) {
         self.following.aim(twin, drop);
         let returned = self.following.returned(fps);
         for (side, stand) in followed.stands.iter_mut().enumerate() {
@@ -462,15 +462,15 @@ pub(super) fn feet_at_rest(found: &DetectedContacts, frames: usize) -> Vec<[bool
 
 /// The robot and its feet in the frame that was followed last.
 #[derive(Clone, Debug)]
-pub(super) struct Followed {
+pub(super) struct FrameState {
     pub(super) pose: RobotPose,
-    stands: [Stand; 2],
+    stands: [FootState; 2],
     /// Which feet stood; `None` before the first frame.
     #[doc(hidden)]
     pub contacts: Option<[bool; 2]>,
 }
 
-impl Followed {
+impl FrameState {
     pub(super) fn new(kinematics: &Kinematics) -> Self {
         Self {
             pose: kinematics.rest(),

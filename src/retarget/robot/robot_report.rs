@@ -217,7 +217,7 @@ impl fmt::Display for RobotReport {
 const WITHOUT_LEGS: [&str; 3] = ["legs", "the path over the floor", "turns of the whole body"];
 
 /// What was measured of a motion besides its joints.
-pub(super) struct Seen {
+pub(super) struct ObservedFrames {
     /// The bones of the robot against those of the source.
     pub(super) found: RetargetReport,
     /// The speed of soles that stand.
@@ -236,7 +236,7 @@ pub(super) struct Seen {
 }
 
 /// The report of a motion.
-pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotReport {
+pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) -> RobotReport {
     let joints = Joints::new(robot, motion);
     let frames = motion.frames();
     let lowest = |heights: &[f64; 2]| heights[0].min(heights[1]);

@@ -12,7 +12,7 @@ use super::floor::{Floor, standing_height};
 use super::given::Given;
 use super::measure::LIFT;
 use super::motion::RobotMotion;
-use super::retargeter::{Followed, RobotRetargeter, continued};
+use super::retargeter::{FrameState, RobotRetargeter, continued};
 use super::robot_report::RobotReport;
 use super::source_rotations::SourceRotations;
 use super::speed::Steps;
@@ -83,10 +83,10 @@ pub struct SmoothRobotStream {
     twin: Pose,
     waiting: VecDeque<(Pose, Vec<f64>)>,
     feet: LiveContacts,
-    followed: Followed,
+    followed: FrameState,
     /// How far the robot is brought down.
     drop: f64,
-    recent: Recent,
+    recent: FrameWindow,
     given: Given,
     /// Frames since other branches were looked for.
     looked: usize,
@@ -94,7 +94,7 @@ pub struct SmoothRobotStream {
 
 /// The frames that are kept.
 #[derive(Clone, Debug)]
-struct Recent {
+struct FrameWindow {
     goals: Vec<Goals>,
     rotations: SourceRotations,
     /// As the first pass made them, and as they are.
@@ -136,13 +136,13 @@ impl RobotRetargeter {
             twin: Pose::rest(&self.twin.scene),
             waiting: VecDeque::new(),
             feet: LiveContacts::new(source, figure, fps, FLOOR_SEEN),
-            followed: Followed::new(&self.kinematics),
+            followed: FrameState::new(&self.kinematics),
             drop: if self.options.floor == Floor::Zero {
                 -self.retargeter.source_floor()
             } else {
                 0.0
             },
-            recent: Recent {
+            recent: FrameWindow {
                 goals: Vec::new(),
                 rotations,
                 motion: empty.clone(),

@@ -7,7 +7,7 @@ use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 use super::source_rotations::{LIMBS, SourceRotations, limb};
 use super::terms::Goals;
-use super::twin::Twin;
+use super::twin::StandIn;
 
 /// The angle in radians, or the distance in metres, above which a joint jumps in [`WINDOW`]: 15 rad/s, faster than
 /// people move limbs.
@@ -39,7 +39,7 @@ pub(super) struct Steps {
 impl Steps {
     pub(super) fn new(
         kinematics: &Kinematics,
-        twin: &Twin,
+        twin: &StandIn,
         goals: &[Goals],
         source: SourceRotations,
         fps: f64,
@@ -148,7 +148,7 @@ fn least(a: [f64; LIMBS], b: [f64; LIMBS]) -> [f64; LIMBS] {
 
 /// How far the bones of each limb turn against the bone above from frame to frame, the farthest of each limb; of the
 /// trunk, how far the hips turn too.
-fn turned(twin: &Twin, goals: &[Goals]) -> Vec<[f64; LIMBS]> {
+fn turned(twin: &StandIn, goals: &[Goals]) -> Vec<[f64; LIMBS]> {
     let parent_of = |index: usize| {
         let mut node = twin.scene.nodes[twin.bones[index].node.index()].parent;
         while let Some(here) = node {

@@ -19,7 +19,7 @@ const NEAR: f64 = 0.002;
 
 /// The term of two links in one frame.
 #[derive(Clone, Debug)]
-struct Push {
+struct PushTerm {
     frame: usize,
     pair: usize,
     /// How far they are too deep, in metres.
@@ -30,8 +30,8 @@ struct Push {
 
 /// The links that are pushed apart in the frames of a window.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Touches {
-    pushes: Vec<Push>,
+pub(super) struct LinkSeparation {
+    pushes: Vec<PushTerm>,
     /// Frames and pairs whose terms pushed in the round before.
     held: BTreeSet<(usize, usize)>,
     is_first: bool,
@@ -39,7 +39,7 @@ pub(super) struct Touches {
     weight: f64,
 }
 
-impl Touches {
+impl LinkSeparation {
     pub(super) fn new(weight: f64) -> Self {
         Self {
             weight,
@@ -70,7 +70,7 @@ impl Touches {
         let touching = collisions.touching(pose, least);
         let pushes = touching.map(|touch| {
             let error = touch.depth - TOUCHING;
-            Push {
+            PushTerm {
                 frame,
                 pair: touch.pair,
                 error,

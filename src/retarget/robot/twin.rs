@@ -17,7 +17,7 @@ use super::sole::{SoleBall, sole};
 
 /// A bone of the twin, and the link that follows it.
 #[derive(Clone, Debug)]
-pub(super) struct TwinBone {
+pub(super) struct StandInBone {
     pub(super) bone: Bone,
     pub(super) node: NodeId,
     pub(super) link: usize,
@@ -31,11 +31,11 @@ pub(super) struct TwinBone {
 
 /// A humanoid in the T-pose, +Y up and facing +Z.
 #[derive(Clone, Debug)]
-pub struct Twin {
+pub struct StandIn {
     pub(super) scene: Scene,
     /// Its figure, in which every bone is known.
     pub(super) figure: Figure,
-    pub(super) bones: Vec<TwinBone>,
+    pub(super) bones: Vec<StandInBone>,
     /// The tips of forearms without a hand: the node, and the link that it is fixed to with its position there.
     pub(super) tips: Vec<(NodeId, usize, DVec3)>,
     /// The figure's axes to the robot's world.
@@ -65,7 +65,7 @@ struct Builder<'a> {
     figure_to_world: DQuat,
 }
 
-impl Twin {
+impl StandIn {
     pub fn new(robot: &Robot, bones: &[RobotBone]) -> Result<Self> {
         let found: BTreeMap<Bone, &RobotBone> = bones.iter().map(|bone| (bone.bone, bone)).collect();
         let position = |bone: Bone| found[&bone].at;
@@ -103,7 +103,7 @@ impl Twin {
         Side::ALL.into_iter().filter(|side| is_open(*side)).count()
     }
 
-    pub(super) fn bone(&self, bone: Bone) -> Option<&TwinBone> {
+    pub(super) fn bone(&self, bone: Bone) -> Option<&StandInBone> {
         self.bones.iter().find(|found| found.bone == bone)
     }
 }
@@ -172,7 +172,7 @@ impl Builder<'_> {
         (low.x <= high.x).then(|| 0.5 * (low + high))
     }
 
-    fn build(&self) -> Result<Twin> {
+    fn build(&self) -> Result<StandIn> {
         let mut parts: BTreeMap<Bone, Part> = BTreeMap::new();
         let mut tips: Vec<(Bone, DVec3, usize, DVec3)> = Vec::new();
         let to_figure = |vector: DVec3| self.figure_to_world.inverse() * vector;
@@ -347,7 +347,7 @@ impl Builder<'_> {
         tips: Vec<(Bone, DVec3, usize, DVec3)>,
         soles: [Vec<SoleBall>; 2],
         floor: f64,
-    ) -> Twin {
+    ) -> StandIn {
         let mut scene = Scene {
             metadata: Metadata {
                 metres_per_unit: Some(1.0),
@@ -400,7 +400,7 @@ impl Builder<'_> {
                 let Some(found) = self.found.get(&bone) else { continue };
                 let link = found.link;
                 let link_to_frame = self.figure_to_world.inverse() * part.to_t_pose * self.transforms[link].rotation;
-                bones.push(TwinBone {
+                bones.push(StandInBone {
                     bone,
                     node,
                     link,
@@ -434,7 +434,7 @@ impl Builder<'_> {
             hips.start = self.transforms[hips.link].to_inner(middle);
         }
         let humanoid = Humanoid::stated(nodes, "the robot's bones");
-        Twin {
+        StandIn {
             figure: Figure::with_bones(&scene, humanoid),
             scene,
             bones,

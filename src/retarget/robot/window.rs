@@ -22,7 +22,7 @@ use super::sole::SoleBall;
 use super::solver::{Bounds, moved};
 use super::speed::Steps;
 use super::terms::{Goals, ROOT, Reach, Terms};
-use super::touches::Touches;
+use super::touches::LinkSeparation;
 use super::weights::Weights;
 
 /// Frames of a window: some steps of a walk. Memory grows with them.
@@ -71,7 +71,7 @@ pub(super) struct Bound<'a> {
 pub(super) struct Windows {
     terms: Terms,
     band: Band,
-    touches: Touches,
+    touches: LinkSeparation,
     weights: Weights,
     /// For each frame the acceleration that each unknown should have, by step and step: that of the first pass without
     /// what is faster than people move.
@@ -83,7 +83,7 @@ impl Windows {
         Self {
             terms,
             band: Band::default(),
-            touches: Touches::new(weights.apart),
+            touches: LinkSeparation::new(weights.apart),
             weights: *weights,
             wanted: Vec::new(),
         }
@@ -128,7 +128,7 @@ impl Windows {
         let mut parts = vec![range.clone()];
         self.touches.begin();
         for _ in 0..rounds {
-            let before = Copied::of(motion, range.clone());
+            let before = FrameCopies::of(motion, range.clone());
             for part in parts {
                 self.solve(kinematics, bound, motion, part, range.end);
             }
@@ -366,12 +366,12 @@ struct Rows {
 }
 
 /// Frames as they were.
-struct Copied {
+struct FrameCopies {
     root: Vec<Placement>,
     dof_pos: Vec<f64>,
 }
 
-impl Copied {
+impl FrameCopies {
     fn of(motion: &RobotMotion, range: Range<usize>) -> Self {
         let count = motion.dof_names.len();
         Self {

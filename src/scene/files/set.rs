@@ -10,7 +10,7 @@ use tempfile::TempPath;
 
 use super::existing::needs_record;
 use super::file_id::FileId;
-use super::unfinished::{Unfinished, named};
+use super::unfinished::{UnfinishedFile, named};
 use super::{ReplacePolicy, Target, folder_of, own, record, remove_all_unfinished, write_noted, write_stream, writing};
 use crate::error::{Code, Diagnostic, Error, Result};
 
@@ -184,7 +184,7 @@ fn write_whole(files: &[&OutputFile<'_>], sources: &[&str]) -> Result<()> {
         match Target::to_write(path).map_err(in_file)? {
             Target::Stream => streams.push(file),
             Target::File(target) => {
-                let unfinished = Unfinished::new(&target, |to| file.write(to)).map_err(in_file)?;
+                let unfinished = UnfinishedFile::new(&target, |to| file.write(to)).map_err(in_file)?;
                 if let Some(sources) = file.noted(sources) {
                     record::note(&target, || unfinished.contents(), sources);
                 }

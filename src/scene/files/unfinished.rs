@@ -14,7 +14,7 @@ use tempfile::NamedTempFile;
 use super::{UNFINISHED, folder_of};
 
 /// A complete file without its name.
-pub(super) enum Unfinished {
+pub(super) enum UnfinishedFile {
     Named(NamedTempFile),
     #[cfg(target_os = "linux")]
     Unnamed(File),
@@ -22,7 +22,7 @@ pub(super) enum Unfinished {
     Linked(NamedTempFile<File>),
 }
 
-impl Unfinished {
+impl UnfinishedFile {
     /// A file for the folder of `target`, with the output of `write`. It is removed when dropped.
     pub(super) fn new(target: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<Self> {
         let mut file = Self::create(target)?;

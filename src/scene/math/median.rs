@@ -8,17 +8,17 @@ use glam::DVec3;
 pub const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
 /// A number that is sorted.
-pub trait Sorted: Copy {
+pub trait OrderedNumber: Copy {
     fn compare(&self, other: &Self) -> Ordering;
 }
 
-impl Sorted for f32 {
+impl OrderedNumber for f32 {
     fn compare(&self, other: &Self) -> Ordering {
         self.total_cmp(other)
     }
 }
 
-impl Sorted for f64 {
+impl OrderedNumber for f64 {
     fn compare(&self, other: &Self) -> Ordering {
         self.total_cmp(other)
     }
@@ -26,19 +26,19 @@ impl Sorted for f64 {
 
 /// The value of a rank, counted from 0; of a rank beyond the last, the last; `None` for no values. The order of the
 /// values changes.
-pub fn ranked<N: Sorted>(values: &mut [N], rank: usize) -> Option<N> {
+pub fn ranked<N: OrderedNumber>(values: &mut [N], rank: usize) -> Option<N> {
     let last = values.len().checked_sub(1)?;
     Some(*values.select_nth_unstable_by(rank.min(last), N::compare).1)
 }
 
 /// The median of the values, of an even number the upper one; `None` for none. The order of the values changes.
-pub fn median<N: Sorted>(values: &mut [N]) -> Option<N> {
+pub fn median<N: OrderedNumber>(values: &mut [N]) -> Option<N> {
     ranked(values, values.len() / 2)
 }
 
 /// The value below which a fraction of the values is; `None` for no values. Ranks are counted from 0, and `rounding`
 /// makes the rank a whole one.
-pub fn percentile<N: Sorted>(
+pub fn percentile<N: OrderedNumber>(
     values: impl IntoIterator<Item = N>,
     fraction: f64,
     rounding: fn(f64) -> f64,

@@ -11,7 +11,7 @@ const LEAST: f64 = 1e-4;
 
 /// A scene without shear, and what was taken out.
 #[doc(hidden)]
-pub struct Unsheared {
+pub struct ShearOutcome {
     #[doc(hidden)]
     pub scene: Scene,
     /// How many nodes sheared.
@@ -27,7 +27,7 @@ pub struct Unsheared {
 /// The scene in which each node whose axes shear at rest has the translation, the rotation and the scale that
 /// [`Trs::from_matrix`] finds. The vertices of meshes stay where they are at rest. `None` where nothing shears.
 #[doc(hidden)]
-pub fn take_shear_out(scene: &Scene) -> Option<Unsheared> {
+pub fn take_shear_out(scene: &Scene) -> Option<ShearOutcome> {
     let angles: Vec<f64> = scene
         .nodes
         .iter()
@@ -55,7 +55,7 @@ pub fn take_shear_out(scene: &Scene) -> Option<Unsheared> {
             bone.offset_matrix = (moved * bone.offset_matrix.as_dmat4()).as_mat4();
         }
     }
-    Some(Unsheared {
+    Some(ShearOutcome {
         nodes: angles.iter().filter(|angle| shears(**angle)).count(),
         most: scene.nodes[most].name.clone(),
         degrees,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion, StepRecord};
+pub use self::applied_step::{AppliedStep, JointRename, SecondMotion, StepRecord};
 pub use self::file_space::FileSpace;
 use super::{Animation, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};

@@ -96,11 +96,11 @@ struct Wrench {
 type ForceAndMoment = (DVec3, DVec3);
 
 /// How a plate of a type gives them, from the values of its channels.
-type OfValues = fn(&ForcePlate, &[f64]) -> ForceAndMoment;
+type PlateFormula = fn(&ForcePlate, &[f64]) -> ForceAndMoment;
 
 /// Computes the wrench of each sample. The error says why a plate is left out.
 fn wrenches(plate: &ForcePlate, recorded: &Recording) -> Result<Vec<Wrench>, String> {
-    let (needed, of_values): (usize, OfValues) = match plate.plate_type {
+    let (needed, of_values): (usize, PlateFormula) = match plate.plate_type {
         1 => (6, force_and_centre),
         2 | 4 => (6, force_and_moment),
         3 | 7 => (8, eight_sensors),

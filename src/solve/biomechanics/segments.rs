@@ -14,7 +14,7 @@ use mocap_figure::contacts::ball;
 use mocap_figure::convert::Conversion;
 use mocap_figure::joint_angles::{Part, Segment, mirrored, parts};
 use mocap_figure::track::{Track, whole};
-use mocap_figure::watched::{Seen, Watched};
+use mocap_figure::watched::{WatchedJoints, WatchedPose};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
@@ -47,7 +47,7 @@ impl Segments {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion whose angles could be computed").into());
         };
         let body = Body::of_figure(&scene, figure, "motion")?;
-        let mut watched = Watched::default();
+        let mut watched = WatchedJoints::default();
         let tracks: Vec<(Part, Track)> = parts()
             .filter_map(|part| Some((part, whole(&body, bone(&body, part)?, &mut watched)?)))
             .collect();
@@ -66,7 +66,7 @@ impl Segments {
         let world_to_t_pose = body.axes.inverse();
         let binding = Binding::new(&scene, animation);
         let mut pose = Pose::rest(&scene);
-        let mut seen: Seen<1> = Seen::new(watched.joints.len());
+        let mut seen: WatchedPose<1> = WatchedPose::new(watched.joints.len());
         for tick in 0..made.frames {
             pose.sample(&binding, animation, tick as f64);
             seen.set(0, &pose, &body, &watched);

@@ -6,7 +6,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::calibrate::Frame;
 use super::centres::Centres;
-use super::landmarks::On;
+use super::landmarks::MarkerSite;
 use super::model::{Freedom, Hinge, Joint, Marker, Model, Pose};
 use super::take::Take;
 use super::weights::MarkerWeights;
@@ -174,7 +174,7 @@ pub(super) fn model(
         markers.push(Marker {
             joint,
             offset,
-            spread: match landmark.on == On::Bone {
+            spread: match landmark.on == MarkerSite::Bone {
                 true => weights.on_bone,
                 false => weights.on_muscle,
             },

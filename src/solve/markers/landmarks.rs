@@ -6,18 +6,18 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 /// What a marker is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum On {
+pub(super) enum MarkerSite {
     /// Skin over a bone, which hardly slides.
     Bone,
     /// Muscle, or a place that nobody measures.
     Muscle,
 }
 
-use On::{Bone as Hard, Muscle as Soft};
+use MarkerSite::{Bone as Hard, Muscle as Soft};
 
 /// A landmark, the bone that it moves with, what it is on, and its names: `*` is the side, `l` or `r`. Names are
 /// compared in lower case without what is no letter and no digit, and without the name of the subject before a colon.
-type Row = (&'static str, Bone, On, &'static str);
+type Row = (&'static str, Bone, MarkerSite, &'static str);
 
 /// Sources: the marker placement guides of Carnegie Mellon University (41 markers), of Vicon's Plug-in Gait full body,
 /// of Helen Hayes (Kadaba 1990), the marker set of OpenSim's gait models, OptiTrack's Baseline, Conventional and
@@ -187,7 +187,7 @@ pub struct Landmark {
     /// Its name, with the side.
     pub name: String,
     pub(super) bone: Bone,
-    pub(super) on: On,
+    pub(super) on: MarkerSite,
 }
 
 /// With fewer labels that are known, they tell nothing.

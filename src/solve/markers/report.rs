@@ -9,7 +9,7 @@ use super::calibrate::Certainty;
 use super::model::Model;
 use super::subjects;
 use super::take::Take;
-use super::track::Tracked;
+use super::track::TrackingOutcome;
 use crate::set::JointSet;
 
 /// A marker farther from its body than this on the average, in metres, is worth a word.
@@ -26,7 +26,7 @@ pub(super) fn solved(
     scene: &Scene,
     take: &Take,
     (set, model, known): (&JointSet, &Model, &[Option<Certainty>]),
-    tracked: &Tracked,
+    tracked: &TrackingOutcome,
 ) -> MarkerSolution {
     let mut solved = MarkerSolution::default();
     for (marker, distances) in tracked.distances.iter().enumerate() {
@@ -95,7 +95,7 @@ fn rms(distances: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Adds the report to the scene: sentences, and a warning for each marker and each swap that is worth a look.
-pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, tracked: &Tracked) {
+pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, tracked: &TrackingOutcome) {
     let label = |marker: usize| take.labels[marker].as_str();
     let all = tracked.distances.iter().flatten();
     let seen = all.clone().flatten().count();

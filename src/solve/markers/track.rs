@@ -7,7 +7,7 @@ use super::model::{Model, Pose, World};
 
 /// Two markers that had each other's labels, with the first frame and the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Swap {
+pub(super) struct LabelSwap {
     pub(super) markers: (usize, usize),
     pub(super) first: usize,
     pub(super) last: usize,
@@ -15,21 +15,21 @@ pub(super) struct Swap {
 
 /// What came of a take.
 #[derive(Debug, Default)]
-pub(super) struct Tracked {
+pub(super) struct TrackingOutcome {
     /// Joint, then frame: to the world.
     pub(super) rotations: Vec<Vec<DQuat>>,
     pub(super) roots: Vec<DVec3>,
     /// Marker, then frame: metres from where the body has it; none where it was not seen.
     pub(super) distances: Vec<Vec<Option<f64>>>,
-    pub(super) swaps: Vec<Swap>,
+    pub(super) swaps: Vec<LabelSwap>,
     /// Marker: frames in which it is far from its body.
     pub(super) ghosts: Vec<usize>,
 }
 
 /// Follows the body from `start`, a frame with its pose, to both ends of the take.
-pub(super) fn track(model: &Model, tracks: &[Vec<Option<DVec3>>], start: (usize, &Pose)) -> Tracked {
+pub(super) fn track(model: &Model, tracks: &[Vec<Option<DVec3>>], start: (usize, &Pose)) -> TrackingOutcome {
     let frames = tracks.first().map_or(0, Vec::len);
-    let mut tracked = Tracked {
+    let mut tracked = TrackingOutcome {
         rotations: vec![vec![DQuat::IDENTITY; frames]; model.joints.len()],
         roots: vec![DVec3::ZERO; frames],
         distances: vec![vec![None; frames]; tracks.len()],
@@ -65,7 +65,7 @@ struct Tracker<'t> {
 }
 
 impl Tracker<'_> {
-    fn frame(&mut self, frame: usize, pose: &mut Pose, tracked: &mut Tracked) {
+    fn frame(&mut self, frame: usize, pose: &mut Pose, tracked: &mut TrackingOutcome) {
         self.seen.clear();
         self.seen.extend(self.tracks.iter().map(|track| track[frame]));
         self.model.world(pose, &mut self.fit.world);
@@ -123,13 +123,13 @@ fn swaps(model: &Model, world: &World, seen: &[Option<DVec3>]) -> Vec<(usize, us
 }
 
 /// Frames with a swap one after the other are one swap.
-fn runs(mut swapped: Vec<(usize, (usize, usize))>) -> Vec<Swap> {
+fn runs(mut swapped: Vec<(usize, (usize, usize))>) -> Vec<LabelSwap> {
     swapped.sort_by_key(|(frame, pair)| (*pair, *frame));
-    let mut runs: Vec<Swap> = Vec::new();
+    let mut runs: Vec<LabelSwap> = Vec::new();
     for (frame, markers) in swapped {
         match runs.last_mut() {
             Some(run) if run.markers == markers && run.last + 1 == frame => run.last = frame,
-            _ => runs.push(Swap {
+            _ => runs.push(LabelSwap {
                 markers,
                 first: frame,
                 last: frame,

@@ -6,14 +6,14 @@ use mocap::arrays::table::dataset::DatasetWriter;
 
 use super::{Packed, Packer, Rows, tell};
 use crate::Failure;
-use crate::args::{Given, PackArgs, TableArg};
+use crate::args::{ArgumentSources, PackArgs, TableArg};
 use crate::batch::inputs::Input;
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 
 /// Packs all inputs into a folder. It has no manifest: a dataset is made whole, and a file that cannot be read is
 /// named on its card.
-pub(super) fn run(args: &PackArgs, given: &Given, inputs: &[Input]) -> Result<(), Failure> {
+pub(super) fn run(args: &PackArgs, given: &ArgumentSources, inputs: &[Input]) -> Result<(), Failure> {
     given.refuse(&["resume", "shard"], "a dataset is made whole, from all inputs")?;
     given.refuse(
         &["force"],

@@ -250,7 +250,7 @@ fn is_manifest(path: &Path) -> bool {
 }
 
 /// A command, and the files before it and after it.
-struct Tried<'a> {
+struct CommandCase<'a> {
     case: &'a Case,
     inputs: Files,
     /// The inputs and the outputs of another run.
@@ -260,7 +260,7 @@ struct Tried<'a> {
     duration: Duration,
 }
 
-impl<'a> Tried<'a> {
+impl<'a> CommandCase<'a> {
     fn new(case: &'a Case) -> Self {
         let run = |source: &str| {
             let folder = folder_with(&inputs(source));
@@ -435,7 +435,7 @@ fn no_command_leaves_a_part_of_an_output() {
         for cases in cases.chunks(cases.len().div_ceil(2)) {
             scope.spawn(move || {
                 for &case in cases {
-                    let tried = Tried::new(case);
+                    let tried = CommandCase::new(case);
                     tried.on_a_full_disk();
                     tried.killed_while_it_writes();
                     tried.killed_at_any_time();

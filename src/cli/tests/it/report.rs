@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use mocap::{Diagnostic, visible, visible_json};
-use mocap_cli::internals::report::{Escaped, Severity, Shown, render, visible_lines};
+use mocap_cli::internals::report::{EscapeWriter, PrintableText, Severity, render, visible_lines};
 
 #[test]
 fn a_terminal_gets_no_control_characters() {
@@ -14,9 +14,13 @@ fn a_terminal_gets_no_control_characters() {
     assert_eq!(visible_lines("a\nb\tc\r"), "a\nb\tc\\u{d}");
     assert_eq!(visible("Hüfte 腰"), "Hüfte 腰");
     let json = "Hips\\u001b]0;title\\u0007\\u009b2J\\u202e\\u007f";
-    for (shown, expected) in [(Shown::Words, escaped), (Shown::Json, json), (Shown::Data, name)] {
+    for (shown, expected) in [
+        (PrintableText::Words, escaped),
+        (PrintableText::Json, json),
+        (PrintableText::Data, name),
+    ] {
         let mut out = Vec::new();
-        let mut lines = Escaped::new(&mut out, shown);
+        let mut lines = EscapeWriter::new(&mut out, shown);
         for byte in format!("{name}\n腰{name}").bytes() {
             lines.write_all(&[byte]).unwrap();
         }

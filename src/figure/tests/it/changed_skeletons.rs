@@ -14,10 +14,10 @@ use crate::sample::Sample;
 use crate::truth::truth;
 
 /// A joint to put between a node and its parent: its name, and where it is, as a share of the path from the parent.
-type Inserted = (String, f32);
+type InsertedJoint = (String, f32);
 
 /// The skeleton with a joint above some nodes, without its motion.
-fn with_joints(scene: &Scene, insert: impl Fn(&Scene, usize) -> Option<Inserted>) -> Scene {
+fn with_joints(scene: &Scene, insert: impl Fn(&Scene, usize) -> Option<InsertedJoint>) -> Scene {
     let mut made = Scene {
         metadata: scene.metadata.clone(),
         ..Scene::default()

@@ -195,14 +195,14 @@ fn body(random: &mut Random, arms_down: f32) -> Joint {
 
 /// A scene of a body, and which node is which bone.
 #[derive(Default)]
-struct Built {
+struct GeneratedBody {
     scene: Scene,
     bones: Vec<Vec<Bone>>,
     /// The orientation of each node in the pose of the motion.
     turns: Vec<Quat>,
 }
 
-impl Built {
+impl GeneratedBody {
     /// Adds a joint. Where `laid` is given, bones of unbranched chains lie along it at rest, and a motion sets them up.
     fn add(&mut self, joint: &Joint, parent: Option<(usize, Vec3)>, laid: Option<Vec3>) {
         let index = self.scene.nodes.len();
@@ -291,7 +291,7 @@ fn generated_bodies_without_names_are_found() {
         };
         let unit = UNITS[(random.next() * 5.99) as usize];
         placed(&mut joint, up * yaw, unit);
-        let mut built = Built::default();
+        let mut built = GeneratedBody::default();
         let laid = random.chance(0.3).then_some(Vec3::X);
         built.add(&joint, None, laid);
         if laid.is_some() {

@@ -34,7 +34,7 @@ pub(super) struct Columns {
 
 /// The values of a column that are no finite numbers: the first, its frame, and how many there are.
 #[derive(Clone, Copy)]
-struct NotFinite<'a> {
+struct NonFiniteValues<'a> {
     first: Word<'a>,
     frame: usize,
     count: u64,
@@ -88,7 +88,7 @@ impl Columns {
         Ok(columns)
     }
 
-    fn say_not_finite(&self, table: &Table<'_>, found: &[Option<NotFinite<'_>>], warnings: &mut Warnings) {
+    fn say_not_finite(&self, table: &Table<'_>, found: &[Option<NonFiniteValues<'_>>], warnings: &mut Warnings) {
         for (name, found) in std::iter::zip(&self.names, found) {
             let Some(found) = found else { continue };
             warnings.push(Code::NonFiniteValue, || {
@@ -108,7 +108,7 @@ impl Columns {
         table: &Table<'a>,
         line: Word<'a>,
         limits: &Limits,
-        not_finite: &mut [Option<NotFinite<'a>>],
+        not_finite: &mut [Option<NonFiniteValues<'a>>],
     ) -> Result<(), Failure> {
         let cells = row_cells(line);
         let (expected, frame) = (self.names.len() + 1, self.times.len());
@@ -139,7 +139,7 @@ impl Columns {
                 continue;
             }
             values.push(values.last().copied().unwrap_or(0.0));
-            let first = NotFinite {
+            let first = NonFiniteValues {
                 first: *cell,
                 frame,
                 count: 0,

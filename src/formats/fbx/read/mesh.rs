@@ -11,7 +11,7 @@ use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{is_plausible, limit_exceeded};
 use mocap_scene::scene::{Bone, Mesh, NodeId, Scene, VertexWeight};
 
-use super::Kept;
+use super::KeptNode;
 use super::blend_shapes::BlendShapes;
 use super::material::{self, Materials, Read};
 use crate::warnings::Warnings;
@@ -22,7 +22,7 @@ use crate::{Failure, ReadOptions, Source};
 pub(super) fn read(
     origin: &Source<'_>,
     file: &ufbx::Scene,
-    nodes: &[Kept<'_>],
+    nodes: &[KeptNode<'_>],
     options: &ReadOptions,
     scene: &mut Scene,
     warnings: &mut Warnings,
@@ -192,7 +192,7 @@ impl<'a> Bound<'a> {
         source: &'a ufbx::Mesh,
         skin: &'a ufbx::SkinDeformer,
         ids: &HashMap<u32, NodeId>,
-        nodes: &[Kept<'_>],
+        nodes: &[KeptNode<'_>],
     ) -> Option<Self> {
         let first = skin.clusters.first()?;
         let to_bind = matrix(&first.bind_to_world) * matrix(&first.geometry_to_bone);

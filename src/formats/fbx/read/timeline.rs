@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits;
 
-use super::Kept;
+use super::KeptNode;
 use crate::warnings::Warnings;
 
 /// The least distance of two keys, in frames of the stated rate, at which no key is lost.
@@ -29,7 +29,7 @@ impl Timeline {
     /// As the stack states, or as the keys of `nodes` say. `given` is the rate that the caller wants.
     pub(super) fn new(
         stack: &ufbx::AnimStack,
-        nodes: &[Kept<'_>],
+        nodes: &[KeptNode<'_>],
         (stated_rate, given): (f64, Option<f64>),
         warnings: &mut Warnings,
     ) -> Self {
@@ -62,7 +62,7 @@ impl Timeline {
 }
 
 /// The curves of a stack that move one of the nodes.
-fn curves<'a>(stack: &'a ufbx::AnimStack, nodes: &[Kept<'_>]) -> Vec<&'a ufbx::AnimCurve> {
+fn curves<'a>(stack: &'a ufbx::AnimStack, nodes: &[KeptNode<'_>]) -> Vec<&'a ufbx::AnimCurve> {
     let kept: HashSet<u32> = nodes.iter().map(|node| node.source.element.element_id).collect();
     let properties = stack.layers.iter().flat_map(|layer| layer.anim_props.iter());
     let of_nodes = properties.filter(|property| kept.contains(&property.element.element_id));

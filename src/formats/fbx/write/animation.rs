@@ -12,7 +12,7 @@ use mocap_scene::limits::{self, FARTHEST, is_plausible};
 use mocap_scene::pose::Binding;
 use mocap_scene::scene::{Animation, Channel, Keys, Scene, UNNAMED_MOTION};
 
-use super::curves::{Curve, Part, Reduced};
+use super::curves::{Curve, Part, ReducedClip};
 use super::document::{Document, Id};
 use super::encode::{Array, Element};
 use super::names::Names;
@@ -54,7 +54,7 @@ pub(super) fn write(
         let reduced = options
             .error_bound
             .as_ref()
-            .map(|bound| Reduced::new(scene, animation, space, placed, bound))
+            .map(|bound| ReducedClip::new(scene, animation, space, placed, bound))
             .transpose()?;
         if let Some(reduced) = &reduced {
             reduced.add_error(scene, &mut report.achieved);
@@ -129,7 +129,7 @@ impl Clip<'_, '_, '_> {
         &mut self,
         animation: &Animation,
         placed: &[Placed],
-        reduced: Option<&Reduced<'_>>,
+        reduced: Option<&ReducedClip<'_>>,
         moving: &mut BTreeMap<usize, f64>,
     ) -> Result<()> {
         let binding = Binding::new(self.scene, animation);

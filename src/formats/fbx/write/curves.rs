@@ -109,14 +109,14 @@ impl Encoding for Curves {
 }
 
 /// A clip whose tracks have fewer keys.
-pub(super) struct Reduced<'a> {
+pub(super) struct ReducedClip<'a> {
     clip: CompressedClip,
     /// Metres in a unit of the scene.
     metres: f64,
     space: &'a Space,
 }
 
-impl<'a> Reduced<'a> {
+impl<'a> ReducedClip<'a> {
     /// `bound` is in metres.
     ///
     /// # Errors

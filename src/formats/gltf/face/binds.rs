@@ -47,7 +47,7 @@ impl Override {
 
 /// A morph target that an expression moves, and by how much at weight 1.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bind {
+pub(super) struct MorphBind {
     /// The index of the node in the file.
     pub(super) node: usize,
     pub(super) target: usize,
@@ -63,7 +63,7 @@ pub(super) struct Expression {
     pub(super) look: Option<usize>,
     is_binary: bool,
     overrides: [Override; OVERRIDES.len()],
-    pub(super) binds: Vec<Bind>,
+    pub(super) binds: Vec<MorphBind>,
     /// Whether it changes materials too.
     pub(super) has_more: bool,
 }
@@ -127,7 +127,7 @@ pub(super) fn expressions(root: &Value, targets: &BTreeMap<usize, Vec<f32>>) -> 
     let of_vrm0 = root["extensions"]["VRM"]["blendShapeMaster"]["blendShapeGroups"].as_array();
     let of_vrm0 = of_vrm0.into_iter().flatten().map(|group| of_vrm0_group(root, group));
     let mut all: Vec<Expression> = of_kind("preset").chain(of_kind("custom")).chain(of_vrm0).collect();
-    let exists = |bind: &Bind| targets.get(&bind.node).is_some_and(|all| bind.target < all.len());
+    let exists = |bind: &MorphBind| targets.get(&bind.node).is_some_and(|all| bind.target < all.len());
     all.iter_mut().for_each(|own| own.binds.retain(exists));
     all
 }
@@ -135,7 +135,7 @@ pub(super) fn expressions(root: &Value, targets: &BTreeMap<usize, Vec<f32>>) -> 
 fn of_vrm1_expression(name: &str, is_preset: bool, value: &Value) -> Expression {
     let binds = value["morphTargetBinds"].as_array().into_iter().flatten();
     let bind = |bind: &Value| {
-        Some(Bind {
+        Some(MorphBind {
             node: index_of(&bind["node"])?,
             target: index_of(&bind["index"])?,
             weight: number(&bind["weight"]),
@@ -172,7 +172,7 @@ fn of_vrm0_group(root: &Value, group: &Value) -> Expression {
     for bind in group["binds"].as_array().into_iter().flatten() {
         if let (Some(mesh), Some(target)) = (index_of(&bind["mesh"]), index_of(&bind["index"])) {
             let weight = number(&bind["weight"]) / 100.0;
-            binds.extend(nodes_of(mesh).map(|node| Bind { node, target, weight }));
+            binds.extend(nodes_of(mesh).map(|node| MorphBind { node, target, weight }));
         }
     }
     Expression {

@@ -48,14 +48,14 @@ impl Replaced {
 }
 
 /// What is freed.
-pub(super) struct Freed {
+pub(super) struct FreedSpace {
     pub(super) accessors: Vec<bool>,
     pub(super) views: Vec<bool>,
     /// The parts of the binary chunk that stay, and where they begin then.
     parts: Vec<(Range<usize>, usize)>,
 }
 
-impl Freed {
+impl FreedSpace {
     /// What is freed where `replaced` animations are gone from a file of this text; `chunk` is the length of the binary
     /// chunk that is its first buffer.
     pub(super) fn by(text: &str, replaced: Replaced, chunk: usize) -> Result<Self> {

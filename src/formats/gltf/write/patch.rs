@@ -15,7 +15,7 @@ use super::buffer::{self as writer, Base, buffer as buffer_of};
 use super::container::{bin_name, unwritable, uri_of_buffer};
 use super::edits::{Edits, parse, utf8};
 pub(in super::super) use super::freed::Replaced;
-use super::freed::{Freed, NO_ACCESSOR, NO_VIEW};
+use super::freed::{FreedSpace, NO_ACCESSOR, NO_VIEW};
 use super::glb::Glb;
 use super::rest::Rest;
 use super::{BufferPlace, GltfOptions, GltfReport, morphs, text};
@@ -144,7 +144,7 @@ pub(in super::super) fn with_animations(
     // The binary chunk of a .glb is its first buffer. Where that is another file, or a placeholder, the keys are a
     // buffer of their own.
     let in_chunk = is_glb && buffers.first().is_none_or(|first| first.uri.is_none() && bin.is_some());
-    let freed = Freed::by(text, replaced, bin.filter(|_| in_chunk).map_or(0, <[u8]>::len))?;
+    let freed = FreedSpace::by(text, replaced, bin.filter(|_| in_chunk).map_or(0, <[u8]>::len))?;
     let base = match in_chunk {
         true => Base {
             buffer: 0,
@@ -161,11 +161,11 @@ pub(in super::super) fn with_animations(
             accessors: freed.first_accessor(),
         },
     };
-    let mut added = Added::new(skeleton, base);
+    let mut added = AddedAnimations::new(skeleton, base);
     for clip in clips {
         added.clip(clip, options)?;
     }
-    let Added {
+    let AddedAnimations {
         animations: written,
         buffer,
         mut driven,
@@ -260,7 +260,7 @@ fn items<T: Serialize>(items: &[T]) -> Result<Vec<String>> {
 }
 
 /// The animations that are added, and their keys.
-struct Added<'a> {
+struct AddedAnimations<'a> {
     skeleton: &'a Skeleton<'a>,
     /// The rest transforms of the nodes, which stay as they are.
     rest: Vec<Rest>,
@@ -271,7 +271,7 @@ struct Added<'a> {
     report: GltfReport,
 }
 
-impl<'a> Added<'a> {
+impl<'a> AddedAnimations<'a> {
     fn new(skeleton: &'a Skeleton<'a>, base: Base) -> Self {
         let rest = |node: &scene::Node| {
             let rest = Trs::from_matrix(node.transform);

@@ -40,15 +40,15 @@ pub(super) fn of_all(scene: &Scene, rest: &mut [Rest], has_bind_pose: bool) {
     let Some((first, others)) = scene.animations.split_first() else {
         return;
     };
-    let still = |animation: &scene::Animation| -> HashMap<usize, Still> {
+    let still = |animation: &scene::Animation| -> HashMap<usize, ConstantValues> {
         let driven = Binding::new(scene, animation);
-        let still = |(node, channel): (NodeId, usize)| (node.index(), Still::of(&animation.channels[channel]));
+        let still = |(node, channel): (NodeId, usize)| (node.index(), ConstantValues::of(&animation.channels[channel]));
         driven.driven().map(still).collect()
     };
     let others: Vec<_> = others.iter().map(still).collect();
     for (node, still) in still(first) {
-        let of = |other: &HashMap<usize, Still>| other.get(&node).copied().unwrap_or_default();
-        let shared = others.iter().map(of).fold(still, Still::and);
+        let of = |other: &HashMap<usize, ConstantValues>| other.get(&node).copied().unwrap_or_default();
+        let shared = others.iter().map(of).fold(still, ConstantValues::and);
         let transform = &mut rest[node];
         if let Some(translation) = shared
             .translation
@@ -68,13 +68,13 @@ pub(super) fn of_all(scene: &Scene, rest: &mut [Rest], has_bind_pose: bool) {
 
 /// The constant values of a channel.
 #[derive(Clone, Copy, Default)]
-struct Still {
+struct ConstantValues {
     translation: Option<Vec3>,
     rotation: Option<Quat>,
     scale: Option<Vec3>,
 }
 
-impl Still {
+impl ConstantValues {
     fn of(channel: &scene::Channel) -> Self {
         fn value<T: Value<N>, const N: usize>(keys: &Keys<T>) -> Option<T> {
             keys.values.first().copied().filter(|_| is_constant(keys))

@@ -59,7 +59,7 @@ pub struct Target {
 
 /// All of a document.
 #[derive(Serialize)]
-struct Whole<'a> {
+struct DocumentText<'a> {
     #[serde(flatten)]
     root: &'a Root,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -83,7 +83,7 @@ pub(super) fn item(item: &impl Serialize) -> serde_json::Result<String> {
 pub fn write(root: &Root, animations: &[Animation]) -> serde_json::Result<Vec<u8>> {
     let mut text = Vec::new();
     let mut serializer = Serializer::with_formatter(&mut text, ShortNumbers::default());
-    Whole { root, animations }.serialize(&mut serializer)?;
+    DocumentText { root, animations }.serialize(&mut serializer)?;
     Ok(text)
 }
 

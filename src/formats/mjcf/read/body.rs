@@ -10,7 +10,7 @@ use mocap_scene::scene::robot::{
 };
 
 use super::attributes::{Attributes, InertiaFromGeoms, Settings};
-use super::frame::{Inner, within};
+use super::frame::{BodyElement, within};
 use super::mass::{Geoms, set_total};
 use super::sizes;
 use crate::inertial;
@@ -32,7 +32,7 @@ pub(super) struct Bodies<'a> {
 
 /// A body that is still to be read.
 struct Waiting<'a, 'input> {
-    body: Inner<'a, 'input>,
+    body: BodyElement<'a, 'input>,
     parent: Option<usize>,
     depth: usize,
 }
@@ -49,14 +49,18 @@ impl<'a> Bodies<'a> {
         }
     }
 
-    pub(super) fn read(mut self, base: Inner<'_, '_>, warnings: &mut Warnings) -> Result<Vec<RobotLink>, Failure> {
+    pub(super) fn read(
+        mut self,
+        base: BodyElement<'_, '_>,
+        warnings: &mut Warnings,
+    ) -> Result<Vec<RobotLink>, Failure> {
         let mut waiting = vec![Waiting {
             body: base,
             parent: None,
             depth: 1,
         }];
         while let Some(next) = waiting.pop() {
-            let Inner {
+            let BodyElement {
                 element, child_class, ..
             } = next.body;
             if next.depth > self.limits.max_depth {
@@ -92,7 +96,7 @@ impl<'a> Bodies<'a> {
     fn body(
         &mut self,
         waiting: &Waiting<'_, '_>,
-        inner: &[Inner<'_, '_>],
+        inner: &[BodyElement<'_, '_>],
         warnings: &mut Warnings,
     ) -> Result<usize, Failure> {
         let body = &waiting.body.element;

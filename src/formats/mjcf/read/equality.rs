@@ -6,7 +6,7 @@ use mocap_scene::error::Code;
 use mocap_scene::scene::robot::RobotLink;
 
 use crate::Failure;
-use crate::mimic::{self, NamedMimic};
+use crate::mimic::{self, MimicNames};
 use crate::warnings::Warnings;
 use crate::xml::Element;
 
@@ -59,7 +59,7 @@ pub(super) fn tie_joints(
             left_out("a joint follows two others: only the first was read");
             continue;
         }
-        mimics.push(NamedMimic {
+        mimics.push(MimicNames {
             element,
             attribute: "joint2",
             follower: follower.to_owned(),

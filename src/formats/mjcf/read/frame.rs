@@ -10,7 +10,7 @@ use crate::xml::Element;
 
 /// An element of a body, which may stand within frames.
 #[derive(Clone, Copy)]
-pub(super) struct Inner<'a, 'input> {
+pub(super) struct BodyElement<'a, 'input> {
     pub(super) element: Element<'a, 'input>,
     /// From the frames around it to the body.
     pub(super) frame: Placement,
@@ -24,9 +24,9 @@ pub(super) fn within<'a, 'input>(
     child_class: Option<&'a str>,
     settings: &Settings,
     limits: &Limits,
-) -> Result<Vec<Inner<'a, 'input>>, Failure> {
+) -> Result<Vec<BodyElement<'a, 'input>>, Failure> {
     let own = |element: Element<'a, 'input>, frame: Placement, child_class: Option<&'a str>| {
-        let inner = element.children().map(|element| Inner {
+        let inner = element.children().map(|element| BodyElement {
             element,
             frame,
             child_class,

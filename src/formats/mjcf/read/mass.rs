@@ -16,12 +16,12 @@ const DENSITY: f64 = 1000.0;
 /// The geoms of a body that have a mass.
 #[derive(Default)]
 pub(super) struct Geoms {
-    solids: Vec<Solid>,
+    solids: Vec<SolidShape>,
     /// Whether one is a mesh, whose volume is not known here.
     has_mesh: bool,
 }
 
-struct Solid {
+struct SolidShape {
     mass: f64,
     origin: Placement,
     /// About the centre, in the axes of the geom.
@@ -55,7 +55,7 @@ impl Geoms {
             return Ok(());
         };
         let mass = mass.unwrap_or(density * volume);
-        self.solids.push(Solid {
+        self.solids.push(SolidShape {
             mass,
             origin: shape.origin,
             moments: mass * moments,

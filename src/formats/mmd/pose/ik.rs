@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DQuat, DVec3, EulerRot};
 use mocap_scene::error::{Code, Diagnostic};
 
-use super::Posed;
+use super::ModelPose;
 use crate::Failure;
 use crate::mmd::model::{Ik, Model};
 
@@ -25,12 +25,12 @@ const NO_AXIS: f64 = 1e-14;
 pub(super) struct Solver<'m> {
     goal: usize,
     ik: &'m Ik,
-    links: Vec<Turning>,
+    links: Vec<IkLimit>,
 }
 
 /// How a link may turn.
 #[derive(Clone, Copy)]
-enum Turning {
+enum IkLimit {
     Freely,
     Not,
     Within {
@@ -44,12 +44,12 @@ enum Turning {
 impl<'m> Solver<'m> {
     pub(super) fn new(model: &'m Model, bone: usize) -> Option<Self> {
         let ik = model.bones[bone].ik.as_ref()?;
-        let links = ik.links.iter().map(|link| Turning::of(link.limits)).collect();
+        let links = ik.links.iter().map(|link| IkLimit::of(link.limits)).collect();
         Some(Self { goal: bone, ik, links })
     }
 }
 
-impl Turning {
+impl IkLimit {
     fn of(limits: Option<[DVec3; 2]>) -> Self {
         let Some([a, b]) = limits else { return Self::Freely };
         let (least, largest) = (a.min(b), a.max(b));
@@ -75,12 +75,12 @@ impl Turning {
 }
 
 /// Turns the links so that the target comes to the goal. Each step takes one from the budget.
-pub(super) fn solve(solver: &Solver<'_>, posed: &mut Posed<'_>, budget: &mut u64) -> Result<(), Failure> {
+pub(super) fn solve(solver: &Solver<'_>, posed: &mut ModelPose<'_>, budget: &mut u64) -> Result<(), Failure> {
     for link in &solver.ik.links {
         posed.ik[link.bone] = DQuat::IDENTITY;
     }
     let (goal, _) = posed.world(solver.goal);
-    let is_there = |posed: &Posed<'_>| posed.world(solver.ik.target).0.distance_squared(goal) < NEAR;
+    let is_there = |posed: &ModelPose<'_>| posed.world(solver.ik.target).0.distance_squared(goal) < NEAR;
     for round in 0..solver.ik.loops {
         if is_there(posed) {
             break;
@@ -102,10 +102,10 @@ fn too_many_steps() -> Failure {
 }
 
 /// Turns one link.
-fn turn(solver: &Solver<'_>, place: usize, goal: DVec3, is_early: bool, posed: &mut Posed<'_>) {
+fn turn(solver: &Solver<'_>, place: usize, goal: DVec3, is_early: bool, posed: &mut ModelPose<'_>) {
     let bone = solver.ik.links[place].bone;
     let turning = solver.links[place];
-    if matches!(turning, Turning::Not) {
+    if matches!(turning, IkLimit::Not) {
         return;
     }
     let (at, _) = posed.world(bone);
@@ -119,13 +119,13 @@ fn turn(solver: &Solver<'_>, place: usize, goal: DVec3, is_early: bool, posed: &
     }
     let parent = posed.parent_rotation(bone);
     let axis = match turning {
-        Turning::Within { only: Some(only), .. } if is_early => only * across.dot(parent * only).signum(),
+        IkLimit::Within { only: Some(only), .. } if is_early => only * across.dot(parent * only).signum(),
         _ => (parent.inverse() * across).normalize(),
     };
     let most = solver.ik.step * (place + 1) as f64;
     let angle = to_target.dot(to_goal).clamp(-1.0, 1.0).acos().min(most);
     let mut ik = DQuat::from_axis_angle(axis, angle) * posed.ik[bone];
-    if let Turning::Within { limits, order, .. } = turning {
+    if let IkLimit::Within { limits, order, .. } = turning {
         let own = posed.without_ik(bone);
         let limited = limited(ik * own, limits, order, is_early);
         ik = limited * own.inverse();

@@ -1,6 +1,6 @@
 //! Numbers as streams print them.
 
-use mocap_formats::internals::Streamed;
+use mocap_formats::internals::StreamNumber;
 use proptest::prelude::*;
 
 /// Each number with what the `printf` of glibc 2.36 prints for it with `%g`.
@@ -53,12 +53,12 @@ const PRINTED: &[(f64, &str)] = &[
 #[test]
 fn numbers_print_as_printf_prints_them() {
     for (number, expected) in PRINTED {
-        assert_eq!(Streamed(*number).to_string(), *expected);
+        assert_eq!(StreamNumber(*number).to_string(), *expected);
     }
-    assert_eq!(Streamed(f64::NAN.copysign(1.0)).to_string(), "nan");
-    assert_eq!(Streamed(f64::NAN.copysign(-1.0)).to_string(), "-nan");
-    assert_eq!(Streamed(f32::INFINITY).to_string(), "inf");
-    assert_eq!(Streamed(f32::NEG_INFINITY).to_string(), "-inf");
+    assert_eq!(StreamNumber(f64::NAN.copysign(1.0)).to_string(), "nan");
+    assert_eq!(StreamNumber(f64::NAN.copysign(-1.0)).to_string(), "-nan");
+    assert_eq!(StreamNumber(f32::INFINITY).to_string(), "inf");
+    assert_eq!(StreamNumber(f32::NEG_INFINITY).to_string(), "-inf");
 }
 
 proptest! {
@@ -67,7 +67,7 @@ proptest! {
     fn six_digits_say_what_the_number_is(digits in 1.0..10.0f64, exponent in -40..40, negative: bool) {
         // Digits near zero would make numbers so small that the powers of ten below are not exact enough for them.
         let number = if negative { -digits } else { digits } * 10f64.powi(exponent);
-        let text = Streamed(number).to_string();
+        let text = StreamNumber(number).to_string();
         let (digits, exponent) = text.split_once('e').unwrap_or((&text, ""));
         let significant = digits.trim_start_matches(['-', '0', '.']).replace('.', "");
         prop_assert!(significant.len() <= 6, "{text}");

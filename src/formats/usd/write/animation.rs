@@ -14,7 +14,7 @@ use crate::usd::{DURATION, RATE};
 const ROUNDING: f32 = 1e-5;
 
 /// A joint that an animation drives.
-struct Driven<'a> {
+struct AnimatedJoint<'a> {
     joint: usize,
     channel: &'a Channel,
     rest: Trs,
@@ -39,7 +39,7 @@ impl Stage<'_> {
 
         let ticks = ticks(driven.iter().map(|driven| &driven.channel.position_keys));
         let at = |index: usize| {
-            let of = |driven: &Driven<'_>| driven.channel.position_keys.sample(ticks[index]);
+            let of = |driven: &AnimatedJoint<'_>| driven.channel.position_keys.sample(ticks[index]);
             let all = driven
                 .iter()
                 .map(|driven| of(driven).unwrap_or(driven.rest.translation));
@@ -50,7 +50,7 @@ impl Stage<'_> {
 
         let ticks = self::ticks(driven.iter().map(|driven| &driven.channel.rotation_keys));
         let at = |index: usize| {
-            let of = |driven: &Driven<'_>| driven.channel.rotation_keys.sample(ticks[index]);
+            let of = |driven: &AnimatedJoint<'_>| driven.channel.rotation_keys.sample(ticks[index]);
             let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.rotation));
             // The real part comes first.
             all.map(Quat::normalize)
@@ -62,7 +62,7 @@ impl Stage<'_> {
 
         let ticks = self::ticks(driven.iter().map(|driven| &driven.channel.scaling_keys));
         let at = |index: usize| {
-            let of = |driven: &Driven<'_>| driven.channel.scaling_keys.sample(ticks[index]);
+            let of = |driven: &AnimatedJoint<'_>| driven.channel.scaling_keys.sample(ticks[index]);
             let all = driven.iter().map(|driven| of(driven).unwrap_or(driven.rest.scale));
             all.map(|value| value.to_array().map(half_of_scale)).collect()
         };
@@ -72,7 +72,7 @@ impl Stage<'_> {
     }
 
     /// The joints that an animation drives, in the order of the skeleton; the first joint where it drives none.
-    fn driven<'a>(&self, animation: &'a Animation) -> Result<Vec<Driven<'a>>> {
+    fn driven<'a>(&self, animation: &'a Animation) -> Result<Vec<AnimatedJoint<'a>>> {
         const NOTHING: &Channel = &Channel {
             node_name: String::new(),
             node: None,
@@ -101,7 +101,7 @@ impl Stage<'_> {
         for (_, channel) in &found {
             check(channel)?;
         }
-        let driven = found.into_iter().map(|(joint, channel)| Driven {
+        let driven = found.into_iter().map(|(joint, channel)| AnimatedJoint {
             joint,
             channel,
             rest: Trs::from_matrix(self.scene.nodes[joint].transform),
@@ -110,8 +110,8 @@ impl Stage<'_> {
     }
 
     /// Says where a scale is not that of the scene.
-    fn note_scales(&mut self, animation: &Animation, driven: &[Driven<'_>]) {
-        let worst = |driven: &Driven<'_>| {
+    fn note_scales(&mut self, animation: &Animation, driven: &[AnimatedJoint<'_>]) {
+        let worst = |driven: &AnimatedJoint<'_>| {
             let keys = driven.channel.scaling_keys.values.iter().copied();
             let rest = driven.channel.scaling_keys.is_empty().then_some(driven.rest.scale);
             let of = |scale: f32| (half_of_scale(scale) - scale).abs() / scale.abs().max(f32::MIN_POSITIVE);

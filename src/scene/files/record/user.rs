@@ -50,12 +50,12 @@ pub struct UserRecord {
     folder: PathBuf,
     hash: Hash,
     is_usable: OnceLock<bool>,
-    known: Mutex<Known>,
+    known: Mutex<RecordContent>,
 }
 
 /// What was read of the record.
 #[derive(Default)]
-struct Known {
+struct RecordContent {
     /// The lines of each path, the last of which is the newest.
     lines: HashMap<String, Vec<Line>>,
     /// Bytes of the file that were read.
@@ -207,7 +207,7 @@ impl UserRecord {
     }
 }
 
-impl Known {
+impl RecordContent {
     /// Reads what was appended since, by this process or another one.
     fn catch_up(&mut self, record: &UserRecord) {
         let file = record.file();

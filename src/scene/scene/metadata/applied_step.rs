@@ -85,7 +85,7 @@ pub enum AppliedStep {
     /// `figure::name_joints`: joints were given other names.
     NameJoints {
         /// Those whose name is another.
-        joints: Vec<NamedJoint>,
+        joints: Vec<JointRename>,
     },
     /// A step of `edit`, which cannot be undone.
     Edit {
@@ -148,7 +148,7 @@ impl fmt::Display for StepRecord {
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct NamedJoint {
+pub struct JointRename {
     /// Its name before.
     pub from: String,
     /// Its name after.

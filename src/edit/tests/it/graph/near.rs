@@ -1,6 +1,6 @@
 //! The search for near windows.
 
-use mocap_edit::internals::{LANES, NUMBERS, Near, Numbers};
+use mocap_edit::internals::{LANES, NUMBERS, NeighbourIndex, Numbers};
 
 /// No pair may be left out, and each is found once.
 #[test]
@@ -15,7 +15,7 @@ fn all_pairs_are_found_once() {
         .map(|count| (0..count).map(|_| std::array::from_fn(|_| side * random())).collect())
         .to_vec();
     let limit = 0.8_f32.powi(2);
-    let near = Near::new(&clips);
+    let near = NeighbourIndex::new(&clips);
     let (mut own, mut found) = (Vec::new(), Vec::new());
     for (place, block) in near.blocks().iter().enumerate() {
         near.of(place, limit, &mut found);

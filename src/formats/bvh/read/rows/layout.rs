@@ -104,7 +104,7 @@ fn no_rule(
 
 /// What stands after the rows that were read.
 #[derive(Debug, Default)]
-pub(super) struct After<'a> {
+pub(super) struct TrailingText<'a> {
     /// The number of further rows.
     pub(super) rows: u64,
     /// The first line of numbers that is no row, and how many it has.
@@ -116,8 +116,12 @@ pub(super) struct After<'a> {
 }
 
 /// Examines the text after the rows that were read. Without a layout, every row was a line.
-pub(super) fn after_the_rows<'a>(cursor: &Cursor<'a>, channel_count: usize, layout: Option<Layout>) -> After<'a> {
-    let mut after = After::default();
+pub(super) fn after_the_rows<'a>(
+    cursor: &Cursor<'a>,
+    channel_count: usize,
+    layout: Option<Layout>,
+) -> TrailingText<'a> {
+    let mut after = TrailingText::default();
     let mut values = 0;
     for line in (Lines { cursor: cursor.clone() }) {
         if !line.is_numeric() {

@@ -6,9 +6,9 @@ use mocap_formats::internals::bvh::{LENGTH, Pieces, count_lines};
 use mocap_formats::{Blocks, Failure};
 
 /// Bytes in blocks of a few.
-struct FewBytes<'a>(Mutex<&'a [u8]>, usize);
+struct ShortReader<'a>(Mutex<&'a [u8]>, usize);
 
-impl Blocks for FewBytes<'_> {
+impl Blocks for ShortReader<'_> {
     fn read(&self, block: &mut Vec<u8>) -> Result<usize, Failure> {
         let mut rest = self.0.lock().unwrap();
         let (next, after) = rest.split_at(self.1.min(rest.len()));
@@ -44,7 +44,7 @@ fn pieces_cover_the_text_and_end_with_lines() {
         let memory = lengths(Pieces::new(&text, 5, None));
         assert_eq!(memory.len(), 4, "{line_end:?}");
         let (beginning, rest) = text.split_at(1000);
-        let few = FewBytes(Mutex::new(rest), 3001);
+        let few = ShortReader(Mutex::new(rest), 3001);
         let blocks = lengths(Pieces::new(beginning, 5, Some(&few)));
         for pieces in [memory, blocks] {
             let mut end = line.len();
@@ -63,7 +63,7 @@ fn a_line_longer_than_a_piece_is_in_one() {
     let text = [b"0\n", &vec![b'1'; 5 * LENGTH / 2][..], b"\n2"].concat();
     let line = 5 * LENGTH / 2 + 1;
     assert_eq!(lengths(Pieces::new(&text, 0, None)), [(2, line, 1), (2 + line, 1, 1)]);
-    let few = FewBytes(Mutex::new(&text[3..]), 1000);
+    let few = ShortReader(Mutex::new(&text[3..]), 1000);
     let blocks = lengths(Pieces::new(&text[..3], 0, Some(&few)));
     assert_eq!(blocks, [(2, line, 1), (2 + line, 1, 1)]);
 }
@@ -71,7 +71,7 @@ fn a_line_longer_than_a_piece_is_in_one() {
 #[test]
 fn nothing_follows_a_line_without_an_end() {
     assert_eq!(lengths(Pieces::new(b"1 2", 1, None)), []);
-    let few = FewBytes(Mutex::new(b""), 10);
+    let few = ShortReader(Mutex::new(b""), 10);
     assert_eq!(lengths(Pieces::new(b"1 2\n3", 0, Some(&few))), [(4, 1, 1)]);
 }
 

@@ -10,12 +10,12 @@ use mocap::{Clips, Code, Importer, Limits, Pose, SkeletonMesh};
 use serde_json::{Value, json};
 
 /// A file in the making: JSON, and the bytes of its one buffer.
-struct Foreign {
+struct GltfDraft {
     json: Value,
     bytes: Vec<u8>,
 }
 
-impl Foreign {
+impl GltfDraft {
     fn new(nodes: Value) -> Self {
         let json = json!({
             "asset": { "version": "2.0" },
@@ -126,7 +126,7 @@ fn nodes_of_one_name_and_of_none_are_driven_by_their_index() {
             tip["name"] = name.clone();
         }
         // The one that moves is not the first of its name.
-        let mut file = Foreign::new(json!([node(json!([1])), node(json!([2])), tip]));
+        let mut file = GltfDraft::new(json!([node(json!([1])), node(json!([2])), tip]));
         file.clip(
             "bend",
             json!({ "node": 1, "path": "rotation" }),
@@ -143,7 +143,7 @@ fn nodes_of_one_name_and_of_none_are_driven_by_their_index() {
 
 #[test]
 fn steps_hold_until_the_next_key() {
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     let values = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [5.0, 0.0, 0.0]];
     file.clip(
         "s",
@@ -173,7 +173,7 @@ fn steps_hold_until_the_next_key() {
 
 #[test]
 fn a_motion_shorter_than_any_frame_is_a_pose_and_is_said_to_be() {
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     let values = [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     let target = json!({ "node": 0, "path": "translation" });
     file.clip("s", target, &[0.0, f32::from_bits(1)], &values, "LINEAR");
@@ -196,7 +196,7 @@ fn hermite(t: f64, seconds: f64, [start, out, into, end]: [f64; 4]) -> f64 {
 
 #[test]
 fn cubic_curves_are_followed_between_their_keys() {
-    let mut file = Foreign::new(json!([{ "name": "a", "children": [1] }, { "name": "b", "translation": [1, 0, 0] }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a", "children": [1] }, { "name": "b", "translation": [1, 0, 0] }]));
     let x = |x: f32| [x, 0.0, 0.0];
     let values = [x(0.0), x(1.0), x(8.0), x(-6.0), x(3.0), x(0.0)];
     file.clip(
@@ -242,7 +242,7 @@ fn cubic_curves_are_followed_between_their_keys() {
 
 #[test]
 fn each_clip_keeps_its_own_pose_when_it_is_written() {
-    let mut file = Foreign::new(json!([{ "name": "a", "translation": [0, 9, 0] }, { "name": "b" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a", "translation": [0, 9, 0] }, { "name": "b" }]));
     let still = |x: f32| [[x, 0.0, 0.0]; 2];
     file.clip(
         "one",
@@ -289,7 +289,7 @@ fn each_clip_keeps_its_own_pose_when_it_is_written() {
 
 #[test]
 fn sparse_accessors_replace_values_and_begin_with_zeros() {
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     file.clip(
         "s",
         json!({ "node": 0, "path": "translation" }),
@@ -314,7 +314,7 @@ fn sparse_accessors_replace_values_and_begin_with_zeros() {
 
 #[test]
 fn channels_without_a_node_are_left_alone_and_pointers_to_nodes_are_channels() {
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     let values = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     file.clip("none", json!({ "path": "translation" }), &[0.0, 1.0], &values, "LINEAR");
     let target =
@@ -341,11 +341,11 @@ fn scales_of_every_kind_place_what_is_below_them() {
         ([-1.0, 1.0, 1.0], [-2.0, 0.0, 0.0]),
         ([0.5, 3.0, 1.0], [1.0, 0.0, 0.0]),
     ] {
-        let file = Foreign::new(json!([{ "scale": scale, "children": [1] }, { "translation": [2, 0, 0] }]));
+        let file = GltfDraft::new(json!([{ "scale": scale, "children": [1] }, { "translation": [2, 0, 0] }]));
         let scene = file.read();
         assert_eq!(Pose::rest(&scene).position(NodeId(1)), Vec3::from(tip));
     }
-    let mut file = Foreign::new(json!([{ "children": [1] }, { "translation": [2, 0, 0] }]));
+    let mut file = GltfDraft::new(json!([{ "children": [1] }, { "translation": [2, 0, 0] }]));
     file.clip(
         "grow",
         json!({ "node": 0, "path": "scale" }),
@@ -359,7 +359,7 @@ fn scales_of_every_kind_place_what_is_below_them() {
 #[test]
 fn a_buffer_is_found_beside_the_file_however_its_name_is_written() {
     let folder = tempfile::tempdir().unwrap();
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     let values = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
     file.clip(
         "t",
@@ -394,7 +394,7 @@ fn a_buffer_is_found_beside_the_file_however_its_name_is_written() {
 
 #[test]
 fn required_extensions_refuse_a_file_only_where_they_change_motion() {
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     for harmless in [
         "KHR_mesh_quantization",
         "KHR_materials_unlit",
@@ -426,12 +426,12 @@ fn a_chain_deeper_than_the_limit_is_refused_at_once() {
     let nodes: Vec<_> = (1..=65_000).map(|child| json!({ "children": [child] })).collect();
     let mut nodes = Value::Array(nodes);
     nodes.as_array_mut().unwrap().push(json!({}));
-    Foreign::new(nodes).fails(Code::LimitExceeded, "/nodes/1024");
+    GltfDraft::new(nodes).fails(Code::LimitExceeded, "/nodes/1024");
 }
 
 #[test]
 fn accessors_that_are_shared_do_not_multiply_a_file() {
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     let frames = 15_000;
     let times: Vec<f32> = (0..frames).map(|frame| frame as f32).collect();
     let values = vec![[0.0, 0.0, 1.0]; frames];
@@ -446,7 +446,7 @@ fn accessors_that_are_shared_do_not_multiply_a_file() {
     file.json["animations"][0]["channels"] = vec![channel; 2_000].into();
     file.fails(Code::LimitExceeded, "/accessors/1/count");
     // Zeros that no byte stands for.
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     file.clip(
         "t",
         json!({ "node": 0, "path": "translation" }),
@@ -461,7 +461,7 @@ fn accessors_that_are_shared_do_not_multiply_a_file() {
 #[test]
 fn what_is_wrong_is_told_with_its_place_and_its_animation() {
     let make = || {
-        let mut file = Foreign::new(json!([{ "name": "a" }]));
+        let mut file = GltfDraft::new(json!([{ "name": "a" }]));
         let values = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
         file.clip(
             "Run",
@@ -528,7 +528,7 @@ fn what_is_wrong_is_told_with_its_place_and_its_animation() {
 
 #[test]
 fn the_default_scene_is_read_and_without_scenes_all_nodes() {
-    let mut file = Foreign::new(json!([{ "name": "a", "children": [1] }, { "name": "b" }, { "name": "c" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a", "children": [1] }, { "name": "b" }, { "name": "c" }]));
     let names = |scene: &Scene| {
         let mut text = String::new();
         for node in &scene.nodes {
@@ -550,7 +550,7 @@ fn the_default_scene_is_read_and_without_scenes_all_nodes() {
 #[test]
 fn a_frame_rate_is_found_for_sparse_and_for_uneven_keys() {
     let frames = |times: &[f32]| {
-        let mut file = Foreign::new(json!([{ "name": "a" }]));
+        let mut file = GltfDraft::new(json!([{ "name": "a" }]));
         let values: Vec<_> = (0..times.len()).map(|key| [key as f32, 0.0, 0.0]).collect();
         file.clip(
             "t",
@@ -569,7 +569,7 @@ fn a_frame_rate_is_found_for_sparse_and_for_uneven_keys() {
 
 #[test]
 fn limits_of_nodes_and_names_hold() {
-    let file = Foreign::new(json!([{ "name": "abc" }, { "name": "b" }]));
+    let file = GltfDraft::new(json!([{ "name": "abc" }, { "name": "b" }]));
     let read = |limits: Limits| Importer::new().limits(limits).read(file.text().as_bytes(), "a.gltf");
     let few = Limits::new().max_nodes(1);
     let short = Limits::new().max_name_bytes(2);
@@ -580,7 +580,7 @@ fn limits_of_nodes_and_names_hold() {
 
 #[test]
 fn a_clip_is_chosen_by_name_or_by_place_and_verified_against_its_own_source() {
-    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    let mut file = GltfDraft::new(json!([{ "name": "a" }]));
     for (name, x) in [("one", 1.0), ("two", 2.0)] {
         let values = [[0.0; 3], [x, 0.0, 0.0]];
         file.clip(
@@ -619,7 +619,7 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
     let nodes =
         |scale: Value| json!([{ "scale": scale, "children": [1] }, { "children": [2] }, { "translation": [1, 0, 0] }]);
     let warning = |scale: Value, channels: mocap::bvh::Channels| {
-        let mut file = Foreign::new(nodes(scale));
+        let mut file = GltfDraft::new(nodes(scale));
         file.clip(
             "turn",
             json!({ "node": 1, "path": "rotation" }),
@@ -645,7 +645,7 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
 
 #[test]
 fn an_end_site_with_a_child_is_a_joint() {
-    let file = Foreign::new(json!([
+    let file = GltfDraft::new(json!([
         { "name": "hip", "children": [1] },
         { "name": "tip", "translation": [0, 1, 0], "extras": { "end_site": true }, "children": [2] },
         { "name": "toe", "translation": [0, 0, 1] },
@@ -672,7 +672,7 @@ fn an_end_site_with_a_child_is_a_joint() {
 
 #[test]
 fn an_end_site_without_a_parent_is_written_as_a_root() {
-    let file = Foreign::new(json!([{ "name": "tip", "extras": { "end_site": true } }]));
+    let file = GltfDraft::new(json!([{ "name": "tip", "extras": { "end_site": true } }]));
     let text = mocap::bvh::BvhOptions::default().write(&file.read()).unwrap();
     let text = String::from_utf8(text).unwrap();
     assert!(text.contains("ROOT tip"), "{text}");

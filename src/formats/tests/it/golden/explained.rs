@@ -5,7 +5,7 @@ use super::truth::Flags;
 
 /// An intended difference.
 #[derive(Debug)]
-pub(crate) struct Explained {
+pub(crate) struct IntendedDifference {
     /// Name of the BVH file.
     file: &'static str,
     /// Absent where it shows with and without post-processing.
@@ -23,7 +23,7 @@ const ROOT_OFFSET: &str = "The root's position starts near zero while its OFFSET
 const FACE_ORDER: &str = "Assimp reorders faces that share vertices for the vertex cache; this crate leaves that out.";
 const NOT_A_NUMBER: &str = "The file holds `nan`, which Assimp passes on; here the last finite value is held.";
 
-pub(crate) const EXPLAINED: &[Explained] = &[
+pub(crate) const EXPLAINED: &[IntendedDifference] = &[
     processed("additive_root_pose", "meshes", JOINED_ACROSS_BONES),
     processed("additive_root_pose", "node * meshes", JOINED_ACROSS_BONES),
     processed("additive_root_pose", "mesh *", JOINED_ACROSS_BONES),
@@ -65,8 +65,8 @@ pub(crate) const EXPLAINED_LINES: &[(&str, &str, &str)] = &[
     ),
 ];
 
-const fn always(file: &'static str, place: &'static str, reason: &'static str) -> Explained {
-    Explained {
+const fn always(file: &'static str, place: &'static str, reason: &'static str) -> IntendedDifference {
+    IntendedDifference {
         file,
         flags: None,
         place,
@@ -74,8 +74,8 @@ const fn always(file: &'static str, place: &'static str, reason: &'static str) -
     }
 }
 
-const fn processed(file: &'static str, place: &'static str, reason: &'static str) -> Explained {
-    Explained {
+const fn processed(file: &'static str, place: &'static str, reason: &'static str) -> IntendedDifference {
+    IntendedDifference {
         file,
         flags: Some(Flags::MaxQualityDebone),
         place,
@@ -83,7 +83,7 @@ const fn processed(file: &'static str, place: &'static str, reason: &'static str
     }
 }
 
-pub(crate) fn is_explained_by(difference: &Difference, row: &Explained) -> bool {
+pub(crate) fn is_explained_by(difference: &Difference, row: &IntendedDifference) -> bool {
     let place = match row.place.split_once('*') {
         Some((begin, end)) => difference.place.starts_with(begin) && difference.place.ends_with(end),
         None => difference.place == row.place,

@@ -3,7 +3,7 @@
 use mocap::retarget::robot::{RobotMotion, Weights};
 use mocap_figure::robot_bones::robot_bones;
 use mocap_retarget::internals::branches::{Branches, Follow, Free, SUSPECT, Track, shortest, suspects};
-use mocap_retarget::internals::{Bounds, Following, Goals, Kinematics, Twin};
+use mocap_retarget::internals::{Bounds, Goals, Kinematics, SolverGoals, StandIn};
 
 /// By hand: the second track is better in the middle, where it agrees with the first it costs nothing to go over.
 #[test]
@@ -19,7 +19,7 @@ fn the_way_changes_where_tracks_agree() {
 
 /// A leg of the G1 that should be in a pose which joints reach, and is stuck in the corner of the limits that its
 /// solver comes to from the worst of many beginnings.
-struct Stuck {
+struct StuckLeg {
     kinematics: Kinematics,
     branches: Branches,
     goals: Vec<Goals>,
@@ -29,10 +29,10 @@ struct Stuck {
 
 const STUCK_FRAMES: usize = 30;
 
-fn stuck_leg() -> Stuck {
+fn stuck_leg() -> StuckLeg {
     let urdf = std::fs::read("../../fixtures/robots/g1_29dof_rev_1_0.urdf").unwrap();
     let robot = mocap::Importer::new().read_robot(&urdf, "g1.urdf").unwrap();
-    let twin = Twin::new(&robot, &robot_bones(&robot, None).unwrap()).unwrap();
+    let twin = StandIn::new(&robot, &robot_bones(&robot, None).unwrap()).unwrap();
     let kinematics = Kinematics::new(&robot);
     let mut branches = Branches::new(&kinematics, &twin, &Weights::new());
     branches.limbs.retain(|limb| limb.foot.is_some());
@@ -52,7 +52,7 @@ fn stuck_leg() -> Stuck {
         wanted.positions[dof.unwrap()] = at;
     }
     kinematics.update(&mut wanted);
-    let mut goals = Following::new(&robot, &kinematics, &twin, &Weights::new()).goals;
+    let mut goals = SolverGoals::new(&robot, &kinematics, &twin, &Weights::new()).goals;
     goals
         .rotations
         .iter_mut()
@@ -66,7 +66,7 @@ fn stuck_leg() -> Stuck {
     motion.dof_pos = [0.0].repeat(STUCK_FRAMES * bodies.len());
     motion.dof_names = robot.dof_names();
     motion.contacts = vec![[false; 2]; STUCK_FRAMES];
-    let mut stuck = Stuck {
+    let mut stuck = StuckLeg {
         goals: vec![goals; STUCK_FRAMES],
         kinematics,
         branches,
@@ -77,7 +77,7 @@ fn stuck_leg() -> Stuck {
     stuck
 }
 
-impl Stuck {
+impl StuckLeg {
     fn be_stuck(&mut self) {
         let limb = &mut self.branches.limbs[0];
         let goals: Vec<Goals> = self.goals.iter().map(|goals| limb.own(goals)).collect();

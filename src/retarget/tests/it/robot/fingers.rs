@@ -3,7 +3,7 @@
 use mocap::glam::{Mat4, Vec3};
 use mocap::scene::{Node, NodeId, Side};
 use mocap::{Pose, Scene};
-use mocap_retarget::internals::fingers::{Bent, FINGER, Fingers, Joint, curl};
+use mocap_retarget::internals::fingers::{FINGER, FingerBend, Fingers, Joint, curl};
 
 /// By hand: 45 and 95 degrees of 90, 100 and 90 are half of a fist.
 #[test]
@@ -18,8 +18,8 @@ fn a_finger_is_bent_as_far_through_its_range() {
         nodes: (0..5).map(node).collect(),
         ..Scene::default()
     };
-    let joints: Vec<Bent> = (0..3)
-        .map(|index| Bent {
+    let joints: Vec<FingerBend> = (0..3)
+        .map(|index| FingerBend {
             before: NodeId::new(index),
             at: NodeId::new(index + 1),
             after: NodeId::new(index + 2),
