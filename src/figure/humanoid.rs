@@ -28,6 +28,7 @@ use self::sides::Found;
 use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
 use super::Confidence;
+use crate::rig::Rig;
 
 /// Why a joint of a file that states its bones, as VRM does, is a bone.
 const STATED: &str = "the file says so";
@@ -198,6 +199,15 @@ impl Humanoid {
         self
     }
 
+    /// Its bones in the scene of a rig, from those in the file.
+    #[doc(hidden)]
+    pub fn in_rig(mut self, rig: &Rig) -> Self {
+        for bone in self.bones.values_mut() {
+            bone.joint = rig.node(bone.joint);
+        }
+        self
+    }
+
     /// A humanoid whose bones a file states.
     pub fn stated(bones: BTreeMap<HumanoidBone, NodeId>, reason: &str) -> Self {
         let joint = |joint| HumanoidJoint {
@@ -258,6 +268,23 @@ impl Humanoid {
         }
         #[cfg(debug_assertions)]
         super::found::count();
+        let Some(mut rig) = Rig::new(scene, &BTreeMap::new()) else {
+            return Humanoid::of_skeleton(scene);
+        };
+        rig.scene.animations = scene
+            .animations
+            .iter()
+            .map(|motion| rig.from_file(scene, motion))
+            .collect();
+        let mut humanoid = Humanoid::of_skeleton(&rig.scene);
+        for bone in humanoid.bones.values_mut() {
+            bone.joint = rig.node_of_file(bone.joint);
+        }
+        humanoid
+    }
+
+    /// The bones that are found in a scene whose joints are below those that they follow.
+    fn of_skeleton(scene: &Scene) -> Humanoid {
         let tree = Tree::new(scene);
         let Some(mut body) = body::find(&tree) else {
             return Humanoid::refused(refusal::why_there_are_no_legs(&tree));

@@ -30,6 +30,8 @@ mod name_joints;
 pub mod names;
 mod poses;
 pub mod report;
+#[doc(hidden)]
+pub mod rig;
 #[cfg(feature = "robots")]
 #[doc(hidden)]
 pub mod robot_bones;

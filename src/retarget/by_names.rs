@@ -5,7 +5,7 @@
 //! that moves takes over the path, as many times as long as the bones of the target are, so that the lowest joints are
 //! as high as they rest. Rest poses that differ stay different: the report has the angles between bones.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_figure::Figure;
@@ -384,6 +384,8 @@ impl Angles {
             clamped: Vec::new(),
             feet: None,
             lock: None,
+            skin: None,
+            followers: BTreeMap::new(),
             by_names: Some(mover.found.clone()),
             verdict: Verdict::Poor,
         };

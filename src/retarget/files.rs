@@ -8,9 +8,10 @@ mod over_ground;
 mod source;
 mod target;
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 use mocap_figure::convert::{Conversion, FirstFrame, RootMotion};
+use mocap_figure::rig::Rig;
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_formats::Export;
 use mocap_formats::gltf::report::Provenance;
@@ -288,7 +289,14 @@ impl Retargeter {
             let message = "the target has no hips, so its motion over the ground is not known";
             Diagnostic::new(Code::NotHumanoid, message).help("leave out {in-place} and {root-motion}")
         })?;
-        over_ground::change(&target, hips, &mut clip.animation, self.options.root);
+        match Rig::new(&target, &BTreeMap::new()) {
+            Some(rig) => {
+                let mut animation = rig.from_file(&target, &clip.animation);
+                over_ground::change(&rig.scene, rig.node(hips), &mut animation, self.options.root);
+                clip.animation = rig.to_file(&animation);
+            }
+            None => over_ground::change(&target, hips, &mut clip.animation, self.options.root),
+        }
         Ok(Some(step))
     }
 

@@ -62,7 +62,11 @@ mod rules;
 mod scale_text;
 mod sight;
 mod skin;
+mod skin_report;
 mod solve;
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use glam::{Quat, Vec3};
 use mocap_edit::report::DetectedContacts;
@@ -70,6 +74,7 @@ use mocap_edit::report::FootLockReport;
 use mocap_edit::{FootLockWeights, contacts_of, follow_feet};
 use mocap_figure::body::Body;
 use mocap_figure::ground;
+use mocap_figure::rig::Rig;
 use mocap_figure::ticks::ticks;
 use mocap_figure::{Figure, Humanoid};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
@@ -160,6 +165,8 @@ pub struct PoseRetargeter {
     foot_lock: FootLockWeights,
     /// What is computed of the current pose.
     solved: Solved<1>,
+    /// Where joints of the target follow others than their parents: the scene that all else is about, and its pose.
+    rig: Option<Box<(Rig, Pose)>>,
 }
 
 impl PoseRetargeter {
@@ -195,6 +202,11 @@ impl PoseRetargeter {
         scale: Scale,
     ) -> Result<Self> {
         let from = Body::of_figure(source, from, "source")?;
+        let rig = Rig::new(target, &BTreeMap::new());
+        let (target, to) = match &rig {
+            Some(rig) => (&rig.scene, Figure::with_bones(&rig.scene, to.humanoid.in_rig(rig))),
+            None => (target, to),
+        };
         let to = Body::target(target, to)?;
         let mut plan = Plan::new(&from, &to, target);
         let root = Root::new((&from, source), (&to, target), scale, &mut plan.watched)?;
@@ -205,6 +217,10 @@ impl PoseRetargeter {
             plan,
             root,
             foot_lock: FootLockWeights::default(),
+            rig: rig.map(|rig| {
+                let pose = Pose::rest(&rig.scene);
+                Box::new((rig, pose))
+            }),
         })
     }
 
@@ -230,7 +246,15 @@ impl PoseRetargeter {
     /// The joints of the target that are moved, parents first. The first one is the hips, which are moved over the
     /// ground too.
     pub fn driven(&self) -> impl Iterator<Item = NodeId> {
-        self.plan.drives.iter().map(|drive| drive.node)
+        let rig = self.rig.as_deref().map(|(rig, _)| rig);
+        let drives = self.plan.drives.iter().map(|drive| drive.node);
+        let drives = drives.map(move |node| rig.map_or(node, |rig| rig.node_of_file(node)));
+        let followers = rig.into_iter().flat_map(Rig::followers).map(|(node, _)| node);
+        let is_drive = move |node: &NodeId| {
+            let in_rig = rig.map_or(*node, |rig| rig.node(*node));
+            self.plan.drives.iter().any(|drive| drive.node == in_rig)
+        };
+        drives.chain(followers.filter(move |node| !is_drive(node)))
     }
 
     /// Puts a pose of the source on the target. `target` is a pose of the target's scene, at first its rest pose;
@@ -238,6 +262,20 @@ impl PoseRetargeter {
     pub fn pose(&mut self, source: &Pose, target: &mut Pose) {
         self.solved.seen.set(0, source, &self.source, &self.plan.watched);
         self.solved.solve(&self.plan, &self.root);
+        match self.rig.take() {
+            Some(mut rig) => {
+                let (skeleton, pose) = &mut *rig;
+                skeleton.take_pose(target, pose);
+                self.set_pose(pose);
+                skeleton.give_pose(pose, target);
+                self.rig = Some(rig);
+            }
+            None => self.set_pose(target),
+        }
+    }
+
+    /// Sets the joints that are moved to what is computed.
+    fn set_pose(&self, target: &mut Pose) {
         for (drive, rotation) in self.plan.drives.iter().zip(&self.solved.to_parent) {
             let Some(matrix) = target.node_to_parent.get_mut(drive.node.index()) else {
                 continue;
@@ -255,7 +293,34 @@ impl PoseRetargeter {
     /// A whole animation of `source`, the scene from which the retargeter was made, on the target: a key at every tick.
     /// Joints that are not moved have no channel.
     pub fn animation(&mut self, source: &Scene, animation: &Animation) -> Animation {
+        self.in_file(self.animation_in_rig(source, animation))
+    }
+
+    /// The same in the scene of [`Self::skeleton`].
+    fn animation_in_rig(&self, source: &Scene, animation: &Animation) -> Animation {
         clip::animation((&self.source, source), &self.target, &self.plan, &self.root, animation)
+    }
+
+    /// The scene that the figure of the target is about: `target`, or one in which joints are below those that they
+    /// follow.
+    fn skeleton<'a>(&'a self, target: &'a Scene) -> &'a Scene {
+        self.rig.as_deref().map_or(target, |(rig, _)| &rig.scene)
+    }
+
+    /// An animation of `target` in the scene of [`Self::skeleton`].
+    fn in_rig<'a>(&self, target: &Scene, moved: &'a Animation) -> Cow<'a, Animation> {
+        match self.rig.as_deref() {
+            Some((rig, _)) => Cow::Owned(rig.from_file(target, moved)),
+            None => Cow::Borrowed(moved),
+        }
+    }
+
+    /// An animation in the scene of [`Self::skeleton`] as one of the target.
+    fn in_file(&self, moved: Animation) -> Animation {
+        match self.rig.as_deref() {
+            Some((rig, _)) => rig.to_file(&moved),
+            None => moved,
+        }
     }
 
     /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and as
@@ -268,6 +333,20 @@ impl PoseRetargeter {
     /// # Errors
     /// As [`foot_lock`](mocap_edit::foot_lock()); `moved` is then unchanged.
     pub fn lock_feet(
+        &self,
+        source: &Scene,
+        animation: usize,
+        target: &Scene,
+        moved: &mut Animation,
+    ) -> Result<FootLockReport> {
+        let mut locked = self.in_rig(target, moved).into_owned();
+        let report = self.lock_in_rig(source, animation, self.skeleton(target), &mut locked)?;
+        *moved = self.in_file(locked);
+        Ok(report)
+    }
+
+    /// The same in the scene of [`Self::skeleton`].
+    fn lock_in_rig(
         &self,
         source: &Scene,
         animation: usize,
@@ -333,32 +412,52 @@ impl PoseRetargeter {
         let Some(animation) = source.animations.get(index) else {
             return Err(no_animation(index, source));
         };
-        let moved = self.animation(source, animation);
-        let found = self.measure(source, animation, target, &moved);
+        let target = self.skeleton(target);
+        let moved = self.animation_in_rig(source, animation);
+        let found = self.measure_in_rig(source, animation, target, &moved);
         if lock_feet && found.feet.is_some() && !found.feet_move_alike() {
             let mut locked = moved.clone();
-            let lock = self.lock_feet(source, index, target, &mut locked)?;
-            let after = self.measure(source, animation, target, &locked).with_lock(&lock);
+            let lock = self.lock_in_rig(source, index, target, &mut locked)?;
+            let after = self.measure_in_rig(source, animation, target, &locked).with_lock(&lock);
             if after.is_better_locked_than(&found) {
-                return Ok((locked, after));
+                return Ok((self.in_file(locked), after));
             }
         }
-        Ok((moved, found))
+        Ok((self.in_file(moved), found))
     }
 
     /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of
     /// them posed frame by frame, the directions of arms and legs, and what the feet do.
     pub fn measure(&self, source: &Scene, animation: &Animation, target: &Scene, moved: &Animation) -> RetargetReport {
+        self.measure_in_rig(source, animation, self.skeleton(target), &self.in_rig(target, moved))
+    }
+
+    /// The same in the scene of [`Self::skeleton`].
+    fn measure_in_rig(
+        &self,
+        source: &Scene,
+        animation: &Animation,
+        target: &Scene,
+        moved: &Animation,
+    ) -> RetargetReport {
         let (from, to) = self.moving(source, animation, target, moved);
         let metres = self.target.metres_per_unit / self.source.metres_per_unit;
-        measure::measure(
+        let mut report = measure::measure(
             &from,
             &to,
             &ticks(animation),
             self.scale() * metres,
             &self.root,
             &self.plan.unmapped,
-        )
+        );
+        if let Some((rig, _)) = self.rig.as_deref() {
+            let name = |node: NodeId| self.target.names[rig.node(node).index()].clone();
+            report.followers = rig
+                .followers()
+                .map(|(joint, other)| (name(joint), name(other)))
+                .collect();
+        }
+        report
     }
 
     /// Both bodies with their motions.
@@ -391,6 +490,10 @@ fn no_animation(index: usize, source: &Scene) -> Error {
 /// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
 /// pose can be put.
 pub(crate) fn check_figure(target: &Scene, figure: &Figure) -> Result<()> {
+    if let Some(rig) = Rig::new(target, &BTreeMap::new()) {
+        let humanoid = figure.humanoid.clone().in_rig(&rig);
+        return Body::target(&rig.scene, Figure::with_bones(&rig.scene, humanoid)).map(|_| ());
+    }
     // The T-pose is made here, so that every clone of the figure has it.
     figure.t_pose(target);
     Body::target(target, figure.clone()).map(|_| ())

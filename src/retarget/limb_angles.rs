@@ -17,10 +17,12 @@ impl PoseRetargeter {
         moved: &Animation,
     ) -> Vec<LimbAngles> {
         let ticks = ticks(animation);
-        let (from, to) = self.moving(source, animation, target, moved);
+        let moved = self.in_rig(target, moved);
+        let (from, to) = self.moving(source, animation, self.skeleton(target), &moved);
         let angles = measure::angles(&from.track(&ticks, None), &to.track(&ticks, None));
         let limbs = angles.into_iter().filter_map(|(bone, degrees)| {
             let node = self.target.joint(bone)?;
+            let node = self.rig.as_deref().map_or(node, |(rig, _)| rig.node_of_file(node));
             Some(LimbAngles { bone, node, degrees })
         });
         limbs.collect()

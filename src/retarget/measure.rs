@@ -1,5 +1,9 @@
 //! How well a motion sits on another skeleton, measured on the poses of both.
 
+mod skin;
+
+use std::collections::BTreeMap;
+
 use glam::{Quat, Vec3};
 use mocap_edit::contacts_of;
 use mocap_figure::HumanoidBone as Bone;
@@ -135,6 +139,8 @@ pub(super) fn measure(
         clamped: Vec::new(),
         lock: None,
         feet: feet(source, target, (&was, &is), ticks, root),
+        skin: skin::of(source, target, ticks, root),
+        followers: BTreeMap::new(),
         by_names: None,
     };
     // Whatever is compared with a body that is turned by guess is guessed too.

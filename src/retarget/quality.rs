@@ -1,6 +1,6 @@
 //! What is said of a motion on another skeleton.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use mocap_edit::report::FootLockReport;
@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::UnmappedBone;
 use super::sight::{Aspect, AspectError};
+use super::skin_report::SkinReport;
 
 /// How much faster the feet of the target may slide than those of the source, in metres a second.
 const MORE_SKATE: f64 = 0.005;
@@ -191,6 +192,13 @@ pub struct RetargetReport {
     /// How fast they are beside free ones; absent where they are not locked.
     #[serde(default)]
     pub lock: Option<LockedFeet>,
+    /// The skin; absent where the target has none that is read.
+    #[serde(default)]
+    pub skin: Option<SkinReport>,
+    /// Joints of the target that follow another joint than their parent, because the skin shows it: the joint that each
+    /// follows, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub followers: BTreeMap<String, String>,
     /// Of creatures, which go by the names of their joints: the angles are then those of all bones, and the verdict is
     /// good up to 15 degrees in the mean, and fair up to 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -200,7 +208,9 @@ pub struct RetargetReport {
     /// line of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a thigh or an upper arm
     /// is turned about itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90,
     /// the feet are below the floor in more than half of the frames and deeper than 20 cm, or how the body is turned as
-    /// a whole is guessed: up, left, or all of it from less than 5 frames.
+    /// a whole is guessed: up, left, or all of it from less than 5 frames. No more than fair where an edge of the skin
+    /// is longer than at rest by more than 5 % of the height, or the skin is below the floor by more than 4 %; poor
+    /// where these are more than 10 %.
     pub verdict: Verdict,
 }
 
@@ -224,6 +234,13 @@ const OF_LIMBS: (f64, f64) = (1.0, 3.0);
 
 /// The same of all bones of creatures, in degrees: creatures of one kind are built so differently.
 const OF_CREATURES: (f64, f64) = (15.0, 30.0);
+
+/// The stretch of an edge of the skin up to which a motion is good and fair, as a fraction of the height: intact rigs
+/// have 0.01 to 0.04, ribbons 0.25 and more.
+const OF_SKIN: (f64, f64) = (0.05, 0.1);
+
+/// How far the skin may be below the floor likewise, as a fraction of the height: the toe at toe-off is 7 cm deep.
+const OF_FLOOR: (f64, f64) = (0.04, 0.1);
 
 /// The verdict by one value, with its bounds of good and fair.
 fn graded(value: f64, (good, fair): (f64, f64)) -> Verdict {
@@ -269,6 +286,14 @@ fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
         let reason = format!("feet up to {depth:.0} cm below the floor, in {percent:.0} % of frames");
         (Verdict::Poor, reason)
     }));
+    if let Some(skin) = &report.skin {
+        let [one, other] = &skin.stretched_between;
+        let percent = 100.0 * skin.largest_stretch;
+        let reason = format!("the skin between {one} and {other} is stretched by {percent:.0} % of the height");
+        findings.push((graded(skin.largest_stretch, OF_SKIN), reason));
+        let reason = format!("the skin is up to {:.0} cm below the floor", 100.0 * skin.below_floor);
+        findings.push((graded(skin.below_floor / skin.height, OF_FLOOR), reason));
+    }
     findings.retain(|(verdict, _)| *verdict != Verdict::Good);
     findings
 }
@@ -438,6 +463,17 @@ impl fmt::Display for RetargetReport {
                 "\n{clip}: locked feet are at most {speed:.2} times as fast and {acceleration:.2} times as much \
                  accelerated as free ones{given_way}"
             )?;
+        }
+        if let Some(skin) = &self.skin {
+            write!(f, "\n{clip}: {skin}")?;
+        }
+        if !self.followers.is_empty() {
+            let follows = self
+                .followers
+                .iter()
+                .map(|(joint, other)| format!("{joint} follows {other}"));
+            let follows: Vec<String> = follows.collect();
+            write!(f, "\n{clip}: by the skin, {}", follows.join(", "))?;
         }
         for clamped in &self.clamped {
             let (bone, centimetres) = (clamped.bone.as_str(), 100.0 * clamped.largest);

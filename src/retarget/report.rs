@@ -6,3 +6,4 @@ pub use crate::files::{ClipReport, RetargetedClip};
 pub use crate::plan::UnmappedBone;
 pub use crate::quality::{ByNames, ClampedLeg, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
 pub use crate::sight::{Aspect, AspectError};
+pub use crate::skin_report::SkinReport;

@@ -7,6 +7,7 @@ mod conversion;
 mod generated_skeletons;
 mod humanoid;
 mod names;
+mod rig;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;

@@ -13,6 +13,7 @@ mod positions;
 mod rest_poses;
 mod retarget;
 mod retargeting;
+mod rigs;
 mod robot;
 mod robot_dynamics;
 mod robot_elbows;

@@ -1,0 +1,138 @@
+//! What a motion does to the skin of its target.
+//!
+//! Nothing here knows which joint is which bone, so what a map gets wrong shows.
+
+use mocap_figure::ground;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Mesh, Scene};
+
+use super::Moving;
+use crate::root::Root;
+use crate::skin_report::SkinReport;
+
+/// The most frames in which the skin is looked at.
+const LOOKS: usize = 120;
+
+/// How many times as long as at rest an edge is when it counts as stretched.
+const STRETCHED: f32 = 2.0;
+
+/// An edge that is shorter, as a fraction of the height, is not counted as stretched: nobody sees it.
+const SHORTEST: f32 = 1e-3;
+
+/// An edge of a mesh, with its length at rest.
+struct Edge {
+    ends: [usize; 2],
+    at_rest: f32,
+}
+
+/// A skin with its edges.
+struct Skin<'a> {
+    mesh: &'a Mesh,
+    edges: Vec<Edge>,
+}
+
+/// `None` where the target has no skin.
+pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: &Root) -> Option<SkinReport> {
+    let up = target.body.up();
+    let rest = Pose::rest(target.scene);
+    let has_skin = |mesh: &&Mesh| !mesh.name.is_empty() && !mesh.bones.is_empty();
+    let (mut skins, mut extent) = (Vec::new(), None);
+    for mesh in target.scene.meshes.iter().filter(has_skin) {
+        let vertices = rest.skin(mesh);
+        for vertex in vertices.iter().filter(|vertex| vertex.is_finite()) {
+            let (least, most) = extent.get_or_insert((*vertex, *vertex));
+            (*least, *most) = (least.min(*vertex), most.max(*vertex));
+        }
+        let mut ends: Vec<[usize; 2]> = Vec::new();
+        for face in mesh.faces() {
+            for (corner, vertex) in face.iter().enumerate() {
+                let (one, other) = (*vertex as usize, face[(corner + 1) % face.len()] as usize);
+                if one.max(other) < vertices.len() && one != other {
+                    ends.push([one.min(other), one.max(other)]);
+                }
+            }
+        }
+        ends.sort_unstable();
+        ends.dedup();
+        let edges = ends.into_iter().map(|ends| Edge {
+            at_rest: vertices[ends[0]].distance(vertices[ends[1]]),
+            ends,
+        });
+        skins.push(Skin {
+            mesh,
+            edges: edges.collect(),
+        });
+    }
+    let (least, most) = extent?;
+    let height = (most - least).max_element();
+    if !(height.is_finite() && height > 0.0) {
+        return None;
+    }
+    let floor = root.target_ankle - ground::ankle(target.body);
+    let lowest_at_rest = skins
+        .iter()
+        .flat_map(|skin| rest.skin(skin.mesh))
+        .map(|vertex| vertex.dot(up));
+    // The skin of a sole may be below the floor at rest.
+    let sole = (lowest_at_rest.fold(f32::INFINITY, f32::min) - ground::floor(target.body)).min(0.0);
+    let floor_of_source = root.source_ankle - ground::ankle(source.body);
+    let metres = target.body.metres_per_unit;
+    let bindings = [source, target].map(|moving| Binding::new(moving.scene, moving.animation));
+    let (mut was, mut is) = (Pose::rest(source.scene), rest);
+    let mut report = SkinReport {
+        height: metres * f64::from(height),
+        ..SkinReport::default()
+    };
+    let (mut stretched, mut count, mut worst) = (0_usize, 0_usize, None);
+    for &tick in ticks.iter().step_by(ticks.len().div_ceil(LOOKS).max(1)) {
+        was.sample(&bindings[0], source.animation, tick);
+        is.sample(&bindings[1], target.animation, tick);
+        let mut lowest = f32::INFINITY;
+        for (index, skin) in skins.iter().enumerate() {
+            let vertices = is.skin(skin.mesh);
+            lowest = vertices.iter().map(|vertex| vertex.dot(up)).fold(lowest, f32::min);
+            for (edge, Edge { ends, at_rest }) in skin.edges.iter().enumerate() {
+                let length = vertices[ends[0]].distance(vertices[ends[1]]);
+                let stretch = f64::from((length - at_rest) / height);
+                if stretch > report.largest_stretch {
+                    (report.largest_stretch, report.stretch_tick) = (stretch, tick);
+                    worst = Some((index, edge));
+                }
+                stretched += usize::from(length > STRETCHED * at_rest && length > SHORTEST * height);
+            }
+            count += skin.edges.len();
+        }
+        let heights = lowest_joint(source, &was);
+        let below_of_source = (floor_of_source - heights).max(0.0) * root.height_scale;
+        let below = metres * f64::from(floor + sole - lowest - below_of_source);
+        if below > report.below_floor {
+            (report.below_floor, report.floor_tick) = (below, tick);
+        }
+    }
+    report.fraction_stretched = stretched as f64 / count.max(1) as f64;
+    if let Some((skin, edge)) = worst {
+        let ends = skins[skin].edges[edge].ends;
+        report.stretched_between = ends.map(|vertex| strongest(target.scene, skins[skin].mesh, vertex));
+    }
+    Some(report)
+}
+
+/// The height of the lowest joint of a body.
+fn lowest_joint(moving: &Moving<'_>, pose: &Pose) -> f32 {
+    let heights = moving
+        .body
+        .bones
+        .values()
+        .map(|joint| pose.position(*joint).dot(moving.body.up()));
+    heights.fold(f32::INFINITY, f32::min)
+}
+
+/// The name of the joint that moves a vertex most.
+fn strongest(scene: &Scene, mesh: &Mesh, vertex: usize) -> String {
+    let weights = mesh.bones.iter().filter_map(|bone| {
+        let weight = bone.weights.iter().find(|weight| weight.vertex_id as usize == vertex)?;
+        Some((bone.node, weight.weight))
+    });
+    let strongest = weights.max_by(|a, b| a.1.total_cmp(&b.1));
+    strongest.map_or(String::new(), |(node, _)| scene.nodes[node.index()].name.clone())
+}
