@@ -1,7 +1,7 @@
 //! The commands and options of the command line.
 
 mod arrays;
-pub(crate) mod batch;
+mod batch;
 mod change;
 mod clean;
 mod edit;
@@ -31,12 +31,13 @@ use clap::{Parser, Subcommand, ValueEnum};
 use mocap::edit::{EditStep, Smooth};
 use mocap::job::{InputOptions, Length, OutputOptions, SourceMap, SourceSpace};
 
+use crate::batch::options::{InputArgs, SpreadArgs};
 use crate::build_info;
 
 pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, PackFormatArg, TableArg};
-pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
+pub(crate) use self::batch::{BatchArgs, MergeManifestArgs};
 pub(crate) use self::change::{ChangeArgs, WeightsArgs};
 pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;

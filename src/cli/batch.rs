@@ -10,6 +10,8 @@ pub(crate) mod hash;
 #[doc(hidden)]
 pub(crate) mod inputs;
 pub(crate) mod manifest;
+#[doc(hidden)]
+pub(crate) mod options;
 pub(crate) mod outputs;
 pub(crate) mod pattern;
 pub(crate) mod progress;

@@ -22,7 +22,6 @@ mod looks;
 mod made;
 mod many;
 pub(crate) mod matching;
-pub(crate) mod mcp;
 pub(crate) mod merge_manifest;
 mod own;
 #[cfg(feature = "parquet")]
@@ -188,7 +187,7 @@ fn check_picture<P: AsRef<Path>>(inputs: &[P], picture: &PictureArgs) -> Result<
         return Err(unknown_extension(&picture.output, ".png or .svg"));
     }
     check_json(picture.json, &picture.output)?;
-    streams::check_output(inputs, &picture.output, picture.force)?;
+    streams::check_output(inputs, &picture.output, picture.force.force)?;
     Ok(format)
 }
 

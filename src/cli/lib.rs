@@ -155,7 +155,7 @@ fn run_command() -> u8 {
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::Completions(args) => commands::completions::completions(args),
         Command::Man(args) => commands::completions::man(args),
-        Command::Mcp(args) => commands::mcp::run(args),
+        Command::Mcp(args) => agent::serve(args),
         Command::Record(args) => commands::live::record(args),
         Command::Play(args) => commands::play_robot::play(args),
         Command::Bridge(args) => commands::live::bridge(args),

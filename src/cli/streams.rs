@@ -10,7 +10,6 @@ use mocap::files::{OutputSet, ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::InputOptions;
 use mocap::{Code, Diagnostic, Error, Export, Importer, MemoryFile, Scene};
 
-use crate::args::{ArgumentSources, ForceArgs};
 use crate::{Failure, report};
 
 /// Whether a path stands for standard input or standard output.
@@ -99,11 +98,11 @@ fn standard_input(importer: &Importer) -> mocap::Result<&'static [MemoryFile<'st
 }
 
 /// Refuses an output that would replace an input or a file that may be a source.
-pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path, force: ForceArgs) -> mocap::Result<()> {
+pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path, force: bool) -> mocap::Result<()> {
     if is_standard(output) {
         return Ok(());
     }
-    ReplacePolicy::new(inputs).force(force.force).check(output)
+    ReplacePolicy::new(inputs).force(force).check(output)
 }
 
 /// Writes a file, of which a killed process may have left a part, or to standard output.
@@ -120,13 +119,13 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
 }
 
 /// Writes the files of an output and the files that a user named besides, all or none, as `policy` allows; what goes to
-/// standard output goes there. With `--dry-run` says what it would write, unless `policy` refuses it.
+/// standard output goes there. A dry run says what it would write, unless `policy` refuses it.
 pub(crate) fn save(
     written: &Export,
     output: &Path,
     besides: &[(&Path, &[u8])],
     policy: &ReplacePolicy,
-    given: &ArgumentSources,
+    is_dry_run: bool,
 ) -> Result<(), Failure> {
     let is_stream = is_standard(output);
     let stream = is_stream.then(|| written.clone().into_bytes()).transpose()?;
@@ -135,7 +134,7 @@ pub(crate) fn save(
     if !is_stream {
         written.add_to(&mut set, output)?;
     }
-    if given.is_dry_run() {
+    if is_dry_run {
         return would_save(&set, stream.as_deref(), policy);
     }
     write_set(&set, stream.as_deref(), policy)

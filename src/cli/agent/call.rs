@@ -12,8 +12,9 @@ use super::paths;
 use super::root::{Root, check_folder, check_output};
 use super::schema::{Commands, check_names};
 use super::tools::Tool;
-use crate::args::{Args, Command, GraphCommand, IndexArgs, InputArgs, RunArgs, SpreadArgs};
+use crate::args::{Args, Command, GraphCommand, IndexArgs, RunArgs};
 use crate::batch::inputs;
+use crate::batch::options::{InputArgs, SpreadArgs};
 use crate::{Failure, commands, streams};
 
 pub(super) struct Call<'a> {

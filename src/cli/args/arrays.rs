@@ -11,9 +11,9 @@ use mocap::convert::TimeRange;
 use mocap::job::{InputOptions, Length, OutSpace, SourceMap, SourceSpace};
 
 use super::{ArgumentSources, ForceArgs};
-#[cfg(feature = "parquet")]
-use super::{InputArgs, SpreadArgs};
 use crate::Failure;
+#[cfg(feature = "parquet")]
+use crate::batch::options::{InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FkArgs {

@@ -1,15 +1,13 @@
 //! Options of commands that take many files.
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 
 use super::OutputFormat;
 use crate::batch::inputs::names_several;
-use crate::batch::progress::ProgressArg;
-use crate::batch::shard::Shard;
-use crate::{Failure, report, streams};
+use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::{Failure, streams};
 
 /// Options for many files. They decide the names of outputs, but not their contents.
 #[derive(Debug, clap::Args)]
@@ -67,50 +65,6 @@ fn names_file(output: &Path) -> bool {
 /// Whether an output has the extension of a format that is read, and no folder of that name is there.
 fn names_source(output: &Path) -> bool {
     !is_folder(output) && ReplacePolicy::is_source(output)
-}
-
-/// Which files to read.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Many files")]
-pub struct InputArgs {
-    /// Accept a folder or a wildcard without motion files; by default that is an error
-    #[arg(long)]
-    pub allow_empty: bool,
-}
-
-/// How to distribute the work.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Many files")]
-pub(crate) struct SpreadArgs {
-    /// Number of threads [default: the number of cores]
-    #[arg(long, value_name = "N")]
-    pub(crate) threads: Option<NonZeroUsize>,
-    /// Take only part i of n; the parts depend only on the relative paths of the files
-    #[arg(long, value_name = "i/n")]
-    pub(crate) shard: Option<Shard>,
-    /// How to show progress on standard error
-    #[arg(long, value_name = "KIND", default_value = "auto")]
-    progress: ProgressArg,
-}
-
-impl SpreadArgs {
-    /// The name of the file that is made of this shard: `survey.2-of-8.jsonl`.
-    pub(crate) fn of_shard(&self, output: &Path) -> PathBuf {
-        match (self.shard, output.extension()) {
-            (Some(shard), Some(extension)) if !streams::is_standard(output) => {
-                output.with_extension(format!("{}.{}", shard.name(), extension.display()))
-            }
-            _ => output.to_owned(),
-        }
-    }
-
-    pub(crate) fn progress(&self) -> ProgressArg {
-        if report::is_quiet() {
-            ProgressArg::None
-        } else {
-            self.progress
-        }
-    }
 }
 
 /// Whether an output is a folder: one that is there, or a name that ends in a separator.

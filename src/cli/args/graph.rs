@@ -9,7 +9,8 @@ use mocap::job::{
 };
 
 use super::write::writing;
-use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, WeightsArgs};
+use super::{ForceArgs, InsteadArgs, OutputFormat, WeightsArgs};
+use crate::batch::options::InputArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]

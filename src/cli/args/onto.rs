@@ -7,7 +7,8 @@ use mocap::job::{InputOptions, OutputOptions, SourceMap, SourceSpace, Sources};
 
 use super::job::{root_motion, sources};
 use super::write::writing;
-use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs, WeightsArgs};
+use super::{ForceArgs, InsteadArgs, WeightsArgs};
+use crate::batch::options::{InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OntoArgs {

@@ -9,7 +9,8 @@ use mocap::job::{InputOptions, MotionJob, OutputOptions, SourceMap, SourceSpace}
 use super::batch::is_folder;
 use super::job::sources;
 use super::write::writing;
-use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs, WeightsArgs};
+use super::{ForceArgs, InsteadArgs, OutputFormat, WeightsArgs};
+use crate::batch::options::{InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OwnArgs {

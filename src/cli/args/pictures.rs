@@ -6,7 +6,8 @@ use mocap::Conversion;
 use mocap::convert::TimeRange;
 use mocap::job::{InputOptions, SourceMap, SourceSpace, SourceUp};
 
-use super::{ForceArgs, InputArgs};
+use super::ForceArgs;
+use crate::batch::options::InputArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use super::ForceArgs;
 use super::write::extensions_and;
-use super::{ForceArgs, InputArgs, SpreadArgs};
+use crate::batch::options::{InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {

@@ -9,8 +9,9 @@ use mocap::glam::Vec2;
 use mocap::job::InputOptions;
 use mocap::survey::Condition;
 
+use super::ForceArgs;
 use super::write::extensions_and;
-use super::{ForceArgs, InputArgs, SpreadArgs};
+use crate::batch::options::{InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct IndexArgs {

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use mocap::job::{InputOptions, SurveyJob, SurveyOptions};
 
-use super::{ForceArgs, InputArgs, SpreadArgs};
+use super::ForceArgs;
+use crate::batch::options::{InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SurveyArgs {

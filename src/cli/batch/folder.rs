@@ -16,10 +16,10 @@ use mocap::retarget::report::Verdict;
 use super::hash::sha256;
 use super::inputs::{self, Input};
 use super::manifest::{Manifest, Record};
+use super::options::{InputArgs, SpreadArgs};
 use super::outputs::{Claims, KnownOutputs, Output, name_outputs};
 use super::progress::{Counts, Outcome, Progress};
 use super::{PANICKED, for_each, thread_count};
-use crate::args::{InputArgs, SpreadArgs};
 use crate::{Failure, report};
 
 /// What a command does with each of many files.

@@ -3,9 +3,9 @@
 use mocap::Error;
 
 use super::inputs::Input;
+use super::options::SpreadArgs;
 use super::progress::{Counts, Outcome, Progress};
 use super::{PANICKED, for_each, thread_count};
-use crate::args::SpreadArgs;
 use crate::{Failure, report};
 
 /// Works on all inputs and tells of each that fails. Returns what was made of each or what was told, in the order of

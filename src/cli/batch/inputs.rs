@@ -8,9 +8,9 @@ use std::path::{Component, Path, PathBuf};
 
 use mocap::{Code, Diagnostic, FormatInfo};
 
+use super::options::InputArgs;
 use super::pattern::{Pattern, has_wildcard};
 use super::walk::{Entry, Search};
-use crate::args::InputArgs;
 use crate::{Failure, kinds, report};
 
 /// An input file.

@@ -18,7 +18,7 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
         return Err(super::unknown_extension(&args.output, ".mot or .csv"));
     }
     check_json(args.json, &args.output)?;
-    streams::check_output(&[&args.input], &args.output, args.force)?;
+    streams::check_output(&[&args.input], &args.output, args.force.force)?;
     let mut scene = import_motion(&args.read, &args.input)?;
     report::warnings(Some(&args.input), &args.source.contradictions(&scene));
     args.source.state(&mut scene);

@@ -35,7 +35,13 @@ pub(crate) fn run(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failu
         (file, format!("{}\n", visible_json(&text)).into_bytes())
     });
     let report = report.as_ref().map(|(file, bytes)| (*file, bytes.as_slice()));
-    streams::save(&made.written, &args.own.output, report.as_slice(), &policy, given)?;
+    streams::save(
+        &made.written,
+        &args.own.output,
+        report.as_slice(),
+        &policy,
+        given.is_dry_run(),
+    )?;
     match args.own.verify {
         true => verify::output(&job, made.scene.take()),
         false => Ok(()),

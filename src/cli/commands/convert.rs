@@ -141,7 +141,7 @@ fn one(args: &ConvertArgs, given: &ArgumentSources, job: &MotionJob, format: Out
     let (input, output) = (&job.source.inputs[0], job.write.output.as_path());
     let to_stream = streams::is_standard(output);
     if !to_stream {
-        streams::save(&made.written, output, &[], &policy, given)?;
+        streams::save(&made.written, output, &[], &policy, given.is_dry_run())?;
     }
     let bytes = made.written.len();
     // The bytes of a long take are better gone before what follows.
@@ -157,7 +157,7 @@ fn one(args: &ConvertArgs, given: &ArgumentSources, job: &MotionJob, format: Out
         tell(args, input, output, &made, bytes)?;
     }
     if to_stream {
-        return streams::save(&made.written, output, &[], &policy, given);
+        return streams::save(&made.written, output, &[], &policy, given.is_dry_run());
     }
     match args.verify {
         true => {

@@ -100,7 +100,7 @@ fn one(args: &EditArgs, given: &ArgumentSources, job: &MotionJob) -> Result<(), 
         besides.push((file, drawn(drawing, &extension(file))?));
     }
     let besides = Vec::from_iter(besides.iter().map(|(path, bytes)| (*path, bytes.as_slice())));
-    streams::save(&made.written, &args.own.output, &besides, &policy, given)?;
+    streams::save(&made.written, &args.own.output, &besides, &policy, given.is_dry_run())?;
     if let Some((file, drawing)) = &curves {
         print_report(&PictureReport::of(drawing, file, 0), false, Place::Message)?;
     }

@@ -15,7 +15,7 @@ pub(crate) fn run(args: &FkArgs, given: &ArgumentSources) -> Result<(), Failure>
     let write = writer(args)?;
     args.arrays.check(&args.source, given)?;
     check_json(args.json, &args.output)?;
-    streams::check_output(&[&args.input], &args.output, args.force)?;
+    streams::check_output(&[&args.input], &args.output, args.force.force)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::warnings(Some(&args.input), &args.source.contradictions(&scene));
@@ -87,7 +87,7 @@ fn body(args: &FkArgs, given: &ArgumentSources, layout: BodyLayout) -> Result<()
         return Err(Failure::Usage(message));
     }
     check_json(args.json, &args.output)?;
-    streams::check_output(&[&args.input], &args.output, args.force)?;
+    streams::check_output(&[&args.input], &args.output, args.force.force)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::clip_taken(&scene);

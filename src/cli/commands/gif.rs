@@ -13,7 +13,7 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
         return Err(unknown_extension(&args.output, ".gif, .apng or .png"));
     }
     super::check_json(args.json, &args.output)?;
-    streams::check_output(&[&args.file], &args.output, args.force)?;
+    streams::check_output(&[&args.file], &args.output, args.force.force)?;
     let mut scene = import_drawn(&args.read, args.up, &args.file)?;
     if let Some(robot) = &args.robot {
         scene = on_robot(scene, &args.file, robot)?;

@@ -6,8 +6,9 @@ use mocap::job::report::JobReport;
 use mocap::job::{GraphJob, WalkJob};
 
 use super::{Place, check_json, made, output_format, print_job, print_report, refuse_one_file, unknown_extension};
-use crate::args::{ArgumentSources, GraphArgs, GraphCommand, InputArgs, RunArgs, WalkArgs};
+use crate::args::{ArgumentSources, GraphArgs, GraphCommand, RunArgs, WalkArgs};
 use crate::batch::inputs;
+use crate::batch::options::InputArgs;
 use crate::printed::OutputReport;
 use crate::{Failure, kinds, report, streams};
 

@@ -96,7 +96,7 @@ fn tell_and_write(
     given: &ArgumentSources,
 ) -> Result<(), Failure> {
     tell(&made.written, output, &mut Voice::Aloud);
-    streams::save(&made.written, output, &[], policy, given)
+    streams::save(&made.written, output, &[], policy, given.is_dry_run())
 }
 
 /// An error of a job: where no file is at fault but the arguments, it is wrong usage.

@@ -11,11 +11,12 @@ use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
 use super::robot_reports::Table;
 use super::{looks, made, verify};
-use crate::args::{ArgumentSources, InputArgs, SpreadArgs};
+use crate::args::ArgumentSources;
 use crate::batch::folder::{self, FileState, FileTask, verdicts};
 use crate::batch::hash::{sha256, sha256_of};
 use crate::batch::inputs::Input;
 use crate::batch::manifest::Record;
+use crate::batch::options::{InputArgs, SpreadArgs};
 use crate::batch::outputs::Output;
 use crate::batch::progress::Counts;
 use crate::report::Voice;

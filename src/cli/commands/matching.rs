@@ -70,7 +70,7 @@ fn made(args: &MatchArgs, given: &ArgumentSources) -> Result<Option<MatchOutcome
     let (animation, done) = moved(args, &database, moves, &hero)?;
     hero.animations = vec![animation];
     let written = Exporter::new().format(format).write_as(&hero, &output)?;
-    streams::save(&written, &args.output, &[], &policy, given)?;
+    streams::save(&written, &args.output, &[], &policy, given.is_dry_run())?;
     Ok(Some(done))
 }
 

@@ -83,7 +83,7 @@ fn done(job: &Job, given: &ArgumentSources) -> Result<JobReport, Failure> {
     Ok(match streams::is_standard(output) {
         _ if given.is_dry_run() => {
             let (written, report) = job.make(motions)?;
-            streams::save(&written, output, &[], &job.policy(), given)?;
+            streams::save(&written, output, &[], &job.policy(), given.is_dry_run())?;
             report
         }
         true => {

@@ -71,7 +71,7 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
         _ => return Err(super::unknown_extension(&args.output, ".mot, .sto, .csv or .parquet")),
     };
     check_json(args.json, &args.output)?;
-    streams::check_output(&[&args.input], &args.output, args.force)?;
+    streams::check_output(&[&args.input], &args.output, args.force.force)?;
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
     let mut scene = streams::import(&importer, &args.input)?;
     say_gaps_once(&mut scene);

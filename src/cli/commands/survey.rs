@@ -12,10 +12,11 @@ use mocap::survey::report::{ClipRecord, ClipRow, Quality};
 
 use serde::Serialize;
 
-use crate::args::{InputArgs, RunArgs, SpreadArgs, SurveyArgs};
+use crate::args::{RunArgs, SurveyArgs};
 use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
+use crate::batch::options::{InputArgs, SpreadArgs};
 use crate::batch::progress::Counts;
 use crate::{Failure, report, streams};
 

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
         }
         Some(output) => {
             check_json(args.json, output)?;
-            streams::check_output(&args.files, output, args.force)?;
+            streams::check_output(&args.files, output, args.force.force)?;
             output.clone()
         }
         None => temporary_folder()?.join(format!("{}.html", short_name(&args.files[0]))),
