@@ -154,12 +154,21 @@ enum Place {
     Data,
     /// Standard error, unless the user wants silence: the result is a file.
     Message,
+    /// Standard output with colours: the report escapes the text of a file itself.
+    Screen,
+    /// As [`Screen`](Self::Screen), one of many reports: its JSON is one line.
+    Row,
 }
 
 /// Prints a report: as JSON on standard output, or as text.
 fn print_report(report: &impl Report, is_json: bool, place: Place) -> Result<(), Failure> {
-    if is_json {
-        return Ok(print_json(report)?);
+    match (is_json, place) {
+        (true, Place::Row) => {
+            let line = serde_json::to_string(report).map_err(io::Error::from)?;
+            return Ok(writeln!(report::json(), "{line}")?);
+        }
+        (true, _) => return Ok(print_json(report)?),
+        (false, _) => {}
     }
     let text = report.to_string();
     let line = text.strip_suffix('\n').unwrap_or(&text);
@@ -168,6 +177,7 @@ fn print_report(report: &impl Report, is_json: bool, place: Place) -> Result<(),
         Place::Data => report::data().write_all(text.as_bytes())?,
         Place::Message if text.is_empty() => {}
         Place::Message => report::say(line),
+        Place::Screen | Place::Row => report::beside_bar(|| io::stdout().write_all(text.as_bytes()))?,
     }
     Ok(())
 }

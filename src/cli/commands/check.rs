@@ -1,12 +1,13 @@
 //! `mocap check`: reports errors and warnings of files.
 
-use std::io::{self, Write};
+use std::fmt;
 use std::path::Path;
 
 use mocap::scene::Assumption;
 use mocap::{Code, Diagnostic, SkeletonMesh};
 use serde::Serialize;
 
+use super::{Place, print_report};
 use crate::args::CheckArgs;
 use crate::batch::gather::gather;
 use crate::batch::inputs::{self, Input};
@@ -52,7 +53,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
     let mut progress = Progress::new(args.spread.progress(), &inputs);
     let mut in_order = InOrder::new();
-    let print = |index: usize, checked: FileCheck| -> io::Result<()> {
+    let print = |index: usize, checked: FileCheck| -> Result<(), Failure> {
         let outcome = match checked.status {
             Status::Error => Outcome::Failed,
             Status::Ok | Status::Warning => Outcome::Done,
@@ -60,7 +61,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         progress.add(&inputs[index], outcome);
         in_order.push(index, checked);
         while let Some(checked) = in_order.pop() {
-            print(&checked, args.json)?;
+            if args.json || checked.status != Status::Ok || !report::is_quiet() {
+                print_report(&checked, args.json, Place::Row)?;
+            }
         }
         Ok(())
     };
@@ -76,21 +79,6 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         failed if failed == counts.files => Err(Failure::Told),
         _ => Err(Failure::Some),
     }
-}
-
-fn print(checked: &FileCheck, json: bool) -> io::Result<()> {
-    if json {
-        return writeln!(report::json(), "{}", serde_json::to_string(checked)?);
-    }
-    if checked.status == Status::Ok && report::is_quiet() {
-        return Ok(());
-    }
-    let findings = checked.diagnostics.iter().map(|finding| {
-        let file = Path::new(finding.file.as_ref().unwrap_or(&checked.file));
-        report::render(finding.severity, Some(file), &finding.diagnostic) + "\n"
-    });
-    let lines: String = findings.collect();
-    report::beside_bar(|| writeln!(io::stdout().lock(), "{lines}{}", report::visible(&summary(checked))))
 }
 
 /// What `--json` prints, as a list.
@@ -168,27 +156,34 @@ fn checked(
     }
 }
 
-/// `walk.bvh: 1 error, 2 warnings`.
-fn summary(checked: &FileCheck) -> String {
-    let count = |severity| {
-        checked
-            .diagnostics
-            .iter()
-            .filter(|finding| finding.severity == severity)
-            .count()
-    };
-    let counted = |number: usize, what: &str| match number {
-        0 => None,
-        1 => Some(format!("1 {what}")),
-        _ => Some(format!("{number} {what}s")),
-    };
-    let counts = [
-        counted(count(Severity::Error), "error"),
-        counted(count(Severity::Warning), "warning"),
-    ];
-    let counts: Vec<_> = counts.into_iter().flatten().collect();
-    match counts.is_empty() {
-        true => format!("{}: ok", checked.file),
-        false => format!("{}: {}", checked.file, counts.join(", ")),
+impl fmt::Display for FileCheck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for finding in &self.diagnostics {
+            let file = Path::new(finding.file.as_ref().unwrap_or(&self.file));
+            writeln!(
+                f,
+                "{}",
+                report::render(finding.severity, Some(file), &finding.diagnostic)
+            )?;
+        }
+        writeln!(f, "{}", report::visible(&self.summary()))
+    }
+}
+
+impl FileCheck {
+    /// `walk.bvh: 1 error, 2 warnings`.
+    fn summary(&self) -> String {
+        let counts = [(Severity::Error, "error"), (Severity::Warning, "warning")].map(|(severity, noun)| {
+            let found = self.diagnostics.iter().filter(|finding| finding.severity == severity);
+            match found.count() {
+                0 => None,
+                count => Some(report::counted(count, noun)),
+            }
+        });
+        let counts: Vec<_> = counts.into_iter().flatten().collect();
+        match counts.is_empty() {
+            true => format!("{}: ok", self.file),
+            false => format!("{}: {}", self.file, counts.join(", ")),
+        }
     }
 }

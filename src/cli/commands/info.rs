@@ -1,6 +1,7 @@
 //! `mocap info`: summarises a file.
 
-use std::io::{self, IsTerminal, Write};
+use std::fmt;
+use std::io::{self, IsTerminal};
 
 use mocap::dump::report::Summary;
 use mocap::render::{Clip, ScreenOptions};
@@ -8,7 +9,7 @@ use mocap::{Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
 
-use super::print_json;
+use super::{Place, print_report};
 use crate::args::InfoArgs;
 use crate::{Failure, report, streams};
 
@@ -18,29 +19,38 @@ pub(crate) struct InfoView<'a> {
     file: String,
     #[serde(flatten)]
     summary: Summary<'a>,
+    /// The text for people.
+    #[serde(skip)]
+    screen: String,
+}
+
+impl fmt::Display for InfoView<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.screen)
+    }
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     let mut scene = import(args)?;
-    let name = args.file.display().to_string();
-    if args.json {
-        let view = InfoView {
-            file: name,
-            summary: Summary::of(&scene),
-        };
-        return Ok(print_json(&view)?);
+    let mut screen = String::new();
+    if !args.json {
+        make_names_visible(&mut scene);
+        screen = screen_of(&report::visible(&args.file.display().to_string()), &scene);
     }
-    make_names_visible(&mut scene);
-    Ok(print_screen(&report::visible(&name), &scene)?)
+    print_report(&view(args, &scene, screen), args.json, Place::Screen)
 }
 
 /// What `--json` prints.
 pub(crate) fn summary(args: &InfoArgs) -> Result<serde_json::Value, Failure> {
-    let scene = import(args)?;
-    Ok(super::value(&InfoView {
+    Ok(super::value(&view(args, &import(args)?, String::new())))
+}
+
+fn view<'a>(args: &InfoArgs, scene: &'a Scene, screen: String) -> InfoView<'a> {
+    InfoView {
         file: args.file.display().to_string(),
-        summary: Summary::of(&scene),
-    }))
+        summary: Summary::of(scene),
+        screen,
+    }
 }
 
 fn import(args: &InfoArgs) -> mocap::Result<Scene> {
@@ -70,8 +80,9 @@ fn make_names_visible(scene: &mut Scene) {
     }
 }
 
-/// The size of the terminal; if the output is not a terminal, the usual width and no limit on the length.
-fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
+/// The text of a scene, of the size of the terminal. If the output is not a terminal, the text has the usual width and
+/// no limit on its length.
+fn screen_of(name: &str, scene: &Scene) -> String {
     let is_terminal = io::stdout().is_terminal();
     let size = terminal_size::terminal_size().filter(|_| is_terminal);
     let options = match size {
@@ -81,6 +92,5 @@ fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
             .colour(std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())),
         None => ScreenOptions::new().height(usize::MAX),
     };
-    let screen = Clip { name, scene }.screen(&options);
-    report::beside_bar(|| io::stdout().write_all(screen.as_bytes()))
+    Clip { name, scene }.screen(&options)
 }

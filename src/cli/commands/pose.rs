@@ -1,7 +1,6 @@
 //! `mocap pose`: prints node matrices at a tick.
 
 use std::fmt;
-use std::io::{self, BufWriter, Write};
 
 use mocap::arrays::csv_field;
 use mocap::glam::Mat4;
@@ -9,8 +8,8 @@ use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
 use serde::Serialize;
 
 use super::{Place, import_motion, print_report};
+use crate::Failure;
 use crate::args::{ArgumentSources, PoseArgs};
-use crate::{Failure, report};
 
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -45,10 +44,14 @@ pub(crate) fn run(args: &PoseArgs, given: &ArgumentSources) -> Result<(), Failur
         tick: args.tick,
         nodes: view_nodes(&scene, args),
     };
-    match args.csv && !args.json {
-        true => Ok(print_csv(&view, args.spreadsheet)?),
-        false => print_report(&view, args.json, Place::Result),
+    if !args.csv {
+        return print_report(&view, args.json, Place::Result);
     }
+    let table = PoseTable {
+        view,
+        for_spreadsheet: args.spreadsheet,
+    };
+    print_report(&table, args.json, Place::Data)
 }
 
 fn view_nodes<'a>(scene: &'a Scene, args: &PoseArgs) -> Vec<NodeView<'a>> {
@@ -96,22 +99,28 @@ impl fmt::Display for PoseView<'_> {
     }
 }
 
-fn print_csv(view: &PoseView<'_>, for_spreadsheet: bool) -> io::Result<()> {
-    let mut out = BufWriter::new(report::data());
-    let header = "name,parent,tx,ty,tz,qx,qy,qz,qw,\
-                  m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,m30,m31,m32,m33";
-    writeln!(out, "{header}")?;
-    for node in &view.nodes {
-        write!(
-            out,
-            "{},{}",
-            csv_field(node.name, for_spreadsheet),
-            csv_field(node.parent.unwrap_or_default(), for_spreadsheet)
-        )?;
-        for number in node.translation.iter().chain(&node.rotation).chain(&node.matrix) {
-            write!(out, ",{number}")?;
+/// A pose as CSV.
+#[derive(Serialize)]
+#[serde(transparent)]
+struct PoseTable<'a> {
+    view: PoseView<'a>,
+    #[serde(skip)]
+    for_spreadsheet: bool,
+}
+
+impl fmt::Display for PoseTable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let header = "name,parent,tx,ty,tz,qx,qy,qz,qw,\
+                      m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,m30,m31,m32,m33";
+        writeln!(f, "{header}")?;
+        for node in &self.view.nodes {
+            let names = [node.name, node.parent.unwrap_or_default()].map(|name| csv_field(name, self.for_spreadsheet));
+            f.write_str(&names.join(","))?;
+            for number in node.translation.iter().chain(&node.rotation).chain(&node.matrix) {
+                write!(f, ",{number}")?;
+            }
+            writeln!(f)?;
         }
-        writeln!(out)?;
+        Ok(())
     }
-    out.flush()
 }

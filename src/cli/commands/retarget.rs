@@ -1,16 +1,17 @@
 //! `mocap retarget`: motions on a character.
 
 use std::cmp::Ordering;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use mocap::job::MotionJob;
 use mocap::retarget::report::ClipReport;
 use mocap::retarget::report::RetargetReport;
 use mocap::retarget::report::Verdict;
+use serde::Serialize;
 
 use super::{MANY, Place, check_json, extension, looks, made, many, output_format, print_job, print_report};
 use crate::args::{ArgumentSources, RetargetArgs};
-use crate::printed::ReportList;
 use crate::{Failure, kinds, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &ArgumentSources) -> Result<(), Failure> {
@@ -22,12 +23,13 @@ pub(crate) fn run(args: &RetargetArgs, given: &ArgumentSources) -> Result<(), Fa
         return many::run(&job, given, &args.onto.inputs, &args.onto.spread, args.onto.resume);
     }
     let (maker, made) = made::save(&job, given)?;
-    let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(ClipReport::body).collect();
-    let clips = reports.len();
-    match clips > MOST_TOLD && !args.onto.json {
-        true => tell_all(&made.clips, &args.output),
-        false => print_report(&ReportList(reports), args.onto.json, Place::Message)?,
-    }
+    let table = ClipTable {
+        reports: made.clips.iter().filter_map(ClipReport::body).collect(),
+        clips: &made.clips,
+        output: &args.output,
+    };
+    print_report(&table, args.onto.json, Place::Message)?;
+    let clips = table.reports.len();
     let would_be = if given.is_dry_run() { "would be " } else { "" };
     report::say(&format!(
         "{}: {} {would_be}added",
@@ -77,47 +79,62 @@ pub(crate) fn job(args: &RetargetArgs, given: &ArgumentSources) -> Result<Motion
 /// More clips than this are told a line each.
 const MOST_TOLD: usize = 3;
 
-/// A line of each clip, the worst first, and below the reasons and the command that shows it.
-fn tell_all(reports: &[ClipReport], output: &Path) {
-    let mut sorted = Vec::from_iter(reports.iter().filter_map(|found| Some((found, found.body()?))));
-    let grade = |found: &RetargetReport| match found.verdict {
-        Verdict::Poor => 0,
-        Verdict::Fair => 1,
-        _ => 2,
-    };
-    sorted.sort_by(|(_, a), (_, b)| {
-        (grade(a), b.mean_degrees)
-            .partial_cmp(&(grade(b), a.mean_degrees))
-            .unwrap_or(Ordering::Equal)
-    });
-    let width = sorted
-        .iter()
-        .map(|(_, found)| found.clip.chars().count())
-        .max()
-        .unwrap_or(0);
-    report::say(&format!(
-        "{:width$}  verdict  degrees off, mean   most  slide cm/s  in the source  frames",
-        "clip"
-    ));
-    for (report, found) in sorted {
-        let slides = found.feet.as_ref().map(|feet| [feet.target.skate, feet.source.skate]);
-        let [slide, of_source] = slides.map_or(["-".to_owned(), "-".to_owned()], |slides| {
-            slides.map(|metres| format!("{:.1}", 100.0 * metres))
-        });
-        report::say(&format!(
-            "{:width$}  {:7}  {:>17.2}  {:>5.1}  {slide:>10}  {of_source:>13}  {:>6}",
-            found.clip,
-            found.verdict.as_str(),
-            found.mean_degrees,
-            found.max_degrees,
-            found.frames
-        ));
-        if found.verdict != Verdict::Good {
-            report::say(&format!("  {}", report.reasons().join("; ")));
-            report::say(&format!("  {}", looks::clip(output, &found.clip)));
+/// The reports of the clips as JSON. The text of a few is their reports; of more it is a table.
+#[derive(Serialize)]
+#[serde(transparent)]
+struct ClipTable<'a> {
+    reports: Vec<&'a RetargetReport>,
+    #[serde(skip)]
+    clips: &'a [ClipReport],
+    #[serde(skip)]
+    output: &'a Path,
+}
+
+impl fmt::Display for ClipTable<'_> {
+    /// A line of each clip, the worst first, and below the reasons and the command that shows it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.reports.len() <= MOST_TOLD {
+            return self.reports.iter().try_for_each(|report| writeln!(f, "{report}"));
         }
+        let mut sorted = Vec::from_iter(self.clips.iter().filter_map(|clip| Some((clip, clip.body()?))));
+        let grade = |report: &RetargetReport| match report.verdict {
+            Verdict::Poor => 0,
+            Verdict::Fair => 1,
+            _ => 2,
+        };
+        sorted.sort_by(|(_, a), (_, b)| {
+            (grade(a), b.mean_degrees)
+                .partial_cmp(&(grade(b), a.mean_degrees))
+                .unwrap_or(Ordering::Equal)
+        });
+        let lengths = sorted.iter().map(|(_, report)| report.clip.chars().count());
+        let width = lengths.max().unwrap_or(0);
+        writeln!(
+            f,
+            "{:width$}  verdict  degrees off, mean   most  slide cm/s  in the source  frames",
+            "clip"
+        )?;
+        for (clip, report) in sorted {
+            let slides = report.feet.as_ref().map(|feet| [feet.target.skate, feet.source.skate]);
+            let [slide, of_source] = slides.map_or(["-".to_owned(), "-".to_owned()], |slides| {
+                slides.map(|metres| format!("{:.1}", 100.0 * metres))
+            });
+            writeln!(
+                f,
+                "{:width$}  {:7}  {:>17.2}  {:>5.1}  {slide:>10}  {of_source:>13}  {:>6}",
+                report.clip,
+                report.verdict.as_str(),
+                report.mean_degrees,
+                report.max_degrees,
+                report.frames
+            )?;
+            if report.verdict != Verdict::Good {
+                writeln!(f, "  {}", clip.reasons().join("; "))?;
+                writeln!(f, "  {}", looks::clip(self.output, &report.clip))?;
+            }
+        }
+        writeln!(f, "--json has all that is known of each clip")
     }
-    report::say("--json has all that is known of each clip");
 }
 
 /// The motions, and the file of the character.

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::fmt;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
@@ -12,6 +11,7 @@ use mocap::survey::report::{ClipRecord, ClipRow, Quality};
 
 use serde::Serialize;
 
+use super::{Place, print_report};
 use crate::args::{RunArgs, SurveyArgs};
 use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
@@ -117,17 +117,16 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
         let clips = report::counted(corpus.rows().len(), "clip");
         report::say(&format!("{}: {clips}", path.display()));
     }
-    match (&output, surveying.select) {
-        _ if work.is_json => report::data().write_all((corpus.to_json() + "\n").as_bytes())?,
-        (Some(_), _) => {}
-        (None, Some(_)) => report::data().write_all(corpus.to_list().as_bytes())?,
-        (None, None) => super::print_report(
-            &Summary {
-                rows: corpus.rows().collect(),
-            },
-            false,
-            super::Place::Result,
-        )?,
+    if work.is_json || output.is_none() {
+        let report = SurveyReport {
+            rows: corpus.rows().collect(),
+            list: surveying.select.map(|_| corpus.to_list()),
+        };
+        let place = match report.list {
+            Some(_) => Place::Data,
+            None => Place::Result,
+        };
+        print_report(&report, work.is_json, place)?;
     }
     counts.verdict()?;
     match surveying.problem(&corpus) {
@@ -196,15 +195,21 @@ fn unchanged(former: &HashMap<String, Vec<ClipRecord>>, input: &Input) -> Option
     (ClipRecord::are_all(clips) && clips.iter().all(is_same)).then(|| clips.clone())
 }
 
-/// A table of verdicts and reasons, and the worst clips.
+/// The rows as JSON; as text the list of the selected files, or a table of verdicts and reasons, and the worst clips.
 #[derive(Serialize)]
 #[serde(transparent)]
-struct Summary<'a> {
+struct SurveyReport<'a> {
     rows: Vec<&'a ClipRow>,
+    /// The files of a selection.
+    #[serde(skip)]
+    list: Option<String>,
 }
 
-impl fmt::Display for Summary<'_> {
+impl fmt::Display for SurveyReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(list) = &self.list {
+            return f.write_str(list);
+        }
         let rows = || self.rows.iter().copied();
         let count = |verdict| rows().filter(|row| row.verdict == verdict).count();
         let seconds: f64 = rows().map(|row| row.seconds).sum();
