@@ -1,15 +1,18 @@
 //! The motion of a robot as an animation of its links.
 
 use glam::{Quat, Vec3};
-
 use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
+use super::ticks::Ticks;
+
 /// The animation of [`robot_scene`](super::robot_bones::robot_scene) in which the base and the joints, frame by frame,
-/// are there.
+/// are there. A joint that never moves has one key.
 #[doc(hidden)]
 pub fn robot_clip(robot: &Robot, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
     let joints = robot.moving_joints();
+    let ticks: Vec<f64> = (0..root.len()).map(|frame| frame as f64).collect();
+    let at = Ticks::new(&ticks);
     let channel = |link: usize, transforms: Vec<Placement>| {
         let mut rotations: Vec<Quat> = transforms
             .iter()
@@ -24,15 +27,11 @@ pub fn robot_clip(robot: &Robot, name: &str, fps: f64, root: &[Placement], dof_p
             .iter()
             .map(|transform| transform.translation.as_vec3())
             .collect();
-        let stays = positions.iter().all(|position| *position == positions[0]);
         Channel {
             node_name: robot.links[link].name.clone(),
             node: Some(NodeId::new(link)),
-            position_keys: match positions.first() {
-                Some(first) if stays => Keys::constant(*first),
-                _ => Keys::every_tick(positions),
-            },
-            rotation_keys: Keys::every_tick(rotations),
+            position_keys: at.keys(positions),
+            rotation_keys: at.rotation_keys(rotations),
             scaling_keys: Keys::constant(Vec3::ONE),
         }
     };

@@ -3,9 +3,9 @@
 use glam::Quat;
 use mocap_scene::scene::{Animation, Keys};
 
-/// The largest distance between quaternions that counts as rounding: a rotation of 1e-6 radians, some ten roundings of
-/// a product.
-const ROUNDING: f32 = 5e-7;
+/// The largest distance between quaternions that counts as rounding: a rotation of 4e-6 radians, 4 micrometres at the end
+/// of an arm of a metre. Products along the chain of joints round by up to 2e-6 radians, at a finger.
+const ROUNDING: f32 = 2e-6;
 
 /// The whole ticks of an animation, and its end.
 pub fn ticks(animation: &Animation) -> Vec<f64> {

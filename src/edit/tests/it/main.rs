@@ -10,4 +10,5 @@ mod positions;
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
 mod spline;
+mod still;
 mod text;

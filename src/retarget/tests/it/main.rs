@@ -28,6 +28,8 @@ mod roll;
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
 mod steps;
+#[path = "../../../edit/tests/it/still.rs"]
+mod still;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../figure/tests/it/truth.rs"]
 mod truth;

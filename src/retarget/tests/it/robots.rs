@@ -2,11 +2,12 @@
 
 use std::fs;
 
-use mocap::glam::DVec3;
+use mocap::glam::{DQuat, DVec3};
 use mocap::retarget::robot::{
-    JointKind, Robot, RobotMap, RobotMotion, RobotOptions, RobotRetargeter, ShapeKind, robot_bones, robot_scene,
+    JointKind, Placement, Robot, RobotMap, RobotMotion, RobotOptions, RobotRetargeter, ShapeKind, robot_bones,
+    robot_scene,
 };
-use mocap::scene::HumanoidBone as Bone;
+use mocap::scene::{Channel, HumanoidBone as Bone};
 use mocap::{Code, Importer, Limits, Pose};
 
 /// A leg's worth of everything that URDF has.
@@ -97,6 +98,35 @@ fn urdf_is_read() {
     assert_eq!(scene.nodes.len(), 4);
     let hand = Pose::rest(&scene).node_to_world[2].w_axis;
     assert_eq!(hand.truncate().to_array(), [0.0, 0.0, 1.0]);
+}
+
+/// The base and `turn` are still, `slide` moves by a micrometre a frame, `spin` by a hundredth of a degree.
+#[test]
+fn joints_of_a_robot_that_are_still_have_one_key() {
+    let robot = read(URDF);
+    let mut motion = RobotMotion::default();
+    let base = Placement {
+        rotation: DQuat::from_rotation_z(0.3),
+        translation: DVec3::new(1.0, 2.0, 0.7),
+    };
+    (motion.fps, motion.root, motion.dof_names) = (30.0, vec![base; 50], robot.dof_names());
+    for frame in 0..50 {
+        let step = f64::from(frame);
+        motion.dof_pos.extend([0.4, 1e-6 * step, 0.01_f64.to_radians() * step]);
+    }
+    let animation = motion.to_animation(&robot);
+    let keys = |channel: &Channel| (channel.position_keys.len(), channel.rotation_keys.len());
+    let counts: Vec<_> = animation.channels.iter().map(keys).collect();
+    assert_eq!(counts, [(1, 1), (1, 1), (50, 1), (1, 50)]);
+    assert_eq!(animation.duration, 49.0);
+    let mut scene = robot_scene(&robot);
+    scene.animations.push(animation);
+    assert_eq!(scene.validate(), []);
+    // A quarter turn of the joint's origin, and 0.4 of its own about Y.
+    let pose = Pose::at_tick(&scene, 0, 30.0).unwrap();
+    let expected = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2) * DQuat::from_rotation_y(0.4);
+    let found = DQuat::from_mat4(&pose.node_to_parent[1].as_dmat4());
+    assert!(found.angle_between(expected) < 1e-6, "{found}");
 }
 
 #[test]
