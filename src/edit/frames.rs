@@ -9,7 +9,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{self, FrameBudget, Limits};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose, Trs};
-use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene};
 
 /// Every driven node's transform to its parent, at every whole tick and at the end.
 #[derive(Clone)]
@@ -279,7 +279,8 @@ impl Frames {
         }
     }
 
-    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`.
+    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`. The rotation of an end
+    /// site moves nothing, so no end site gets a channel for it.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize, rotated: &[NodeId], moved: &[NodeId]) {
         let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
         for (nodes, is_rotation) in [(rotated, true), (moved, false)] {
@@ -290,6 +291,9 @@ impl Frames {
                     .map(|(_, channel)| *channel);
                 let channels = &mut scene.animations[animation].channels;
                 let channel = known.or_else(|| channels.iter().position(|channel| channel.node == Some(node)));
+                if channel.is_none() && is_rotation && scene.nodes[node.index()].kind == NodeKind::EndSite {
+                    continue;
+                }
                 let channel = channel.unwrap_or_else(|| {
                     channels.push(Channel {
                         node_name: scene.nodes[node.index()].name.clone(),

@@ -6,7 +6,7 @@ use std::fs;
 use mocap::convert::{AlongBone, FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::edit::{InBetween, Reverse, Step, StepInput};
 use mocap::glam::{EulerRot, Vec3};
-use mocap::scene::{Channel, Keys, UpAxis};
+use mocap::scene::{Channel, Keys, NodeKind, UpAxis};
 use mocap::{Conversion, Exporter, Format, Scene};
 
 use super::import;
@@ -168,6 +168,33 @@ fn a_joint_that_is_still_in_the_text_of_a_file_has_one_rotation_key_after_every_
         }
     }
     assert!(tried > 300, "{tried} joints are still");
+}
+
+/// In a file an end site has no channels, and nothing hangs on its rotation.
+#[test]
+fn no_step_gives_an_end_site_a_channel() {
+    let chains = [
+        "reach:start=Shoulder,to=1.5/2.5/0",
+        "reach:start=RightArm,tip=EndSite_RThumb,to=1/1/1",
+        "pin:start=Shoulder,range=2f..6f",
+    ];
+    let mut bent = 0;
+    for file in ["lecture_Test.bvh", "cmu_12_01_walk.bvh"] {
+        let mut before = mocap::import(format!("../../fixtures/real/{file}")).unwrap();
+        before.trim(0.0, FRAMES);
+        for step in steps().into_iter().chain(chains) {
+            let mut after = before.clone();
+            if apply(step, &mut after, &before).is_err() {
+                continue;
+            }
+            bent += usize::from(chains.contains(&step));
+            for channel in &after.animations[0].channels {
+                let node = &after.nodes[channel.node.unwrap().index()];
+                assert_ne!(node.kind, NodeKind::EndSite, "{file}: {step}: {}", node.name);
+            }
+        }
+    }
+    assert_eq!(bent, chains.len());
 }
 
 /// The columns of a motion are those that move.
