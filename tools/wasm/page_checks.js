@@ -9,6 +9,7 @@ import { chromium } from "playwright-core";
 import { launchOptions } from "../chromium.mjs";
 import { accessChecks } from "./access_checks.js";
 import { openingChecks } from "./opening_checks.js";
+import { fromBase128, toBase128 } from "./page/base128.js";
 import { savingChecks } from "./saving_checks.js";
 
 const PAGE = join(import.meta.dirname, "mocap.html");
@@ -80,6 +81,17 @@ export function pageChecks(check, { fixtures, folder, program, sample }) {
   check("page", "the page is small enough", () => {
     const { size } = statSync(PAGE);
     assert.ok(size <= LARGEST, `${size} bytes`);
+  });
+
+  check("page", "bytes come back from text that an element of HTML keeps", () => {
+    for (let length = 0; length < 600; length++) {
+      // All numbers, and those of which seven bits are a letter that is replaced: 0 everywhere, 13 and 60 in the first ones.
+      for (const bytes of [(k) => k * k * 37 + length * 11, () => 0, () => 26, () => 120].map((byte) => Uint8Array.from({ length }, (_, k) => byte(k)))) {
+        const text = toBase128(bytes);
+        assert.doesNotMatch(text, /[\0\r<]/);
+        assert.deepEqual(fromBase128(text), bytes);
+      }
+    }
   });
 
   openingChecks(pageCheck, { open, fixture, folder, program });

@@ -8,7 +8,7 @@ import { dirname, join, resolve } from "node:path";
 import { Script } from "node:vm";
 
 import { load } from "../package/index.js";
-import { fromBase85, toBase85 } from "./base85.js";
+import { fromBase128, toBase128 } from "./base128.js";
 import { leanCode } from "./lean_code.js";
 import { leanModule, unusedEncodings } from "./lean_module.js";
 import { fromLzma } from "./lzma.js";
@@ -76,8 +76,8 @@ const wasm = leanCode(leanModule(whole, [view, survey].flatMap((folder) => readd
 // A header with the size of the whole, which a pipe would not know.
 const packed = execFileSync("xz", ["--format=lzma", "--lzma1=preset=9e,lc=4,pb=0", "--stdout"], { input: wasm, maxBuffer: 2 * wasm.length });
 packed.writeBigUInt64LE(BigInt(wasm.length), 5);
-const wasmText = toBase85(packed);
-if (!wasm.equals(fromLzma(fromBase85(wasmText)))) throw new Error("the WebAssembly in the page is not what it was made from");
+const wasmText = toBase128(packed);
+if (!wasm.equals(fromLzma(fromBase128(wasmText)))) throw new Error("the WebAssembly in the page is not what it was made from");
 /** A walk for an empty page, a few seconds of it, packed within a tenth of a millimetre. */
 async function walkOf(path) {
   const mocap = await load(whole);
@@ -94,7 +94,7 @@ const parts = {
   data: "{}",
   keys: element("worker", "text/plain", worker),
   skins: element("wasm", "application/octet-stream", wasmText),
-  textures: element("walk", "application/octet-stream", toBase85(await walkOf(join(here, "../../../fixtures/real/cmu_12_01_walk.bvh")))),
+  textures: element("walk", "application/octet-stream", toBase128(await walkOf(join(here, "../../../fixtures/real/cmu_12_01_walk.bvh")))),
   script: checkedScript(join(here, "drop.js")),
   downloads: "",
 };
@@ -103,4 +103,4 @@ const page = read(join(view, "page.html")).replace(/\{\{(\w+)\}\}/g, (_, name) =
   return parts[name];
 });
 writeFileSync(process.argv[2], page);
-console.error(`${process.argv[2]}: ${page.length} bytes, of which WebAssembly ${wasmText.length}`);
+console.error(`${process.argv[2]}: ${Buffer.byteLength(page)} bytes, of which WebAssembly ${Buffer.byteLength(wasmText)}`);

@@ -1,7 +1,7 @@
 // This page as a file that has what is opened in it: whoever opens it sees the same, and can go on from there.
 
 import { takeText } from "../../../src/render/view/unpack.js";
-import { fromBase85, toBase85 } from "./base85.js";
+import { fromBase128, toBase128 } from "./base128.js";
 
 const piped = async (bytes, stream) => new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
 
@@ -13,7 +13,7 @@ const keptOf = ({ path, name, names, read, change, steps, retarget, isBefore }) 
 export class OwnPage {
   /** Before anything changes the page. `wasm` are the bytes of the module. */
   constructor() {
-    this.wasm = fromBase85(takeText("wasm"));
+    this.wasm = fromBase128(takeText("wasm"));
     this.walk = takeText("walk");
     this.session = this.taken();
     this.html = `<!doctype html>\n${document.documentElement.outerHTML}`;
@@ -33,14 +33,14 @@ export class OwnPage {
   }
 
   /** The walk that an empty page offers. */
-  get walkBytes() { return fromBase85(this.walk); }
+  get walkBytes() { return fromBase128(this.walk); }
 
   /** The items that were saved in this page, with their files, each with the place of its character; and which are shown. */
   async opened() {
     const { session } = this;
     const files = [];
     for (const { name, text, lastModified } of session.files) {
-      files.push(new File([await piped(fromBase85(text), new DecompressionStream("gzip"))], name, { lastModified }));
+      files.push(new File([await piped(fromBase128(text), new DecompressionStream("gzip"))], name, { lastModified }));
       // A text of megabytes is not keptOf.
     }
     session.files = [];
@@ -60,9 +60,9 @@ export class OwnPage {
     const parts = [dataElement("application/json", "session", JSON.stringify(session).replaceAll("<", "\\u003c"))];
     for (const [index, file] of files.entries()) {
       const packed = await piped(await file.arrayBuffer(), new CompressionStream("gzip"));
-      parts.push(dataElement("application/octet-stream", `file-${index}`, toBase85(packed)));
+      parts.push(dataElement("application/octet-stream", `file-${index}`, toBase128(packed)));
     }
-    const texts = { wasm: toBase85(this.wasm), walk: this.walk };
+    const texts = { wasm: toBase128(this.wasm), walk: this.walk };
     const html = this.html.replace(/(<script [^>]*id="(wasm|walk)">)(<\/script>)/g, (_, start, id, end) => `${start}${texts[id]}${end}`);
     // Behind the last element with data, before the script.
     const [before, after] = splitAfter(html, /<script [^>]*id="walk">[^<]*<\/script>/);
