@@ -7,6 +7,7 @@ use mocap_scene::scene::robot::{Mimic, RobotLink};
 
 use super::Failure;
 use super::text::quote;
+use super::warnings::Warnings;
 use super::xml::Element;
 
 /// The difference in radians or metres by which limits of a leader and its followers may miss each other: rounding.
@@ -28,6 +29,25 @@ impl MimicNames<'_, '_> {
         self.element
             .at_attribute(self.attribute, Code::InvalidRobot, message)
             .in_joint(self.follower.as_str())
+    }
+
+    /// Whether the file has the joint that this one follows. It warns where not: other readers of URDF do not look for
+    /// that joint, so the follower moves by itself.
+    pub(super) fn has_leader(&self, links: &[RobotLink], warnings: &mut Warnings) -> bool {
+        let mut names = links.iter().map(|link| link.joint.name.as_str());
+        let has_leader = names.any(|name| name == self.leader);
+        if !has_leader {
+            warnings.push(Code::InvalidRobot, || {
+                let name = quote(self.leader.as_bytes());
+                let warning = self.diagnostic(format!("no joint is called {name}: the joint follows none"));
+                let names = links.iter().map(|link| link.joint.name.as_str());
+                match nearest(&self.leader, names) {
+                    Some(near) => warning.help(format!("did you mean {near}?")),
+                    None => warning,
+                }
+            });
+        }
+        has_leader
     }
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! <robot name>
 //!   <link name>    <inertial>, <visual>*, <collision>*: each with <origin xyz rpy> and <geometry>
-//!   <joint name type="revolute | continuous | prismatic | fixed | floating | planar">
+//!   <joint name type="revolute | continuous | prismatic | fixed | floating | planar | spherical">
 //!     <origin xyz rpy> <parent link> <child link> <axis xyz> <limit lower upper velocity effort>
 //!     <mimic joint multiplier offset>
 //! ```

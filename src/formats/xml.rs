@@ -21,7 +21,23 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
             "check that the file is what its name says, and that it is not compressed",
         )));
     }
-    Ok(without_undeclared_prefixes(decode_name(&text)))
+    Ok(without_undeclared_prefixes(without_late_declaration(decode_name(
+        &text,
+    ))))
+}
+
+/// Puts blanks for a declaration of XML that stands behind white space, where other readers take it. Places stay.
+fn without_late_declaration(mut text: String) -> String {
+    let start = text.len() - text.trim_start().len();
+    if start > 0
+        && text[start..].starts_with("<?xml ")
+        && let Some(length) = text[start..].find("?>")
+        && text[start..start + length].is_ascii()
+    {
+        let blanks = text[start..start + length + 2].replace(|letter: char| letter != '\n', " ");
+        text.replace_range(start..start + length + 2, &blanks);
+    }
+    text
 }
 
 /// Makes `prefix_name` of `prefix:name` where the file declares no such prefix, so that the parser does not refuse it:

@@ -54,11 +54,12 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     }
     let (links, names) = reader.links(&root, warnings)?;
     let joints = reader.joints(&root, &names, warnings)?;
-    let mimics: Vec<MimicNames<'_, '_>> = joints
+    let mut mimics: Vec<MimicNames<'_, '_>> = joints
         .iter()
         .filter_map(|tie| read_mimic(tie).transpose())
         .collect::<Result<_, _>>()?;
     let mut links = tree(&root, links, joints, limits)?;
+    mimics.retain(|mimic| mimic.has_leader(&links, warnings));
     mimic::tie(&mut links, &mimics)?;
     let name = root.attribute("name").unwrap_or_default();
     Ok(Robot {
@@ -263,9 +264,9 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
         "prismatic" => JointKind::Slide,
         "fixed" => JointKind::Fixed,
         "floating" => JointKind::Floating,
-        "planar" => {
+        kind @ ("planar" | "spherical") => {
             warnings.push(Code::IgnoredChannel, || {
-                let message = "planar joints are not supported: the joint does not move";
+                let message = format!("{kind} joints are not supported: the joint does not move");
                 element.diagnostic(Code::IgnoredChannel, message).in_joint(name)
             });
             JointKind::Fixed

@@ -442,6 +442,18 @@ fn elements_of_other_programs_are_passed() {
         );
     }
     assert_eq!(warned(&sensor), warned(URDF));
+    // A declaration behind white space, a line further down.
+    let mut below = read(URDF).links;
+    below.iter_mut().for_each(|link| link.line += 1);
+    assert_eq!(read(&format!("\n {URDF}")).links, below);
+    // Joints of other programs, and one of URDF that has no single axis.
+    for kind in ["spherical", "planar"] {
+        let text = URDF.replacen("type=\"continuous\"", &format!("type=\"{kind}\""), 1);
+        assert!(!read(&text).links[3].joint.moves());
+        let warnings = warned(&text);
+        let message = format!("{kind} joints are not supported: the joint does not move");
+        assert!(warnings.iter().any(|found| found.contains(&message)), "{warnings:?}");
+    }
     // A template has expressions, or no joint.
     let template = declared.replacen("mass value=\"2\"", "mass value=\"${2*m}\"", 1);
     assert!(
@@ -626,9 +638,14 @@ fn followers_are_tied_to_joints_that_are_free() {
     let own = robot.links[1].joint.limits;
     assert_eq!((own.lower, own.upper), (-1.0, 2.0));
 
-    let unknown = refused(&tied("", &mimic("j9", ""), ""));
-    assert!(unknown.starts_with("invalid-robot 6: "), "{unknown}");
-    assert!(unknown.contains("no joint that moves is called \"j9\""), "{unknown}");
+    let unknown = tied("", &mimic("j9", ""), "");
+    assert_eq!(read(&unknown).dof_names(), ["j1", "j2", "j3"]);
+    assert!(read(&unknown).links[2].joint.mimic.is_none());
+    let said = warned(&unknown);
+    assert!(
+        said[0].contains("no joint is called \"j9\": the joint follows none"),
+        "{said:?}"
+    );
     for circle in [
         tied(&mimic("j1", ""), "", ""),
         tied(&mimic("j2", ""), &mimic("j3", ""), &mimic("j1", "")),
