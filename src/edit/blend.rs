@@ -1,6 +1,7 @@
 //! Mixes two motions.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Trs;
@@ -190,18 +191,26 @@ fn parts_alike(
         apart: Some([beginning.apart, end.apart]),
         ..BlendReport::default()
     };
-    let mut part = |frames: &Frames, motion: usize| -> Vec<Vec<Trs>> {
+    let mut part = |frames: &Frames, motion: usize| {
         let last = frames.len() - 1;
         let frame = |seconds: f64| ((seconds * frames.rate).round() as usize).min(last);
         let (from, to) = (frame(beginning.at[motion]), frame(end.at[motion]));
         report.left_out_before[motion] = from as f64 / frames.rate;
         report.left_out_after[motion] = (last - to) as f64 / frames.rate;
-        (from..=to).map(|frame| frames.row(frame).to_vec()).collect()
+        from..=to
     };
-    let (rows, mut others) = (part(first, 0), part(second, 1));
+    let (own, other) = (part(first, 0), part(second, 1));
+    let rows = |frames: &Frames, part: &RangeInclusive<usize>| -> Vec<Vec<Trs>> {
+        part.clone().map(|frame| frames.row(frame).to_vec()).collect()
+    };
+    let (rows, mut others) = (rows(first, &own), rows(second, &other));
     let placement = carrier.placement(&others[0], &rows[0]);
     others.iter_mut().for_each(|row| carrier.apply(&placement, row));
-    (first.with_rows(rows), second.with_rows(others), report)
+    let cut = |frames: &Frames, rows, part: RangeInclusive<usize>| {
+        let taken: Vec<_> = part.map(|frame| (frames, frame as f64)).collect();
+        frames.with_rows_of(rows, &taken)
+    };
+    (cut(first, rows, own), cut(second, others, other), report)
 }
 
 fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blend) -> Result<BlendReport> {
@@ -219,6 +228,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     let (last_a, last_b) = ((first.len() - 1) as f64, (second.len() - 1) as f64);
     let count = first.up_to(times[times.len() - 1] * first.rate + 1e-6, &[&second])?;
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
+    let mut taken = Vec::with_capacity(count);
     let mut piece = 0;
     let mut fit = Fit::new(scene, &first, metres_per_unit(scene, input));
     report.frames = count;
@@ -244,6 +254,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
             BlendWeight::Constant(1.0) => (a, time * second.rate),
             _ => (whole(a), whole(b)),
         };
+        taken.push((a, b, weight.at(time) as f32));
         rows.push(match weight.at(time) {
             0.0 => first.row_at(a),
             1.0 => second.row_at(b),
@@ -260,7 +271,9 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
         "let them begin and end where they are alike with within=0.5 or longer, turn one to look where the other looks, or choose \
          motions that are alike",
     );
-    first.with_rows(rows).write_all(scene, animation);
+    let mut mixed = first.with_rows(rows);
+    mixed.mix_weights((&first, &second), &taken);
+    mixed.write_all(scene, animation);
     scene.warnings.extend(warning);
     Ok(report)
 }

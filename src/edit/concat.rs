@@ -168,7 +168,10 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     let taken: Vec<_> = taken
         .chain((1..count).map(|frame| (&second, start + frame as f64 * step)))
         .collect();
-    first.with_rows_of(rows, &taken).write_all(scene, animation);
+    let mut joined = first.with_rows_of(rows, &taken);
+    let seam = [(&first, last as f64), (&second, start)];
+    joined.fade_weights(last, seam, first.frames_in(options.blend));
+    joined.write_all(scene, animation);
     scene.warnings.extend(warning);
     Ok(report)
 }

@@ -1,6 +1,7 @@
 //! The frames of an animation as transforms, to be changed and written back.
 
 mod gaps;
+mod weights;
 
 use glam::{Quat, Vec3};
 
@@ -10,6 +11,8 @@ use mocap_scene::limits::{self, FrameBudget, Limits};
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene};
+
+use self::weights::Weights;
 
 /// Every driven node's transform to its parent, at every whole tick and at the end.
 #[derive(Clone)]
@@ -29,6 +32,8 @@ pub(super) struct Frames {
     constant: Vec<ConstantParts>,
     /// Of points without a skeleton, in which of the frames each is seen.
     visible: Option<Vec<bool>>,
+    /// Of the morph targets of the scene.
+    weights: Weights,
 }
 
 /// The parts of a node's transform that do not change in an animation.
@@ -47,17 +52,19 @@ impl Frames {
     /// The frames of `animation`, an index into the animations of `scene`. `also` are nodes to hold even if no channel
     /// drives them, because they are going to move.
     pub(super) fn new(scene: &Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
-        let Some(animation) = scene.animations.get(animation) else {
+        let Some(clip) = scene.animations.get(animation) else {
             let message = format!(
                 "there is no animation {animation}: the scene has {}",
                 scene.animations.len()
             );
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         };
-        Self::of(scene, animation, also)
+        let mut frames = Self::of(scene, clip, also)?;
+        frames.weights = Weights::new(scene, animation, &frames.ticks);
+        Ok(frames)
     }
 
-    /// The same of an animation that need not be in the scene.
+    /// The same of an animation that need not be in the scene, without morph targets.
     pub(super) fn of(scene: &Scene, animation: &Animation, also: &[NodeId]) -> Result<Self> {
         let binding = Binding::new(scene, animation);
         let mut columns: Vec<Option<usize>> = vec![None; scene.nodes.len()];
@@ -118,6 +125,7 @@ impl Frames {
             nodes,
             constant,
             visible,
+            weights: Weights::default(),
         })
     }
 
@@ -193,10 +201,12 @@ impl Frames {
         pairs.map(|(a, b)| between(*a, *b, fraction)).collect()
     }
 
-    /// Frames at whole ticks with the transforms of `rows` instead of these, in which all points are seen.
+    /// Frames at whole ticks with the transforms of `rows` instead of these, in which all points are seen. The weights of
+    /// morph targets stay in their frames.
     pub(super) fn with_rows(&self, rows: Vec<Vec<Trs>>) -> Self {
         Self {
             visible: None,
+            weights: self.weights.with_frames(rows.len()),
             ticks: (0..rows.len()).map(|tick| tick as f64).collect(),
             rate: self.rate,
             columns: self.columns.clone(),
@@ -231,6 +241,7 @@ impl Frames {
             }
         }
         scene.animations[animation].duration = self.ticks.last().copied().unwrap_or(0.0);
+        self.weights.write(scene, animation, &self.ticks);
     }
 
     pub(super) fn len(&self) -> usize {

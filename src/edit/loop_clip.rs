@@ -180,7 +180,10 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
         },
         contacts_agree: contacts.is_some_and(|contacts| agree(&contacts, first, last)),
     };
-    frames.with_rows(rows).write_all(scene, animation);
+    let taken: Vec<_> = (first..=last).map(|frame| (&frames, frame as f64)).collect();
+    let mut changed = frames.with_rows_of(rows, &taken);
+    changed.fade_weights(0, [(&frames, last as f64), (&frames, first as f64)], steps);
+    changed.write_all(scene, animation);
     Ok(report)
 }
 

@@ -132,6 +132,7 @@ fn empty(base: &Scene, rate: f64) -> Scene {
         ticks_per_second: rate,
         ..Animation::default()
     }];
+    scene.weight_keys().for_each(Vec::clear);
     scene.metadata.origin = None;
     scene.metadata.steps.clear();
     scene.metadata.assumptions.clear();

@@ -17,6 +17,8 @@ mod face;
 #[cfg(feature = "gltf")]
 mod file;
 #[cfg(feature = "gltf")]
+mod frame_time;
+#[cfg(feature = "gltf")]
 mod humanoid;
 #[cfg(feature = "gltf")]
 mod invalid;

@@ -327,6 +327,12 @@ impl Exporter {
         let is_lost = !row.keeps_shear && scene.original.is_none();
         let unsheared = is_lost.then(|| process::take_shear_out(scene)).flatten();
         let scene = unsheared.as_ref().map_or(scene, |unsheared| &unsheared.scene);
+        let keeps_weights = row.format == Format::Gltf && scene.original.is_some();
+        let lost_weights = if keeps_weights {
+            None
+        } else {
+            scene.lost_weights(row.name)?
+        };
         let written = match is_at_rest_for(scene, row) {
             true => row.write(scene, &options),
             false => {
@@ -339,6 +345,7 @@ impl Exporter {
         written
             .warnings
             .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
+        written.warnings.extend(lost_weights);
         read_back::check(
             &|source, options| row.read(source, options),
             &written.files,

@@ -26,6 +26,17 @@ pub(super) fn keep_or_drop(
     hear: Listener<'_>,
 ) -> Result<()> {
     let is_gltf = row.is_some_and(|row| row.format == Format::Gltf);
+    let loses_weights = match (&job.target, job.write.skeleton_only) {
+        (Some(_), _) => Some("a retargeted motion"),
+        (None, true) => Some("a skeleton alone"),
+        (None, false) => None,
+    };
+    if let Some(output) = loses_weights {
+        let lost = scene.lost_weights(output).map_err(|error| error.with_path(motion))?;
+        if let Some(lost) = lost {
+            hear(Notice::Warnings(motion, &[lost]));
+        }
+    }
     if job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
         hear(Notice::Note(
             "skeleton-only: the meshes, the materials and all else beside the skeleton and its motion are left out",

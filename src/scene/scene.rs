@@ -79,6 +79,7 @@ pub mod joint_tables;
 mod mesh;
 mod metadata;
 mod mmd;
+mod morphs;
 mod original;
 mod recorded;
 pub mod report;
@@ -99,7 +100,7 @@ pub use self::metadata::{FileSpace, UNNAMED_MOTION, format_name};
 #[doc(hidden)]
 pub use self::mmd::{MmdInherits, MmdModel};
 #[doc(hidden)]
-pub use self::original::{Original, OriginalFile, SKELETON_MATERIAL};
+pub use self::original::{MorphCurves, Original, OriginalFile, SKELETON_MATERIAL};
 pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recording};
 use self::report::{MarkerSolution, SourceLines};
 use crate::error::Diagnostic;

@@ -15,6 +15,7 @@ const PARTS = [
   "babylon",
   "bvh",
   "fbx",
+  "faces",
   "vrma",
   "characters",
   "browser",

@@ -43,6 +43,11 @@ export function realFixture(name) {
   return join(FIXTURES, "real", name);
 }
 
+/** One file that was made for the project, by name. */
+export function madeFixture(name) {
+  return join(FIXTURES, "made", name);
+}
+
 /** One file of the skeletons by name. */
 export function skeletonFixture(name) {
   return join(FIXTURES, "skeletons", name);

@@ -110,9 +110,12 @@ fn of_clip<'a>(
         files.insert(&found.file, streams::import(&importer, path)?);
     }
     let mut scene = files[found.file.as_str()].clone();
-    let mut clips = scene.animations.into_iter().enumerate();
-    let clip = clips.find(|(index, clip)| clip.name == found.clip || index.to_string() == found.clip);
-    scene.animations = clip.map(|(_, clip)| clip).into_iter().collect();
+    let mut clips = scene.animations.iter().enumerate();
+    let clip = clips.position(|(index, clip)| clip.name == found.clip || index.to_string() == found.clip);
+    match clip {
+        Some(index) => scene.keep_animation(index),
+        None => scene.animations.clear(),
+    }
     Ok(scene)
 }
 

@@ -63,10 +63,10 @@ fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     let held = Steps::new(work).held();
     let pattern = Pattern::of(&held)?;
     // A pattern that begins late is one of the frames that move.
-    let rows = (0..held.len()).filter(|frame| !held[*frame]);
-    work.frames = work
-        .frames
-        .with_rows(rows.map(|frame| work.frames.row(frame).to_vec()).collect());
+    let kept = || (0..held.len()).filter(|frame| !held[*frame]);
+    let rows = kept().map(|frame| work.frames.row(frame).to_vec()).collect();
+    let taken: Vec<_> = kept().map(|frame| (&work.frames, frame as f64)).collect();
+    work.frames = work.frames.with_rows_of(rows, &taken);
     work.frames.rate *= pattern.fraction_of_own();
     let repeated = pattern.is_held.iter().filter(|held| **held).count();
     Some(format!(
@@ -182,18 +182,21 @@ fn rebuild(work: &mut Work<'_>, frames: &[Row]) {
     }
     let mut rows = Vec::with_capacity(frames.len());
     let mut missing = Vec::with_capacity(frames.len());
+    let mut taken = Vec::with_capacity(frames.len());
     for (frame, row) in frames.iter().enumerate() {
         if *row == Row::Doubled {
             continue;
         }
         if *row == Row::AfterDropped {
             rows.push(work.frames.row(frame).to_vec());
+            taken.push((&work.frames, frame as f64 - 0.5));
             missing.push(true);
         }
         rows.push(work.frames.row(frame).to_vec());
+        taken.push((&work.frames, frame as f64));
         missing.push(*row == Row::Held);
     }
-    work.frames = work.frames.with_rows(rows);
+    work.frames = work.frames.with_rows_of(rows, &taken);
     for column in 0..work.frames.nodes().len() {
         let mut track = work.frames.track(column);
         let rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();

@@ -47,7 +47,7 @@ impl Frames {
     }
 
     /// Frames at whole ticks with the transforms of `rows` instead of these. `taken` is the motion and the frame of
-    /// each row, by which points keep their gaps.
+    /// each row, by which points keep their gaps, and morph targets their weights.
     pub(crate) fn with_rows_of(&self, rows: Vec<Vec<Trs>>, taken: &[(&Self, f64)]) -> Self {
         let has_gaps = taken.iter().any(|(motion, _)| motion.has_gaps());
         let visible = || {
@@ -59,6 +59,9 @@ impl Frames {
         };
         Self {
             visible: has_gaps.then(visible),
+            weights: self
+                .weights
+                .taken(taken.iter().map(|(motion, frame)| (&motion.weights, *frame))),
             ..self.with_rows(rows)
         }
     }

@@ -13,7 +13,8 @@ use mocap_scene::pose::{FaceTrack, Trs};
 use mocap_scene::scene::{Animation, Face, HumanoidBone, NodeId, Scene};
 use serde_json::Value;
 
-use self::binds::{Expression, expressions, morph_targets};
+pub(super) use self::binds::morph_targets;
+use self::binds::{Expression, expressions};
 use self::gaze::Gaze;
 
 /// The animated weights of the morph targets of a node.

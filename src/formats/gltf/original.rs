@@ -100,6 +100,7 @@ pub(super) fn of(
     let original = Original {
         file: Arc::new(file),
         replaced: None,
+        morphs: Vec::new(),
     };
     Ok(Some((original, warnings)))
 }

@@ -10,43 +10,28 @@
 //! | `extras.source_name`, else `name` | the name |
 //! | an animation | an animation, its seconds in ticks of the file's own frame time |
 //!
-//! Ticks: a file of this crate says its frame time. Elsewhere it is the distance of two keys where they are even, else
-//! the usual frame rate on whose frames all keys stand, else the shortest distance of two keys. Keys farther than a
-//! tenth of a second apart are not frames: there a whole number of frames, about thirty a second, lies between them.
-//! Times within a float's rounding of a whole tick are that tick.
+//! `frame_time` says which ticks.
 
 use std::collections::{HashMap, HashSet};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::limits::{self, FrameBudget};
+use mocap_scene::limits::FrameBudget;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{
-    Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, Node, NodeId, NodeKind, Scene, Topic,
-    UpAxis,
+    Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, MorphCurves, Node, NodeId, NodeKind,
+    Scene, Topic, UpAxis,
 };
 
 use super::bind;
 use super::file::{File, NodePlace, implausible};
+use super::frame_time::{
+    end_of, find_frame_time, fits, keep_one_pose, keys, put_at_ticks, tick_of, ticks_of, valid_frame_time,
+};
 use super::humanoid::{self, VRM_ANIMATION};
 use super::invalid::invalid;
 use super::original;
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::{Failure, ReadOptions, Source};
-
-/// The largest distance of a time from a whole tick at which it becomes that tick, as a fraction of the time: twice the
-/// rounding of a float.
-const TIME_ROUNDING: f64 = 1.2e-7;
-
-/// Frames per second that programs export with.
-const USUAL_RATES: [f64; 13] = [
-    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 23.976, 29.97,
-];
-
-/// Frames per second at most where the file states no rate and its keys follow none.
-const MOST_FRAMES_PER_SECOND: f64 = 240.0;
-
-/// Seconds between keys from which on they are not frames.
-const SPARSE: f64 = 0.1;
 
 /// A scene, and where its parts are in the file.
 pub(super) struct Placed {
@@ -57,6 +42,7 @@ pub(super) struct Placed {
     pub(super) bones: Result<(), Failure>,
     /// The nodes of the scene as they stand in the file.
     in_file: Vec<Node>,
+    morphs: Vec<MorphCurves>,
 }
 
 /// What the rest pose of a scene is.
@@ -79,7 +65,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         nodes,
         bones,
         in_file,
-        ..
+        morphs,
     } = read_placed(source, options, rest)?;
     if let Err(wrong) = bones {
         for node in &mut scene.nodes {
@@ -88,8 +74,9 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         scene.warnings.push(*wrong);
     }
     if !options.without_original
-        && let Some((original, warnings)) = original::of(source, &scene, &nodes, in_file)?
+        && let Some((mut original, warnings)) = original::of(source, &scene, &nodes, in_file)?
     {
+        original.morphs = morphs;
         scene.original = Some(original);
         scene.warnings.extend(warnings);
     }
@@ -136,6 +123,10 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         let ids = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
         super::meshes::read(source, &file, &ids, options, &mut scene);
     }
+    let mut morphs = match options.without_original {
+        true => Vec::new(),
+        false => file.all_weights(source.bytes, &mut scene.warnings)?,
+    };
     let stated = file.provenance().unwrap_or_default();
     let frame_time = valid_frame_time(stated.frame_time, "/asset/extras")?;
     tell_bends(&clips, &mut scene);
@@ -151,14 +142,19 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         // Clips may differ in their frame time.
         let of_clip = stated.clip_frame_times.get(index).copied().unwrap_or(0.0);
         let of_clip = valid_frame_time(of_clip, "/asset/extras")?.or(frame_time);
-        let step = own.or(of_clip).filter(|step| fits(*step, &tracks));
-        let step = step.unwrap_or_else(|| find_frame_time(&tracks));
+        let weights = weights_of(&mut scene, &mut morphs, index);
+        let own_or_stated = own.or(of_clip).filter(|step| fits(*step, &tracks));
+        let step = own_or_stated.unwrap_or_else(|| find_frame_time(&tracks, &weights));
         let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
+        let ends = weights
+            .iter()
+            .filter_map(|keys| keys.len().checked_sub(1).map(|last| keys.tick(last)));
+        let end = ends.fold(f64::from(end_of(&tracks)), f64::max);
         budget
-            .frames(f64::from(end_of(&tracks)).max(0.0) / step, values_a_frame as usize)
+            .frames(end / step, values_a_frame as usize)
             .map_err(|refusal| refusal.at_pointer(format!("/animations/{index}")))?;
         let mut animation = build_animation(name, tracks, step, &placed, &scene.nodes);
-        for keys in scene.weight_keys().filter_map(|animations| animations.get_mut(index)) {
+        for keys in weights_of(&mut scene, &mut morphs, index) {
             animation.duration = animation.duration.max(put_at_ticks(keys, step));
         }
         if let Some(frame_rate) = options.retime {
@@ -184,21 +180,8 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         nodes,
         bones,
         in_file,
+        morphs,
     })
-}
-
-/// A frame time that this crate has written at `pointer`; 0 stands for none, for the scene had no motion.
-fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, Failure> {
-    if time == 0.0 {
-        return Ok(None);
-    }
-    limits::frame_rate(Code::FrameTime, time.recip())
-        .map(|_| Some(time))
-        .map_err(|diagnostic| {
-            let diagnostic = diagnostic.at_pointer(format!("{pointer}/mocap/frame_time"));
-            let name = pointer.trim_start_matches('/').replace('/', ".");
-            Box::new(diagnostic.help(format!("remove {name}.mocap, and the rate is found from the keys")))
-        })
 }
 
 /// Says what was made of tracks that are not straight.
@@ -279,25 +262,11 @@ fn build_nodes(
     Ok(placed)
 }
 
-/// Keeps the first keys of a motion that ends before the first frame of the highest rate: nothing could play or write
-/// the others.
-fn keep_one_pose(tracks: &mut [Track], animation: usize) -> Option<Diagnostic> {
-    let end = f64::from(end_of(tracks));
-    let is_too_short = end > 0.0 && end < key_distance();
-    is_too_short.then(|| {
-        tracks.iter_mut().for_each(Track::keep_first);
-        let message =
-            format!("the motion ends after {end:e} s, less than any frame lasts: its first keys alone were read");
-        Diagnostic::new(Code::FrameTime, message)
-            .at_pointer(format!("/animations/{animation}"))
-            .help("export it again with times in seconds")
-    })
-}
-
-/// The time of the last key, in seconds.
-fn end_of(tracks: &[Track]) -> f32 {
-    let ends = tracks.iter().filter_map(|track| track.times.last());
-    ends.copied().fold(0.0, f32::max)
+/// The weights of all morph targets in an animation, also of the file that is passed through.
+fn weights_of<'a>(scene: &'a mut Scene, morphs: &'a mut [MorphCurves], animation: usize) -> Vec<&'a mut Keys<f32>> {
+    let passed_through = morphs.iter_mut().flat_map(|curves| &mut curves.targets);
+    let targets = scene.weight_keys().chain(passed_through);
+    targets.filter_map(|animations| animations.get_mut(animation)).collect()
 }
 
 /// Collects the tracks of each node in one channel. A missing track becomes a constant one with the node's own value.
@@ -340,102 +309,5 @@ fn build_animation(
         ticks_per_second: step.recip(),
         duration: tick_of(end, step),
         channels: channels.into_iter().map(|(_, channel)| channel).collect(),
-    }
-}
-
-/// A single key holds for all time, whenever it is.
-fn keys<T>(values: Vec<T>, ticks: Vec<f64>) -> Keys<T> {
-    match ticks.len() {
-        1 => Keys::every_tick(values),
-        _ => Keys::at_ticks(values, ticks),
-    }
-}
-
-/// Whether keys can have a frame time that the file states: a motion within less than one frame was changed since.
-fn fits(step: f64, tracks: &[Track]) -> bool {
-    /// Of a frame: by so much times are rounded.
-    const ROUNDING: f64 = 1e-3;
-    let end = f64::from(end_of(tracks));
-    end <= 0.0 || end >= step * (1.0 - ROUNDING)
-}
-
-/// The frame time of an animation that states none, in seconds.
-fn find_frame_time(tracks: &[Track]) -> f64 {
-    let step = key_step(tracks);
-    if step <= SPARSE {
-        return step;
-    }
-    // A whole number of frames from key to key.
-    step / (step * 30.0).round().max(1.0)
-}
-
-/// How near two keys may be, in seconds: a tenth of a frame of the highest rate.
-fn key_distance() -> f64 {
-    MOST_FRAMES_PER_SECOND.recip() / 10.0
-}
-
-/// The time between two keys: that of the track with the most keys where they are even, else that of the usual frame
-/// rate on whose frames all keys stand, else the shortest; a thirtieth of a second where no track has two.
-fn key_step(tracks: &[Track]) -> f64 {
-    let longest = tracks.iter().map(Track::key_times).max_by_key(|times| times.len());
-    if let Some([first, .., last]) = longest {
-        let times = longest.unwrap_or_default();
-        // Single steps are rounded too coarsely for a long take; their mean is not.
-        let mean = (f64::from(*last) - f64::from(*first)) / (times.len() - 1) as f64;
-        let expected = (0..times.len()).map(|key| f64::from(*first) + key as f64 * mean);
-        let is_even =
-            std::iter::zip(times, expected).all(|(time, expected)| (f64::from(*time) - expected).abs() < 0.1 * mean);
-        if is_even && mean >= key_distance() {
-            return mean;
-        }
-    }
-    let pairs = || tracks.iter().flat_map(|track| track.key_times().windows(2));
-    let stands_on = |rate: &&f64| {
-        let is_whole = |time: f32| {
-            let frame = f64::from(time) * **rate;
-            (frame - frame.round()).abs() < 0.01 + frame * TIME_ROUNDING
-        };
-        pairs().all(|pair| is_whole(pair[0]) && is_whole(pair[1]))
-    };
-    let shortest = pairs()
-        .map(|pair| f64::from(pair[1]) - f64::from(pair[0]))
-        .fold(f64::INFINITY, f64::min);
-    if !shortest.is_finite() {
-        return 1.0 / 30.0;
-    }
-    match USUAL_RATES.iter().find(stands_on) {
-        Some(rate) => rate.recip(),
-        None => shortest.max(MOST_FRAMES_PER_SECOND.recip()),
-    }
-}
-
-/// Ticks for the times of keys, as strictly increasing as they are.
-/// Puts keys that are at seconds at ticks, and returns the last tick.
-fn put_at_ticks(keys: &mut Keys<f32>, step: f64) -> f64 {
-    let times: Vec<f32> = (0..keys.len()).map(|key| keys.tick(key) as f32).collect();
-    let ticks = ticks_of(&times, step);
-    let last = ticks.last().copied().filter(|_| ticks.len() > 1).unwrap_or(0.0);
-    *keys = self::keys(std::mem::take(&mut keys.values), ticks);
-    last
-}
-
-fn ticks_of(times: &[f32], step: f64) -> Vec<f64> {
-    let mut ticks: Vec<f64> = times.iter().map(|time| tick_of(*time, step)).collect();
-    for key in (1..ticks.len()).rev() {
-        if ticks[key - 1] >= ticks[key] {
-            let between = f64::from(times[key]) - f64::from(times[key - 1]);
-            ticks[key - 1] = ticks[key] - between / step;
-        }
-    }
-    ticks
-}
-
-fn tick_of(time: f32, step: f64) -> f64 {
-    let tick = f64::from(time) / step;
-    let whole = tick.round();
-    if (tick - whole).abs() <= whole.abs() * TIME_ROUNDING {
-        whole
-    } else {
-        tick
     }
 }

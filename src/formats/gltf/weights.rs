@@ -1,37 +1,90 @@
 //! The motion of the morph targets of a node: their weights in every animation of a file.
 
-use mocap_scene::scene::Keys;
+use std::collections::BTreeMap;
 
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::{Keys, MorphCurves};
+
+use super::face::morph_targets;
 use super::file::File;
-use super::json::{Animation, Channel};
+use super::json::{self, Channel};
 use super::tracks::{Bend, ChannelKeys, Keys as SamplerKeys};
 use crate::Failure;
 
 impl File<'_> {
+    /// The curves of all nodes whose morph targets an animation moves, with keys at seconds. Curves that are not valid
+    /// are left out, each node with a warning.
+    pub(super) fn all_weights(
+        &self,
+        bytes: &[u8],
+        warnings: &mut Vec<Diagnostic>,
+    ) -> Result<Vec<MorphCurves>, Failure> {
+        let mut moved: BTreeMap<usize, Vec<(usize, &Channel)>> = BTreeMap::new();
+        for (index, animation) in self.animations().enumerate() {
+            for channel in animation.channels.iter().filter(|channel| moves_weights(channel)) {
+                let channels = moved.entry(channel.target.node.unwrap_or_default()).or_default();
+                channels.push((index, channel));
+            }
+        }
+        if moved.is_empty() {
+            return Ok(Vec::new());
+        }
+        let targets = morph_targets(&serde_json::from_slice(json::split(bytes)?.0).unwrap_or_default());
+        let mut found = Vec::new();
+        for (node, channels) in moved {
+            // Targets of another node are nowhere: the channel is to be ignored, says the specification.
+            let Some(at_rest) = targets.get(&node) else { continue };
+            match self.curves(&channels, at_rest.len()) {
+                Ok(targets) => found.push(MorphCurves {
+                    node,
+                    at_rest: at_rest.clone(),
+                    targets,
+                }),
+                Err(mut wrong) if wrong.code != Code::LimitExceeded => {
+                    wrong.message = format!("curves of morph targets are left out: {}", wrong.message);
+                    warnings.push(*wrong);
+                }
+                Err(limit) => return Err(limit),
+            }
+        }
+        Ok(found)
+    }
+
     /// Of each of `count` morph targets of a node its weight in every animation, without keys where it stays at rest.
     /// Keys are at seconds.
     ///
     /// # Errors
     /// Where a key is not valid.
     pub(super) fn weights(&self, node: usize, count: usize) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
-        let animations: Vec<&Animation> = self.animations().collect();
-        let mut targets = vec![vec![Keys::default(); animations.len()]; count];
-        for (index, animation) in animations.iter().enumerate() {
-            let moves = |channel: &&Channel| channel.target.path == "weights" && channel.target.node == Some(node);
-            let Some(channel) = animation.channels.iter().find(moves) else {
-                continue;
-            };
-            let ChannelKeys { keys, bend, output } = self.sampled(index, channel, 1, count)?;
+        let moves = |channel: &&Channel| moves_weights(channel) && channel.target.node == Some(node);
+        let channels = self.animations().enumerate();
+        let channels: Vec<(usize, &Channel)> = channels
+            .filter_map(|(index, animation)| Some((index, animation.channels.iter().find(moves)?)))
+            .collect();
+        self.curves(&channels, count)
+    }
+
+    /// The same of channels, each with the index of its animation.
+    fn curves(&self, channels: &[(usize, &Channel)], count: usize) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
+        let animations = self.animations().len();
+        self.bytes.budget.take((count * animations) as u64, "/animations")?;
+        let mut targets = vec![vec![Keys::default(); animations]; count];
+        for (index, channel) in channels {
+            let ChannelKeys { keys, bend, output } = self.sampled(*index, channel, 1, count)?;
             for (target, animations) in targets.iter_mut().enumerate() {
                 let own = keys
                     .of_column(target, bend)
                     .straight(bend, &self.bytes.budget, &output)?;
                 let seconds = own.times.iter().map(|time| f64::from(*time)).collect();
-                animations[index] = Keys::at_ticks(own.values, seconds);
+                animations[*index] = Keys::at_ticks(own.values, seconds);
             }
         }
         Ok(targets)
     }
+}
+
+fn moves_weights(channel: &Channel) -> bool {
+    channel.target.path == "weights" && channel.target.node.is_some()
 }
 
 impl SamplerKeys {

@@ -117,10 +117,7 @@ impl Clips {
                 None => diagnostic.into(),
             });
         };
-        scene.animations = vec![scene.animations.swap_remove(index)];
-        for animations in scene.weight_keys().filter(|animations| index < animations.len()) {
-            *animations = vec![animations.swap_remove(index)];
-        }
+        scene.keep_animation(index);
         scene.metadata.steps.push(AppliedStep::SelectClip { index });
         Ok(())
     }

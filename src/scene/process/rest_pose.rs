@@ -90,6 +90,12 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
         prepend(&mut channel.rotation_keys, rotation, |a, b| (a - b).length() <= SAME);
         scene.animations[animation].channels.extend(added);
     }
+    let weights: Vec<f32> = scene.weights_in(animation).map(|(at_rest, _)| at_rest).collect();
+    for (animations, at_rest) in std::iter::zip(scene.weight_keys(), weights) {
+        if let Some(keys) = animations.get_mut(animation) {
+            prepend(keys, at_rest, |a, b| a == b);
+        }
+    }
     let clip = &mut scene.animations[animation];
     clip.channels.sort_by_key(|channel| channel.node);
     clip.duration += 1.0;

@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 
 #[cfg(doc)]
 use super::Node;
-use super::{Keys, NodeId, Scene};
+#[cfg(doc)]
+use super::Scene;
+use super::{Keys, NodeId};
 
 /// The type of a mesh's faces.
 ///
@@ -93,8 +95,7 @@ pub struct MorphTarget {
     /// The weight at rest, which [`Mesh::vertices`] have already.
     pub weight: f32,
     /// The weight over time in each of [`Scene::animations`](crate::Scene::animations), without keys where it stays at
-    /// rest; empty where no animation moves it. [`Scene::trim`](crate::Scene::trim) and
-    /// [`Scene::resample`](crate::Scene::resample) change them; other steps leave them as they were in the file.
+    /// rest; empty where no animation moves it. Steps that change times change them too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub weight_keys: Vec<Keys<f32>>,
     /// The vertices that it moves, each once.
@@ -119,15 +120,6 @@ impl MorphTarget {
             offsets: of(&self.offsets),
             normal_offsets: of(&self.normal_offsets),
         }
-    }
-}
-
-impl Scene {
-    /// The weights of all morph targets over time: of each target those of all animations.
-    #[doc(hidden)]
-    pub fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
-        let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);
-        targets.map(|target| &mut target.weight_keys)
     }
 }
 

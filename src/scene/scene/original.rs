@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::{Node, Scene};
+use super::{Keys, Node, Scene};
 use crate::error::{Code, Diagnostic, Result};
 
 /// The name of the material of a mesh that is drawn of a skeleton, which is nothing that a file could lose.
@@ -33,6 +33,24 @@ pub struct Original {
     /// The one animation of the file that is replaced; otherwise all are.
     #[doc(hidden)]
     pub replaced: Option<usize>,
+    /// The curves of the morph targets that animations move.
+    #[doc(hidden)]
+    pub morphs: Vec<MorphCurves>,
+}
+
+/// The weights of the morph targets of a node of the file over time.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[doc(hidden)]
+pub struct MorphCurves {
+    /// The index of the node in the file.
+    #[doc(hidden)]
+    pub node: usize,
+    /// The weight of each target at rest.
+    #[doc(hidden)]
+    pub at_rest: Vec<f32>,
+    /// Of each target its weight in every animation of the scene, without keys where it stays at rest.
+    #[doc(hidden)]
+    pub targets: Vec<Vec<Keys<f32>>>,
 }
 
 /// What a reader keeps of a file.

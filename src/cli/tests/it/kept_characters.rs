@@ -156,7 +156,7 @@ fn names(file: &File) -> Vec<&str> {
         .collect()
 }
 
-/// A channel of morph targets cannot be in the clip that takes the place of its animation.
+/// Weights of a node that has no morph targets.
 #[test]
 fn channels_of_morph_targets_that_go_are_counted() {
     let folder = Folder::of_real(&[]);
@@ -171,6 +171,23 @@ fn channels_of_morph_targets_that_go_are_counted() {
     let (input, output) = (input.to_str().unwrap(), folder.path("out.glb"));
     let said = done(&["convert", input, output.to_str().unwrap()]);
     assert!(said.contains("which are left out: 1"), "{said}");
+}
+
+/// A skeleton alone has no place for morph targets.
+#[test]
+fn curves_of_morph_targets_that_are_lost_are_counted() {
+    let folder = Folder::of_real(&[]);
+    let made = ["arm_and_face", "face_alone"].map(|name| at_root(&format!("fixtures/made/{name}.gltf")));
+    let output = |name: &str| folder.path(name).to_str().unwrap().to_owned();
+    let said = done(&["convert", &made[0], &output("arm.glb"), "--skeleton-only"]);
+    assert!(
+        said.contains("warning[unrepresentable]: a skeleton alone cannot hold curves of morph targets; left out: 1"),
+        "{said}"
+    );
+    let refused = run(&["convert", &made[1], &output("face.glb"), "--skeleton-only"]);
+    assert_eq!(refused.status.code(), Some(1));
+    let said = words(&refused);
+    assert!(said.contains("left out: 4, and nothing else moves"), "{said}");
 }
 
 #[test]

@@ -104,7 +104,7 @@ pub(super) fn override_weights(expressions: &[Expression], weights: &mut [f32]) 
 }
 
 /// The weights at rest of every node whose mesh has morph targets.
-pub(super) fn morph_targets(root: &Value) -> BTreeMap<usize, Vec<f32>> {
+pub(in super::super) fn morph_targets(root: &Value) -> BTreeMap<usize, Vec<f32>> {
     let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
     let weights = |(index, node): (usize, &Value)| {
         let mesh = &root["meshes"][index_of(&node["mesh"])?];

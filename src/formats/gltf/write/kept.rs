@@ -1,9 +1,10 @@
 //! A scene in the file with meshes that it was read from: everything of that file stays, but for its animations.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Original, Scene};
+use mocap_scene::scene::{MorphCurves, Original, Scene};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -12,7 +13,7 @@ use super::container::{bin_name, data_uri, uri_of_buffer};
 use super::edits::{Edits, parse, utf8};
 use super::glb::Glb;
 use super::patch::{self, Clip, Replaced, Skeleton};
-use super::{BufferPlace, GltfOptions};
+use super::{BufferPlace, GltfOptions, morphs};
 use crate::provenance::Provenance;
 use crate::{Export, ExportFile, WriteOptions};
 
@@ -55,6 +56,7 @@ struct Channel {
 #[derive(Deserialize)]
 struct Target {
     path: String,
+    node: Option<usize>,
 }
 
 /// The files of a scene in its original: `.gltf` where the name has that extension, otherwise `.glb`.
@@ -69,12 +71,16 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
     let provenances: Vec<Provenance> = (0..scene.animations.len())
         .map(|index| Provenance::of_kept(scene, index))
         .collect();
-    let clip = |(animation, provenance)| Clip {
-        animation,
-        provenance: Some(provenance),
-        morphs: &[],
-    };
-    let clips: Vec<_> = std::iter::zip(&scene.animations, &provenances).map(clip).collect();
+    let morphs: Vec<_> = (0..scene.animations.len())
+        .map(|index| morphs::tracks(original, index))
+        .collect();
+    let clips: Vec<_> = (scene.animations.iter().zip(&provenances).zip(&morphs))
+        .map(|((animation, provenance), morphs)| Clip {
+            animation,
+            provenance: Some(provenance),
+            morphs,
+        })
+        .collect();
     let skeleton = Skeleton {
         scene: &in_file,
         nodes: &file.indices,
@@ -99,18 +105,30 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
         nodes: scene.nodes.len(),
         ..report.written()
     };
-    written.warnings.extend(left_out(&file.bytes, original.replaced)?);
+    written.warnings.extend(left_out(original)?);
     Ok(written)
 }
 
-/// Says how many channels go with the animation that is replaced, or with all: a scene has none for morph targets.
-fn left_out(bytes: &[u8], replaced: Option<usize>) -> Result<Option<Diagnostic>> {
-    let Animations { animations } = parse(utf8(json::split(bytes)?.0)?)?;
+/// Says how many channels go with the animation that is replaced, or with all: a scene has none for pointers, and none
+/// for morph targets that the file does not have.
+fn left_out(original: &Original) -> Result<Option<Diagnostic>> {
+    let Animations { animations } = parse(utf8(json::split(&original.file.bytes)?.0)?)?;
     let gone = animations.iter().enumerate();
-    let gone = gone.filter(|(index, _)| replaced.is_none_or(|replaced| replaced == *index));
-    let is_of_joint = |channel: &&Channel| matches!(&*channel.target.path, "translation" | "rotation" | "scale");
+    let gone = gone.filter(|(index, _)| original.replaced.is_none_or(|replaced| replaced == *index));
+    let has_curves = |curves: &&MorphCurves| curves.targets.iter().any(|animations| !animations.is_empty());
+    let morphs: HashSet<usize> = original
+        .morphs
+        .iter()
+        .filter(has_curves)
+        .map(|curves| curves.node)
+        .collect();
+    let is_kept = |Target { path, node }: &Target| match path.as_str() {
+        "translation" | "rotation" | "scale" => true,
+        "weights" => node.is_some_and(|node| morphs.contains(&node)),
+        _ => false,
+    };
     let channels = gone.flat_map(|(_, animation)| &animation.channels);
-    let count = channels.filter(|channel| !is_of_joint(channel)).count();
+    let count = channels.filter(|channel| !is_kept(&channel.target)).count();
     let message = format!(
         "channels of morph targets and pointers in the animation that is replaced, which are left out: {count}"
     );

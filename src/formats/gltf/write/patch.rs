@@ -313,7 +313,7 @@ impl<'a> AddedAnimations<'a> {
             self.driven.push((index, Trs::from_matrix(scene.nodes[node].transform)));
             true
         });
-        if written.channels.is_empty() {
+        if written.channels.is_empty() && tracks.is_empty() {
             let message = format!("the animation \"{}\" moves no node of the file", animation.name);
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }

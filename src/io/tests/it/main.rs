@@ -1,6 +1,7 @@
 //! The integration tests of import and export: one program, because linking is slow, with one module per subject.
 
 mod exporter;
+mod faces;
 mod large;
 mod limits;
 mod numbers;

@@ -1,0 +1,128 @@
+//! The weights of morph targets in every frame.
+
+use glam::Vec3;
+use mocap_scene::scene::{Keys, Scene};
+
+use super::Frames;
+use crate::inertia::fade;
+
+/// The weights of all morph targets of a scene, in the order of [`Scene::weight_keys`].
+#[derive(Clone, Default)]
+pub(super) struct Weights {
+    targets: Vec<Target>,
+}
+
+#[derive(Clone)]
+struct Target {
+    at_rest: f32,
+    /// In every frame; nothing where the animation has no keys.
+    values: Vec<f32>,
+}
+
+impl Target {
+    /// The weight at a frame, or at the nearest end.
+    fn at(&self, frame: f64) -> f32 {
+        let Some(last) = self.values.len().checked_sub(1) else {
+            return self.at_rest;
+        };
+        let frame = frame.clamp(0.0, last as f64);
+        let (before, part) = (frame.floor() as usize, frame.fract() as f32);
+        let (from, to) = (self.values[before], self.values[(before + 1).min(last)]);
+        from + part * (to - from)
+    }
+}
+
+impl Weights {
+    pub(super) fn new(scene: &Scene, animation: usize, ticks: &[f64]) -> Self {
+        let target = |(at_rest, keys): (f32, Option<&Keys<f32>>)| {
+            let at = |tick: &f64| keys.and_then(|keys| keys.sample(*tick)).unwrap_or(at_rest);
+            let values = keys.map(|_| ticks.iter().map(at).collect());
+            Target {
+                at_rest,
+                values: values.unwrap_or_default(),
+            }
+        };
+        Self {
+            targets: scene.weights_in(animation).map(target).collect(),
+        }
+    }
+
+    /// The same in the first `count` frames, of which the last may go on.
+    pub(super) fn with_frames(&self, count: usize) -> Self {
+        self.taken((0..count).map(|frame| (self, frame as f64)))
+    }
+
+    /// The weights of frames of these and of other motions. One with other targets has them at rest.
+    pub(super) fn taken<'a>(&self, frames: impl Iterator<Item = (&'a Self, f64)> + Clone) -> Self {
+        let target = |(index, own): (usize, &Target)| {
+            let of = |motion: &'a Self| {
+                let is_alike = motion.targets.len() == self.targets.len();
+                motion.targets.get(index).filter(|_| is_alike)
+            };
+            let has_keys = |(motion, _)| of(motion).is_some_and(|target| !target.values.is_empty());
+            let at = |(motion, frame)| of(motion).map_or(own.at_rest, |target| target.at(frame));
+            let values = frames.clone().any(has_keys).then(|| frames.clone().map(at).collect());
+            Target {
+                at_rest: own.at_rest,
+                values: values.unwrap_or_default(),
+            }
+        };
+        Self {
+            targets: self.targets.iter().enumerate().map(target).collect(),
+        }
+    }
+
+    /// Makes these weights the keys of the targets of an animation.
+    pub(super) fn write(&self, scene: &mut Scene, animation: usize, ticks: &[f64]) {
+        let count = scene.animations.len();
+        for (animations, target) in scene.weight_keys().zip(&self.targets) {
+            let values = &target.values;
+            if values.is_empty() && animations.get(animation).is_none_or(Keys::is_empty) {
+                continue;
+            }
+            animations.resize(count.max(animations.len()), Keys::default());
+            animations[animation] = match values.split_first() {
+                Some((first, others)) if others.iter().all(|weight| weight == first) => Keys::constant(*first),
+                _ => Keys::at_ticks(values.clone(), ticks.to_vec()),
+            };
+        }
+    }
+}
+
+impl Frames {
+    /// Closes the jump of weights of morph targets from a frame of one motion to a frame of another, which is at `seam`
+    /// here: the difference fades within so many frames after it.
+    pub(crate) fn fade_weights(&mut self, seam: usize, [from, to]: [(&Self, f64); 2], steps: usize) {
+        let is_alike = |motion: &Self| motion.weights.targets.len() == self.weights.targets.len();
+        if !(is_alike(from.0) && is_alike(to.0)) {
+            return;
+        }
+        for (index, target) in self.weights.targets.iter_mut().enumerate() {
+            let [at_seam, next] = [from, to].map(|(motion, frame)| motion.weights.targets[index].at(frame));
+            let offset = Vec3::splat(at_seam - next);
+            for (frame, weight) in target.values.iter_mut().skip(seam).enumerate() {
+                match frame {
+                    0 => *weight = at_seam,
+                    _ => *weight += fade(offset, Vec3::ZERO, frame, steps).x,
+                }
+            }
+        }
+    }
+
+    /// Mixes the weights of morph targets of two motions: for each frame the frames of both, and the part of the second.
+    pub(crate) fn mix_weights(&mut self, (first, second): (&Self, &Self), frames: &[(f64, f64, f32)]) {
+        let one = first.weights.taken(frames.iter().map(|(a, ..)| (&first.weights, *a)));
+        let two = first
+            .weights
+            .taken(frames.iter().map(|(_, b, _)| (&second.weights, *b)));
+        for (index, target) in self.weights.targets.iter_mut().enumerate() {
+            let (one, two) = (&one.targets[index], &two.targets[index]);
+            let mixed = frames.iter().enumerate().map(|(frame, (_, _, part))| {
+                let (from, to) = (one.at(frame as f64), two.at(frame as f64));
+                from + part * (to - from)
+            });
+            let is_still = one.values.is_empty() && two.values.is_empty();
+            target.values = if is_still { Vec::new() } else { mixed.collect() };
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Curves of morph targets through readers, steps and writers. The fixtures state what they are: the weight of
+//! `arm_and_face.gltf` is the second of the motion; `smile` of `face_alone.gltf` is too, and `frown` falls from 1 to 0.25
+//! at half a second, and to 0 at one. Another reader of glTF, the crate `gltf`, says what was written.
+
+use mocap::edit::{Blend, BlendWeight, Concat, Loop, Resample, Reverse, Step, StepInput, Trim, Warp};
+use mocap::{Clips, Code, Exporter, Format, Importer, Pose, Scene};
+
+const ARM: &str = "../../fixtures/made/arm_and_face.gltf";
+const FACE: &str = "../../fixtures/made/face_alone.gltf";
+
+fn import(path: &str) -> Scene {
+    Importer::new().import(path).unwrap()
+}
+
+/// The weights of the targets of the face in an animation of the written file, at a second.
+struct Written {
+    times: Vec<f32>,
+    weights: Vec<Vec<f32>>,
+}
+
+impl Written {
+    fn of(scene: &Scene, animation: usize) -> Self {
+        let written = Exporter::new().write(scene, Format::Gltf).unwrap();
+        assert!(written.warnings.is_empty(), "{:?}", written.warnings);
+        let file = gltf::Gltf::from_slice(&written.into_bytes().unwrap()).unwrap();
+        let buffers: Vec<Vec<u8>> = file.buffers().map(|buffer| contents(&file, &buffer)).collect();
+        let clip = file.animations().nth(animation).unwrap();
+        let mut channels = clip
+            .channels()
+            .filter(|channel| channel.target().node().name() == Some("face"));
+        let channel = channels.next().expect("a channel of the face");
+        let reader = channel.reader(|buffer| Some(&buffers[buffer.index()]));
+        let times: Vec<f32> = reader.read_inputs().unwrap().collect();
+        let Some(gltf::animation::util::ReadOutputs::MorphTargetWeights(weights)) = reader.read_outputs() else {
+            panic!("no weights");
+        };
+        let weights: Vec<f32> = weights.into_f32().collect();
+        let columns = weights.len() / times.len();
+        Self {
+            weights: weights.chunks(columns).map(<[f32]>::to_vec).collect(),
+            times,
+        }
+    }
+
+    /// By LINEAR, which every sampler of an output is.
+    fn at(&self, seconds: f32, target: usize) -> f32 {
+        let after = self.times.partition_point(|time| *time <= seconds);
+        let weight = |key: usize| self.weights[key][target];
+        match (after.checked_sub(1), after < self.times.len()) {
+            (None, _) => weight(0),
+            (Some(before), false) => weight(before),
+            (Some(before), true) => {
+                let part = (seconds - self.times[before]) / (self.times[after] - self.times[before]);
+                weight(before) + part * (weight(after) - weight(before))
+            }
+        }
+    }
+
+    #[track_caller]
+    fn assert_is(&self, what: &str, expected: &[(f32, &[f32])]) {
+        for (seconds, weights) in expected {
+            for (target, weight) in weights.iter().enumerate() {
+                let found = self.at(*seconds, target);
+                assert!(
+                    (found - weight).abs() < 2e-4,
+                    "{what}, {seconds} s: {found}, not {weight}"
+                );
+            }
+        }
+    }
+}
+
+fn contents(file: &gltf::Gltf, buffer: &gltf::Buffer<'_>) -> Vec<u8> {
+    use base64::Engine;
+    match buffer.source() {
+        gltf::buffer::Source::Bin => file.blob.clone().unwrap(),
+        gltf::buffer::Source::Uri(uri) => {
+            let (_, data) = uri.split_once(',').unwrap();
+            base64::engine::general_purpose::STANDARD.decode(data).unwrap()
+        }
+    }
+}
+
+#[test]
+fn curves_of_morph_targets_are_written_as_they_were_read() {
+    let arm = import(ARM);
+    assert_eq!(arm.warnings, []);
+    Written::of(&arm, 0).assert_is("arm", &[(0.0, &[0.0]), (0.25, &[0.25]), (1.0, &[1.0])]);
+    let face = import(FACE);
+    assert_eq!(face.warnings, []);
+    assert_eq!(
+        (
+            face.animations[0].frame_count(),
+            face.animations[0].ticks_per_second.round()
+        ),
+        (31, 30.0)
+    );
+    let even: [(f32, &[f32]); 4] = [
+        (0.0, &[0.0, 1.0]),
+        (0.25, &[0.25, 0.625]),
+        (0.5, &[0.5, 0.25]),
+        (1.0, &[1.0, 0.0]),
+    ];
+    Written::of(&face, 0).assert_is("even", &even);
+    let stepped: [(f32, &[f32]); 4] = [
+        (0.0, &[0.0, 0.0]),
+        (0.49, &[0.0, 0.0]),
+        (0.51, &[1.0, 0.0]),
+        (1.0, &[0.0, 1.0]),
+    ];
+    Written::of(&face, 1).assert_is("stepped", &stepped);
+    let second = Importer::new().clips(Clips::Index(1)).import(FACE).unwrap();
+    Written::of(&second, 0).assert_is("the second clip", &stepped);
+}
+
+#[test]
+fn curves_of_morph_targets_go_with_the_time() {
+    let after = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = import(ARM);
+        change(&mut scene);
+        Written::of(&scene, 0)
+    };
+    let input = StepInput::new;
+    let trim = |scene: &mut Scene| {
+        Trim::new()
+            .range("0.2..0.8".parse().unwrap())
+            .apply(scene, &input())
+            .unwrap();
+    };
+    after(&trim).assert_is("trim", &[(0.0, &[0.2]), (0.3, &[0.5]), (0.6, &[0.8])]);
+    let resample = |scene: &mut Scene| {
+        Resample::new().rate(10.0).apply(scene, &input()).unwrap();
+    };
+    after(&resample).assert_is("resample", &[(0.0, &[0.0]), (0.3, &[0.3]), (1.0, &[1.0])]);
+    let reverse = |scene: &mut Scene| {
+        Reverse::new().apply(scene, &input()).unwrap();
+    };
+    after(&reverse).assert_is("reverse", &[(0.0, &[1.0]), (0.3, &[0.7]), (1.0, &[0.0])]);
+    let slower = |scene: &mut Scene| {
+        Warp::Moments(vec![(0.5, 1.5)]).apply(scene, &input()).unwrap();
+    };
+    after(&slower).assert_is("warp", &[(0.0, &[0.0]), (0.75, &[0.25]), (1.5, &[0.5]), (2.0, &[1.0])]);
+    let faster = |scene: &mut Scene| {
+        Warp::Speed(2.0).apply(scene, &input()).unwrap();
+    };
+    after(&faster).assert_is("speed", &[(0.0, &[0.0]), (0.25, &[0.5]), (0.5, &[1.0])]);
+    let looped = |scene: &mut Scene| {
+        Loop::new()
+            .frames(Some([6, 24]))
+            .blend(0.3)
+            .apply(scene, &input())
+            .unwrap();
+    };
+    // The end is the start, and the difference of 0.6 is halfway gone after half of the blend.
+    after(&looped).assert_is("loop", &[(0.0, &[0.8]), (0.15, &[0.65]), (0.3, &[0.5]), (0.6, &[0.8])]);
+    let joined = |scene: &mut Scene| {
+        let again = scene.clone();
+        Concat::new().blend(0.2).apply(scene, &input().other(&again)).unwrap();
+    };
+    after(&joined).assert_is(
+        "concat",
+        &[
+            (0.5, &[0.5]),
+            (1.0, &[1.0]),
+            (1.1, &[0.6]),
+            (1.2, &[0.2]),
+            (2.0, &[1.0]),
+        ],
+    );
+    let mixed = |scene: &mut Scene| {
+        let mut half = scene.clone();
+        for keys in half.weight_keys().flatten() {
+            keys.values.iter_mut().for_each(|weight| *weight *= 0.5);
+        }
+        let blend = Blend::new().weight(BlendWeight::Constant(0.5));
+        blend.apply(scene, &input().other(&half)).unwrap();
+    };
+    after(&mixed).assert_is("blend", &[(0.0, &[0.0]), (0.4, &[0.3]), (1.0, &[0.75])]);
+    let posed = |scene: &mut Scene| mocap_scene::process::put_first(scene, 0, &Pose::rest(scene));
+    after(&posed).assert_is("a pose first", &[(0.0, &[0.0]), (0.5 + 1.0 / 30.0, &[0.5])]);
+    let slow = Importer::new().retime(15.0).import(ARM).unwrap();
+    Written::of(&slow, 0).assert_is("another rate", &[(0.0, &[0.0]), (1.0, &[0.5]), (2.0, &[1.0])]);
+}
+
+#[test]
+fn formats_without_curves_of_morph_targets_say_so() {
+    let (arm, face) = (import(ARM), import(FACE));
+    for format in [Format::Fbx, Format::Usd, Format::Bvh, Format::Mclip] {
+        let written = Exporter::new().write(&arm, format).unwrap();
+        let lost = written
+            .warnings
+            .iter()
+            .find(|warning| warning.code == Code::Unrepresentable);
+        assert!(
+            lost.unwrap().message.ends_with("morph targets; left out: 1"),
+            "{:?}",
+            written.warnings
+        );
+        let refused = Exporter::new().write(&face, format).unwrap_err();
+        assert_eq!(refused.code(), Code::Unrepresentable);
+        assert!(
+            refused.to_string().contains("left out: 4, and nothing else moves"),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn curves_of_morph_targets_that_are_not_valid_are_left_out() {
+    let text = std::fs::read_to_string(FACE).unwrap();
+    // The weights of a sampler are its times: three numbers for three keys of two targets.
+    let wrong = text.replacen("\"output\": 5", "\"output\": 4", 1);
+    assert!(wrong != text);
+    let scene = Importer::new().read(wrong.as_bytes(), "face.gltf").unwrap();
+    let said: Vec<_> = scene.warnings.iter().map(|warning| warning.message.as_str()).collect();
+    assert!(
+        said[0].starts_with("curves of morph targets are left out: "),
+        "{said:?}"
+    );
+}

@@ -1,0 +1,74 @@
+//! The weights of all morph targets over time: of the meshes of a scene, and of the file that is passed through.
+
+use super::{Channel, Keys, Scene};
+use crate::error::{Code, Diagnostic, Result};
+
+impl Scene {
+    /// Of each morph target its weights in all animations, also of those in [`Scene::original`].
+    #[doc(hidden)]
+    pub fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
+        let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);
+        let passed_through = self.original.iter_mut().flat_map(|original| &mut original.morphs);
+        let passed_through = passed_through.flat_map(|curves| &mut curves.targets);
+        targets.map(|target| &mut target.weight_keys).chain(passed_through)
+    }
+
+    /// Of each morph target, in the order of [`weight_keys`](Self::weight_keys), its weight at rest and its keys in an
+    /// animation, where it has some.
+    #[doc(hidden)]
+    pub fn weights_in(&self, animation: usize) -> impl Iterator<Item = (f32, Option<&Keys<f32>>)> {
+        let targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
+        let targets = targets.map(move |target| (target.weight, keys_in(&target.weight_keys, animation)));
+        let passed_through = self.original.iter().flat_map(|original| &original.morphs);
+        let passed_through = passed_through.flat_map(|curves| std::iter::zip(&curves.at_rest, &curves.targets));
+        targets.chain(passed_through.map(move |(at_rest, animations)| (*at_rest, keys_in(animations, animation))))
+    }
+
+    /// How many curves of morph targets the animations of the scene have. A weight that stays is none.
+    #[doc(hidden)]
+    pub fn weight_curves(&self) -> usize {
+        let all = (0..self.animations.len()).flat_map(|animation| self.weights_in(animation));
+        let keys = all.filter_map(|(_, keys)| keys);
+        keys.filter(|keys| keys.values.iter().any(|weight| *weight != keys.values[0]))
+            .count()
+    }
+
+    /// The warning of an output that is no place for curves of morph targets; `output` begins the sentence.
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`] where nothing else moves: the output would stand still.
+    #[doc(hidden)]
+    pub fn lost_weights(&self, output: &str) -> Result<Option<Diagnostic>> {
+        let curves = self.weight_curves();
+        if curves == 0 {
+            return Ok(None);
+        }
+        let message = format!("{output} cannot hold curves of morph targets; left out: {curves}");
+        let mut lost = Diagnostic::new(Code::Unrepresentable, message)
+            .help("write .glb or .gltf with the meshes, which keep them");
+        let moves = |channel: &Channel| {
+            channel.position_keys.len() > 1 || channel.rotation_keys.len() > 1 || channel.scaling_keys.len() > 1
+        };
+        let mut channels = self.animations.iter().flat_map(|animation| &animation.channels);
+        if channels.any(moves) {
+            return Ok(Some(lost));
+        }
+        lost.message.push_str(", and nothing else moves");
+        Err(lost.into())
+    }
+
+    /// Leaves one animation.
+    #[doc(hidden)]
+    pub fn keep_animation(&mut self, index: usize) {
+        if index < self.animations.len() {
+            self.animations = vec![self.animations.swap_remove(index)];
+        }
+        for animations in self.weight_keys().filter(|animations| index < animations.len()) {
+            *animations = vec![animations.swap_remove(index)];
+        }
+    }
+}
+
+fn keys_in(animations: &[Keys<f32>], animation: usize) -> Option<&Keys<f32>> {
+    animations.get(animation).filter(|keys| !keys.is_empty())
+}
