@@ -14,7 +14,7 @@ const PARTS = [
   "three",
   "babylon",
   "bvh",
-  "fbx",
+  "clients",
   "faces",
   "vrma",
   "characters",
