@@ -71,18 +71,18 @@ def sampled(times, values, how, path, time):
     return at(before) + part * (at(after) - at(before))
 
 
-def motion(path):
-    """The motion of the first animation. A file without animations has its rest pose."""
+def motion(path, times=None):
+    """The motion of the first animation, at these seconds. A file without animations has its rest pose."""
     try:
         document = GLTF2().load(str(path))
-        return posed(document)
+        return posed(document, times)
     except Nothing:
         raise
     except Exception as error:  # pygltflib has no error of its own.
         raise Refused(repr(error)) from error
 
 
-def posed(document):
+def posed(document, seconds_of_poses):
     nodes = document.nodes
     if not nodes:
         raise Nothing("no node")
@@ -90,15 +90,20 @@ def posed(document):
     tracks, times = {}, [np.zeros(1)]
     for animation in document.animations[:1]:
         for channel in animation.channels:
-            if channel.target.node is None or channel.target.path not in ("translation", "rotation", "scale"):
+            node, path = channel.target.node, channel.target.path
+            if node is None or path not in ("translation", "rotation", "scale", "weights"):
                 continue
             sampler = animation.samplers[channel.sampler]
-            keys = numbers(document, sampler.input)[:, 0]
-            tracks[channel.target.node, channel.target.path] = keys, numbers(document, sampler.output), sampler.interpolation or "LINEAR"
+            keys, values = numbers(document, sampler.input)[:, 0], numbers(document, sampler.output)
+            if path == "weights":
+                values = values.reshape(len(keys) * (3 if sampler.interpolation == "CUBICSPLINE" else 1), -1)
+            tracks[node, path] = keys, values, sampler.interpolation or "LINEAR"
             times.append(keys)
     seconds = max(float(keys[-1]) for keys in times)
     if not tracks:
         times = [0.0]
+    elif seconds_of_poses is not None:
+        times = seconds_of_poses
     else:
         times = np.linspace(0, seconds, TIMES + 1)
 
@@ -130,4 +135,8 @@ def posed(document):
             places[frame, index] = world(index)[:3, 3]
     # A skin alone places its vertices: the transform of its node has no effect.
     pairs = [(node.name, places[:, index]) for index, node in enumerate(nodes) if node.skin is None]
+    for (index, path), (keys, values, how) in tracks.items():
+        if path == "weights":
+            weights = np.array([sampled(keys, values, how, path, time) for time in times])
+            pairs += [(f"{nodes[index].name} weight {target}", np.outer(column, [1, 0, 0])) for target, column in enumerate(weights.T)]
     return Motion(seconds, unique(pairs))

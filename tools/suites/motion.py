@@ -23,6 +23,10 @@ class Motion:
     seconds: float
     """Metres, +Y up: of each node its path from first to last frame, or its position at rest."""
     paths: dict
+    """The seconds of the path, where they are not evenly spread from first to last."""
+    times: np.ndarray | None = None
+    """Whether positions are compared from the first node of ours that both have."""
+    from_base: bool = False
 
 
 def unique(pairs):
@@ -47,6 +51,10 @@ def faults(ours, theirs):
         return
     if moving and abs(ours.seconds - theirs.seconds) > ALLOWED_SECONDS:
         yield f"{ours.seconds:.4f} s, not {theirs.seconds:.4f} s"
+    if theirs.from_base:
+        base = next(name for name in ours.paths if name in shared)
+        theirs = Motion(theirs.seconds, {name: path - theirs.paths[base] for name, path in theirs.paths.items()})
+        ours = Motion(ours.seconds, {name: path - ours.paths[base] for name, path in ours.paths.items()})
     size = max(np.abs(theirs.paths[name]).max() for name in shared)
     allowed = ALLOWED + SINGLE * size
     errors = {name: np.abs(ours.paths[name][0] - theirs.paths[name][0]).max() for name in shared}

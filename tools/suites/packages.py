@@ -1,5 +1,6 @@
 """Fetches packages by name and version with pip and apt, and unpacks each once below target/suites."""
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -30,6 +31,22 @@ def debian(name):
             yield lambda place, path=path: subprocess.run(["dpkg-deb", "-x", path, place], check=True)
 
     return unpacked(name, fetch)
+
+
+def crate(name, version):
+    """The files of a package of crates.io. None of it is compiled."""
+
+    def fetch(folder):
+        package = Path(folder) / "package"
+        (package / "src").mkdir(parents=True)
+        (package / "src" / "lib.rs").touch()
+        manifest = f'[package]\nname = "fetch"\nversion = "0.0.0"\n[dependencies]\n{name} = "={version}"\n[workspace]\n'
+        (package / "Cargo.toml").write_text(manifest)
+        vendored = Path(folder) / "vendored"
+        subprocess.run(["cargo", "vendor", "--quiet", vendored], cwd=package, check=True, stdout=subprocess.DEVNULL)
+        yield lambda place: shutil.move(vendored / name, place)
+
+    return unpacked(f"{name}-{version}", fetch)
 
 
 def unpacked(name, fetch):

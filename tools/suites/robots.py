@@ -30,7 +30,12 @@ def files(everything):
 
 def motion(path):
     try:
-        robot = yourdfpy.URDF.load(str(path), load_meshes=False, load_collision_meshes=False, build_scene_graph=True)
+        robot = yourdfpy.URDF.load(str(path), load_meshes=False, load_collision_meshes=False, build_scene_graph=False)
+        # MuJoCo ignores a leader that is not there; yourdfpy moves the follower by its offset.
+        for joint in robot.robot.joints:
+            if joint.mimic and joint.mimic.joint not in robot.joint_map:
+                joint.mimic = None
+        robot = yourdfpy.URDF(robot.robot, load_meshes=False, load_collision_meshes=False, build_scene_graph=True)
         matrices = [(name, robot.get_transform(name)) for name in robot.link_map]
     except Exception as error:  # yourdfpy has no error of its own.
         raise Refused(repr(error)) from error

@@ -10,28 +10,30 @@ import time
 from pathlib import Path
 
 import assimp
+import bvh
 import gltf
+import mjcf
 import robots
 import usd
 from motion import Motion, Nothing, Refused, faults
 
-SUITES = {"assimp": assimp, "robots": robots, "usd": usd}
+SUITES = {"assimp": assimp, "bvh": bvh, "robots": robots, "mjcf": mjcf, "usd": usd}
 # Files of a suite without --all.
 SAMPLE = 12
 VERDICTS = ["right", "refused rightly", "read alone", "refused wrongly", "wrong"]
 BAD = VERDICTS[-2:]
 
 
-def converted(path, folder):
-    """The motion of the GLB that mocap writes, by another reader."""
+def converted(path, folder, options, times):
+    """The motion of the GLB that mocap writes, by another reader, at these seconds."""
     output = Path(folder) / "out.glb"
-    done = subprocess.run([os.environ["MOCAP"], "convert", path, output, "--force"], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([os.environ["MOCAP"], "convert", path, output, "--force", *options], capture_output=True, text=True, timeout=120)
     if done.returncode not in (0, 1):
         raise RuntimeError(f"exit code {done.returncode}: {done.stderr[-200:]}")
     if done.returncode:
         errors = [line for line in done.stderr.splitlines() if "error" in line]
         raise Refused((errors or done.stderr.splitlines() or [""])[0])
-    return gltf.motion(output)
+    return gltf.motion(output, times)
 
 
 def outcome(reader, path):
@@ -41,10 +43,10 @@ def outcome(reader, path):
         return refusal
 
 
-def verdict(path, other, second, folder):
+def verdict(path, other, second, folder, options):
     theirs = outcome(other, path)
     try:
-        ours = converted(path, folder)
+        ours = converted(path, folder, options, getattr(theirs, "times", None))
     except Nothing:
         ours = Motion(0.0, {})
     except Refused as refusal:
@@ -69,7 +71,7 @@ def main():
             listed = random.Random(f"{os.environ['MOCAP_SEED']} {name}").sample(listed, min(SAMPLE, len(listed)))
         with tempfile.TemporaryDirectory() as folder:
             for path, other, second in listed:
-                found, why = verdict(path, other, second, folder)
+                found, why = verdict(path, other, second, folder, getattr(SUITES[name], "OPTIONS", []))
                 count[found] += 1
                 total[found] += 1
                 if found in BAD:
