@@ -12,7 +12,7 @@ use super::alike::Alikeness;
 use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::fit::Fit;
-use super::frames::{Frames, between};
+use super::frames::{Frames, between, lost_weights};
 use super::pair::pair;
 use super::pose_distance::Poses;
 use super::quantity::centimetres;
@@ -274,7 +274,9 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     let mut mixed = first.with_rows(rows);
     mixed.mix_weights((&first, &second), &taken);
     mixed.write_all(scene, animation);
-    scene.warnings.extend(warning);
+    scene
+        .warnings
+        .extend(warning.into_iter().chain(lost_weights(scene, other)));
     Ok(report)
 }
 

@@ -12,6 +12,7 @@ use super::alike::Alikeness;
 use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::fit::Fit;
+use super::frames::lost_weights;
 use super::inertia::{Seam, onward};
 use super::pair::pair;
 use super::quantity::{centimetres, degrees, metres};
@@ -172,6 +173,8 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     let seam = [(&first, last as f64), (&second, start)];
     joined.fade_weights(last, seam, first.frames_in(options.blend));
     joined.write_all(scene, animation);
-    scene.warnings.extend(warning);
+    scene
+        .warnings
+        .extend(warning.into_iter().chain(lost_weights(scene, other)));
     Ok(report)
 }

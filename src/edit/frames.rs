@@ -13,6 +13,7 @@ use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene};
 
 use self::weights::Weights;
+pub(super) use self::weights::lost_weights;
 
 /// Every driven node's transform to its parent, at every whole tick and at the end.
 #[derive(Clone)]
@@ -60,7 +61,7 @@ impl Frames {
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         };
         let mut frames = Self::of(scene, clip, also)?;
-        frames.weights = Weights::new(scene, animation, &frames.ticks);
+        frames.weights = Weights::new(scene, animation, &frames.ticks)?;
         Ok(frames)
     }
 

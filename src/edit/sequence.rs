@@ -39,6 +39,9 @@ fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
     (scene.nodes.len() > before.len()).then(|| NodeId::new(first))
 }
 
+/// Why a second motion that is retargeted loses its face.
+const OTHER_FACE: &str = "take both motions from one character";
+
 impl EditStep {
     /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too. Of
     /// `others`, one with another skeleton than the scene is brought onto it by `fit`.
@@ -64,6 +67,11 @@ impl EditStep {
                 ..StepInput::new()
             };
             let mut report = step.apply(scene, &input)?;
+            if let (Some(_), Some(other)) = (&fitted, other) {
+                scene
+                    .warnings
+                    .extend(other.lost_weights("a retargeted motion", OTHER_FACE)?);
+            }
             report.retargeted = fitted.map(|fitted| fitted.quality);
             reports.push(report);
             let inserted = inserted(&before, scene);

@@ -331,7 +331,7 @@ impl Exporter {
         let lost_weights = if keeps_weights {
             None
         } else {
-            scene.lost_weights(row.name)?
+            scene.lost_weights(row.name, "write .glb or .gltf, which keep them")?
         };
         let written = match is_at_rest_for(scene, row) {
             true => row.write(scene, &options),

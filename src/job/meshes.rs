@@ -27,12 +27,17 @@ pub(super) fn keep_or_drop(
 ) -> Result<()> {
     let is_gltf = row.is_some_and(|row| row.format == Format::Gltf);
     let loses_weights = match (&job.target, job.write.skeleton_only) {
-        (Some(_), _) => Some("a retargeted motion"),
-        (None, true) => Some("a skeleton alone"),
+        (Some(_), _) => Some((
+            "a retargeted motion",
+            "the targets of one face are not those of another",
+        )),
+        (None, true) => Some(("a skeleton alone", "leave out {skeleton-only}, and write .glb or .gltf")),
         (None, false) => None,
     };
-    if let Some(output) = loses_weights {
-        let lost = scene.lost_weights(output).map_err(|error| error.with_path(motion))?;
+    if let Some((output, help)) = loses_weights {
+        let lost = scene
+            .lost_weights(output, help)
+            .map_err(|error| error.with_path(motion))?;
         if let Some(lost) = lost {
             hear(Notice::Warnings(motion, &[lost]));
         }

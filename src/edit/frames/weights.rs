@@ -1,6 +1,8 @@
 //! The weights of morph targets in every frame.
 
 use glam::Vec3;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::scene::{Keys, Scene};
 
 use super::Frames;
@@ -33,7 +35,12 @@ impl Target {
 }
 
 impl Weights {
-    pub(super) fn new(scene: &Scene, animation: usize, ticks: &[f64]) -> Self {
+    /// # Errors
+    /// [`Code::LimitExceeded`] where few keys state very many frames.
+    pub(super) fn new(scene: &Scene, animation: usize, ticks: &[f64]) -> Result<Self> {
+        let keys = || scene.weights_in(animation).filter_map(|(_, keys)| keys);
+        let stated: usize = keys().map(Keys::len).sum();
+        FrameBudget::stated_by(&Limits::default(), stated as u64).frames(ticks.len() as f64, keys().count())?;
         let target = |(at_rest, keys): (f32, Option<&Keys<f32>>)| {
             let at = |tick: &f64| keys.and_then(|keys| keys.sample(*tick)).unwrap_or(at_rest);
             let values = keys.map(|_| ticks.iter().map(at).collect());
@@ -42,9 +49,9 @@ impl Weights {
                 values: values.unwrap_or_default(),
             }
         };
-        Self {
+        Ok(Self {
             targets: scene.weights_in(animation).map(target).collect(),
-        }
+        })
     }
 
     /// The same in the first `count` frames, of which the last may go on.
@@ -87,6 +94,17 @@ impl Weights {
             };
         }
     }
+}
+
+/// The warning of a second motion whose morph targets are not those of the first, where it moves them.
+pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> {
+    let curves = second.weight_curves();
+    let is_alike = scene.weights_in(0).count() == second.weights_in(0).count();
+    (curves > 0 && !is_alike).then(|| {
+        let message =
+            format!("the second motion moves other morph targets than the first has; curves left out: {curves}");
+        Diagnostic::new(Code::Unrepresentable, message).help("take both motions from one character")
+    })
 }
 
 impl Frames {

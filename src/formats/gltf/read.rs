@@ -145,7 +145,8 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         let weights = weights_of(&mut scene, &mut morphs, index);
         let own_or_stated = own.or(of_clip).filter(|step| fits(*step, &tracks));
         let step = own_or_stated.unwrap_or_else(|| find_frame_time(&tracks, &weights));
-        let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
+        let moving = weights.iter().filter(|keys| keys.len() > 1).count() as u64;
+        let values_a_frame = moving + tracks.iter().map(|track| track.values.components()).sum::<u64>();
         let ends = weights
             .iter()
             .filter_map(|keys| keys.len().checked_sub(1).map(|last| keys.tick(last)));

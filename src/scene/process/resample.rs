@@ -45,14 +45,15 @@ impl Scene {
 fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<()> {
     let mut values = 0_u64;
     let mut asked = Vec::with_capacity(scene.animations.len());
-    for animation in &scene.animations {
+    for (index, animation) in scene.animations.iter().enumerate() {
+        let weights = scene.weights_in(index).filter_map(|(_, keys)| keys);
         let keys = animation.channels.iter().flat_map(|channel| {
             let (positions, scales) = (channel.position_keys.len(), channel.scaling_keys.len());
             [(positions, 3), (channel.rotation_keys.len(), 4), (scales, 3)]
         });
         // A frame has a tick, too.
         let mut values_a_frame = 1;
-        for (keys, width) in keys {
+        for (keys, width) in keys.chain(weights.map(|keys| (keys.len(), 1))) {
             values = values.saturating_add((keys * width) as u64);
             if keys > 1 {
                 values_a_frame += width;

@@ -27,7 +27,14 @@ impl Scene {
     /// How many curves of morph targets the animations of the scene have. A weight that stays is none.
     #[doc(hidden)]
     pub fn weight_curves(&self) -> usize {
-        let all = (0..self.animations.len()).flat_map(|animation| self.weights_in(animation));
+        // Meshes that were read of the file that is passed through have its curves again.
+        let is_passed_through = self
+            .original
+            .as_ref()
+            .is_some_and(|original| !original.morphs.is_empty());
+        let of_meshes: usize = self.meshes.iter().map(|mesh| mesh.morph_targets.len()).sum();
+        let again = if is_passed_through { of_meshes } else { 0 };
+        let all = (0..self.animations.len()).flat_map(|animation| self.weights_in(animation).skip(again));
         let keys = all.filter_map(|(_, keys)| keys);
         keys.filter(|keys| keys.values.iter().any(|weight| *weight != keys.values[0]))
             .count()
@@ -38,14 +45,13 @@ impl Scene {
     /// # Errors
     /// [`Code::Unrepresentable`] where nothing else moves: the output would stand still.
     #[doc(hidden)]
-    pub fn lost_weights(&self, output: &str) -> Result<Option<Diagnostic>> {
+    pub fn lost_weights(&self, output: &str, help: &str) -> Result<Option<Diagnostic>> {
         let curves = self.weight_curves();
         if curves == 0 {
             return Ok(None);
         }
         let message = format!("{output} cannot hold curves of morph targets; left out: {curves}");
-        let mut lost = Diagnostic::new(Code::Unrepresentable, message)
-            .help("write .glb or .gltf with the meshes, which keep them");
+        let mut lost = Diagnostic::new(Code::Unrepresentable, message).help(help);
         let moves = |channel: &Channel| {
             channel.position_keys.len() > 1 || channel.rotation_keys.len() > 1 || channel.scaling_keys.len() > 1
         };

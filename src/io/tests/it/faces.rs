@@ -182,6 +182,23 @@ fn curves_of_morph_targets_go_with_the_time() {
     Written::of(&slow, 0).assert_is("another rate", &[(0.0, &[0.0]), (1.0, &[0.5]), (2.0, &[1.0])]);
 }
 
+/// Of another face on the same skeleton nothing can be taken.
+#[test]
+fn curves_of_another_face_are_counted() {
+    let (mut arm, mut other) = (import(ARM), import(ARM));
+    let curves = &mut other.original.as_mut().unwrap().morphs[0];
+    curves.targets.push(curves.targets[0].clone());
+    curves.at_rest.push(0.0);
+    Concat::new()
+        .blend(0.0)
+        .apply(&mut arm, &StepInput::new().other(&other))
+        .unwrap();
+    let warning = arm.warnings.last().unwrap();
+    assert!(warning.message.ends_with("curves left out: 2"), "{warning}");
+    arm.warnings.clear();
+    Written::of(&arm, 0).assert_is("concat", &[(0.5, &[0.5]), (1.0, &[1.0]), (1.5, &[0.0])]);
+}
+
 #[test]
 fn formats_without_curves_of_morph_targets_say_so() {
     let (arm, face) = (import(ARM), import(FACE));
@@ -196,12 +213,20 @@ fn formats_without_curves_of_morph_targets_say_so() {
             "{:?}",
             written.warnings
         );
-        let refused = Exporter::new().write(&face, format).unwrap_err();
-        assert_eq!(refused.code(), Code::Unrepresentable);
-        assert!(
-            refused.to_string().contains("left out: 4, and nothing else moves"),
-            "{refused}"
-        );
+        // Meshes that were read too have the same curves.
+        let with_meshes = Importer::new()
+            .gltf_meshes(true)
+            .morph_targets(true)
+            .import(FACE)
+            .unwrap();
+        for face in [&face, &with_meshes] {
+            let refused = Exporter::new().write(face, format).unwrap_err();
+            assert_eq!(refused.code(), Code::Unrepresentable);
+            assert!(
+                refused.to_string().contains("left out: 4, and nothing else moves"),
+                "{refused}"
+            );
+        }
     }
 }
 
