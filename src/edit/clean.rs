@@ -143,9 +143,12 @@ pub struct MotionErrors {
     /// The slope of the floor in degrees.
     #[doc(hidden)]
     pub slope: Option<f64>,
-    /// How far the body drifts, in metres.
+    /// How far the body drifts over the ground, in metres.
     #[doc(hidden)]
     pub drift: Option<f64>,
+    /// How far the height of the ground drifts, in metres.
+    #[doc(hidden)]
+    pub height_drift: Option<f64>,
 }
 
 impl MotionErrors {
@@ -158,10 +161,10 @@ impl MotionErrors {
         let reach = Work::reaches(scene, figure);
         let work = Work::new(scene, figure, &reach, animation)?;
         let [doubled, dropped] = time::errors(&work);
-        let [slope, drift] = if work.is_humanoid() {
+        let [slope, drift, height_drift] = if work.is_humanoid() {
             floor::errors(&work)
         } else {
-            [None; 2]
+            [None; 3]
         };
         let exchanged = if work.is_humanoid() {
             exchange::frames(&work)
@@ -181,6 +184,7 @@ impl MotionErrors {
             exchanged,
             slope,
             drift,
+            height_drift,
         })
     }
 }
@@ -238,9 +242,11 @@ impl Clean {
             },
             CleanPart::Floor => {
                 let depth = depth::still(work);
-                let done =
-                    floor::level(work, floor::LEAST_HEIGHTS[usize::from(report.had_noise())]).unwrap_or_default();
-                floor::FloorOutcome { depth, ..done }.to_string()
+                floor::FloorOutcome {
+                    depth,
+                    ..floor::level(work, false).unwrap_or_default()
+                }
+                .to_string()
             }
             CleanPart::Contacts => {
                 let is_changed = report.had_noise();

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use mocap_figure::contacts::{ContactRule, points_of_feet};
-use mocap_figure::ground::level;
+use mocap_figure::ground::{FootPoints, levels};
 use mocap_figure::{Figure, Humanoid, HumanoidBone, Side};
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::not_negative;
@@ -195,8 +195,7 @@ pub fn contacts_of(scene: &Scene, animation: &Animation, figure: &Figure) -> Res
 
 /// The contacts of frames that are at hand.
 pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &ContactOptions) -> DetectedContacts {
-    let [ankles, balls] = points_of_feet(scene, &figure.humanoid);
-    let mut pairs = vec![ankles, balls];
+    let mut pairs: Vec<_> = points_of_feet(scene, &figure.humanoid).into();
     if options.hands {
         let hand = |side: Side| {
             let bone = HumanoidBone::LeftHand.on(side);
@@ -204,50 +203,46 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
         };
         pairs.push(Side::ALL.into_iter().filter_map(hand).collect());
     }
-    let nodes: Vec<NodeId> = pairs.iter().flatten().map(|(_, node)| *node).collect();
-    let mut tracks = tracks(frames, scene, &nodes).into_iter();
-    let mut found = DetectedContacts {
-        frame_rate: frames.rate,
-        frames: frames.len(),
-        floor: f32::INFINITY,
-        points: Vec::new(),
-    };
-    let mut levels = Vec::new();
+    let (up, metres) = (figure.up_direction(), figure.metres());
+    let feet = FootPoints::new(scene, &figure.humanoid, up);
+    let mut nodes: Vec<NodeId> = pairs.iter().flatten().map(|(_, node)| *node).collect();
+    nodes.extend(feet.nodes.iter().flatten());
+    nodes.sort_unstable();
+    nodes.dedup();
+    let tracks = tracks(frames, scene, &nodes);
+    let track = |node: &NodeId| nodes.binary_search(node).map_or(&[][..], |index| &tracks[index]);
+    let kinds = feet.nodes.each_ref().map(|nodes| nodes.iter().map(track).collect());
+    let levels = levels(&kinds, up, metres, frames.rate);
+    let ground = feet.ground(&levels);
+    let floor = ground.map_or(0.0, |ground| ground.height());
+    let lowest = ground.map_or(0.0, |ground| ground.joints());
+    let mut points = Vec::new();
     for (index, pair) in pairs.into_iter().enumerate() {
-        let tracks: Vec<Vec<Vec3>> = tracks.by_ref().take(pair.len()).collect();
-        let height = |point: &Vec3| point.dot(figure.up_direction()) * figure.metres();
-        let heights: Vec<f32> = (0..frames.len())
-            .flat_map(|frame| tracks.iter().map(move |track| height(&track[frame])))
-            .collect();
-        // Both feet rest on one floor, at one height for each point; a hand rests on the floor of the feet.
-        let mut rest = level(&heights, pair.len());
-        match index {
-            2.. => rest = found.floor,
-            _ if !pair.is_empty() => found.floor = found.floor.min(rest),
-            _ => {}
-        }
-        for ((bone, node), track) in pair.into_iter().zip(tracks) {
-            let above_rest: Vec<f32> = track.iter().map(|point| height(point) - rest).collect();
-            let at_rest = rests(&track, &above_rest, frames.rate, figure, options);
-            levels.push(rest);
-            found.points.push(ContactPoint {
+        // Both feet rest on one floor, at one height for each point; a hand rests where their lowest joints do.
+        let rest = match index {
+            2.. => lowest,
+            kind => levels[kind].unwrap_or(lowest),
+        };
+        for (bone, node) in pair {
+            let track = track(&node);
+            let above_rest: Vec<f32> = track.iter().map(|point| (point.dot(up) - rest) * metres).collect();
+            points.push(ContactPoint {
                 bone,
                 node,
                 name: scene.nodes[node.index()].name.clone(),
-                height: 0.0,
-                at_rest,
+                height: (rest - floor) * metres,
+                at_rest: rests(track, &above_rest, frames.rate, figure, options),
                 above_rest,
-                positions: track,
+                positions: track.to_vec(),
             });
         }
     }
-    if !found.floor.is_finite() {
-        found.floor = 0.0;
+    DetectedContacts {
+        frame_rate: frames.rate,
+        frames: frames.len(),
+        floor: floor * metres,
+        points,
     }
-    for (point, rest) in found.points.iter_mut().zip(levels) {
-        point.height = rest - found.floor;
-    }
-    found
 }
 
 /// For each frame whether a point is at rest, by where it is and how high above where it rests.
@@ -307,12 +302,13 @@ impl LiveContacts {
     pub fn at(&self, before: usize) -> [bool; 2] {
         let mut found = [false; 2];
         let height = |point: &Vec3| point.dot(self.figure.up_direction()) * self.figure.metres();
-        for pair in &self.pairs {
+        let tracks = |pair: &Vec<(Side, NodeId, Vec<Vec3>)>| pair.iter().map(|(_, _, track)| track.clone()).collect();
+        let kinds: Vec<Vec<Vec<Vec3>>> = self.pairs.iter().map(tracks).collect();
+        let (up, metres) = (self.figure.up_direction(), self.figure.metres());
+        let levels = levels(&kinds, up, metres, self.rate);
+        for (pair, rest) in self.pairs.iter().zip(levels) {
+            let rest = rest.unwrap_or_default() * metres;
             let frames = pair.first().map_or(0, |(_, _, track)| track.len());
-            let heights: Vec<f32> = (0..frames)
-                .flat_map(|frame| pair.iter().map(move |(_, _, track)| height(&track[frame])))
-                .collect();
-            let rest = level(&heights, pair.len());
             for (side, _, track) in pair {
                 let above: Vec<f32> = track.iter().map(|point| height(point) - rest).collect();
                 let at_rest = rests(track, &above, self.rate, &self.figure, &ContactOptions::default());

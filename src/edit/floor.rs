@@ -10,7 +10,7 @@ mod least_squares;
 use glam::{DVec3, Mat4, Quat, Vec3};
 use mocap_figure::Figure;
 use mocap_figure::contacts::points_of_feet;
-use mocap_figure::ground::level as level_of;
+use mocap_figure::ground::{FootPoints, height_drift, levels};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{HumanoidBone, Scene, Side};
 
@@ -48,9 +48,9 @@ const OF_STANDING: f64 = 0.01;
 const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
 /// A foot must stand for so many seconds to tell of a drift over the ground: in a step it rolls on.
 const STANDS: f64 = 0.8;
-/// The least heights in metres that are taken out, of a motion that is clean and of one that had noise: thick soles are
-/// the first.
-pub(super) const LEAST_HEIGHTS: [f64; 2] = [0.06, 0.03];
+/// The heights of the floor in metres that `clean` keeps: the centres of joints and markers are as far below a floor at
+/// 0, and as high above it a body sits, lies, hovers or stands on something.
+const KEPT_HEIGHTS: std::ops::Range<f64> = -0.06..0.3;
 /// The least slope in degrees that is taken out: it lifts a foot by 17 mm in a metre, which is not seen.
 pub(super) const LEAST_SLOPE: f64 = 1.0;
 /// The least drift in height in metres that is taken out: `OF_DRIFT` twice.
@@ -126,13 +126,20 @@ impl Floor {
     }
 }
 
-/// The slope of the floor in degrees, and how far the body drifts in metres, as [`level`] takes them out.
-pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 2] {
+/// The slope of the floor in degrees, how far the body drifts over the ground in metres, as [`level`] takes them out,
+/// and how far the height of the ground drifts.
+pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 3] {
+    let in_height = height_drift(&tracks_of_feet(work), work.up, work.metres, work.frames.rate);
     let feet = Feet::new(work);
-    let Some(floor) = of(&feet) else { return [None; 2] };
+    let Some(floor) = of(&feet) else {
+        return [None, None, in_height];
+    };
     let slope = floor.is_sloped().then(|| floor.slope());
-    // The slope is taken out before the drift, but what a drift is in height does not depend on it.
-    [slope, drift(&feet, &floor.drift).map(|drift| extent(&drift))]
+    let over_ground = drift(&feet, &floor.drift).map(|mut drift| {
+        drift.iter_mut().for_each(|at| at.z = 0.0);
+        extent(&drift)
+    });
+    [slope, over_ground.filter(|extent| *extent > 0.0), in_height]
 }
 
 /// How far the body is moved by a drift at most, in metres.
@@ -189,17 +196,6 @@ impl Feet {
             rate: work.frames.rate,
             frames: work.frames.len(),
         }
-    }
-
-    /// The level on which the feet rest, by the rule of all commands.
-    fn level(&self) -> f64 {
-        let of_kind = |kind: usize| {
-            let tracks: Vec<&Vec<DVec3>> = self.points.iter().filter(|p| p.0 == kind).map(|p| &p.1).collect();
-            let heights = (0..self.frames).flat_map(|frame| tracks.iter().map(move |track| track[frame].z as f32));
-            (!tracks.is_empty()).then(|| f64::from(level_of(&heights.collect::<Vec<_>>(), tracks.len())))
-        };
-        let levels = [of_kind(0), of_kind(1)].into_iter().flatten();
-        levels.reduce(f64::min).unwrap_or_default()
     }
 
     /// The velocity of the slower foot while both stand for long, each with its frame: a drift moves both alike, and a
@@ -305,7 +301,28 @@ const RIGHT_OVER_LEFT: usize = 4;
 const DRIFT: usize = 5;
 /// The floor of a motion; `None` where no foot is ever slow.
 pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
-    of(&Feet::new(work))
+    let height = height(work);
+    Some(Floor {
+        height,
+        ..of(&Feet::new(work))?
+    })
+}
+
+/// The height of the ground in metres, by the rule of all commands.
+fn height(work: &Work<'_>) -> f64 {
+    let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
+    let levels = levels(&tracks_of_feet(work), work.up, work.metres, work.frames.rate);
+    let ground = points.ground(&levels);
+    ground.map_or(0.0, |ground| f64::from(ground.height() * work.metres))
+}
+
+/// The positions of the points that show where the ground is, by kind.
+fn tracks_of_feet(work: &Work<'_>) -> [Vec<Vec<Vec3>>; 3] {
+    let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
+    points
+        .nodes
+        .each_ref()
+        .map(|nodes| tracks(&work.frames, work.scene, nodes))
 }
 
 /// The floor that these feet tell of.
@@ -389,7 +406,6 @@ fn of(feet: &Feet) -> Option<Floor> {
     let level = heights.fold(1.0, f64::max);
     (floor.levels, floor.right_over_left) = (levels, right_over_left);
     floor.explains = near(&|point: &SlowPoint| floor.above(point)) / level;
-    floor.height = feet.level();
     Some(floor)
 }
 
@@ -400,11 +416,12 @@ fn low(heights: impl Iterator<Item = f64>) -> f64 {
     heights.get(heights.len() / 10).copied().unwrap_or_default()
 }
 
-/// Takes slope and drift out, and brings the floor to height 0 where it is farther from there than `least_height`.
-pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<FloorOutcome> {
+/// Takes slope and drift out, and brings the floor to height 0 if it was moved by these, or is not at a height that is
+/// kept, or `always`.
+pub(super) fn level(work: &mut Work<'_>, always: bool) -> Option<FloorOutcome> {
     let carrier = work.carrier()?;
     let mut done = FloorOutcome::default();
-    let floor = find(work)?;
+    let floor = of(&Feet::new(work))?;
     let [x, y, up] = axes(work.up);
     let slope = floor.slope();
     if floor.is_sloped() {
@@ -425,21 +442,19 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<FloorOutco
         });
         done.drift = Some(extent(drift));
     }
-    let height = find(work)?.height;
-    if height.abs() > least_height || done.slope.is_some() || done.drift.is_some() {
-        bring_to_zero(work);
-        done.height = Some(height);
+    let is_moved = done.slope.is_some() || done.drift.is_some();
+    if always || is_moved || !KEPT_HEIGHTS.contains(&height(work)) {
+        done.height = bring_to_zero(work);
     }
     Some(done)
 }
 
-/// Brings the floor to height 0.
-pub(super) fn bring_to_zero(work: &mut Work<'_>) {
-    let height = Feet::new(work).level();
-    if let Some(carrier) = work.carrier() {
-        let by = Mat4::from_translation(-work.up * height as f32 / work.metres);
-        work.carry(carrier, |_| by);
-    }
+/// Brings the floor to height 0. Returns the height that it had, if that was another.
+pub(super) fn bring_to_zero(work: &mut Work<'_>) -> Option<f64> {
+    let height = Some(height(work)).filter(|height| *height != 0.0)?;
+    let by = Mat4::from_translation(-work.up * height as f32 / work.metres);
+    work.carry(work.carrier()?, |_| by);
+    Some(height)
 }
 
 /// How far the body drifted in each frame, in metres: along the axes of the ground, and up as `height` has it. `None`
@@ -511,11 +526,11 @@ fn drift(feet: &Feet, height: &[f64]) -> Option<Vec<DVec3>> {
 /// body, in metres and degrees, of which those that were taken out are there.
 pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize) -> Result<[Option<f64>; 3]> {
     let mut work = Work::new(scene, figure, &[], animation)?;
-    let Some(done) = level(&mut work, 0.0) else {
+    let Some(done) = level(&mut work, true) else {
         return Ok([None; 3]);
     };
     let frames = work.frames;
     let moved: Vec<_> = frames.nodes().to_vec();
     frames.write(scene, animation, &moved, &moved);
-    Ok([done.height, done.slope, done.drift])
+    Ok([Some(done.height.unwrap_or_default()), done.slope, done.drift])
 }

@@ -1,25 +1,26 @@
-//! Where the ground is: the one definition, for contacts, pictures, retargeting and robots.
+//! Where the ground is: the one definition, for contacts, cleaning, pictures, retargeting, robots and surveys.
 //!
-//! The ankles have a level on which they rest in the motion, and so have the balls of the feet: the fifth percentile of
-//! the height of the lower one. The ground is the lower of both levels. A body without a motion stands on the lowest
-//! joint of its feet, or at height 0 where that is near.
+//! The ankles have a level on which they rest in the motion, and so have the balls of the feet and the toes' ends:
+//! the fifth percentile of the height of the lowest one, without feet that have sunk into the ground. A frame counts as
+//! far as the feet move before and after it, so a long stance counts about as much as a step. Held frames count nothing,
+//! nor does a rest pose from which the motion jumps away. The lowest of these levels is that of the soles, or the skin
+//! shows where they are. A floor at height 0 is expected: the ground is there if the soles are near.
+
+mod drift;
+mod levels;
 
 use glam::Vec3;
-use mocap_scene::math::median::percentile;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{NodeId, Scene};
+use mocap_scene::scene::{NodeId, Scene, Side};
 
+pub use self::drift::height_drift;
+pub use self::levels::levels;
+use self::levels::{Rests, stride};
 use super::body::Body;
 use super::contacts::points_of_feet;
 use super::hierarchy::Hierarchy;
-use crate::{Humanoid, HumanoidBone as Bone};
-
-/// Frames of an animation that are examined at most, evenly spaced.
-const FRAMES: usize = 600;
-
-/// The fraction of frames in which the lower foot is below its level of rest: a twentieth. The minimum would be that of
-/// a rest pose in the first frame, in which CMU's files have the hips at the origin and the feet far below.
-const BELOW: f64 = 0.05;
+use crate::report::Guess;
+use crate::{Confidence, Humanoid, HumanoidBone as Bone};
 
 /// How far from the ground the lowest joint of a rest pose may be that stands on it, as a fraction of the leg.
 const STANDS: f32 = 0.1;
@@ -28,80 +29,239 @@ const STANDS: f32 = 0.1;
 /// still higher, the body does not stand in this motion.
 const HIGHEST: f32 = 0.2;
 
-/// The ground of a motion: the levels on which the feet rest, along the up axis, in units of the scene.
+/// How far from height 0 soles may be that stand on a floor there, as a fraction of the leg, and where a floor at 0
+/// explains nothing any more. In clips of fifteen makers with a floor at 0 the lowest joints of the feet rest at -0.065
+/// to 0.065 of the leg: they are centres of joints, or markers on shoes.
+const ON_ZERO: [f32; 2] = [0.07, 0.17];
+
+/// The height of an ankle over the sole as a fraction of the leg (Winter, "Biomechanics and motor control", 2009).
+const ANKLE: f32 = 0.08;
+
+/// The farthest that the end of a foot is from the ankle, as a fraction of the leg.
+const FOOT: f32 = 0.6;
+
+/// What shows where the soles are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sole {
+    Skin,
+    Ends,
+    Joints,
+    Proportions,
+}
+
+/// The ground of a motion, along the up axis, in units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// The level of the ankles; of the ends of the shins where there are no feet.
-    ankles: Option<f32>,
-    /// The level of the balls of the feet.
-    balls: Option<f32>,
+    /// The level on which the ankles rest; the ends of the shins where there are no feet.
+    pub ankles: Option<f32>,
+    /// The level on which the balls of the feet rest.
+    pub balls: Option<f32>,
+    /// The level of the soles, and what shows it.
+    soles: (f32, Sole),
+    /// Thigh and shin; 0 where it is unknown.
+    leg: f32,
 }
 
 impl Ground {
     /// The ground of all animations of a scene; `None` without a motion or without feet.
-    pub(super) fn new(scene: &Scene, humanoid: &Humanoid, up: Vec3) -> Option<Self> {
-        let [ankles, balls] = points_of_feet(scene, humanoid);
-        let nodes = |points: &[(Bone, NodeId)]| points.iter().map(|(_, node)| *node).collect::<Vec<_>>();
-        let mut feet = [nodes(&ankles), nodes(&balls)];
-        if feet[0].is_empty() {
-            feet[0] = ends_of_shins(scene, humanoid);
-        }
-        let mut heights = [Vec::new(), Vec::new()];
+    pub(super) fn new(scene: &Scene, humanoid: &Humanoid, up: Vec3, metres: f32) -> Option<Self> {
+        let points = FootPoints::new(scene, humanoid, up);
+        let mut rests = Rests::default();
         let mut pose = Pose::rest(scene);
         for animation in &scene.animations {
             let binding = Binding::new(scene, animation);
-            for frame in examined(animation.frame_count()) {
+            let mut tracks = points.nodes.each_ref().map(|nodes| vec![Vec::new(); nodes.len()]);
+            let (frames, stride) = (animation.frame_count(), stride(animation.frame_count()));
+            for frame in (0..frames).step_by(stride) {
                 pose.sample(&binding, animation, frame as f64);
-                for (nodes, heights) in feet.iter().zip(&mut heights) {
-                    heights.extend(nodes.iter().map(|node| pose.position(*node).dot(up)).reduce(f32::min));
+                for (nodes, tracks) in points.nodes.iter().zip(&mut tracks) {
+                    for (node, track) in nodes.iter().zip(tracks) {
+                        track.push(pose.position(*node));
+                    }
                 }
             }
+            rests.add(&tracks, up, metres, animation.ticks_per_second / stride as f64);
         }
-        let [ankles, balls] =
-            heights.map(|heights| percentile(heights, BELOW, f64::floor).filter(|level| level.is_finite()));
-        (ankles.is_some() || balls.is_some()).then_some(Self { ankles, balls })
+        points.ground(&rests.levels(metres))
     }
 
-    /// The height of the ground.
-    pub fn height(&self) -> f32 {
+    /// The level on which the lowest joints of the feet rest.
+    pub fn joints(&self) -> f32 {
         let levels = [self.ankles, self.balls].into_iter().flatten();
-        levels.reduce(f32::min).unwrap_or(0.0)
+        levels.reduce(f32::min).unwrap_or(self.soles.0)
+    }
+
+    /// The height of the floor: nowhere above the joints that rest on it.
+    pub fn height(&self) -> f32 {
+        let [near, far] = ON_ZERO.map(|fraction| fraction * self.leg);
+        let from_zero = self.from_zero();
+        let part = match from_zero < far {
+            true => far / (far - near) * (1.0 - near / from_zero).max(0.0),
+            false => 1.0,
+        };
+        // A sum with 0 is never -0.
+        (part * self.soles.0).min(self.joints()) + 0.0
+    }
+
+    /// How far height 0 is from the soles. The ends of toes are below the soles in push-offs, so that they may be
+    /// anywhere from there to the joints.
+    fn from_zero(&self) -> f32 {
+        match self.soles {
+            (soles, Sole::Ends) if soles < 0.0 => (-self.joints()).max(0.0),
+            (soles, _) => soles.abs(),
+        }
+    }
+
+    /// The height of the floor with the reason.
+    pub(super) fn guess(&self) -> Guess<f64> {
+        let (soles, shown) = self.soles;
+        let shown = match shown {
+            Sole::Skin => "the skin of the soles",
+            Sole::Ends => "the ends of the toes",
+            Sole::Joints => "the lowest joints of the feet",
+            Sole::Proportions => "the soles, as far below the ankles as those of a person,",
+        };
+        let of_leg = soles / self.leg;
+        let (confidence, words) = match self.from_zero() <= ON_ZERO[0] * self.leg {
+            true => (Confidence::Likely, "the feet are on a floor at height 0"),
+            false => (Confidence::Unsure, "no floor at height 0 is under the feet"),
+        };
+        Guess {
+            value: f64::from(self.height()),
+            confidence,
+            reason: format!("{shown} rest {of_leg:.2} of a leg above height 0: {words}"),
+        }
     }
 }
 
+/// The nodes that show where the ground is.
+pub struct FootPoints {
+    /// The ankles, the balls of the feet, and the ends below them, those of both sides together.
+    pub nodes: [Vec<NodeId>; 3],
+    /// How far the skin of the soles is below the ankles at rest.
+    skin: Option<f32>,
+    /// Thigh and shin.
+    leg: f32,
+}
+
+impl FootPoints {
+    /// The points of a figure with so much up.
+    pub fn new(scene: &Scene, humanoid: &Humanoid, up: Vec3) -> Self {
+        let rest = Pose::rest(scene);
+        let [ankles, balls] = points_of_feet(scene, humanoid)
+            .map(|points| -> Vec<NodeId> { points.into_iter().map(|(_, node)| node).collect() });
+        let leg = leg(&rest, humanoid);
+        let hierarchy = Hierarchy::new(scene);
+        let foot_of = |node: NodeId| {
+            let above = |node: &NodeId| scene.nodes[node.index()].parent;
+            std::iter::successors(Some(node), above).find(|node| ankles.contains(node))
+        };
+        let is_end = |node: &NodeId| {
+            let ankle = foot_of(*node).filter(|ankle| ankle != node && !balls.contains(node));
+            let is_near = |ankle| rest.position(*node).distance(rest.position(ankle)) < FOOT * leg;
+            ankle.is_some_and(is_near) && hierarchy.first_child(*node).is_none()
+        };
+        let ends = (0..scene.nodes.len()).map(NodeId::new).filter(is_end).collect();
+        let skin = skin(scene, &rest, &ankles, up, &foot_of).filter(|below| (0.0..FOOT * leg).contains(below));
+        let shins = || ends_of_shins(&hierarchy, humanoid);
+        Self {
+            nodes: [if ankles.is_empty() { shins() } else { ankles }, balls, ends],
+            skin,
+            leg,
+        }
+    }
+
+    /// The ground on which these points have such [`levels`].
+    pub fn ground(&self, levels: &[Option<f32>]) -> Option<Ground> {
+        let level = |kind: usize| levels.get(kind).copied().flatten();
+        let (ankles, balls, ends) = (level(0), level(1), level(2));
+        let joints = [ankles, balls].into_iter().flatten().reduce(f32::min)?;
+        let soles = match (self.skin.zip(ankles), ends, balls) {
+            (Some((below, ankles)), ..) => (ankles - below, Sole::Skin),
+            (_, Some(ends), _) => (ends.min(joints), Sole::Ends),
+            (_, _, Some(_)) => (joints, Sole::Joints),
+            _ => (joints - ANKLE * self.leg, Sole::Proportions),
+        };
+        let leg = self.leg;
+        Some(Ground {
+            ankles,
+            balls,
+            soles,
+            leg,
+        })
+    }
+}
+
+/// Thigh and shin at rest.
+fn leg(rest: &Pose, humanoid: &Humanoid) -> f32 {
+    let length = |side: Side| {
+        let at = |bone: Bone| Some(rest.position(humanoid.joint(bone.on(side))?));
+        let knee = at(Bone::LeftLowerLeg)?;
+        Some(knee.distance(at(Bone::LeftUpperLeg)?) + knee.distance(at(Bone::LeftFoot)?))
+    };
+    Side::ALL
+        .into_iter()
+        .find_map(length)
+        .filter(|leg| leg.is_finite())
+        .unwrap_or(0.0)
+}
+
+/// How far the lowest vertex that moves with a foot is below its ankle at rest. Meshes that were made to show a
+/// skeleton have no name.
+fn skin(
+    scene: &Scene,
+    rest: &Pose,
+    ankles: &[NodeId],
+    up: Vec3,
+    foot_of: &impl Fn(NodeId) -> Option<NodeId>,
+) -> Option<f32> {
+    let mut lowest: Option<f32> = None;
+    let height = |node: NodeId| rest.position(node).dot(up);
+    let ankle = ankles.iter().map(|ankle| height(*ankle)).reduce(f32::min)?;
+    for mesh in scene.meshes.iter().filter(|mesh| !mesh.name.is_empty()) {
+        for bone in mesh.bones.iter().filter(|bone| foot_of(bone.node).is_some()) {
+            let to_world = rest.node_to_world[bone.node.index()] * bone.offset_matrix;
+            let of_bone = bone.weights.iter().filter(|weight| weight.weight > 0.5);
+            let vertices = of_bone.filter_map(|weight| mesh.vertices.get(weight.vertex_id as usize));
+            let heights = vertices.map(|vertex| to_world.transform_point3(*vertex).dot(up));
+            lowest = heights.chain(lowest).reduce(f32::min);
+        }
+    }
+    lowest.map(|lowest| ankle - lowest)
+}
+
 /// The ends of the shins of a body without feet.
-fn ends_of_shins(scene: &Scene, humanoid: &Humanoid) -> Vec<NodeId> {
-    let hierarchy = Hierarchy::new(scene);
+fn ends_of_shins(hierarchy: &Hierarchy, humanoid: &Humanoid) -> Vec<NodeId> {
     let shins = [Bone::LeftLowerLeg, Bone::RightLowerLeg].into_iter();
     shins
         .filter_map(|bone| hierarchy.only_child(humanoid.joint(bone)?))
         .collect()
 }
 
-/// The level on which the lowest of several points rests. `heights` has those of all points, frame by frame.
-pub fn level(heights: &[f32], points: usize) -> f32 {
-    let rows: Vec<&[f32]> = heights.chunks(points.max(1)).collect();
-    let lowest = |frame: usize| rows[frame].iter().copied().fold(f32::INFINITY, f32::min);
-    percentile(examined(rows.len()).map(lowest), BELOW, f64::floor).unwrap_or(0.0)
-}
-
-/// The frames that are examined of so many.
-fn examined(frames: usize) -> impl Iterator<Item = usize> {
-    (0..frames).step_by(frames.div_ceil(FRAMES).max(1))
-}
-
 /// The height of the ankles over the origin when the body stands: in its animations, else in its rest pose.
 pub fn of_motion(body: &Body, scene: &Scene) -> f32 {
-    let usual = of_skeleton(body);
+    shown_by_motion(body, scene)
+        .or_else(|| of_rest(body))
+        .unwrap_or_else(|| of_skeleton(body))
+}
+
+/// The height of the ankles in the animations of a scene, if the body stands in them.
+fn shown_by_motion(body: &Body, scene: &Scene) -> Option<f32> {
     let level = body.figure.ground_of(scene).and_then(|ground| ground.ankles);
-    let moving = level.filter(|height| *height < usual + HIGHEST * body.leg);
-    moving.unwrap_or_else(|| of_rest(body).unwrap_or(usual))
+    level.filter(|height| *height < of_skeleton(body) + HIGHEST * body.leg)
 }
 
 /// The height of the ankles over the origin when the body stands: in its rest pose if that stands on the ground, else
-/// in its animations.
-pub fn of_character(body: &Body, scene: &Scene) -> f32 {
-    of_rest(body).unwrap_or_else(|| of_motion(body, scene))
+/// in its animations. Where nothing shows it, the soles are as far below the lowest joints of the feet as those of
+/// another body in its motion, of whose size this one is `scale` times.
+pub fn of_character((body, scene): (&Body, &Scene), (other, motion): (&Body, &Scene), scale: f32) -> f32 {
+    let soles = || {
+        let floor = other.figure.ground_of(motion).map_or(0.0, Ground::height);
+        scale * (of_motion(other, motion) - floor - of_skeleton(other)).max(0.0)
+    };
+    of_rest(body)
+        .or_else(|| shown_by_motion(body, scene))
+        .unwrap_or_else(|| of_skeleton(body) + soles())
 }
 
 /// Both ankles; the ends of the shins where there are no feet.

@@ -226,19 +226,17 @@ impl Figure {
         self.t_pose.get_or_init(|| TPose::new(scene, self)).as_ref()
     }
 
-    /// The height of the ground along the up axis, in units of the file: the level on which the lowest joints of the
-    /// feet rest in the motion. Contacts, pictures and retargeting read it here. `None` where it is no humanoid, and
-    /// without a motion. `scene` is the one in which the figure was found.
+    /// The height of the ground along the up axis, in units of the file: where the soles are in contact, or 0 if they
+    /// are near. Contacts, pictures and retargeting read it here. `None` where it is no humanoid, and without a motion.
+    /// `scene` is the one in which the figure was found.
     pub fn ground(&self, scene: &Scene) -> Option<Guess<f64>> {
-        let height = f64::from(self.ground_of(scene)?.height());
-        let length = measure::Measures::new(scene, &self.humanoid).bone_length()?;
-        Some(measure::height_of_ground(height, length))
+        Some(self.ground_of(scene)?.guess())
     }
 
-    /// The levels on which the feet rest.
+    /// The ground, with the levels on which the feet rest.
     #[doc(hidden)]
     pub fn ground_of(&self, scene: &Scene) -> Option<&Ground> {
-        let find = || Ground::new(scene, &self.humanoid, self.up_direction());
+        let find = || Ground::new(scene, &self.humanoid, self.up_direction(), self.metres());
         self.ground.get_or_init(find).as_ref()
     }
 

@@ -38,24 +38,6 @@ pub(super) struct Measures<'a> {
     poses: OnceCell<Vec<Pose>>,
 }
 
-/// The heights of the ground, as fractions of the length of a body's bones from ankle to head, that are those of feet
-/// on a floor at height 0: an ankle or the ball of a foot is that far above the sole.
-const ON_FLOOR: std::ops::RangeInclusive<f64> = -0.03..=0.12;
-
-/// What a height of the ground says of a body whose bones are so long from ankle to head.
-pub(super) fn height_of_ground(value: f64, bone_length: f64) -> Guess<f64> {
-    let of_body = value / bone_length;
-    let (confidence, words) = match ON_FLOOR.contains(&of_body) {
-        true => (Confidence::Likely, "the feet are on a floor at height 0"),
-        false => (Confidence::Unsure, "no floor at height 0 is under the feet"),
-    };
-    Guess {
-        value,
-        confidence,
-        reason: format!("the lowest joints of the feet rest {of_body:.2} of the body above height 0: {words}"),
-    }
-}
-
 impl<'a> Measures<'a> {
     pub(super) fn new(scene: &'a Scene, humanoid: &'a Humanoid) -> Self {
         Self {

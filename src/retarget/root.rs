@@ -61,7 +61,7 @@ impl Root {
             height_scale: height_scale as f32,
             source_legs: legs(from).map(|leg| watched.index_of(leg)),
             source_ankle: ground::of_motion(from, source),
-            target_ankle: ground::of_character(to, target),
+            target_ankle: ground::of_character((to, target), (from, source), height_scale as f32),
             hips_to_middle: hips_to_world.inverse() * (middle - to.position(to.hips)),
             figure_to_parent: parent_to_world.inverse() * Mat4::from_quat(to.axes),
         })

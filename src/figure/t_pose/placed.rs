@@ -80,7 +80,7 @@ impl TPose {
         let offset = first.position(hips.joint) - pose.position(hips.joint);
         let feet = [Bone::LeftFoot, Bone::RightFoot, Bone::LeftToes, Bone::RightToes].into_iter();
         let heights = feet.filter_map(|foot| Some(pose.position(self.bones.get(&foot)?.joint).dot(up)));
-        let ground = figure.ground(scene).map(|ground| ground.value as f32);
+        let ground = figure.ground_of(scene).map(|ground| ground.joints());
         let height = match heights.reduce(f32::min).zip(ground) {
             Some((lowest, ground)) => ground - lowest,
             None => offset.dot(up),

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use mocap_figure::contacts::{ContactRule, points_of_feet};
-use mocap_figure::ground::level;
+use mocap_figure::ground::levels;
 use mocap_scene::error::Result;
 use mocap_scene::math::velocity::velocities;
 use mocap_scene::scene::Scene;
@@ -71,16 +71,22 @@ impl Feet {
         let speeds = velocities(&self.positions, 3 * feet, frame_rate);
         let speeds: Vec<f32> = points(&speeds).map(|speed| speed.length() * metres).collect();
         let heights: Vec<f32> = points(&self.positions)
-            .map(|point| frame.height(point) * metres)
+            .map(|point| point.dot(frame.up()) * metres)
             .collect();
         let frames = heights.len() / feet.max(1);
         let mut contacts = vec![false; frames * self.joint_count];
+        let track = |foot: usize| points(&self.positions).skip(foot).step_by(feet).collect();
         let mut first = 0;
-        for &count in &self.groups {
+        let of_group = |count: &usize| {
+            first += count;
+            (first - count..first).map(track).collect()
+        };
+        let tracks: Vec<Vec<Vec<Vec3>>> = self.groups.iter().map(of_group).collect();
+        let levels = levels(&tracks, frame.up(), metres, frame_rate);
+        let mut first = 0;
+        for (&count, level) in self.groups.iter().zip(levels) {
             let group = first..first + count;
-            let rows = heights.chunks_exact(feet.max(1));
-            let of_group: Vec<f32> = rows.flat_map(|row| row[group.clone()].iter().copied()).collect();
-            let rest = level(&of_group, count);
+            let rest = level.unwrap_or_default() * metres;
             for foot in group {
                 let heights = heights.iter().skip(foot).step_by(feet);
                 let speeds = speeds.iter().skip(foot).step_by(feet);

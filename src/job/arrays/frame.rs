@@ -88,13 +88,13 @@ impl Frame {
         })
     }
 
-    /// How high a point of the output is.
-    pub(super) fn height(&self, point: Vec3) -> f32 {
+    /// Up in the output.
+    pub(super) fn up(&self) -> Vec3 {
         match self.up.unwrap_or_default() {
-            UpAxis::Y => point.y,
-            UpAxis::Z => point.z,
-            UpAxis::NegY => -point.y,
-            UpAxis::NegZ => -point.z,
+            UpAxis::Y => Vec3::Y,
+            UpAxis::Z => Vec3::Z,
+            UpAxis::NegY => Vec3::NEG_Y,
+            UpAxis::NegZ => Vec3::NEG_Z,
         }
     }
 }

@@ -5,6 +5,7 @@ mod changed_skeletons;
 mod contacts;
 mod conversion;
 mod generated_skeletons;
+mod ground;
 mod humanoid;
 mod names;
 mod rig;

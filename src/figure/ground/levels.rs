@@ -1,0 +1,159 @@
+//! The levels on which the feet rest: a percentile of the height of the lowest foot, in which a frame counts as far as
+//! the feet move around it.
+
+use glam::Vec3;
+
+/// Frames of an animation that are examined at most, evenly spaced.
+const FRAMES: usize = 2000;
+
+/// The fraction of all weights of frames in which the lowest foot is below its level of rest: a foot that rolls is
+/// lower than where it stands flat.
+const BELOW: f64 = 0.05;
+
+/// The extent in metres of the heights of feet that rest on one level.
+const NEAR_LEVEL: f32 = 0.05;
+
+/// How often feet rest on the ground, as a fraction of how often they rest on any level. A level below it, on which
+/// they are less often, is that of feet that have sunk into the ground.
+const OFTEN: f64 = 0.8;
+
+/// How often feet sink into the ground at most, as a fraction of all weights of frames.
+const RARELY: f64 = 0.35;
+
+/// What a frame counts beside the way of the feet, as a speed in m/s: who stands for a second counts as a short step.
+const STANDING: f32 = 0.3;
+
+/// The largest speed in m/s that counts: who runs counts no more than who walks fast.
+const FAST: f32 = 1.5;
+
+/// The mean way of the points of the feet to the next frame in metres below which the frame is held.
+const HELD: f32 = 1e-5;
+
+/// Beyond so many times the second longest of the ways near it, and so many metres more, a way is a jump.
+const JUMP: (f32, f32) = (3.0, 0.01);
+
+/// How many ways before and after a way are near it, not counting those of held frames.
+const NEAR: usize = 3;
+
+/// The levels on which points rest, by kind: for each kind the positions of its points, frame by frame, of which so
+/// many metres are one unit. The lowest point of a kind counts.
+pub fn levels<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) -> Vec<Option<f32>> {
+    let mut rests = Rests::default();
+    rests.add(kinds, up, metres, rate);
+    rests.levels(metres)
+}
+
+/// For each kind of point the height of the lowest one in each examined frame, and how much that frame counts.
+#[derive(Default)]
+pub(super) struct Rests(Vec<Vec<(f32, f32)>>);
+
+impl Rests {
+    pub(super) fn add<T: AsRef<[Vec3]>>(&mut self, kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) {
+        let tracks: Vec<&[Vec3]> = kinds.iter().flatten().map(AsRef::as_ref).collect();
+        let frames = tracks.iter().map(|track| track.len()).min().unwrap_or(0);
+        let stride = stride(frames);
+        // The ends of the feet, which files of other formats lack, weigh no frame.
+        let of_joints: Vec<&[Vec3]> = kinds.iter().take(2).flatten().map(AsRef::as_ref).collect();
+        let weights = weights(&of_joints, (frames, stride), metres, rate);
+        self.0.resize(self.0.len().max(kinds.len()), Vec::new());
+        for (kind, rests) in kinds.iter().zip(&mut self.0) {
+            for (frame, weight) in (0..frames).step_by(stride).zip(&weights) {
+                let heights = kind.iter().map(|track| track.as_ref()[frame].dot(up));
+                let lowest = heights.reduce(f32::min).filter(|height| height.is_finite());
+                rests.extend(lowest.map(|lowest| (lowest, *weight)));
+            }
+        }
+    }
+
+    pub(super) fn levels(self, metres: f32) -> Vec<Option<f32>> {
+        self.0.into_iter().map(|rests| level(rests, metres)).collect()
+    }
+}
+
+/// The weighted percentile of heights, between two of them, from the lowest level on where the feet are often.
+fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
+    rests.retain(|(_, weight)| *weight > 0.0);
+    rests.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut sums = vec![0.0];
+    sums.extend(rests.iter().scan(0.0, |sum, (_, weight)| {
+        *sum += f64::from(*weight);
+        Some(*sum)
+    }));
+    let near = |at: usize| {
+        let end = rests.partition_point(|(height, _)| *height < rests[at].0 + NEAR_LEVEL / metres);
+        sums[end] - sums[at]
+    };
+    let most = (0..rests.len()).map(near).fold(0.0, f64::max);
+    let sunk = (0..rests.len()).find(|at| near(*at) >= OFTEN * most)?;
+    // Fewer are below the percentile anyway.
+    let [least, most] = [BELOW, RARELY].map(|fraction| fraction * sums[rests.len()]);
+    if (least..=most).contains(&sums[sunk]) {
+        rests.drain(..sunk);
+    }
+    let wanted = BELOW * rests.iter().map(|(_, weight)| f64::from(*weight)).sum::<f64>();
+    let mut before: Option<(f32, f64)> = None;
+    let mut sum = 0.0;
+    for (height, weight) in rests {
+        let at = sum + 0.5 * f64::from(weight);
+        sum += f64::from(weight);
+        if at >= wanted {
+            let Some((lower, below)) = before else {
+                return Some(height);
+            };
+            let part = (wanted - below) / (at - below);
+            return Some(lower + (height - lower) * part as f32);
+        }
+        before = Some((height, at));
+    }
+    before.map(|(height, _)| height)
+}
+
+/// How much each examined frame counts: half of the mean ways of the points to it and from it, in metres.
+fn weights(tracks: &[&[Vec3]], (frames, stride): (usize, usize), metres: f32, rate: f64) -> Vec<f32> {
+    let examined: Vec<usize> = (0..frames).step_by(stride).collect();
+    let standing = STANDING * (stride as f64 / rate.max(f64::MIN_POSITIVE)) as f32;
+    let fast = standing * FAST / STANDING;
+    let way = |pair: &[usize]| {
+        let ways = tracks.iter().map(|track| track[pair[1]].distance(track[pair[0]]));
+        ways.sum::<f32>() * metres / tracks.len().max(1) as f32
+    };
+    let ways: Vec<f32> = examined.windows(2).map(way).collect();
+    let moving: Vec<usize> = (0..ways.len()).filter(|step| ways[*step] > HELD).collect();
+    let mut counts = vec![0.0; ways.len()];
+    for (at, step) in moving.iter().enumerate() {
+        let near = at.saturating_sub(NEAR)..(at + NEAR + 1).min(moving.len());
+        let others = near.filter(|other| *other != at).map(|other| ways[moving[other]]);
+        // A frame that stands alone has a jump before it and one after it.
+        let [_, second] = others.fold([0.0f32; 2], |[a, b], way| [a.max(way), b.max(way.min(a))]);
+        if ways[*step] <= JUMP.0 * second + JUMP.1 {
+            counts[*step] = ways[*step].min(fast) + standing;
+        }
+    }
+    if counts.iter().all(|count| *count == 0.0) {
+        // Nobody moves: the longest of the stances between which the feet jump counts.
+        let jumps: Vec<usize> = (0..ways.len()).filter(|step| ways[*step] > JUMP.1).collect();
+        let starts = std::iter::once(0).chain(jumps.iter().map(|step| step + 1));
+        let ends = jumps.iter().map(|step| step + 1).chain([examined.len()]);
+        let longest = starts
+            .zip(ends)
+            .max_by_key(|(start, end)| end - start)
+            .unwrap_or_default();
+        let weight = |frame| {
+            if (longest.0..longest.1).contains(&frame) {
+                1.0
+            } else {
+                0.0
+            }
+        };
+        return (0..examined.len()).map(weight).collect();
+    }
+    let half = |step: Option<usize>| step.and_then(|step| counts.get(step)).map_or(0.0, |count| 0.5 * count);
+    (0..examined.len())
+        .map(|frame| half(frame.checked_sub(1)) + half(Some(frame)))
+        .collect()
+}
+
+/// From an examined frame to the next.
+pub(super) fn stride(frames: usize) -> usize {
+    frames.div_ceil(FRAMES).max(1)
+}
