@@ -1,28 +1,16 @@
 //! The motion of one clip in metres with +Y up: positions of all nodes in the world and rotations to the parents, made
 //! once and read by every measure.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glam::{Quat, Vec3};
 
 use mocap_edit::report::DetectedContacts;
 use mocap_figure::Figure;
-use mocap_figure::contacts::ContactRule;
 use mocap_scene::error::Result;
 use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, NodeKind, Scene};
-
-/// The speed in m/s below which a foot stands: in a swing it is ten times as fast.
-const SLOW: f32 = 0.2;
-
-/// The distance in metres of two levels of the floor: noise of a foot that stands is less.
-const ANOTHER_FLOOR: f32 = 0.03;
-
-/// The shortest time for which somebody stands who does not turn while running, in seconds.
-const A_STAND: f64 = 1.0;
-/// Half the time of the shortest step of a run, in seconds.
-const A_STEP: f64 = 0.1;
 
 /// The motion of one clip.
 pub(crate) struct Motion {
@@ -180,71 +168,7 @@ impl Body {
         let [hip, knee, ankle] = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot].map(at);
         bones.get(&Bone::Hips)?;
         let leg = hip?.distance(knee?) + knee?.distance(ankle?);
-        let mut body = Self { bones, contacts, leg };
-        body.stand_on_usual_floor(motion);
-        (leg > 0.0).then_some(body)
-    }
-
-    /// Takes for the floor the level on which the feet stand longest. The ground of a figure is the lowest level, on
-    /// which a foot may be that has sunk into the floor.
-    fn stand_on_usual_floor(&mut self, motion: &Motion) {
-        /// How far from a level the feet that stand on it are, in metres.
-        const BIN: f32 = 0.03;
-        let half = motion.frames_in(0.05);
-        let lowest = |frame: usize| {
-            let points = self.contacts.points.iter();
-            let heights = points.filter_map(|point| Some((*point.above_rest.get(frame)?, point.node.index())));
-            heights.min_by(|a, b| a.0.total_cmp(&b.0))
-        };
-        let all: Vec<Option<(f32, usize)>> = (0..motion.frames).map(lowest).collect();
-        let stands =
-            |frame: &usize| all[*frame].is_some_and(|(_, node)| motion.velocity(*frame, node, half).length() < SLOW);
-        let mut standing: Vec<usize> = (motion.first..motion.frames).filter(stands).collect();
-        // Feet that run are hardly ever slow; what they step on is where the lower one is lowest. Each step counts
-        // then, and not how long it lasts.
-        if 2 * standing.len() < motion.frames - motion.first {
-            let near = motion.frames_in(A_STEP);
-            let height = |frame: usize| all[frame].map_or(f32::INFINITY, |(height, _)| height);
-            let is_lowest = |frame: &usize| {
-                let around = frame.saturating_sub(near)..(frame + near + 1).min(motion.frames);
-                around.into_iter().all(|other| height(other) >= height(*frame))
-            };
-            let frames = motion.frames - motion.first;
-            let is_short = 3 * standing.len() < frames && standing.len() < motion.frames_in(A_STAND);
-            let is_rare = is_short || 8 * standing.len() < frames;
-            let lowest = (motion.first..motion.frames).filter(is_lowest);
-            standing = match is_rare {
-                true => lowest.collect(),
-                false => standing.into_iter().chain(lowest).collect(),
-            };
-        }
-        let heights: Vec<f32> = standing.iter().filter_map(|frame| Some(all[*frame]?.0)).collect();
-        let near = |level: f32| heights.iter().filter(move |height| (*height - level).abs() <= BIN);
-        let levels = heights.iter().map(|height| (height / BIN).round() as i32);
-        let levels: BTreeSet<i32> = levels.collect();
-        let count = |level: &i32| near(*level as f32 * BIN).count();
-        let most = levels.iter().map(count).max().unwrap_or(0);
-        // A body that is lifted for long has a higher level; the floor is the lowest on which it often stands.
-        let Some(level) = levels.into_iter().find(|level| 5 * count(level) >= 4 * most.max(1)) else {
-            return;
-        };
-        let level = level as f32 * BIN;
-        let shift = near(level).sum::<f32>() / near(level).count().max(1) as f32;
-        if shift.abs() < ANOTHER_FLOOR {
-            return;
-        }
-        self.contacts.floor += shift;
-        for point in &mut self.contacts.points {
-            point.above_rest.iter_mut().for_each(|height| *height -= shift);
-            let speed = |frame: usize| {
-                motion
-                    .velocity(frame.min(motion.frames - 1), point.node.index(), 1)
-                    .length()
-            };
-            let samples = point.above_rest.iter().enumerate();
-            let samples = samples.map(|(frame, height)| (f64::from(*height), f64::from(speed(frame))));
-            point.at_rest = ContactRule::default().at_rest(samples, motion.rate);
-        }
+        (leg > 0.0).then_some(Self { bones, contacts, leg })
     }
 
     pub(crate) fn hips(&self) -> usize {

@@ -62,6 +62,14 @@ fn every_command_has_one_ground_and_one_map() {
         folder.succeeds("view in.bvh -o page.html");
         let of_page = number_of(&String::from_utf8(folder.read("page.html")).unwrap(), "floor");
         assert!((of_page - ground).abs() < 1e-4, "{file}: {of_page} and {ground}");
+        folder.succeeds("clean in.bvh -o cleaned.bvh --report report.json");
+        let report = String::from_utf8(folder.read("report.json")).unwrap();
+        let of_clean = number_of(&report[report.find("\"before\"").unwrap()..], "floor_height");
+        assert!((of_clean - ground).abs() < 1e-4, "{file}: {of_clean} and {ground}");
+        folder.succeeds("survey in.bvh -o survey.jsonl --html survey.html");
+        let survey = String::from_utf8(folder.read("survey.html")).unwrap();
+        let of_survey = 0.01 * number_of(&survey, "floor");
+        assert!((of_survey - ground).abs() < 1e-4, "{file}: {of_survey} and {ground}");
 
         for (bone, joint) in said["humanoid"]["bones"].as_object().unwrap() {
             let found = figure.humanoid.bones.iter().find(|(found, _)| found.as_str() == bone);
