@@ -51,9 +51,9 @@ weights! {
             to less.";
         largest_length_change = 0.15, "1",
             "Mean change of a bone, as a fraction of its length, above which it is meant, as in a cartoon.";
-        least_skate = 0.13, "m/s",
+        least_skate = 0.2, "m/s",
             "Mean speed of feet in contact below which they are not held, where nothing else was changed: marker \
-            systems have as much, since contacts begin and end in motion.";
+            systems have as much in runs, since contacts begin and end in motion.";
         contact_speed = 0.4, "m/s",
             "Largest speed of a foot in contact after noise was taken out: what remains of 2 degrees of noise moves \
             one that stands by about 0.2 m/s.";

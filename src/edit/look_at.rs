@@ -19,7 +19,7 @@ use super::frames::Frames;
 use super::inertia::ease;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
-use super::target::{TargetJoint, ReachTarget};
+use super::target::{ReachTarget, TargetJoint};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 

@@ -19,7 +19,7 @@ use super::held::{LimbReport, hold};
 use super::limb::Limb;
 use super::quantity::{centimetres, counted};
 use super::step::step;
-use super::target::{TargetJoint, ReachTarget};
+use super::target::{ReachTarget, TargetJoint};
 use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
@@ -195,7 +195,14 @@ struct PinnedFrame {
 }
 
 impl PinnedFrame {
-    fn new(scene: &Scene, frames: &Frames, chain: &Chain, target: TargetJoint, of_frames: Range<usize>, metres: f32) -> Self {
+    fn new(
+        scene: &Scene,
+        frames: &Frames,
+        chain: &Chain,
+        target: TargetJoint,
+        of_frames: Range<usize>,
+        metres: f32,
+    ) -> Self {
         let mut pose = Pose::rest(scene);
         let at = of_frames.map(|frame| {
             frames.pose(frame, &mut pose);

@@ -29,6 +29,10 @@ const SPAN_FRAMES: usize = 16;
 /// calm by chance.
 const CALM: f64 = 0.3;
 
+/// The shortest clip in seconds in which joints are smoothed that have noise where most have none: in a shorter one no
+/// span may be calm, and the step of a run is like noise.
+const CALM_AFTER: f64 = 3.0;
+
 /// The ratio of the last two differences from which on a track is white noise, whose ratio is 1; motions have less.
 const FLAT: f64 = 0.85;
 /// Of white noise less than all is found so, since the least of several estimates of a calm span counts: by this over
@@ -95,6 +99,9 @@ pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> SmoothingOutcome {
         in_most: is_in_most(&levels, &work.weights),
         ..SmoothingOutcome::default()
     };
+    if !done.in_most && (work.frames.len() as f64) < CALM_AFTER * work.frames.rate {
+        return done;
+    }
     let mut angles = Vec::new();
     for (column, level) in levels.into_iter().enumerate() {
         let node = work.frames.nodes()[column];

@@ -171,7 +171,7 @@ impl CleanReport {
     /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
     pub(super) fn take(&mut self, part: CleanPart, about: String, work: &Work<'_>, meetings: &Meetings) -> bool {
         if about.is_empty() {
-            self.add(part, CleanOutcome::Nothing, about);
+            self.add(part, CleanOutcome::Nothing, self.why_nothing(part, work));
             return true;
         }
         let after = CleanMeasures::new(work);
@@ -187,6 +187,26 @@ impl CleanReport {
 }
 
 impl CleanReport {
+    /// Why a part changed nothing, in words; empty where no measure says it.
+    fn why_nothing(&self, part: CleanPart, work: &Work<'_>) -> String {
+        let now = &self.after;
+        match part {
+            CleanPart::Floor => match now.floor_height {
+                Some(height) if height == 0.0 => "the soles are on a floor at height 0".to_owned(),
+                Some(height) => format!("the floor is kept at {}", centimetres(height)),
+                None => "no foot is ever slow".to_owned(),
+            },
+            CleanPart::Contacts => now.skate.map_or(String::new(), |skate| {
+                let least = 100.0 * work.weights.least_skate;
+                format!(
+                    "feet in contact slide at {:.0} cm/s, and {least:.0} is much",
+                    100.0 * skate
+                )
+            }),
+            _ => String::new(),
+        }
+    }
+
     /// What a part made worse, in words.
     fn worse(&self, after: &CleanMeasures, part: CleanPart) -> Option<String> {
         let (came, before) = (&self.before, &self.after);
@@ -332,7 +352,8 @@ impl fmt::Display for CleanReport {
         for part in &self.parts {
             let name = part.part.as_str();
             match part.outcome {
-                CleanOutcome::Nothing => write!(f, "\n  {name:<9} nothing to do")?,
+                CleanOutcome::Nothing if part.about.is_empty() => write!(f, "\n  {name:<9} nothing to do")?,
+                CleanOutcome::Nothing => write!(f, "\n  {name:<9} nothing to do: {}", part.about)?,
                 CleanOutcome::LeftOut => write!(f, "\n  {name:<9} left out: {}", part.about)?,
                 CleanOutcome::TakenBack => write!(f, "\n  {name:<9} taken back: {}", part.about)?,
                 CleanOutcome::Changed => write!(f, "\n  {name:<9} {}", part.about)?,

@@ -284,8 +284,8 @@ export interface CleanWeights {
    */
   "least-evidence-of-doubled"?: number;
   /**
-   * Mean speed of feet in contact below which they are not held, where nothing else was changed: marker systems have as much,
-   * since contacts begin and end in motion. Unit: m/s. Default: `0.13`.
+   * Mean speed of feet in contact below which they are not held, where nothing else was changed: marker systems have as much in
+   * runs, since contacts begin and end in motion. Unit: m/s. Default: `0.2`.
    */
   "least-skate"?: number;
   /**
