@@ -499,12 +499,12 @@ def tilted(rng, bvh, metres):
     return [0, len(bvh.rows) - 1], amount
 
 
-def drift(rng, bvh, metres):
-    """A drift in height by 8 to 20 cm over the clip, in clips that stay in one spot."""
-    x, y, z = root_columns(bvh)
-    if np.ptp(bvh.rows[:, [x, z]], axis=0).max() * metres > 0.7:
-        raise Planted  # along a path it is a slope
-    amount = rng.choice([-1, 1]) * rng.uniform(0.08, 0.2)
+def height_drift(rng, bvh, metres):
+    """A drift in height by 20 to 35 cm over the clip."""
+    _, y, _ = root_columns(bvh)
+    if len(bvh.rows) * bvh.frame_time < 2:
+        raise Planted  # one stance shows no drift
+    amount = rng.choice([-1, 1]) * rng.uniform(0.2, 0.35)
     at = np.linspace(0, 1, len(bvh.rows))
     bvh.rows[:, y] += amount / metres * at
     return [0, len(bvh.rows) - 1], 100 * abs(amount)
@@ -535,7 +535,7 @@ KINDS = {
     "no-support": no_support,
     "treadmill": treadmill,
     "tilted": tilted,
-    "drift": drift,
+    "height-drift": height_drift,
     "beyond-range": beyond_range,
     "self-collision": self_collision,
     "clipped-end": clipped_end,

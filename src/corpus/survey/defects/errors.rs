@@ -5,7 +5,7 @@ use mocap_edit::MotionErrors;
 use super::{Findings, confidence};
 use crate::survey::motion::Motion;
 use crate::survey::spans;
-use crate::survey::thresholds::DefectKind::{Doubled, Drift, Dropped, Exchanged, Flip, Noise, Tilted};
+use crate::survey::thresholds::DefectKind::{Doubled, Drift, Dropped, Exchanged, Flip, HeightDrift, Noise, Tilted};
 
 /// The speed of a joint in m/s from which on a missing frame is seen: 3 mm in a frame.
 const SEEN: f32 = 0.1;
@@ -52,7 +52,7 @@ fn is_seen(motion: &Motion, frame: usize) -> bool {
 }
 
 fn of_body(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
-    findings.look_for(&[Exchanged, Tilted, Drift]);
+    findings.look_for(&[Exchanged, Tilted, Drift, HeightDrift]);
     let exchanged = &errors.exchanged;
     for [from, to] in spans(exchanged.len(), |frame| frame >= motion.first && exchanged[frame]) {
         findings.add(Exchanged, [from, to], None, (to + 1 - from) as f32, 0.8);
@@ -61,8 +61,8 @@ fn of_body(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) 
     if let Some(degrees) = errors.slope {
         findings.add(Tilted, whole, None, degrees as f32, confidence(degrees as f32, 1.0));
     }
-    if let Some(metres) = errors.drift {
-        let centimetres = 100.0 * metres as f32;
-        findings.add(Drift, whole, None, centimetres, confidence(centimetres, 6.0));
+    for (kind, metres, least) in [(Drift, errors.drift, 6.0), (HeightDrift, errors.height_drift, 10.0)] {
+        let centimetres = 100.0 * metres.unwrap_or_default() as f32;
+        findings.add(kind, whole, None, centimetres, confidence(centimetres, least));
     }
 }
