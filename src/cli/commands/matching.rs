@@ -55,7 +55,6 @@ fn made(args: &MatchArgs, given: &ArgumentSources) -> Result<Option<MatchOutcome
     }
     kinds::refuse_robot([args.on.as_path()])?;
     let mut hero = streams::import(&Importer::new().gltf_meshes(true), &args.on)?;
-    hero.animations.clear();
     Conversion::new()
         .apply(&mut hero)
         .map_err(|error| error.with_path(&args.on))?;
