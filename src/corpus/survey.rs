@@ -110,7 +110,7 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
         sha256: origin.map(|origin| origin.sha256.clone()).unwrap_or_default(),
         format: scene.metadata.format.map_or("", |format| format.as_str()).to_owned(),
         warnings: scene.warnings.len() as u64,
-        skeleton: skeleton::id(scene),
+        skeleton: skeleton::id(scene, &figure.placing(scene)),
         joints: scene.nodes.iter().filter(|node| node.kind == NodeKind::Joint).count() as u64,
         humanoid: Some(figure.humanoid.found),
         metres_per_unit: Some(figure.survey.metres_per_unit),

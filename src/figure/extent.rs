@@ -3,7 +3,6 @@
 use glam::Vec3;
 use mocap_scene::math::median::median;
 use mocap_scene::pose::Pose;
-use mocap_scene::process::extent;
 use mocap_scene::scene::{NodeId, Scene, UpAxis};
 
 use super::names::Name;
@@ -47,9 +46,14 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    pub(super) fn new(scene: &Scene) -> Self {
+    /// `places` has the nodes that only place the figure, which do not count.
+    pub(super) fn new(scene: &Scene, places: &[bool]) -> Self {
         let poses = poses(scene);
-        let mut sizes: Vec<_> = poses.iter().map(|pose| extent(scene, pose)).collect();
+        let body: Vec<NodeId> = (0..scene.nodes.len())
+            .filter(|node| !places[*node])
+            .map(NodeId::new)
+            .collect();
+        let mut sizes: Vec<_> = poses.iter().map(|pose| extent(pose, &body)).collect();
         let (feet, heads) = (nodes_called(scene, &LOWER), nodes_called(scene, &UPPER));
         let from_feet = |pose: &Pose| Some(middle(pose, &heads)? - middle(pose, &feet)?);
         let lowest = |pose: &Pose| feet.iter().map(|foot| pose.position(*foot)).reduce(Vec3::min);
@@ -57,7 +61,7 @@ impl Extent {
         let spread = floors().reduce(Vec3::max).zip(floors().reduce(Vec3::min));
         Self {
             size: median(&mut sizes).map_or(0.0, f64::from),
-            size_at_rest: f64::from(extent(scene, &Pose::rest(scene))),
+            size_at_rest: f64::from(extent(&Pose::rest(scene), &body)),
             has_feet: !feet.is_empty(),
             has_head: !heads.is_empty(),
             feet_to_head: (poses.iter().map(from_feet).sum::<Option<Vec3>>()).map(|sum| sum / poses.len() as f32),
@@ -163,6 +167,15 @@ impl Extent {
             confidence,
             reason,
         }
+    }
+}
+
+/// The largest extent of some nodes in a pose along an axis.
+fn extent(pose: &Pose, nodes: &[NodeId]) -> f32 {
+    let positions = || nodes.iter().map(|node| pose.position(*node));
+    match (positions().reduce(Vec3::min), positions().reduce(Vec3::max)) {
+        (Some(min), Some(max)) => (max - min).max_element(),
+        _ => 0.0,
     }
 }
 

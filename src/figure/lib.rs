@@ -28,6 +28,7 @@ mod measure;
 mod name_joints;
 #[doc(hidden)]
 pub mod names;
+mod placing;
 mod poses;
 pub mod report;
 #[doc(hidden)]
@@ -131,7 +132,8 @@ pub fn up(scene: &Scene) -> Axis {
     }
     let humanoid = Humanoid::of(scene);
     let of_body = measure::Measures::new(scene, &humanoid).up().map(|up| up.value);
-    of_body.unwrap_or_else(|| Axis::from(extent::Extent::new(scene).up().value))
+    let extent = || extent::Extent::new(scene, &placing::placing(scene, &humanoid));
+    of_body.unwrap_or_else(|| Axis::from(extent().up().value))
 }
 
 /// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
@@ -246,6 +248,13 @@ impl Figure {
         self.up.value.direction().unwrap_or(Vec3::Y)
     }
 
+    /// Of each node, whether it only places the figure, as a root on the floor above the hips does. The line from it to
+    /// the next joint is not a bone. `scene` is the one in which the figure was found.
+    #[doc(hidden)]
+    pub fn placing(&self, scene: &Scene) -> Vec<bool> {
+        placing::placing(scene, &self.humanoid)
+    }
+
     /// Metres in one unit of the scene.
     #[doc(hidden)]
     pub fn metres(&self) -> f32 {
@@ -269,7 +278,7 @@ impl Figure {
     pub fn with_bones(scene: &Scene, humanoid: Humanoid) -> Self {
         let body = measure::Measures::new(scene, &humanoid);
         let extents = std::cell::OnceCell::new();
-        let figure = || extents.get_or_init(|| extent::Extent::new(scene));
+        let figure = || extents.get_or_init(|| extent::Extent::new(scene, &placing::placing(scene, &humanoid)));
         let stated_axis = scene.metadata.up.map(|up| Guess {
             value: Axis::from(up),
             ..stated(up).map(Axis::Y)

@@ -51,7 +51,7 @@ pub use self::collapse_keys::KeyTolerance;
 #[doc(hidden)]
 pub use self::convert_units::convert_units_to;
 #[doc(hidden)]
-pub use self::cuts::{extent, first_frame_is_rest_pose};
+pub use self::cuts::first_frame_is_rest_pose;
 #[doc(hidden)]
 pub use self::rate::{frame_rate, rate_before};
 #[doc(hidden)]

@@ -23,6 +23,9 @@ pub(crate) struct Motion {
     pub(crate) parents: Vec<Option<usize>>,
     /// Whether the file can animate the node.
     pub(crate) is_joint: Vec<bool>,
+    /// The joint at the other end of the bone that ends in the node; none for the root, and below joints that only place
+    /// the figure.
+    pub(crate) bones: Vec<Option<usize>>,
     /// Frames x nodes.
     positions: Vec<Vec3>,
     /// Frames x nodes: node to parent.
@@ -78,12 +81,17 @@ impl Motion {
             positions.extend(world.map(|matrix| up * (matrix.w_axis.truncate() * metres)));
             rotations.extend_from_slice(&locals);
         }
+        let places = figure.placing(scene);
+        let parents = || scene.nodes.iter().map(|node| node.parent.map(NodeId::index));
         let mut motion = Self {
             rate: animation.ticks_per_second,
             frames,
             first: usize::from(figure.survey.first_frame_is_rest_pose && frames > 1),
             names: scene.nodes.iter().map(|node| node.name.clone()).collect(),
-            parents: scene.nodes.iter().map(|node| node.parent.map(NodeId::index)).collect(),
+            parents: parents().collect(),
+            bones: parents()
+                .map(|parent| parent.filter(|parent| !places[*parent]))
+                .collect(),
             is_joint: scene.nodes.iter().map(|node| node.kind == NodeKind::Joint).collect(),
             positions,
             rotations,
@@ -147,7 +155,7 @@ impl Motion {
 
     /// The size of the skeleton: the lengths of all its bones at the first frame.
     pub(crate) fn size(&self) -> f32 {
-        let length = |node: usize| self.parents[node].map(|parent| self.at(0, node).distance(self.at(0, parent)));
+        let length = |node: usize| self.bones[node].map(|parent| self.at(0, node).distance(self.at(0, parent)));
         match self.frames {
             0 => 0.0,
             _ => (0..self.nodes()).filter_map(length).sum(),

@@ -8,9 +8,9 @@ use mocap_scene::scene::{NodeKind, Scene};
 const GRAIN: f32 = 0.02;
 
 /// A hash of which joint is below which, and of the lengths of bones beside the longest. End sites do not count, since
-/// some formats leave them out.
-pub(super) fn id(scene: &Scene) -> String {
-    let is_joint = |index: usize| scene.nodes[index].kind == NodeKind::Joint;
+/// some formats leave them out, and neither do joints that only place the figure, `places`.
+pub(super) fn id(scene: &Scene, places: &[bool]) -> String {
+    let is_joint = |index: usize| scene.nodes[index].kind == NodeKind::Joint && !places[index];
     let joints: Vec<usize> = (0..scene.nodes.len()).filter(|index| is_joint(*index)).collect();
     let length = |index: usize| scene.nodes[index].transform.w_axis.truncate().length();
     // Where the root stands is no length of the skeleton.

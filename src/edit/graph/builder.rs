@@ -28,6 +28,8 @@ struct Skeleton {
     scene: Scene,
     file: String,
     space: CloudSpace,
+    /// Of each node, whether the line to it from its parent is a bone.
+    is_bone: Vec<bool>,
 }
 
 /// How much longer a bone of one clip may be than that of another, as a fraction of the longest bone: what rounding of
@@ -99,11 +101,7 @@ impl GraphBuilder {
         }
         let skeleton = match self.skeleton.take() {
             Some(skeleton) => skeleton,
-            None => Skeleton {
-                space: CloudSpace::new(scene, &Figure::new(scene))?,
-                scene: without_motion(scene),
-                file: file.to_owned(),
-            },
+            None => Skeleton::new(file, scene)?,
         };
         let space = &skeleton.space;
         let clouds = scene.animations.iter().enumerate().map(|(index, animation)| {
@@ -241,6 +239,20 @@ impl GraphBuilder {
 }
 
 impl Skeleton {
+    fn new(file: &str, scene: &Scene) -> Result<Self> {
+        let figure = Figure::new(scene);
+        let places = figure.placing(scene);
+        let parents = scene.nodes.iter().map(|node| node.parent);
+        Ok(Self {
+            space: CloudSpace::new(scene, &figure)?,
+            is_bone: parents
+                .map(|parent| parent.is_some_and(|parent| !places[parent.index()]))
+                .collect(),
+            scene: without_motion(scene),
+            file: file.to_owned(),
+        })
+    }
+
     /// Refuses a scene with other joints, or with bones of other lengths.
     fn require_same(&self, scene: &Scene) -> Result<()> {
         let refuse = |difference: String| {
@@ -254,8 +266,8 @@ impl Skeleton {
             return refuse(difference);
         }
         let offset = |scene: &Scene, node: usize| Trs::from_matrix(scene.nodes[node].transform).translation;
-        // Where the root stands at rest does not matter.
-        let nodes = (0..scene.nodes.len()).filter(|node| scene.nodes[*node].parent.is_some());
+        // Where the root, or the hips below a joint that only places them, stand at rest does not matter.
+        let nodes = (0..scene.nodes.len()).filter(|node| self.is_bone[*node]);
         let longest = nodes.clone().map(|node| offset(&self.scene, node).length());
         let most = SAME_LENGTH * longest.fold(0.0, f32::max);
         for node in nodes {

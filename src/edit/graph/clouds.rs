@@ -24,13 +24,14 @@ pub struct CloudSpace {
 }
 
 impl CloudSpace {
-    /// The points of a skeleton: the topmost joint whose position moves in an animation of the scene, or else the
-    /// topmost, and all joints and end sites below it. Each counts as the bones that meet there are long, so that the
+    /// The points of a skeleton: the topmost joint of the figure whose position moves in an animation of the scene, or
+    /// else the topmost, and all joints and end sites below it. Joints that only place the figure are no points. Each counts as the bones that meet there are long, so that the
     /// cloud is even along the body, and fingers are no more than a hand.
     pub fn new(scene: &Scene, figure: &Figure) -> Result<Self> {
         let up = figure.up_direction();
         let across = if up.x.abs() > 0.5 { Vec3::Y } else { Vec3::X };
-        let is_point = |node: &NodeId| scene.nodes[node.index()].kind != NodeKind::Group;
+        let places = figure.placing(scene);
+        let is_point = |node: &NodeId| scene.nodes[node.index()].kind != NodeKind::Group && !places[node.index()];
         let ids = || (0..scene.nodes.len()).map(NodeId::new);
         let moving = moving(scene);
         let top = ids()

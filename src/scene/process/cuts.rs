@@ -97,8 +97,7 @@ fn is_cut(steps: &[f32], frame: usize, size: f32) -> bool {
 }
 
 /// The largest extent of a pose along an axis.
-#[doc(hidden)]
-pub fn extent(scene: &Scene, pose: &Pose) -> f32 {
+fn extent(scene: &Scene, pose: &Pose) -> f32 {
     let positions = || (0..scene.nodes.len()).map(|index| pose.position(NodeId::new(index)));
     match (positions().reduce(Vec3::min), positions().reduce(Vec3::max)) {
         (Some(min), Some(max)) => (max - min).max_element(),

@@ -16,7 +16,7 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
     findings.look_for(&[Breathing]);
     let size = motion.size();
     for node in 0..motion.nodes() {
-        let Some(parent) = motion.parents[node].filter(|parent| motion.is_joint[*parent]) else {
+        let Some(parent) = motion.bones[node].filter(|parent| motion.is_joint[*parent]) else {
             continue;
         };
         let lengths: Vec<f32> = (motion.first..motion.frames)

@@ -1,5 +1,6 @@
 //! The integration tests of surveys and search: one program, because linking is slow, with one module per subject.
 
 mod matching;
+mod placing;
 mod search;
 mod survey;

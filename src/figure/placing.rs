@@ -1,0 +1,27 @@
+//! Joints above the hips that only place the figure: the one definition, for lengths, sizes, ids, units and graphs.
+
+use mocap_scene::scene::Scene;
+
+use super::hierarchy::Hierarchy;
+use crate::{Humanoid, HumanoidBone as Bone};
+
+/// Of each node, whether it only places the figure: the hips are below it, and no bone of the body is it or is below it
+/// beside the hips. The line from such a joint to the next is not a bone: its length changes with where the figure is.
+pub(super) fn placing(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
+    let mut places = vec![false; scene.nodes.len()];
+    let Some(hips) = humanoid.joint(Bone::Hips).filter(|_| humanoid.found) else {
+        return places;
+    };
+    let hierarchy = Hierarchy::new(scene);
+    let outside: Vec<_> = humanoid
+        .bones
+        .values()
+        .map(|bone| bone.joint)
+        .filter(|joint| *joint != hips && !hierarchy.is_below(*joint, hips))
+        .collect();
+    for above in hierarchy.above(hips) {
+        let is_above = |joint| hierarchy.above(joint).any(|node| node == above);
+        places[above] = !outside.iter().any(|joint| joint.index() == above || is_above(*joint));
+    }
+    places
+}
