@@ -94,9 +94,9 @@ impl Ground {
     /// The height of the floor: nowhere above the joints that rest on it.
     pub fn height(&self) -> f32 {
         let [near, far] = ON_ZERO.map(|fraction| fraction * self.leg);
-        let from_zero = self.from_zero();
-        let part = match from_zero < far {
-            true => far / (far - near) * (1.0 - near / from_zero).max(0.0),
+        let distance_of_zero = self.distance_of_zero();
+        let part = match distance_of_zero < far {
+            true => far / (far - near) * (1.0 - near / distance_of_zero).max(0.0),
             false => 1.0,
         };
         // A sum with 0 is never -0.
@@ -105,7 +105,7 @@ impl Ground {
 
     /// How far height 0 is from the soles. The ends of toes are below the soles in push-offs, so that they may be
     /// anywhere from there to the joints.
-    fn from_zero(&self) -> f32 {
+    fn distance_of_zero(&self) -> f32 {
         match self.soles {
             (soles, Sole::Ends) if soles < 0.0 => (-self.joints()).max(0.0),
             (soles, _) => soles.abs(),
@@ -122,7 +122,7 @@ impl Ground {
             Sole::Proportions => "the soles, as far below the ankles as those of a person,",
         };
         let of_leg = soles / self.leg;
-        let (confidence, words) = match self.from_zero() <= ON_ZERO[0] * self.leg {
+        let (confidence, words) = match self.distance_of_zero() <= ON_ZERO[0] * self.leg {
             true => (Confidence::Likely, "the feet are on a floor at height 0"),
             false => (Confidence::Unsure, "no floor at height 0 is under the feet"),
         };

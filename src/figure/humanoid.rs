@@ -274,7 +274,7 @@ impl Humanoid {
         rig.scene.animations = scene
             .animations
             .iter()
-            .map(|motion| rig.from_file(scene, motion))
+            .map(|motion| rig.in_rig(scene, motion))
             .collect();
         let mut humanoid = Humanoid::of_skeleton(&rig.scene);
         for bone in humanoid.bones.values_mut() {

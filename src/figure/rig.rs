@@ -131,7 +131,7 @@ impl Rig {
     }
 
     /// An animation of the file as one of [`Self::scene`], with every node where it was in the world.
-    pub fn from_file(&self, file: &Scene, animation: &Animation) -> Animation {
+    pub fn in_rig(&self, file: &Scene, animation: &Animation) -> Animation {
         let moved = self.moved.iter().map(|(node, _)| {
             let parent = self.scene.nodes[node.index()].parent;
             (self.node_of_file(*node), parent.map(|parent| self.node_of_file(parent)))
@@ -140,7 +140,7 @@ impl Rig {
     }
 
     /// An animation of [`Self::scene`] as one of the file, with every node where it was in the world.
-    pub fn to_file(&self, animation: &Animation) -> Animation {
+    pub fn in_file(&self, animation: &Animation) -> Animation {
         carry(&self.scene, &self.moved, &self.to_file, animation)
     }
 

@@ -291,9 +291,9 @@ impl Retargeter {
         })?;
         match Rig::new(&target, &BTreeMap::new()) {
             Some(rig) => {
-                let mut animation = rig.from_file(&target, &clip.animation);
+                let mut animation = rig.in_rig(&target, &clip.animation);
                 over_ground::change(&rig.scene, rig.node(hips), &mut animation, self.options.root);
-                clip.animation = rig.to_file(&animation);
+                clip.animation = rig.in_file(&animation);
             }
             None => over_ground::change(&target, hips, &mut clip.animation, self.options.root),
         }

@@ -310,7 +310,7 @@ impl PoseRetargeter {
     /// An animation of `target` in the scene of [`Self::skeleton`].
     fn in_rig<'a>(&self, target: &Scene, moved: &'a Animation) -> Cow<'a, Animation> {
         match self.rig.as_deref() {
-            Some((rig, _)) => Cow::Owned(rig.from_file(target, moved)),
+            Some((rig, _)) => Cow::Owned(rig.in_rig(target, moved)),
             None => Cow::Borrowed(moved),
         }
     }
@@ -318,7 +318,7 @@ impl PoseRetargeter {
     /// An animation in the scene of [`Self::skeleton`] as one of the target.
     fn in_file(&self, moved: Animation) -> Animation {
         match self.rig.as_deref() {
-            Some((rig, _)) => rig.to_file(&moved),
+            Some((rig, _)) => rig.in_file(&moved),
             None => moved,
         }
     }

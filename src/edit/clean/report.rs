@@ -192,7 +192,7 @@ impl CleanReport {
         let now = &self.after;
         match part {
             CleanPart::Floor => match now.floor_height {
-                Some(height) if height == 0.0 => "the soles are on a floor at height 0".to_owned(),
+                Some(0.0) => "the soles are on a floor at height 0".to_owned(),
                 Some(height) => format!("the floor is kept at {}", centimetres(height)),
                 None => "no foot is ever slow".to_owned(),
             },
