@@ -31,7 +31,8 @@ use clap::{Parser, Subcommand, ValueEnum};
 use mocap::edit::{EditStep, Smooth};
 use mocap::job::{InputOptions, Length, OutputOptions, SourceMap, SourceSpace};
 
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::InputArgs;
+use crate::batch::spread::SpreadArgs;
 use crate::build_info;
 
 pub(crate) use self::arrays::{AnglesArgs, FkArgs, GaitArgs, SeriesArgs};

@@ -10,13 +10,12 @@ pub(crate) mod hash;
 #[doc(hidden)]
 pub(crate) mod inputs;
 pub(crate) mod manifest;
-#[doc(hidden)]
-pub(crate) mod options;
 pub(crate) mod outputs;
 pub(crate) mod pattern;
 pub(crate) mod progress;
 #[doc(hidden)]
 pub(crate) mod shard;
+pub(crate) mod spread;
 pub(crate) mod walk;
 
 use std::collections::BTreeMap;

@@ -13,8 +13,8 @@ use super::root::{Root, check_folder, check_output};
 use super::schema::{Commands, check_names};
 use super::tools::Tool;
 use crate::args::{Args, Command, GraphCommand, IndexArgs, RunArgs};
-use crate::batch::inputs;
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::{self, InputArgs};
+use crate::batch::spread::SpreadArgs;
 use crate::{Failure, commands, streams};
 
 pub(super) struct Call<'a> {

@@ -13,7 +13,7 @@ use mocap::job::{InputOptions, Length, OutSpace, SourceMap, SourceSpace};
 use super::{ArgumentSources, ForceArgs};
 use crate::Failure;
 #[cfg(feature = "parquet")]
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::{inputs::InputArgs, spread::SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FkArgs {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use mocap::files::ReplacePolicy;
 
 use super::OutputFormat;
-use crate::batch::inputs::names_several;
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::{InputArgs, names_several};
+use crate::batch::spread::SpreadArgs;
 use crate::{Failure, streams};
 
 /// Options for many files. They decide the names of outputs, but not their contents.

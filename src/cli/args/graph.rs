@@ -10,7 +10,7 @@ use mocap::job::{
 
 use super::write::writing;
 use super::{ForceArgs, InsteadArgs, OutputFormat, WeightsArgs};
-use crate::batch::options::InputArgs;
+use crate::batch::inputs::InputArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]

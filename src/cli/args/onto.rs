@@ -8,7 +8,8 @@ use mocap::job::{InputOptions, OutputOptions, SourceMap, SourceSpace, Sources};
 use super::job::{root_motion, sources};
 use super::write::writing;
 use super::{ForceArgs, InsteadArgs, WeightsArgs};
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::InputArgs;
+use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OntoArgs {

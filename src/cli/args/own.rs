@@ -10,7 +10,8 @@ use super::batch::is_folder;
 use super::job::sources;
 use super::write::writing;
 use super::{ForceArgs, InsteadArgs, OutputFormat, WeightsArgs};
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::InputArgs;
+use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OwnArgs {

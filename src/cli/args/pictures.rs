@@ -7,7 +7,7 @@ use mocap::convert::TimeRange;
 use mocap::job::{InputOptions, SourceMap, SourceSpace, SourceUp};
 
 use super::ForceArgs;
-use crate::batch::options::InputArgs;
+use crate::batch::inputs::InputArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use super::ForceArgs;
 use super::write::extensions_and;
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::InputArgs;
+use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {

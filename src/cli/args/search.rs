@@ -11,7 +11,8 @@ use mocap::survey::Condition;
 
 use super::ForceArgs;
 use super::write::extensions_and;
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::InputArgs;
+use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct IndexArgs {

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use mocap::job::{InputOptions, SurveyJob, SurveyOptions};
 
 use super::ForceArgs;
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::InputArgs;
+use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SurveyArgs {

@@ -14,11 +14,11 @@ use mocap::files::{ReplacePolicy, remove_all_unfinished};
 use mocap::retarget::report::Verdict;
 
 use super::hash::sha256;
-use super::inputs::{self, Input};
+use super::inputs::{self, Input, InputArgs};
 use super::manifest::{Manifest, Record};
-use super::options::{InputArgs, SpreadArgs};
 use super::outputs::{Claims, KnownOutputs, Output, name_outputs};
 use super::progress::{Counts, Outcome, Progress};
+use super::spread::SpreadArgs;
 use super::{PANICKED, for_each, thread_count};
 use crate::{Failure, report};
 

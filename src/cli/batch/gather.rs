@@ -3,8 +3,8 @@
 use mocap::Error;
 
 use super::inputs::Input;
-use super::options::SpreadArgs;
 use super::progress::{Counts, Outcome, Progress};
+use super::spread::SpreadArgs;
 use super::{PANICKED, for_each, thread_count};
 use crate::{Failure, report};
 

@@ -8,10 +8,18 @@ use std::path::{Component, Path, PathBuf};
 
 use mocap::{Code, Diagnostic, FormatInfo};
 
-use super::options::InputArgs;
 use super::pattern::{Pattern, has_wildcard};
 use super::walk::{Entry, Search};
 use crate::{Failure, kinds, report};
+
+/// Which files to read.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Many files")]
+pub struct InputArgs {
+    /// Accept a folder or a wildcard without motion files; by default that is an error
+    #[arg(long)]
+    pub allow_empty: bool,
+}
 
 /// An input file.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -7,8 +7,7 @@ use mocap::job::{GraphJob, WalkJob};
 
 use super::{Place, check_json, made, output_format, print_job, print_report, refuse_one_file, unknown_extension};
 use crate::args::{ArgumentSources, GraphArgs, GraphCommand, RunArgs, WalkArgs};
-use crate::batch::inputs;
-use crate::batch::options::InputArgs;
+use crate::batch::inputs::{self, InputArgs};
 use crate::printed::OutputReport;
 use crate::{Failure, kinds, report, streams};
 

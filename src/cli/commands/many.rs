@@ -14,11 +14,11 @@ use super::{looks, made, verify};
 use crate::args::ArgumentSources;
 use crate::batch::folder::{self, FileState, FileTask, verdicts};
 use crate::batch::hash::{sha256, sha256_of};
-use crate::batch::inputs::Input;
+use crate::batch::inputs::{Input, InputArgs};
 use crate::batch::manifest::Record;
-use crate::batch::options::{InputArgs, SpreadArgs};
 use crate::batch::outputs::Output;
 use crate::batch::progress::Counts;
+use crate::batch::spread::SpreadArgs;
 use crate::report::Voice;
 use crate::{Failure, report};
 

@@ -15,9 +15,9 @@ use super::{Place, print_report};
 use crate::args::{RunArgs, SurveyArgs};
 use crate::batch::gather::gather;
 use crate::batch::hash::sha256;
-use crate::batch::inputs::{self, Input};
-use crate::batch::options::{InputArgs, SpreadArgs};
+use crate::batch::inputs::{self, Input, InputArgs};
 use crate::batch::progress::Counts;
+use crate::batch::spread::SpreadArgs;
 use crate::{Failure, report, streams};
 
 /// Files that are to be written, with their bytes.

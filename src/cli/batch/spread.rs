@@ -1,4 +1,4 @@
-//! Which files a command reads, and how it distributes the work: the options that this module needs.
+//! How a command distributes the work on many files.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -6,15 +6,6 @@ use std::path::{Path, PathBuf};
 use super::progress::ProgressArg;
 use super::shard::Shard;
 use crate::{report, streams};
-
-/// Which files to read.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Many files")]
-pub struct InputArgs {
-    /// Accept a folder or a wildcard without motion files; by default that is an error
-    #[arg(long)]
-    pub allow_empty: bool,
-}
 
 /// How to distribute the work.
 #[derive(Debug, clap::Args)]
