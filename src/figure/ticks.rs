@@ -3,8 +3,8 @@
 use glam::Quat;
 use mocap_scene::scene::{Animation, Keys};
 
-/// The largest distance between quaternions that counts as rounding: a rotation of 4e-6 radians, 4 micrometres at the end
-/// of an arm of a metre. Products along the chain of joints round by up to 2e-6 radians, at a finger.
+/// The largest distance between quaternions that counts as rounding: a rotation of 4e-6 radians, 4 micrometres at the
+/// end of an arm of a metre. Products along the chain of joints round by up to 2e-6 radians, at a finger.
 const ROUNDING: f32 = 2e-6;
 
 /// The whole ticks of an animation, and its end.

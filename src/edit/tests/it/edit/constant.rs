@@ -7,7 +7,7 @@ use mocap::convert::{AlongBone, FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::edit::{InBetween, Reverse, Step, StepInput};
 use mocap::glam::{EulerRot, Vec3};
 use mocap::scene::{Channel, Keys, NodeKind, UpAxis};
-use mocap::{Conversion, Exporter, Format, Scene};
+use mocap::{Binding, Conversion, Exporter, Format, Scene};
 
 use super::import;
 use super::laws::{apply, steps};
@@ -188,8 +188,8 @@ fn no_step_gives_an_end_site_a_channel() {
                 continue;
             }
             bent += usize::from(chains.contains(&step));
-            for channel in &after.animations[0].channels {
-                let node = &after.nodes[channel.node.unwrap().index()];
+            for (node, _) in Binding::new(&after, &after.animations[0]).driven() {
+                let node = &after.nodes[node.index()];
                 assert_ne!(node.kind, NodeKind::EndSite, "{file}: {step}: {}", node.name);
             }
         }
