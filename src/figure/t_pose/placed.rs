@@ -6,7 +6,6 @@ use mocap_scene::scene::{Assumption, HumanoidBone as Bone, NodeId, Scene, Side, 
 
 use super::{TPose, TPoseSource};
 use crate::Figure;
-use crate::ground::Ground;
 
 impl TPose {
     /// The pose with its arms lowered by so many degrees: 45 make an A-pose.
@@ -81,9 +80,8 @@ impl TPose {
         let offset = first.position(hips.joint) - pose.position(hips.joint);
         let feet = [Bone::LeftFoot, Bone::RightFoot, Bone::LeftToes, Bone::RightToes].into_iter();
         let heights = feet.filter_map(|foot| Some(pose.position(self.bones.get(&foot)?.joint).dot(up)));
-        let ground = figure.ground_of(scene).map(Ground::joints);
-        let height = match heights.reduce(f32::min).zip(ground) {
-            Some((lowest, ground)) => ground - lowest,
+        let height = match heights.reduce(f32::min).zip(figure.ground_of(scene)) {
+            Some((lowest, ground)) => ground.joints() - lowest,
             None => offset.dot(up),
         };
         move_by(
