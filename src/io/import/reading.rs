@@ -119,7 +119,13 @@ impl Importer {
         let sha256 = sum.unwrap_or_default();
         bvh::FORMAT
             .read(&source, &self.read)
-            .and_then(|scene| self.finish_after(scene, bvh::FORMAT.has_sidecar, &source, sha256, |_| Ok(())))
+            .and_then(|mut scene| {
+                // Bytes have no file beside them, so what reads one is not linked, nor is the table of formats.
+                self.select(&mut scene)?;
+                scene.metadata.origin = Some(origin(&scene, source.name, sha256));
+                self.complete(&mut scene);
+                Ok(scene)
+            })
             .map_err(|error| error.with_path(source.name))
     }
 
@@ -132,65 +138,48 @@ impl Importer {
     }
 
     /// The steps that follow every reader.
-    #[cfg_attr(
-        not(any(feature = "arrays", feature = "solve")),
-        expect(unused_variables, reason = "the scene is complete")
-    )]
-    pub(super) fn finish(&self, scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
-        let format = scene.metadata.format;
-        let has_sidecar = format.is_some_and(|format| FormatInfo::of(format).has_sidecar);
-        self.finish_after(scene, has_sidecar, source, sha256, |scene| {
-            #[cfg(feature = "arrays")]
-            self.check_body(scene)?;
-            #[cfg(feature = "solve")]
-            self.solve_points(scene, source)?;
-            Ok(())
-        })
+    pub(super) fn finish(&self, mut scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
+        self.select(&mut scene)?;
+        #[cfg(feature = "arrays")]
+        self.check_body(&scene)?;
+        #[cfg(feature = "solve")]
+        self.solve_points(&mut scene, source)?;
+        scene.metadata.origin = Some(origin(&scene, source.name, sha256.clone()));
+        let has_sidecar = (scene.metadata.format).is_some_and(|format| FormatInfo::of(format).has_sidecar);
+        if has_sidecar
+            && let Ok(bytes) = (source.open)(&Sidecar::path(source.name))
+            && let Some(sidecar) = Sidecar::read(&bytes)
+            && (sha256.is_empty() || sidecar.is_about(&sha256))
+        {
+            sidecar.tell(&mut scene);
+        }
+        self.complete(&mut scene);
+        Ok(scene)
     }
 
-    /// The steps that follow a reader; `solve` makes joints of what has none yet. The table of formats is not looked up
-    /// here, because it refers to every reader and writer.
-    fn finish_after(
-        &self,
-        mut scene: Scene,
-        has_sidecar: bool,
-        source: &Source<'_>,
-        sha256: String,
-        solve: impl FnOnce(&mut Scene) -> Result<()>,
-    ) -> Result<Scene> {
+    /// Of these steps the first: a strict importer takes no warning, and of the clips those that are asked for stay.
+    fn select(&self, scene: &mut Scene) -> Result<()> {
         if self.strict && !scene.warnings.is_empty() {
             let first = scene.warnings.remove(0);
-            return Err(Error::from(first).with_warnings(scene.warnings));
+            return Err(Error::from(first).with_warnings(std::mem::take(&mut scene.warnings)));
         }
         if let Some(frames_per_second) = self.read.retime.filter(|_| !scene.animations.is_empty()) {
             scene.metadata.steps.push(AppliedStep::Retime { frames_per_second });
         }
-        self.clips.select(&mut scene)?;
-        numbers::check(&scene)?;
-        solve(&mut scene)?;
-        scene.metadata.origin = Some(origin(&scene, source.name, sha256));
-        if has_sidecar
-            && let Ok(bytes) = (source.open)(&Sidecar::path(source.name))
-            && let Some(sidecar) = Sidecar::read(&bytes)
-        {
-            let sha256 = &scene
-                .metadata
-                .origin
-                .as_ref()
-                .map_or(String::new(), |origin| origin.sha256.clone());
-            if sha256.is_empty() || sidecar.is_about(sha256) {
-                sidecar.tell(&mut scene);
-            }
-        }
+        self.clips.select(scene)?;
+        numbers::check(scene)
+    }
+
+    /// And the last.
+    fn complete(&self, scene: &mut Scene) {
         if scene.meshes.is_empty() {
             scene.add_skeleton_mesh(self.skeleton_mesh);
         }
-        name_nodes_of_channels(&mut scene);
+        name_nodes_of_channels(scene);
         if self.collapse_keys {
             scene.collapse_keys(KeyTolerance::default());
         }
         debug_assert_eq!(scene.validate(), [], "a reader made a scene that breaks the rules");
-        Ok(scene)
     }
 
     /// The explicit choice, else the contents, else the extension.
