@@ -24,7 +24,22 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     crate::read_robot_scene(source, options, read_robot)
 }
 
-/// The robot of a file: the first body that has a free joint, else the first one.
+/// The joints of a body and of all bodies below it.
+fn joints_of(body: Element<'_, '_>) -> usize {
+    let (mut joints, mut open) = (0, vec![body]);
+    while let Some(element) = open.pop() {
+        for child in element.children() {
+            match child.name() {
+                "joint" | "freejoint" => joints += 1,
+                "body" | "frame" => open.push(child),
+                _ => {}
+            }
+        }
+    }
+    joints
+}
+
+/// The robot of a file: the body with the most joints, of several that which has a free joint, else the first one.
 pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Warnings) -> Result<Robot, Failure> {
     let text = xml::text(source.bytes)?;
     let included = include::texts(source, &text, limits)?;
@@ -39,12 +54,13 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
         let inner = within(world, world.attribute("childclass"), &settings, limits)?;
         bodies.extend(inner.into_iter().filter(|inner| inner.element.name() == "body"));
     }
-    let is_free = |body: &&BodyElement<'_, '_>| {
+    let size = |body: &&BodyElement<'_, '_>| {
         let body = body.element;
         let free = |joint: Element<'_, '_>| joint.attribute("type") == Some("free");
-        body.child("freejoint").is_some() || body.all("joint").any(free)
+        let is_free = body.child("freejoint").is_some() || body.all("joint").any(free);
+        (joints_of(body), is_free)
     };
-    let Some(base) = bodies.iter().find(is_free).or(bodies.first()) else {
+    let Some(base) = bodies.iter().rev().max_by_key(size) else {
         return Err(Box::new(
             root.diagnostic(Code::InvalidRobot, "the model has no <body> in a <worldbody>"),
         ));

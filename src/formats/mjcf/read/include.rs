@@ -1,6 +1,6 @@
 //! `<include>`: files whose elements stand where a file names them, as in every `scene.xml` of a robot.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::Limits;
@@ -17,13 +17,14 @@ const MOST_FILES: usize = 64;
 const ROOTS: &[&str] = &["mujoco", "mujocoinclude"];
 
 /// The names and the texts of all files that the file of `text` includes, and that those include. Names are relative to
-/// the folder of the main file, also in the others, and MuJoCo includes a file once.
+/// the folder of the main file, also in the others, or else to the file that has them. MuJoCo includes a file once.
 pub(super) fn texts(source: &Source<'_>, text: &str, limits: &Limits) -> Result<Vec<(String, String)>, Failure> {
     let mut found: Vec<(String, String)> = Vec::new();
-    let mut waiting = names(text, &["mujoco"], &mut found, source, limits)?;
-    while let Some(index) = waiting.pop() {
+    let mut waiting = names((text, Path::new("")), &["mujoco"], &mut found, source, limits)?;
+    while let Some((index, path)) = waiting.pop() {
         let (name, text) = found[index].clone();
-        let inner = self::names(&text, ROOTS, &mut found, source, limits);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let inner = self::names((&text, folder), ROOTS, &mut found, source, limits);
         waiting.extend(inner.map_err(|failure| in_included(*failure, &name))?);
     }
     Ok(found)
@@ -51,14 +52,15 @@ pub(super) fn parse<'a>(texts: &'a [(String, String)], limits: &Limits) -> Resul
     texts.iter().map(file).collect()
 }
 
-/// Reads the files that a text includes, and returns their indices among those that were found.
+/// Reads the files that a text in a folder includes, and returns their indices among those that were found, and their
+/// paths. All folders are seen from that of the main file.
 fn names(
-    text: &str,
+    (text, folder): (&str, &Path),
     roots: &[&str],
     found: &mut Vec<(String, String)>,
     source: &Source<'_>,
     limits: &Limits,
-) -> Result<Vec<usize>, Failure> {
+) -> Result<Vec<(usize, PathBuf)>, Failure> {
     let document = xml::parse(text, roots, limits)?;
     let root = Element::root(&document);
     let mut indices = Vec::new();
@@ -82,21 +84,26 @@ fn names(
             let message = format!("the model includes more than {MOST_FILES} files, or too many bytes");
             return Err(Box::new(include.diagnostic(Code::LimitExceeded, message)));
         }
-        let path = near(name).ok_or_else(|| {
+        let candidates: Vec<PathBuf> = [near(name), near(folder.join(name))].into_iter().flatten().collect();
+        if candidates.is_empty() {
             let expected = format!("a relative path that leads at most {LEVELS} folders up");
-            missing(
+            return Err(missing(
                 "the model includes a file that is too far from it to be opened",
                 &expected,
-            )
-        })?;
-        let path = source.name.parent().unwrap_or(Path::new("")).join(path);
-        let bytes = (source.open)(&path).map_err(|_| {
+            ));
+        }
+        let beside = source.name.parent().unwrap_or(Path::new(""));
+        let mut opened = candidates.into_iter().filter_map(|path| {
+            let bytes = (source.open)(&beside.join(&path)).ok()?;
+            Some((path, bytes))
+        });
+        let (path, bytes) = opened.next().ok_or_else(|| {
             missing(
                 "the model includes a file that cannot be read",
                 "a file that is beside the model",
             )
         })?;
-        indices.push(found.len());
+        indices.push((found.len(), path));
         let text = xml::text(&bytes)?;
         found.push((name.to_owned(), text));
     }

@@ -73,6 +73,35 @@ fn a_model_in_several_files_is_the_model_in_one() {
     assert_eq!(found.zero_pose(), whole.zero_pose());
 }
 
+/// MuJoCo 3.17 looks in the folder of the main file, and then in that of the file that includes.
+#[test]
+fn names_of_included_files_are_of_the_main_folder_or_of_their_own() {
+    let scene = r#"<mujoco><include file="assets/a.xml"/></mujoco>"#;
+    let assets = r#"<mujocoinclude><worldbody><include file="deep/b.xml"/></worldbody></mujocoinclude>"#;
+    let body = |name: &str| format!(r#"<mujocoinclude><body name="{name}"><geom size="1"/></body></mujocoinclude>"#);
+    let (own, of_main) = (body("own"), body("of_main"));
+    let mut files = vec![("m.xml", scene), ("assets/a.xml", assets), ("assets/deep/b.xml", &own)];
+    assert_eq!(import(&files).unwrap().links[0].name, "own");
+    files.push(("deep/b.xml", &of_main));
+    assert_eq!(import(&files).unwrap().links[0].name, "of_main");
+}
+
+/// A ball on a table is no robot, whether it moves freely or stands first.
+#[test]
+fn of_several_bodies_that_with_the_most_joints_is_the_robot() {
+    let model = |bodies: &str| format!("<mujoco><worldbody>{bodies}</worldbody></mujoco>");
+    let ball = r#"<body name="ball"><freejoint/><geom size="1"/></body>"#;
+    let arm = r#"<body name="arm"><joint name="a"/><geom size="1"/>
+        <frame><body name="hand"><joint name="b"/><geom size="1"/></body></frame></body>"#;
+    for bodies in [[ball, arm], [arm, ball]] {
+        let robot = import(&[("m.xml", &model(&bodies.concat()))]).unwrap();
+        assert_eq!(robot.links[0].name, "arm");
+    }
+    let [first, second] = ["first", "second"].map(|name| ball.replace("ball", name));
+    let robot = import(&[("m.xml", &model(&[first, second].concat()))]).unwrap();
+    assert_eq!(robot.links[0].name, "first");
+}
+
 #[test]
 fn what_is_wrong_with_an_included_file_is_named_with_it() {
     let scene = "<mujoco>\n<include file=\"a.xml\"/>\n</mujoco>";
