@@ -202,8 +202,8 @@ impl Frames {
         pairs.map(|(a, b)| between(*a, *b, fraction)).collect()
     }
 
-    /// Frames at whole ticks with the transforms of `rows` instead of these, in which all points are seen. The weights of
-    /// morph targets stay in their frames.
+    /// Frames at whole ticks with the transforms of `rows` instead of these, in which all points are seen. The weights
+    /// of morph targets stay in their frames.
     pub(super) fn with_rows(&self, rows: Vec<Vec<Trs>>) -> Self {
         Self {
             visible: None,

@@ -127,7 +127,8 @@ impl Frames {
         }
     }
 
-    /// Mixes the weights of morph targets of two motions: for each frame the frames of both, and the part of the second.
+    /// Mixes the weights of morph targets of two motions: for each frame the frames of both, and the part of the
+    /// second.
     pub(crate) fn mix_weights(&mut self, (first, second): (&Self, &Self), frames: &[(f64, f64, f32)]) {
         let one = first.weights.taken(frames.iter().map(|(a, ..)| (&first.weights, *a)));
         let two = first

@@ -1,9 +1,9 @@
 //! The frame time of an animation, and its keys at ticks.
 //!
-//! A file of this crate says its frame time. Elsewhere it is the distance of two keys where they are even, else the usual
-//! frame rate on whose frames all keys stand, else the shortest distance of two keys. Keys farther than a tenth of a
-//! second apart are not frames: there a whole number of frames, about thirty a second, lies between them. Times within a
-//! float's rounding of a whole tick are that tick.
+//! A file of this crate says its frame time. Elsewhere it is the distance of two keys where they are even, else the
+//! usual frame rate on whose frames all keys stand, else the shortest distance of two keys. Keys farther than a tenth
+//! of a second apart are not frames: there a whole number of frames, about thirty a second, lies between them. Times
+//! within a float's rounding of a whole tick are that tick.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits;
