@@ -2,9 +2,9 @@
 //!
 //! The ankles have a level on which they rest in the motion, and so have the balls of the feet and the toes' ends:
 //! the fifth percentile of the height of the lowest one, without feet that have sunk into the ground. A frame counts as
-//! far as the feet move before and after it, so a long stance counts about as much as a step. Held frames count nothing,
-//! nor does a rest pose from which the motion jumps away. The lowest of these levels is that of the soles, or the skin
-//! shows where they are. A floor at height 0 is expected: the ground is there if the soles are near.
+//! far as the feet move before and after it, so a long stance counts about as much as a step. Held frames count
+//! nothing, nor does a rest pose from which the motion jumps away. The lowest of these levels is that of the soles, or
+//! the skin shows where they are. A floor at height 0 is expected: the ground is there if the soles are near.
 
 mod drift;
 mod levels;

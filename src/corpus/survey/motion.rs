@@ -23,8 +23,8 @@ pub(crate) struct Motion {
     pub(crate) parents: Vec<Option<usize>>,
     /// Whether the file can animate the node.
     pub(crate) is_joint: Vec<bool>,
-    /// The joint at the other end of the bone that ends in the node; none for the root, and below joints that only place
-    /// the figure.
+    /// The joint at the other end of the bone that ends in the node; none for the root, and below joints that only
+    /// place the figure.
     pub(crate) bones: Vec<Option<usize>>,
     /// Frames x nodes.
     positions: Vec<Vec3>,

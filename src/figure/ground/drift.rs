@@ -1,4 +1,5 @@
-//! The drift in height: how far the ground rises or sinks under the feet over a motion, as an inertial suit loses height.
+//! The drift in height: how far the ground rises or sinks under the feet over a motion, as an inertial suit loses
+//! height.
 
 use std::iter::repeat_n;
 

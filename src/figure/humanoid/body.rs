@@ -233,8 +233,11 @@ struct TrunkPath {
     are_joints: Vec<bool>,
     /// Where the head's chain branches off.
     branch_at: usize,
-    /// The index of the joint that carries the arms, 0 where there are none.
+    /// The index of the joint that carries the arms in the path from the pelvis, 0 where there are none; the head's
+    /// chain may branch off below it.
     shoulders_at: usize,
+    /// Length of the path to that joint.
+    to_shoulders: f32,
 }
 
 impl TrunkPath {
@@ -247,6 +250,7 @@ impl TrunkPath {
             nodes,
             branch_at: index,
             shoulders_at: path.len() - 1,
+            to_shoulders: tree.length_of(path),
         }
     }
 
@@ -383,7 +387,7 @@ impl TrunkPath {
             );
         }
         if self.shoulders_at > 0 {
-            tally.ratio(&SHOULDERS_TO_LEG, along(self.shoulders_at.min(tip)) / leg);
+            tally.ratio(&SHOULDERS_TO_LEG, self.to_shoulders / leg);
             let below = self.shoulders_at - self.branch_at;
             if below > 0 {
                 tally.sign(&HEAD_BELOW_SHOULDERS, below as f32);

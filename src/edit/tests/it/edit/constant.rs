@@ -1,5 +1,5 @@
-//! Laws of keys for every step. A track with one key keeps one key, unless the step moves it. A motion of constant speed
-//! keeps its speed where a step interpolates.
+//! Laws of keys for every step. A track with one key keeps one key, unless the step moves it. A motion of constant
+//! speed keeps its speed where a step interpolates.
 
 use std::fs;
 
