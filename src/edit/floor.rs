@@ -5,6 +5,7 @@
 //! in the air is above the floor, and nothing is below it. The drift is what is left over time: in height of these
 //! points, and over the ground as the speed of feet that stand.
 
+mod drift;
 mod least_squares;
 
 use glam::{DVec3, Mat4, Quat, Vec3};
@@ -14,6 +15,7 @@ use mocap_figure::ground::{FootPoints, height_drift, levels};
 use mocap_scene::error::Result;
 use mocap_scene::scene::{HumanoidBone, Scene, Side};
 
+use self::drift::drift;
 use self::least_squares::{Knots, LeastSquares, biweight};
 use super::work::Work;
 use crate::frames::tracks;
@@ -42,10 +44,6 @@ const OF_RISE: f64 = 0.06;
 const OF_SIDES: f64 = 0.008;
 /// The standard deviation in metres of the drift in height, and of its bend at a knot: what cameras lose in two steps.
 const OF_DRIFT: [f64; 2] = [0.015, 0.01];
-/// The standard deviation of the speed in m/s of a foot that stands: it rolls.
-const OF_STANDING: f64 = 0.01;
-/// The standard deviation in m/s of the drift over the ground, and of its bend at a knot: as `OF_DRIFT`, in a second.
-const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
 /// A foot must stand for so many seconds to tell of a drift over the ground: in a step it rolls on.
 const STANDS: f64 = 0.8;
 /// The heights of the floor in metres that `clean` keeps: the centres of joints and markers are as far below a floor at
@@ -53,16 +51,8 @@ const STANDS: f64 = 0.8;
 const KEPT_HEIGHTS: std::ops::Range<f64> = -0.06..0.3;
 /// The least slope in degrees that is taken out: it lifts a foot by 17 mm in a metre, which is not seen.
 pub(super) const LEAST_SLOPE: f64 = 1.0;
-/// The least drift in height in metres that is taken out: `OF_DRIFT` twice.
-const LEAST_DRIFT: f64 = 0.03;
-/// The least drift over the ground in metres that is taken out: people shuffle by less.
-const LEAST_DRIFT_OVER_GROUND: f64 = 0.1;
 /// The largest slope in degrees that is taken out: above it is a hill.
 const LARGEST_SLOPE: f64 = 12.0;
-/// The largest drift in height in metres that is taken out: two steps of stairs have more.
-const LARGEST_DRIFT: f64 = 0.25;
-/// The fastest drift over the ground in m/s that is taken out: a faster one is a treadmill.
-const FASTEST_DRIFT: f64 = 0.08;
 /// The ratio of points near a slope to points near a level plane from which on the slope is believed: a tenth more.
 const EXPLAINS: f64 = 1.1;
 /// The distance in metres at which a point is near a plane: twice `OF_FOOT`.
@@ -455,71 +445,6 @@ pub(super) fn bring_to_zero(work: &mut Work<'_>) -> Option<f64> {
     let by = Mat4::from_translation(-work.up * height as f32 / work.metres);
     work.carry(work.carrier()?, |_| by);
     Some(height)
-}
-
-/// How far the body drifted in each frame, in metres: along the axes of the ground, and up as `height` has it. `None`
-/// where that is little, or is no drift.
-fn drift(feet: &Feet, height: &[f64]) -> Option<Vec<DVec3>> {
-    let slow = feet.standing();
-    let knots = Knots::new(feet.frames, KNOT * feet.rate, KNOTS);
-    let one = 1.0 / (OF_STANDING.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));
-    let mut velocities = [vec![0.0; feet.frames], vec![0.0; feet.frames]];
-    for round in 0..ROUNDS {
-        let scale = 0.25f64 * (0.04f64 / 0.25).powf(round as f64 / (ROUNDS - 1) as f64);
-        let mut equations = [0, 1].map(|_| LeastSquares::new(knots.count));
-        for (frame, velocity) in &slow {
-            let off = (velocity.x - velocities[0][*frame]).hypot(velocity.y - velocities[1][*frame]);
-            let weight = one * biweight(off.hypot(velocity.z) / scale);
-            let terms = knots.terms(*frame, 0);
-            equations[0].add(&terms, velocity.x, weight);
-            equations[1].add(&terms, velocity.y, weight);
-        }
-        for (mut equations, velocity) in equations.into_iter().zip(&mut velocities) {
-            knots.add_priors(
-                &mut equations,
-                0,
-                OF_DRIFT_SPEED[1].powi(-2),
-                OF_DRIFT_SPEED[0].powi(-2),
-            );
-            *velocity = knots.curve(&equations.solve()?.values);
-        }
-    }
-    let fastest = |velocity: &[f64]| velocity.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-    let is_treadmill = velocities.iter().any(|velocity| fastest(velocity) > FASTEST_DRIFT);
-    let mut at = DVec3::ZERO;
-    let mut drift = Vec::with_capacity(feet.frames);
-    for frame in 0..feet.frames {
-        if !is_treadmill {
-            at.x += velocities[0][frame] / feet.rate;
-            at.y += velocities[1][frame] / feet.rate;
-        }
-        drift.push(DVec3::new(at.x, at.y, height[frame]));
-    }
-    let farthest = |part: fn(&DVec3) -> f64| {
-        let (least, most) = drift
-            .iter()
-            .map(part)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        most - least
-    };
-    let over_ground = farthest(|at| at.x).hypot(farthest(|at| at.y));
-    let in_height = farthest(|at| at.z);
-    let keeps = [
-        over_ground > LEAST_DRIFT_OVER_GROUND,
-        in_height > LEAST_DRIFT && in_height < LARGEST_DRIFT,
-    ];
-    if keeps == [false; 2] {
-        return None;
-    }
-    for at in &mut drift {
-        if !keeps[0] {
-            (at.x, at.y) = (0.0, 0.0);
-        }
-        if !keeps[1] {
-            at.z = 0.0;
-        }
-    }
-    Some(drift)
 }
 
 /// Puts the motion of a figure on the floor. Returns the height that the floor had, its slope and the drift of the
