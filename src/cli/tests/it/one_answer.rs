@@ -64,8 +64,12 @@ fn every_command_has_one_ground_and_one_map() {
         assert!((of_page - ground).abs() < 1e-4, "{file}: {of_page} and {ground}");
         folder.succeeds("clean in.bvh -o cleaned.bvh --report report.json");
         let report = String::from_utf8(folder.read("report.json")).unwrap();
-        let of_clean = number_of(&report[report.find("\"before\"").unwrap()..], "floor_height");
-        assert!((of_clean - ground).abs() < 1e-4, "{file}: {of_clean} and {ground}");
+        // Where no foot is ever slow, `clean` measures no floor.
+        let before = &report[report.find("\"before\"").unwrap()..];
+        if before.contains("\"floor_height\"") {
+            let of_clean = number_of(before, "floor_height");
+            assert!((of_clean - ground).abs() < 1e-4, "{file}: {of_clean} and {ground}");
+        }
         folder.succeeds("survey in.bvh -o survey.jsonl --html survey.html");
         let survey = String::from_utf8(folder.read("survey.html")).unwrap();
         let of_survey = 0.01 * number_of(&survey, "floor");
