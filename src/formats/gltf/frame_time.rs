@@ -86,11 +86,14 @@ pub(super) fn find_frame_time(tracks: &[Track], weights: &[&mut Keys<f32>]) -> f
         false => of_joints.collect(),
     };
     let step = key_step(&times);
-    if step <= SPARSE {
-        return step;
-    }
-    // A whole number of frames from key to key.
-    step / (step * 30.0).round().max(1.0)
+    let step = match step <= SPARSE {
+        true => step,
+        // A whole number of frames from key to key.
+        false => step / (step * 30.0).round().max(1.0),
+    };
+    // Times are rounded: a step of weights at 0.1 s is a frame of 30 a second.
+    let is_usual = |rate: &&f64| tracks.is_empty() && (step * **rate - 1.0).abs() < 1e-6;
+    USUAL_RATES.iter().find(is_usual).map_or(step, |rate| rate.recip())
 }
 
 /// The times of keys at seconds; of two that are one frame, as a step has them, the later.
