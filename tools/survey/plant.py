@@ -619,12 +619,66 @@ def same_bytes(rng, bvh):
     pass
 
 
+def trembling(rng, bvh):
+    """Noise of up to a degree in every rotation."""
+    columns = [c for joint in range(1, len(bvh.names)) for c in bvh.columns(joint, "rotation")]
+    random = np.random.default_rng(rng.randrange(1 << 30))
+    bvh.rows[:, columns] += random.normal(0, rng.uniform(0.2, 1.0), (len(bvh.rows), len(columns)))
+
+
+def other_unit(rng, bvh):
+    odd_unit(rng, bvh, 1.0)
+
+
+def resampled(rng, bvh):
+    """At a rate that is no fraction of the former one."""
+    rate = rng.choice([24, 25, 30, 50])
+    seconds = (len(bvh.rows) - 1) * bvh.frame_time
+    at = np.arange(int(seconds * rate) + 1) / rate / bvh.frame_time
+    before = np.minimum(at.astype(int), len(bvh.rows) - 2)
+    fraction = (at - before)[:, None]
+    rows = bvh.rows.copy()
+    angles = [c for joint in range(len(bvh.names)) for c in bvh.columns(joint, "rotation")]
+    rows[:, angles] = np.degrees(np.unwrap(np.radians(rows[:, angles]), axis=0))
+    if np.abs(np.diff(rows[:, angles], axis=0)).max() > 60:
+        raise Planted  # angles that turn over are not halfway between their neighbours
+    bvh.rows = rows[before] * (1 - fraction) + rows[before + 1] * fraction
+    bvh.frame_time = 1 / rate
+
+
+def elsewhere(rng, bvh):
+    """Turned about the vertical and moved, from the first frame on; the vertical is the file's +Y."""
+    x, y, z = root_columns(bvh)
+    turn = rotation_about(np.array([0.0, 1.0, 0.0]), rng.uniform(-math.pi, math.pi))
+    _, turns = bvh.world()
+    bvh.rows[:, [x, y, z]] = bvh.rows[:, [x, y, z]] @ turn.T
+    bvh.rows[:, [x, z]] += [rng.uniform(-50, 50), rng.uniform(-50, 50)]
+    for frame in range(len(bvh.rows)):
+        bvh.set_local(0, frame, turn @ turns[frame, 0])
+
+
+def together(*changes):
+    def change(rng, bvh):
+        for one in changes:
+            one(rng, bvh)
+
+    return change
+
+
 TWINS = {
     "bytes": same_bytes,
     "motion": same_motion,
     "mirrored": mirrored,
     "retimed": retimed,
     "rate": other_rate,
+    "resampled": resampled,
     "skeleton": other_skeleton,
     "piece": piece,
+    "noise": trembling,
+    "unit": other_unit,
+    "elsewhere": elsewhere,
+    "piece-skeleton": together(piece, other_skeleton),
+    "piece-rate": together(piece, other_rate),
+    "retimed-noise": together(retimed, trembling),
+    "mirrored-piece": together(mirrored, piece),
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::fingerprint::Fingerprint;
 use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
-use super::twins::{self, Candidate, Pair, Reason};
+use super::twins::{self, Candidate};
 use super::{descriptor, select};
 
 /// What is known of one clip: its row, and what is compared with other clips. As JSON it is a line of a record, from
@@ -134,55 +134,23 @@ impl Corpus {
 
     /// Groups clips that repeat others. Of each group the longest is kept, of equally long ones the first.
     fn find_twins(&mut self) {
-        for clip in &mut self.clips {
-            let row = &mut clip.row;
-            (row.twin, row.twin_group, row.twin_of, row.twin_reason) = (false, None, None, None);
-        }
         let candidates: Vec<Candidate<'_>> = self.clips.iter().map(ClipRecord::candidate).collect();
-        let mut pairs = twins::pairs(&candidates);
-        pairs.sort_by_key(|pair| (pair.reason, pair.first, pair.second));
-        let mut group: Vec<usize> = (0..self.clips.len()).collect();
-        fn root(group: &mut [usize], mut clip: usize) -> usize {
-            while group[clip] != clip {
-                group[clip] = group[group[clip]];
-                clip = group[clip];
-            }
-            clip
-        }
-        // The longest, by steps of 5 %, then that with more frames, then the first.
-        let rank = |clip: usize| {
-            let row = &self.clips[clip].row;
-            let length = (row.seconds.max(f64::MIN_POSITIVE).ln() / 1.05_f64.ln()).round() as i64;
-            (std::cmp::Reverse((length, row.frames)), clip)
-        };
-        let mut joined = Vec::new();
-        for pair in &pairs {
-            let (a, b) = (root(&mut group, pair.first), root(&mut group, pair.second));
-            // A piece repeats what contains it, and is no bridge between other clips that have it too.
-            let is_bridge = pair.reason == Reason::Piece;
-            if a != b && !(is_bridge && group[pair.first] != pair.first && group[pair.second] != pair.second) {
-                let (kept, dropped) = if rank(a) < rank(b) { (a, b) } else { (b, a) };
-                group[dropped] = kept;
-                joined.push((pair.first, pair.second, pair.reason));
-            }
-        }
-        let roots: Vec<usize> = (0..group.len()).map(|clip| root(&mut group, clip)).collect();
+        let members = twins::members(&candidates);
         let mut numbers: BTreeMap<usize, u64> = BTreeMap::new();
-        let reasons = reasons(&pairs, &joined, &roots);
-        for (first, second, _) in joined {
-            let kept = roots[first];
+        for member in members.iter().flatten() {
             let next = numbers.len() as u64 + 1;
-            let number = *numbers.entry(kept).or_insert(next);
-            let name = self.clips[kept].row.file.clone();
-            for clip in [first, second] {
-                let row = &mut self.clips[clip].row;
-                row.twin_group = Some(number);
-                if clip != kept {
-                    row.twin = true;
-                    row.twin_of = Some(name.clone());
-                    row.twin_reason = reasons.get(&clip).map(|reason| reason.as_str().to_owned());
-                }
-            }
+            numbers.entry(member.representative).or_insert(next);
+        }
+        let files: BTreeMap<usize, String> = numbers
+            .keys()
+            .map(|kept| (*kept, self.clips[*kept].row.file.clone()))
+            .collect();
+        for (index, (clip, member)) in std::iter::zip(&mut self.clips, members).enumerate() {
+            let kept = member.map_or(index, |member| member.representative);
+            clip.row.twin = member.is_some();
+            clip.row.twin_group = numbers.get(&kept).copied();
+            clip.row.twin_of = member.and_then(|member| files.get(&member.representative).cloned());
+            clip.row.twin_reason = member.map(|member| member.reason.as_str().to_owned());
         }
     }
 
@@ -233,36 +201,6 @@ impl Corpus {
     }
 }
 
-/// How each clip repeats the one that is kept of its group: as it was compared with that, else by the weakest step on
-/// the path there from twin to twin.
-fn reasons(pairs: &[Pair], joined: &[(usize, usize, Reason)], roots: &[usize]) -> BTreeMap<usize, Reason> {
-    let mut steps: BTreeMap<usize, Vec<(usize, Reason)>> = BTreeMap::new();
-    for (first, second, reason) in joined {
-        steps.entry(*first).or_default().push((*second, *reason));
-        steps.entry(*second).or_default().push((*first, *reason));
-    }
-    let mut reasons = BTreeMap::new();
-    let mut open: Vec<(usize, Reason)> = steps.keys().map(|clip| (roots[*clip], Reason::Bytes)).collect();
-    while let Some((clip, weakest)) = open.pop() {
-        if reasons.insert(clip, weakest).is_none() {
-            let next = steps.get(&clip).into_iter().flatten();
-            open.extend(
-                next.filter(|(next, _)| !reasons.contains_key(next))
-                    .map(|(next, step)| (*next, weakest.max(*step))),
-            );
-        }
-    }
-    // The strongest of a pair is the first.
-    for pair in pairs.iter().rev() {
-        for (clip, other) in [(pair.first, pair.second), (pair.second, pair.first)] {
-            if roots[clip] == other {
-                reasons.insert(clip, pair.reason);
-            }
-        }
-    }
-    reasons
-}
-
 impl ClipRow {
     fn set_corpus_amount(&mut self, kind: DefectKind, amount: f64, is_odd: bool, thresholds: &Thresholds) {
         self.defects.retain(|defect| defect.kind != kind);
@@ -289,6 +227,8 @@ impl ClipRecord {
             clip: &row.clip,
             skeleton: &row.skeleton,
             rate: row.rate.unwrap_or(0.0),
+            frames: row.frames,
+            seconds: row.seconds,
             size: row.size.unwrap_or(0.0),
         }
     }

@@ -5,20 +5,21 @@ use std::ops::RangeInclusive;
 
 use glam::Vec4;
 
-use super::numbers;
+use super::limbs::numbers;
 use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
 /// The shortest piece, in samples: two seconds, less a sample for the rounding at its ends.
 const SHORTEST: usize = 19;
 
-/// The largest mean distance of limbs of near-duplicates, as a chord of the unit sphere: 3.2 degrees.
-const NEAR: f32 = 0.056;
+/// The largest mean distance of limbs of near-duplicates, as a chord of the unit sphere: 1.1 degrees. Fitted by
+/// `tools/survey/takes.py`: separate takes of one walk by one person are 0.028 apart, and more.
+const NEAR: f32 = 0.02;
 
-/// The largest such distance, as a chord, of nine tenths of the samples: twice the mean.
-const NEAR_MOST: f32 = 0.11;
-/// What the time between samples adds to the distance of twins, as a fraction of a step from one sample to the next:
-/// values between samples are taken, and this is what a line misses of a curve.
-const OFF_A_LINE: f32 = 0.12;
+/// The largest such distance, as a chord, of nine tenths of the samples.
+const NEAR_MOST: f32 = 2.5 * NEAR;
+/// What is added to both for each mean bend of the paths of limbs: what a line between samples misses of a curve, and
+/// noise.
+const OFF_A_LINE: f32 = 0.2;
 
 /// How far the limbs must move in what is compared, each on average, as a sum of chords of the unit sphere: one that
 /// stands is like any other that stands.
@@ -61,6 +62,8 @@ pub(super) struct Track {
     rows: Vec<Row>,
     /// How far limbs have moved up to each sample, on average.
     moved: Vec<f32>,
+    /// How far a sample is from the line of those around it, twice that on average: the mean second difference.
+    bend: f32,
 }
 
 impl Track {
@@ -84,6 +87,7 @@ impl Track {
         });
         Self {
             moved: moved.take(rows.len()).collect(),
+            bend: bend(&rows),
             rows,
         }
     }
@@ -102,6 +106,18 @@ fn step(before: &Row, after: &Row) -> f32 {
         }
     }
     sum / LIMBS as f32
+}
+
+/// The mean second difference of where limbs point.
+fn bend(rows: &[Row]) -> f32 {
+    let mut sum = 0.0;
+    for around in rows.windows(3) {
+        for quad in 0..QUADS {
+            let off = |axis: usize| around[0][axis][quad] - 2.0 * around[1][axis][quad] + around[2][axis][quad];
+            sum += chords(off).iter().sum::<f32>();
+        }
+    }
+    sum / (rows.len().saturating_sub(2).max(1) * LIMBS) as f32
 }
 
 /// The lengths of four differences.
@@ -124,21 +140,34 @@ pub(super) struct Moments {
     pub(super) second: f32,
 }
 
+impl Moments {
+    /// The moment of a third clip that a moment of the second of `later` is, where the first of `later` is the second of
+    /// these and fits at a pace.
+    pub(super) fn through(self, pace: f32, later: Self) -> Self {
+        Self {
+            first: self.first + pace * (later.first - self.second),
+            second: later.second,
+        }
+    }
+}
+
 /// How two clips fit best.
 pub(super) struct Alignment {
     /// Seconds of the first in one second of the second.
     pub(super) pace: f32,
+    /// The middle of what both have.
+    pub(super) at: Moments,
     /// Samples of the first that are covered.
     pub(super) overlap: f32,
 }
 
 impl Alignment {
-    /// Tries paces and offsets around a moment, coarse and then fine; `None` where the clips are no twins.
-    pub(super) fn best(a: &Track, b: &Track, at: Moments) -> Option<Self> {
+    /// Tries offsets around a moment and paces around one, coarse and then fine; `None` where the clips are far apart.
+    pub(super) fn best(a: &Track, b: &Track, at: Moments, around: f32) -> Option<Self> {
         let both = Both { a, b };
         let mut coarse = Best::default();
         for number in 0..PACES {
-            let pace = SLOWEST + PACE_STEP * f32::from(number);
+            let pace = around * (SLOWEST + PACE_STEP * f32::from(number));
             let start = at.first - pace * at.second;
             for shift in -AROUND..=AROUND {
                 coarse.consider(&both, [pace, start + f32::from(shift)], true);
@@ -162,8 +191,13 @@ impl Alignment {
         }
         let timing = fine.found?.1;
         let overlap = both.overlap(timing)?;
-        let most = NEAR_MOST + 2.0 * OFF_A_LINE * both.step(&overlap);
+        let most = NEAR_MOST + 2.0 * both.off_a_line();
+        let middle = 0.5 * (overlap.start() + overlap.end()) as f32;
         (both.most(timing, &overlap) < most).then(|| Self {
+            at: Moments {
+                first: timing[1] + timing[0] * middle,
+                second: middle,
+            },
             pace: timing[0],
             overlap: (overlap.end() + 1 - overlap.start()) as f32 * timing[0],
         })
@@ -183,16 +217,17 @@ impl Best {
     /// Compares clips at a timing, at first by a few samples. What is too far to become a twin is not kept.
     fn consider(&mut self, both: &Both<'_>, timing: Timing, at_first: bool) {
         let Some(overlap) = both.overlap(timing) else { return };
-        let (samples, step) = (overlap.end() + 1 - overlap.start(), both.step(&overlap));
+        let samples = overlap.end() + 1 - overlap.start();
         let (stride, off) = match at_first {
-            true => (
-                LEAST_STRIDE.max(samples / FEW),
-                OFF_AT_FIRST + OFF_BY_PACE * samples as f32,
-            ),
-            false => (1, OFF_A_LINE),
+            true => {
+                let steps = OFF_AT_FIRST + OFF_BY_PACE * samples as f32;
+                (LEAST_STRIDE.max(samples / FEW), steps * both.step(&overlap))
+            }
+            false => (1, 0.0),
         };
         let least = self.found.map_or(f32::INFINITY, |(least, _)| least);
-        let mean = both.mean(timing, overlap, stride, least.min(NEAR + off * step));
+        let near = NEAR + both.off_a_line() + off;
+        let mean = both.mean(timing, overlap, stride, least.min(near));
         if let Some(mean) = mean {
             self.found = Some((mean, timing));
         }
@@ -213,6 +248,11 @@ impl Both<'_> {
         let to = usize::try_from(to).ok()?;
         // A piece lies within one of the two, or is at least as long as the shortest piece at an end of both.
         (to + 1 >= from + SHORTEST && self.b.moved[to] - self.b.moved[from] >= MOVES).then_some(from..=to)
+    }
+
+    /// How far the limbs of copies may be apart because samples of both stand at different moments.
+    fn off_a_line(&self) -> f32 {
+        OFF_A_LINE * 0.5 * (self.a.bend + self.b.bend)
     }
 
     /// How far limbs move in a sample, on average.

@@ -1,0 +1,335 @@
+//! Which clips may repeat a clip: moments (what the limbs do from 0.4 s before to 0.4 s after) are hashed by the signs of
+//! random projections, and moments of one hash at one offset in two clips vote for it. Moments in which hardly anything
+//! moves have no hash, and of a hash with many moments the first are looked up: the cost grows with the number of clips
+//! and not with its square.
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use glam::Vec3;
+use mocap_scene::math::spread::spread;
+
+use super::Candidate;
+use super::alignment::Moments;
+use super::limbs::numbers;
+use crate::survey::fingerprint::{Fingerprint, LIMBS};
+
+/// Bits of a hash of a moment.
+const BITS: usize = 24;
+/// Signs of a moment that are least certain, of which one or two are also looked up as their opposite.
+const UNCERTAIN: usize = 5;
+/// Samples before and after that belong to a moment: 0.4 s.
+const REACH: usize = 4;
+/// Moments of one hash that are looked up at most, and that vote.
+const MOST_OF_HASH: usize = 24;
+/// The largest mean distance of limbs in the second around two moments of clips that are aligned, as a chord: that of
+/// near-duplicates, and what a tenth of pace adds.
+const NEAR_MOMENT: f32 = 0.1;
+/// What the time between samples adds to the distance where whole samples are compared, as a fraction of a step from
+/// one to the next.
+const HALF_A_STEP: f32 = 0.5;
+/// That second, in samples on each side.
+const HALF_SECOND: isize = 5;
+/// Bits of a hash that find it in the list of all moments.
+const LEADING: usize = 20;
+
+/// How far limbs must move within a moment, on average, as a chord of the unit sphere: others are like any that stand.
+const MOMENT_MOVES: f32 = 0.03;
+/// Votes that make two clips worth aligning, and how many such clips are aligned with one at most.
+const VOTES: u16 = 2;
+
+/// Clips that are aligned with one at most: the time of a survey grows with them.
+pub(super) const MOST_ALIGNED: usize = 24;
+
+/// A moment of a clip.
+#[derive(Clone, Copy)]
+struct Moment {
+    hash: u32,
+    clip: u32,
+    sample: u32,
+}
+
+/// Moments by their hashes.
+pub(super) struct Index {
+    /// For each number of a moment its part in each bit.
+    projections: Vec<[f32; BITS]>,
+    mean: Vec<f32>,
+    /// By hash, clip and sample.
+    moments: Vec<Moment>,
+    /// Where the moments begin whose hash has these leading bits.
+    starts: Vec<u32>,
+}
+
+impl Index {
+    pub(super) fn new(clips: &[&Candidate<'_>], distinct: &[usize]) -> Self {
+        let mut index = Self {
+            projections: projections(),
+            mean: mean(clips, distinct),
+            moments: Vec::new(),
+            starts: Vec::new(),
+        };
+        let of_clips = spread(distinct, |&clip| {
+            let fingerprint = clips[clip].fingerprint;
+            let samples = REACH..fingerprint.samples().saturating_sub(REACH);
+            let moments = samples.filter_map(|sample| {
+                let along = index.project(fingerprint, sample, false, false)?;
+                Some(Moment {
+                    hash: hash(&along),
+                    clip: clip as u32,
+                    sample: sample as u32,
+                })
+            });
+            moments.collect::<Vec<_>>()
+        });
+        index.moments = of_clips.into_iter().flatten().collect();
+        index
+            .moments
+            .sort_unstable_by_key(|moment| (moment.hash, moment.clip, moment.sample));
+        let mut starts = vec![0; (1 << LEADING) + 1];
+        for moment in &index.moments {
+            starts[leading(moment.hash) + 1] += 1;
+        }
+        for bits in 0..1 << LEADING {
+            starts[bits + 1] += starts[bits];
+        }
+        index.starts = starts;
+        index
+    }
+
+    /// The first moments of a hash.
+    fn of_hash(&self, hash: u32) -> impl Iterator<Item = &Moment> {
+        let [from, to] = [0, 1].map(|next| self.starts[leading(hash) + next] as usize);
+        let same = self.moments[from..to].iter().filter(move |moment| moment.hash == hash);
+        same.take(MOST_OF_HASH)
+    }
+
+    /// A moment along all projections, or that half a sample later; `None` where hardly anything moves.
+    fn project(&self, fingerprint: &Fingerprint, sample: usize, later: bool, mirrored: bool) -> Option<[f32; BITS]> {
+        let mut values = [0.0; 9 * LIMBS];
+        let mut limbs = [[Vec3::ZERO; LIMBS]; 3];
+        for (part, at) in [sample - REACH, sample, sample + REACH].into_iter().enumerate() {
+            let row = numbers(fingerprint.limbs(at), mirrored);
+            let next = match later {
+                true => numbers(fingerprint.limbs(at + 1), mirrored),
+                false => row,
+            };
+            for limb in 0..LIMBS {
+                limbs[part][limb] = 0.5 * (Vec3::from_array(row[limb]) + Vec3::from_array(next[limb]));
+                let off = limbs[part][limb].to_array();
+                for axis in 0..3 {
+                    values[3 * (LIMBS * part + limb) + axis] = off[axis] - self.mean[3 * limb + axis];
+                }
+            }
+        }
+        let moved = |limb: usize| limbs[0][limb].distance(limbs[1][limb]) + limbs[1][limb].distance(limbs[2][limb]);
+        if (0..LIMBS).map(moved).sum::<f32>() / (LIMBS as f32) < MOMENT_MOVES {
+            return None;
+        }
+        let mut along = [0.0; BITS];
+        for (projection, value) in self.projections.iter().zip(values) {
+            for (sum, factor) in along.iter_mut().zip(projection) {
+                *sum += factor * value;
+            }
+        }
+        Some(along)
+    }
+
+    /// Clips before one that it may repeat.
+    pub(super) fn candidates(&self, clips: &[&Candidate<'_>], clip: usize) -> Vec<CandidatePair> {
+        let votes = self.votes(clips[clip].fingerprint, clip);
+        // Retimed clips drift apart by a tenth: votes of two neighbouring offsets count together.
+        let mut best: HashMap<(u32, bool), (u16, i32, [u32; 2])> = HashMap::new();
+        for (vote, (count, moments)) in &votes {
+            let at = |offset: i32| votes.get(&Vote { offset, ..*vote }).map_or(0, |(count, _)| *count);
+            let before = (count.saturating_add(at(vote.offset - 1)), -vote.offset);
+            let after = (count.saturating_add(at(vote.offset + 1)), -vote.offset - 1);
+            let (count, offset) = before.max(after);
+            if count >= VOTES {
+                let entry = best.entry((vote.clip, vote.mirrored)).or_default();
+                *entry = (*entry).max((count, offset, *moments));
+            }
+        }
+        let mut found: Vec<_> = best.into_iter().collect();
+        found.sort_by_key(|((other, mirrored), (count, ..))| (std::cmp::Reverse(*count), *other, *mirrored));
+        let likely = found.into_iter().filter_map(|((other, mirrored), (_, _, moments))| {
+            let both = [clips[other as usize].fingerprint, clips[clip].fingerprint];
+            Some(CandidatePair {
+                clip: other as usize,
+                at: nearest(both, moments, mirrored)?,
+                mirrored,
+            })
+        });
+        likely.take(MOST_ALIGNED).collect()
+    }
+
+    /// How many moments of a clip vote for each offset from a clip before it, and one of them.
+    fn votes(&self, fingerprint: &Fingerprint, clip: usize) -> Votes {
+        let mut votes = Votes::default();
+        let last = fingerprint.samples().saturating_sub(REACH + 1);
+        for mirrored in [false, true] {
+            // Each other sample, and half a sample later: clips that begin between two samples of another are met.
+            for (sample, later) in (REACH..last)
+                .step_by(2)
+                .flat_map(|sample| [(sample, false), (sample, true)])
+            {
+                let Some(along) = self.project(fingerprint, sample, later, mirrored) else {
+                    continue;
+                };
+                let moments = near_hashes(&along).into_iter().flat_map(|hash| self.of_hash(hash));
+                for moment in moments.filter(|moment| (moment.clip as usize) < clip) {
+                    let vote = Vote {
+                        clip: moment.clip,
+                        offset: (moment.sample as i32 - sample as i32).div_euclid(5),
+                        mirrored,
+                    };
+                    let found = votes.entry(vote).or_default();
+                    *found = (found.0.saturating_add(1), [moment.sample, sample as u32]);
+                }
+            }
+        }
+        votes
+    }
+}
+
+/// A clip that another may repeat, and a moment that both may have.
+pub(super) struct CandidatePair {
+    pub(super) clip: usize,
+    pub(super) at: Moments,
+    pub(super) mirrored: bool,
+}
+
+/// What a moment votes for: a clip, how many half seconds its moment is later there, and whether it is mirrored.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Vote {
+    clip: u32,
+    offset: i32,
+    mirrored: bool,
+}
+
+type Votes = HashMap<Vote, (u16, [u32; 2]), BuildHasherDefault<VoteHasher>>;
+
+/// Mixes the numbers of a [`Vote`]: there are many, and none is chosen by an adversary.
+#[derive(Default)]
+struct VoteHasher(u64);
+
+impl Hasher for VoteHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_u32(u32::from(*byte)));
+    }
+
+    fn write_u8(&mut self, value: u8) {
+        self.write_u32(u32::from(value));
+    }
+
+    fn write_i32(&mut self, value: i32) {
+        self.write_u32(value.cast_unsigned());
+    }
+
+    fn write_u32(&mut self, value: u32) {
+        /// The golden ratio, as a fraction of 2^64.
+        const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+        self.0 = (self.0.rotate_left(23) ^ u64::from(value)).wrapping_mul(FACTOR);
+    }
+}
+
+fn leading(hash: u32) -> usize {
+    (hash >> (BITS - LEADING)) as usize
+}
+
+/// Where limbs are nearest each other in the second around two moments, of which the first may be a little earlier or
+/// later; `None` where they are near nowhere.
+fn nearest([a, b]: [&Fingerprint; 2], [at, sample]: [u32; 2], mirrored: bool) -> Option<Moments> {
+    let shifted = |shift: isize| {
+        let row = |clip: &Fingerprint, sample: isize| usize::try_from(sample).ok().filter(|at| *at < clip.samples());
+        let pair = |time: isize| {
+            let early = row(a, at as isize + time + shift)?;
+            Some(row_distance(
+                a.limbs(early),
+                b.limbs(row(b, sample as isize + time)?),
+                mirrored,
+            ))
+        };
+        let distances: Vec<f32> = (-HALF_SECOND..=HALF_SECOND).step_by(2).filter_map(pair).collect();
+        distances.iter().sum::<f32>() / distances.len().max(1) as f32
+    };
+    let from = (sample as usize).saturating_sub(HALF_SECOND as usize);
+    let to = (sample as usize + HALF_SECOND as usize).min(b.samples() - 1);
+    let steps: f32 = (from..to)
+        .map(|at| row_distance(b.limbs(at), b.limbs(at + 1), false))
+        .sum();
+    let near = NEAR_MOMENT + HALF_A_STEP * steps / (to - from).max(1) as f32;
+    let distances = (-2..=2).map(|shift| (shifted(shift), shift));
+    let (distance, shift) = distances.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (distance < near).then_some(Moments {
+        first: at as f32 + shift as f32,
+        second: sample as f32,
+    })
+}
+
+/// The mean distance of limbs of two samples, of which the second may be mirrored.
+fn row_distance(a: &[i8], b: &[i8], mirrored: bool) -> f32 {
+    let (a, b) = (numbers(a, false), numbers(b, mirrored));
+    let mut sum = 0.0;
+    for limb in 0..LIMBS {
+        sum += Vec3::from_array(a[limb]).distance(Vec3::from_array(b[limb]));
+    }
+    sum / LIMBS as f32
+}
+
+/// The signs of a moment along all projections.
+fn hash(along: &[f32; BITS]) -> u32 {
+    along.iter().fold(0, |hash, value| hash << 1 | u32::from(*value > 0.0))
+}
+
+/// The hash of a moment, and those in which one or two of the least certain signs are the other.
+fn near_hashes(along: &[f32; BITS]) -> Vec<u32> {
+    let mut bits: Vec<usize> = (0..BITS).collect();
+    bits.sort_by(|a, b| along[*a].abs().total_cmp(&along[*b].abs()));
+    let flips: Vec<u32> = bits[..UNCERTAIN].iter().map(|bit| 1 << (BITS - 1 - bit)).collect();
+    let hash = hash(along);
+    let mut hashes = vec![hash];
+    for (number, a) in flips.iter().enumerate() {
+        hashes.push(hash ^ a);
+        hashes.extend(flips[..number].iter().map(|b| hash ^ a ^ b));
+    }
+    hashes
+}
+
+/// The mean of all limbs of the corpus, over at most some ten thousand samples.
+fn mean(clips: &[&Candidate<'_>], distinct: &[usize]) -> Vec<f32> {
+    let mut sums = vec![0.0_f64; 3 * LIMBS];
+    let mut count = 0.0;
+    for &clip in distinct.iter().step_by(distinct.len().div_ceil(2000).max(1)) {
+        let fingerprint = clips[clip].fingerprint;
+        for sample in (0..fingerprint.samples()).step_by(10) {
+            // With its mirror image, so that hashes of mirrored clips agree.
+            for mirrored in [false, true] {
+                count += 1.0;
+                let numbers = numbers(fingerprint.limbs(sample), mirrored);
+                for (sum, number) in sums.iter_mut().zip(numbers.as_flattened()) {
+                    *sum += f64::from(*number);
+                }
+            }
+        }
+    }
+    sums.into_iter()
+        .map(|sum| (sum / f64::max(count, 1.0)) as f32)
+        .collect()
+}
+
+/// Fixed random directions: xorshift, by the sum of four uniform numbers.
+fn projections() -> Vec<[f32; BITS]> {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut uniform = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 40) as f32 / (1 << 24) as f32 - 0.5
+    };
+    let mut number = || (0..4).map(|_| uniform()).sum::<f32>();
+    (0..9 * LIMBS).map(|_| std::array::from_fn(|_| number())).collect()
+}

@@ -1,0 +1,123 @@
+"""Recall and precision of near-duplicates on a folder of takes: each BVH file is a take, and variants of it are planted.
+
+    takes.py MOCAP FOLDER [--variants N] [--seed S] [--keep FOLDER]
+
+A variant is found if `mocap survey` has it in the group of its take. A group that joins files of two takes is wrong:
+takes differ where CMU's numbers differ (`16_02`), else where the names of the files differ and none ends with the other: folders
+have copies with a word before the name.
+Precision is the fraction of near-duplicates whose kept clip is of the same take.
+"""
+
+import argparse
+import pathlib
+import random
+import re
+import sys
+import tempfile
+
+import numpy as np
+
+from judge import survey
+from plant import TWINS, Bvh, Planted
+
+# A variant has at least so much to be recognised by: seconds, and degrees of all channels together.
+LEAST_SECONDS, LEAST_DEGREES = 2.5, 300
+# Longer takes are cut, so that a folder is done in minutes.
+MOST_SECONDS = 20
+# What is asked.
+RECALL, PRECISION = 0.95, 0.99
+
+
+def take(path):
+    """The name of the take that a file has: CMU's number, else the name of the file."""
+    number = re.search(r"(?<!\d)(\d{2,3})_(\d{2})(?!\d)", path.stem)
+    return f"CMU {int(number[1])}_{number[2]}" if number else path.stem
+
+
+def are_one(a, b):
+    """Whether two names are of one take."""
+    return a.endswith(b) or b.endswith(a)
+
+
+def read(path):
+    """The take, cut; `None` where it is no plain BVH file, or is too short or still to be recognised."""
+    try:
+        bvh = Bvh(path.read_text())
+    except (ValueError, IndexError, TypeError, UnicodeDecodeError):
+        return None
+    if bvh.rows.ndim != 2 or not 0 < bvh.frame_time < 0.2:
+        return None
+    bvh.rows = bvh.rows[: round(MOST_SECONDS / bvh.frame_time)]
+    moves = np.abs(np.diff(bvh.rows[:, 3:], axis=0)).max(axis=1, initial=0).sum()
+    if len(bvh.rows) * bvh.frame_time < LEAST_SECONDS or moves < LEAST_DEGREES:
+        return None
+    return bvh
+
+
+def plant(rng, paths, count, folder):
+    """Writes takes and variants. Returns the take and the kind of each file, and the file of each take's first clip."""
+    bases = [(take(path), bvh) for path in paths if (bvh := read(path)) is not None]
+    if not bases:
+        sys.exit("no file of the folder is long enough and moves enough")
+    truth = {}
+    for index, (name, bvh) in enumerate(bases):
+        file = f"{index:04}_take.bvh"
+        (folder / file).write_text(bvh.text())
+        truth[file] = (name, None, file)
+    kinds = list(TWINS)
+    for number in range(count):
+        kind = kinds[number % len(kinds)]
+        for _ in range(50):
+            index = rng.randrange(len(bases))
+            clip = bases[index][1].copy()
+            try:
+                TWINS[kind](rng, clip)
+            except (Planted, IndexError, KeyError, ValueError):
+                continue
+            file = f"{index:04}_variant{number:05}_{kind}.bvh"
+            (folder / file).write_text(clip.text())
+            truth[file] = (bases[index][0], kind, f"{index:04}_take.bvh")
+            break
+    return truth, len(bases)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("mocap")
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--variants", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", type=pathlib.Path)
+    args = parser.parse_args()
+    paths = sorted(args.folder.rglob("*.bvh"))
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = (args.keep or pathlib.Path(temporary)) / "takes"
+        folder.mkdir(parents=True, exist_ok=True)
+        truth, takes = plant(random.Random(args.seed), paths, args.variants, folder)
+        rows = survey(args.mocap, folder)
+    missed, total, right, wrong = {}, {}, 0, 0
+    for file, (name, kind, base) in truth.items():
+        row = rows[file]
+        if kind:
+            total[kind] = total.get(kind, 0) + 1
+            if row["twin_group"] is None or row["twin_group"] != rows[base]["twin_group"]:
+                missed.setdefault(kind, []).append(file)
+        if row["twin"]:
+            other = truth[pathlib.Path(row["twin_of"]).name]
+            if are_one(other[0], name):
+                right += 1
+                continue
+            wrong += 1
+            print(f"wrong: {file} {name!r} with {pathlib.Path(row['twin_of']).name} {other[0]!r}, {row['twin_reason']}")
+    for kind, count in total.items():
+        lost = missed.get(kind, [])
+        print(f"{kind:20}{count:6}{1 - len(lost) / count:8.3f}  {' '.join(lost[:3])}")
+    planted = sum(total.values())
+    recall = 1 - sum(map(len, missed.values())) / max(1, planted)
+    precision = right / max(1, right + wrong)
+    print(f"{takes} takes, {planted} variants: recall {recall:.4f}, precision {precision:.4f}")
+    sys.exit(recall < RECALL or precision < PRECISION)
+
+
+if __name__ == "__main__":
+    main()
