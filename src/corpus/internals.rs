@@ -3,6 +3,5 @@
 pub use crate::matching::controller::nearest_to;
 pub use crate::matching::features::{AHEAD, Root};
 pub use crate::matching::like::{cost, limbs_of_both};
-pub use crate::matching::movement::{Movement, Movements, NUMBERS, Scale};
 pub use crate::matching::steering::{RATE, Steering};
 pub use crate::survey::fingerprint::{LIMBS, WIDTH};

@@ -26,8 +26,6 @@ mod gamepad;
 mod holden;
 pub(crate) mod like;
 mod lock;
-#[doc(hidden)]
-pub(crate) mod movement;
 mod moves;
 mod play;
 mod query;

@@ -47,7 +47,7 @@ pub(crate) use self::motion::{Body, Motion};
 use self::report::{ClipRecord, ClipRow, Quality};
 pub use self::select::{SelectAmount, SelectBy};
 pub use self::thresholds::{DefectKind, Thresholds};
-pub(crate) use self::twins::mirrored_row;
+pub(crate) use self::twins::{are_of_one_take, mirrored_row};
 
 impl Thresholds {
     /// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.

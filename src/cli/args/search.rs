@@ -62,12 +62,9 @@ pub(crate) struct FindArgs {
     /// How many are found at most
     #[arg(short = 'n', long, value_name = "N", default_value = "10")]
     pub(crate) count: usize,
-    /// How many parts of one clip are found at most: with 1, every clip once
-    #[arg(long, value_name = "N")]
-    pub(crate) per_clip: Option<NonZeroUsize>,
-    /// Rank parts by what is done: half by their poses, half by how limbs and body move, whatever the order
-    #[arg(long, conflicts_with = "pose")]
-    pub(crate) by_action: bool,
+    /// How many parts of one take are found at most: a clip and its near-duplicates are one take
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub(crate) per_clip: NonZeroUsize,
     /// Leave out what is like the mirror image
     #[arg(long)]
     pub(crate) no_mirror: bool,

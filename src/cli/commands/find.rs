@@ -1,7 +1,6 @@
 //! `mocap find`: what in a database is most like a part of a motion, or a pose.
 
 use std::fmt;
-use std::num::NonZeroUsize;
 
 use mocap::Scene;
 use mocap::matching::report::Match;
@@ -37,9 +36,8 @@ pub(crate) fn summary(args: &FindArgs) -> Result<serde_json::Value, Failure> {
 fn options(args: &FindArgs) -> FindOptions {
     FindOptions::new()
         .count(args.count)
-        .per_clip(args.per_clip.map(NonZeroUsize::get))
+        .per_clip(Some(args.per_clip.get()))
         .mirror(!args.no_mirror)
-        .by_action(args.by_action)
         .condition(args.condition.clone())
 }
 
@@ -83,20 +81,13 @@ impl fmt::Display for MatchList<'_> {
             true => ("seconds", "  pace"),
             false => ("second", ""),
         };
-        let has_movement = found.iter().any(|found| found.movement.is_some());
-        let movement = if has_movement { "  movement" } else { "" };
-        writeln!(
-            f,
-            "distance{movement}  {when:<16}{pace}  mirrored  {:width$}  clip",
-            "file"
-        )?;
+        writeln!(f, "distance  {when:<16}{pace}  mirrored  {:width$}  clip", "file")?;
         for Match {
             file,
             clip,
             first,
             last,
             distance,
-            movement,
             mirrored,
             pace,
             ..
@@ -110,11 +101,10 @@ impl fmt::Display for MatchList<'_> {
                 true => format!("  {pace:.2}"),
                 false => String::new(),
             };
-            let movement = movement.map_or_else(String::new, |movement| format!("  {movement:<8.3}"));
             let mirrored = if *mirrored { "yes" } else { "no" };
             writeln!(
                 f,
-                "{distance:<8.3}{movement}  {when:<16}{pace}  {mirrored:<8}  {file:width$}  {clip}"
+                "{distance:<8.3}  {when:<16}{pace}  {mirrored:<8}  {file:width$}  {clip}"
             )?;
         }
         Ok(())

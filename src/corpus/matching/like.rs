@@ -12,10 +12,9 @@ use serde::Serialize;
 
 use super::clip::{IndexedClip, SAMPLE_RATE};
 use super::database::Database;
-use super::movement::{Movement, Movements, Scale};
 use super::query::Query;
 use crate::survey::report::ClipRow;
-use crate::survey::{Condition, LIMBS, WIDTH, mirrored_row};
+use crate::survey::{Condition, Fingerprint, LIMBS, WIDTH, are_of_one_take, mirrored_row};
 
 /// The factor by which a part may be faster or slower: more looks like another movement.
 const PACE: f64 = 1.2;
@@ -33,13 +32,11 @@ const WEIGHTS: [i32; WIDTH - 3 * LIMBS] = [6, 2, 2, 2];
 pub struct FindOptions {
     /// How many are found at most. Default: 10.
     pub count: usize,
-    /// How many parts of one clip are found at most: with 1, other clips are not crowded out. Default: any number.
+    /// How many parts of one take are found at most: a clip and its near-duplicates are one take. `None` is any number,
+    /// and finds parts of near-duplicates beside each other. Default: 1.
     pub per_clip: Option<usize>,
     /// Whether what is like the mirror image of the query is found too. Default: `true`.
     pub mirror: bool,
-    /// Whether parts are ranked by what is done, and not by poses alone: half by the distance of the poses, half by
-    /// that of how limbs and body move, whatever the order. A pose is always ranked by itself. Default: `false`.
-    pub by_action: bool,
     /// The clips that are looked at, by their rows. Default: all.
     pub condition: Option<Condition>,
 }
@@ -48,9 +45,8 @@ impl Default for FindOptions {
     fn default() -> Self {
         Self {
             count: 10,
-            per_clip: None,
+            per_clip: Some(1),
             mirror: true,
-            by_action: false,
             condition: None,
         }
     }
@@ -61,7 +57,6 @@ setters! {
         count: usize,
         per_clip: Option<usize>,
         mirror: bool,
-        by_action: bool,
         condition: Option<Condition>,
     }
 }
@@ -83,10 +78,6 @@ pub struct Match {
     pub last: f64,
     /// How far a limb points elsewhere, in the mean: a chord of a circle of radius 1, of which 0.1 are 5.7 degrees.
     pub distance: f64,
-    /// With [`by_action`](FindOptions::by_action), how far its movement is from that of the query: the root of the mean
-    /// square over speeds and spreads of limbs, height, steps and turns, each by its deviation in what was looked at.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub movement: Option<f64>,
     /// Whether it is like the mirror image of the query.
     pub mirrored: bool,
     /// How many times as fast it is as the query; 1 for a pose.
@@ -101,18 +92,13 @@ impl Database {
         let clips = self.clips.iter();
         let clips = clips.filter(|clip| !clip.mirrored && is_looked_at(&clip.row));
         let search = Search::new(query, options);
-        match options.by_action && query.count() > 1 {
-            true => search.by_action(clips.map(|clip| (clip, search.parts(clip))).collect()),
-            false => {
-                let mut found = Vec::new();
-                for clip in clips {
-                    let parts = search.parts(clip);
-                    let ranked = parts.iter().map(|part| (part.cost as f64, *part, None));
-                    search.add(&mut found, clip, ranked.collect());
-                }
-                found.into_iter().map(|(_, found)| found).collect()
-            }
-        }
+        let mut found: Vec<(&IndexedClip, Part)> = clips
+            .flat_map(|clip| search.best(clip).into_iter().map(move |part| (clip, part)))
+            .collect();
+        // Parts of equal cost stay in the order of their clips.
+        found.sort_by_key(|(_, part)| part.cost);
+        let kept = search.of_different_takes(found);
+        kept.into_iter().map(|(clip, part)| part.found(clip, query)).collect()
     }
 }
 
@@ -122,9 +108,6 @@ struct Search<'a> {
     mirror: Option<Vec<i8>>,
     options: &'a FindOptions,
 }
-
-/// What a part is ranked by, the part, and how far its movement is from that of the query.
-type PartRank = (f64, Part, Option<f64>);
 
 impl<'a> Search<'a> {
     fn new(query: &'a Query, options: &'a FindOptions) -> Self {
@@ -136,67 +119,48 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The best parts of a clip from each of its samples on.
-    fn parts(&self, clip: &IndexedClip) -> Vec<Part> {
+    /// The best parts of a clip, none of which overlaps a better one.
+    fn best(&self, clip: &IndexedClip) -> Vec<Part> {
         let mut found = parts(clip, &self.query.samples, false);
         if let Some(mirror) = &self.mirror {
             found.extend(parts(clip, mirror, true));
         }
-        found
-    }
-
-    /// Adds the best parts of a clip to the best of all, each with its rank.
-    fn add(&self, all: &mut Vec<(f64, Match)>, clip: &IndexedClip, mut parts: Vec<PartRank>) {
+        found.sort_by_key(|part| (part.cost, part.first, part.mirrored));
         let FindOptions { count, per_clip, .. } = *self.options;
-        parts.sort_by(|(a, one, _), (b, other, _)| {
-            a.total_cmp(b)
-                .then((one.first, one.mirrored).cmp(&(other.first, other.mirrored)))
-        });
-        let kept = apart(&parts, per_clip.map_or(count, |most| most.min(count)));
-        let found = kept
-            .into_iter()
-            .map(|(rank, part, movement)| (rank, part.found(clip, self.query, movement)));
-        all.extend(found);
-        all.sort_by(|(a, one), (b, other)| a.total_cmp(b).then(one.distance.total_cmp(&other.distance)));
-        all.truncate(count);
+        apart(&found, per_clip.map_or(count, |most| most.min(count)))
     }
 
-    /// Ranked half by poses and half by movement: each distance over its mean among all parts.
-    fn by_action(&self, clips: Vec<(&IndexedClip, Vec<Part>)>) -> Vec<Match> {
-        let own = Movements::new(&self.query.samples).part(0, self.query.count() - 1);
-        let of_clip = |(clip, parts): &(&IndexedClip, Vec<Part>)| -> Vec<Movement> {
-            let movements = Movements::new(&clip.samples);
-            parts.iter().map(|part| movements.part(part.first, part.last)).collect()
-        };
-        let movements: Vec<Vec<Movement>> = clips.iter().map(of_clip).collect();
-        let scale = Scale::new(movements.iter().flatten());
-        let away: Vec<Vec<f64>> = clips
-            .iter()
-            .zip(&movements)
-            .map(|((clip, _), movements)| {
-                let limbs = limbs_of_both(&clip.samples, &self.query.samples);
-                let distance = |movement: &Movement| scale.distance(&own, movement, &limbs);
-                movements.iter().map(distance).collect()
-            })
-            .collect();
-        let count = away.iter().map(Vec::len).sum::<usize>().max(1) as f64;
-        let poses = clips
-            .iter()
-            .flat_map(|(_, parts)| parts)
-            .map(|part| (part.cost as f64).sqrt());
-        // Where all are alike nothing ranks them.
-        let mean = |sum: f64| if sum > 0.0 { sum / count } else { 1.0 };
-        let [by_pose, by_movement] = [mean(poses.sum()), mean(away.iter().flatten().sum())];
-        let mut found = Vec::new();
-        for ((clip, parts), away) in clips.into_iter().zip(away) {
-            let rank = |(part, away): (Part, f64)| {
-                let rank = (part.cost as f64).sqrt() / by_pose + away / by_movement;
-                (rank, part, Some(away))
-            };
-            self.add(&mut found, clip, parts.into_iter().zip(away).map(rank).collect());
+    /// The first of sorted parts, of each take as many as are wanted.
+    fn of_different_takes<'b>(&self, parts: Vec<(&'b IndexedClip, Part)>) -> Vec<(&'b IndexedClip, Part)> {
+        let mut kept: Vec<(&IndexedClip, Part)> = Vec::new();
+        for (clip, part) in parts {
+            if kept.len() == self.options.count {
+                break;
+            }
+            let is_of_one_take = |(other, better): &&(&IndexedClip, Part)| is_copy([clip, *other], [&part, better]);
+            let most = self.options.per_clip;
+            if most.is_none_or(|most| kept.iter().filter(is_of_one_take).count() < most) {
+                kept.push((clip, part));
+            }
         }
-        found.into_iter().map(|(_, found)| found).collect()
+        kept
     }
+}
+
+/// Whether a clip is another, or its near-duplicate, around these parts of both.
+fn is_copy(clips: [&IndexedClip; 2], parts: [&Part; 2]) -> bool {
+    let [row, other] = clips.map(|clip| &clip.row);
+    if (&row.sha256, &row.clip) == (&other.sha256, &other.clip) && (!row.sha256.is_empty() || row.file == other.file) {
+        return true;
+    }
+    let mirrored = parts[0].mirrored != parts[1].mirrored;
+    // The survey compares every second sample.
+    let fingerprints = clips.map(|clip| Fingerprint {
+        values: clip.samples.chunks_exact(WIDTH).step_by(2).flatten().copied().collect(),
+        is_body: true,
+    });
+    let at = parts.map(|part| part.first as f32 / 2.0);
+    are_of_one_take([&fingerprints[0], &fingerprints[1]], at, mirrored)
 }
 
 /// A part of a clip, by its first and its last sample.
@@ -209,7 +173,7 @@ struct Part {
 }
 
 impl Part {
-    fn found(&self, clip: &IndexedClip, query: &Query, movement: Option<f64>) -> Match {
+    fn found(&self, clip: &IndexedClip, query: &Query) -> Match {
         let second = |sample: usize| clip.begin + sample as f64 / SAMPLE_RATE;
         let steps = query.count() - 1;
         let unit = (query.count() * LIMBS) as f64 * 127.0 * 127.0;
@@ -219,7 +183,6 @@ impl Part {
             first: second(self.first),
             last: second(self.last),
             distance: (self.cost as f64 / unit).sqrt(),
-            movement,
             mirrored: self.mirrored,
             pace: match self.last - self.first {
                 0 => 1.0,
@@ -238,13 +201,13 @@ impl Part {
 }
 
 /// The best of sorted parts, none of which overlaps a better one.
-fn apart(parts: &[PartRank], count: usize) -> Vec<PartRank> {
-    let mut kept: Vec<PartRank> = Vec::new();
+fn apart(parts: &[Part], count: usize) -> Vec<Part> {
+    let mut kept: Vec<Part> = Vec::new();
     for part in parts {
         if kept.len() == count {
             break;
         }
-        if !kept.iter().any(|(_, better, _)| better.overlaps(&part.1)) {
+        if !kept.iter().any(|better| better.overlaps(part)) {
             kept.push(*part);
         }
     }

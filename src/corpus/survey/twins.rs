@@ -236,5 +236,11 @@ fn compare(clips: [&Candidate<'_>; 2], tracks: [&Track; 2], guess: Fit) -> Optio
     })
 }
 
+/// Whether two clips are copies around moments of both, as samples, which may be the same.
+pub(crate) fn are_of_one_take(clips: [&Fingerprint; 2], [first, second]: [f32; 2], mirrored: bool) -> bool {
+    let [a, b] = [Track::new(clips[0], false), Track::new(clips[1], mirrored)];
+    Alignment::best(&a, &b, Moments { first, second }, 1.0).is_some()
+}
+
 /// Seconds of a sample, for those who read this table.
 const _: () = assert!(RATE == 10.0, "lengths in samples are those of ten samples a second");

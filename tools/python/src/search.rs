@@ -56,7 +56,7 @@ impl Database {
 
     /// What is most like a part of an animation, or the pose at its first moment, as JSON.
     #[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
-    #[pyo3(signature = (scene, animation, part, is_pose, count, per_clip, by_action, mirror, condition))]
+    #[pyo3(signature = (scene, animation, part, is_pose, count, per_clip, mirror, condition))]
     fn find(
         &self,
         py: Python<'_>,
@@ -66,7 +66,6 @@ impl Database {
         is_pose: bool,
         count: usize,
         per_clip: Option<usize>,
-        by_action: bool,
         mirror: bool,
         condition: Option<&str>,
     ) -> PyResult<String> {
@@ -75,7 +74,7 @@ impl Database {
             .transpose()
             .map_err(|error: Error| to_python(py, &error))?;
         let options = FindOptions::new().count(count).per_clip(per_clip);
-        let options = options.by_action(by_action).mirror(mirror).condition(condition);
+        let options = options.mirror(mirror).condition(condition);
         let found = py.detach(|| -> mocap::Result<_> {
             let mut range = TimeRange::default();
             (range.first, range.last) = (part.0.map(Moment::Seconds), part.1.map(Moment::Seconds));

@@ -24,7 +24,7 @@ fn the_commands_index_and_find() {
     assert!(found[0]["distance"].as_f64().unwrap() < 0.02, "{found}");
     assert_eq!(found[0]["mirrored"], false);
     assert!(found.as_array().unwrap().len() <= 3);
-    let output = folder.run(&format!("find moves.mdb --like {WALK}@1.0s..1.5s --json --per-clip 1"));
+    let output = folder.run(&format!("find moves.mdb --like {WALK}@1.0s..1.5s --json"));
     let once: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let files: Vec<&str> = once
         .as_array()
@@ -37,19 +37,6 @@ fn the_commands_index_and_find() {
         "{files:?}"
     );
     folder.refuses(&format!("find moves.mdb --like {WALK} --per-clip 0"), 2, "per-clip");
-    let output = folder.run(&format!(
-        "find moves.mdb --like {WALK}@1s..2s --by-action --json --per-clip 1"
-    ));
-    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(found[0]["file"].as_str().unwrap().ends_with(WALK), "{found}");
-    assert!(found[0]["movement"].as_f64().unwrap() < 0.5, "{found}");
-    let table = folder.run(&format!("find moves.mdb --like {WALK}@1s..2s --by-action"));
-    assert!(table.stdout.starts_with(b"distance  movement  seconds"));
-    folder.refuses(
-        &format!("find moves.mdb --pose {WALK}@1s --by-action"),
-        2,
-        "--by-action",
-    );
     let table = folder.run(&format!("find moves.mdb --pose {WALK}@1s --where seconds>3 -n 2"));
     let table = String::from_utf8(table.stdout).unwrap();
     assert!(table.starts_with("distance  second") && table.contains(WALK), "{table}");

@@ -2,5 +2,4 @@
 
 mod controller;
 mod like;
-mod movement;
 mod steering;

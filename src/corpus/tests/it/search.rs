@@ -230,28 +230,31 @@ fn a_damaged_database_is_an_error() {
     assert_eq!(Database::read(&more[..]).unwrap_err().code(), Code::InvalidDatabase);
 }
 
-/// Of the poses of a dance and of a jump a walk has few, but it moves as another walk does.
+/// Copies of a take, which are a part of it or mirrored, are one answer; another walk is another.
 #[test]
-fn by_action_another_walk_comes_first() {
-    let files = [
-        "motionbuilder_vicon_walk.bvh",
-        "rokoko_dance.bvh",
-        "mocopi_jump_six_channels.bvh",
-    ];
-    let clips = files.map(|file| IndexedClip::of(&import(file), file, false)).concat();
-    let database = Database::new(clips);
-    let walk = Query::part(&import(WALK), 0, "1..2".parse().unwrap()).unwrap();
-    let found = database.find(&walk, &FindOptions::new().by_action(true).per_clip(1));
-    assert_eq!(found.len(), 3);
-    assert_eq!(found[0].file, files[0]);
-    assert!(
-        found.iter().all(|found| found.movement.is_some_and(f64::is_finite)),
-        "{found:?}"
-    );
-    // A pose does not move.
-    let pose = Query::pose(&import(WALK), 0, Moment::Seconds(1.0)).unwrap();
-    let found = database.find(&pose, &FindOptions::new().by_action(true));
-    assert!(found.iter().all(|found| found.movement.is_none()));
+fn copies_of_a_take_are_found_once() {
+    let walk = import(WALK);
+    let part = |first: f64, last: f64| {
+        let mut scene = walk.clone();
+        scene.trim(first, last);
+        scene
+    };
+    let mut mirrored = walk.clone();
+    Mirror::new().apply(&mut mirrored, &StepInput::new()).unwrap();
+    let copies = [walk.clone(), part(60.0, 400.0), mirrored];
+    let other = import("motionbuilder_vicon_walk.bvh");
+    let clips = copies.iter().chain([&other]).enumerate().flat_map(|(number, scene)| {
+        let mut scene = scene.clone();
+        scene.metadata.origin = None;
+        IndexedClip::of(&scene, &format!("{number}.bvh"), false)
+    });
+    let database = Database::new(clips.collect());
+    let query = Query::part(&walk, 0, "1..2".parse().unwrap()).unwrap();
+    let found = database.find(&query, &FindOptions::new());
+    let files: Vec<&str> = found.iter().map(|found| found.file.as_str()).collect();
+    assert_eq!(files, ["0.bvh", "3.bvh"]);
+    let all = database.find(&query, &FindOptions::new().per_clip(None).count(5));
+    assert!(all[..3].iter().all(|found| found.file != "3.bvh"), "{all:?}");
 }
 
 /// A file in metres with +Y up, without its motion.

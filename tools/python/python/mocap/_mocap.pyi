@@ -204,7 +204,6 @@ class Database:
         is_pose: bool,
         count: int,
         per_clip: int | None,
-        by_action: bool,
         mirror: bool,
         condition: str | None,
     ) -> str: ...

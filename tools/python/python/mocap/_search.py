@@ -74,13 +74,12 @@ class Database:
         pose: bool = False,
         animation: int = 0,
         count: int = 10,
-        per_clip: int | None = None,
-        by_action: bool = False,
+        per_clip: int | None = 1,
         mirror: bool = True,
         where: str | None = None,
     ) -> Reports:
         """The parts of clips that are most like a part of a motion, the best first: ``file``, ``clip``, ``first`` and ``last``
-        in seconds, ``distance``, ``mirrored``, ``pace``; by action ``movement`` too.
+        in seconds, ``distance``, ``mirrored``, ``pace``.
 
         Args:
             scene: The motion, a scene or the path of a file, on any skeleton.
@@ -89,8 +88,8 @@ class Database:
             pose: Whether the pose at ``first`` is looked for, and not a part.
             animation: The number of the animation, from 0.
             count: How many are found at most.
-            per_clip: How many parts of one clip are found at most: with 1, every clip once.
-            by_action: Whether parts are ranked by what is done: half by their poses, half by how limbs and body move.
+            per_clip: How many parts of one take are found at most: a clip and its near-duplicates are one take. None is any
+                number.
             mirror: Whether what is like the mirror image is found too.
             where: Look at the clips for which this holds, as ``"walking > 0.5"``.
 
@@ -101,7 +100,7 @@ class Database:
         if pose and first is None:
             raise OptionError("a pose needs first, the second at which it is")
         native = native_of(scene)
-        text = self._native.find(native, animation, (first, last), pose, count, per_clip, by_action, mirror, where)
+        text = self._native.find(native, animation, (first, last), pose, count, per_clip, mirror, where)
         return Reports(parsed(text))
 
     @public
