@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use mocap_scene::scene::report::Origin;
 use mocap_scene::scene::report::{AppliedStep, RootOffsetUsed, SecondMotion};
+use mocap_scene::scene::report::{Attribution, Origin};
 use mocap_scene::scene::{Animation, Assumption, Format, Scene, UpAxis, format_name};
 
 /// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
@@ -51,6 +51,9 @@ pub struct Provenance {
     /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<AppliedStep>,
+    /// Where the motion comes from and what may be done with it.
+    #[serde(skip_serializing_if = "Attribution::is_empty")]
+    pub attribution: Attribution,
 }
 
 impl Provenance {
@@ -96,6 +99,7 @@ impl Provenance {
             assumptions: metadata.assumptions.clone(),
             up: None,
             steps: metadata.steps.clone(),
+            attribution: metadata.attribution.clone(),
         }
     }
 
@@ -117,6 +121,7 @@ impl Provenance {
         let onto_steps = std::mem::replace(&mut metadata.steps, self.steps.clone());
         metadata.origin.clone_from(&self.source);
         metadata.root_offset.clone_from(&self.root_offset);
+        metadata.attribution.clone_from(&self.attribution);
         // Edits may follow.
         let last = metadata.steps.iter_mut().rev().find_map(|step| match step {
             AppliedStep::Retarget { onto, .. } => Some(onto),

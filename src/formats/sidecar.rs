@@ -64,7 +64,7 @@ impl Sidecar {
         self.is_about(&sum(bytes))
     }
 
-    /// Tells a scene its unit and its up axis, where its file does not state them.
+    /// Tells a scene its unit, its up axis and where it comes from, where its file does not state them.
     #[doc(hidden)]
     pub fn tell(&self, scene: &mut Scene) {
         let steps = self.mocap.steps.iter().rev();
@@ -82,6 +82,7 @@ impl Sidecar {
             scene.metadata.metres_per_unit.get_or_insert(metres);
             scene.metadata.up.get_or_insert(up);
         }
+        scene.metadata.attribution.complete(self.mocap.attribution.clone());
     }
 }
 

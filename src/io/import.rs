@@ -1,5 +1,6 @@
 //! From a file to a scene: the only module of the library that opens input files.
 
+mod attribution;
 #[cfg(feature = "arrays")]
 mod body;
 mod clips;
@@ -142,10 +143,12 @@ impl Importer {
                 None => list_siblings(path, extension),
             },
         };
-        match &input {
+        let mut scene = match &input {
             Input::Whole(_) => self.read_source(&source),
             Input::Large(file) => self.read_large(file, &source),
-        }
+        }?;
+        attribution::complete(&mut scene, path)?;
+        Ok(scene)
     }
 
     /// Imports a motion that is resampled to `rate`: at its own frame rate, or where it states none, at `rate`; and

@@ -71,6 +71,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod attribution;
 mod face;
 mod guess;
 mod humanoid_bone;

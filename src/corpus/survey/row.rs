@@ -207,6 +207,14 @@ row! {
     format: String,
     /// Warnings of the reader.
     warnings: u64,
+    /// The licence, as the file or a `mocap.toml` beside it states it.
+    licence: Option<String>,
+    /// The dataset or the address that it comes from.
+    source: Option<String>,
+    /// Who moves.
+    person: Option<String>,
+    /// Whether a program made the motion.
+    synthetic: Option<bool>,
     /// A hash of the skeleton, equal for equal skeletons up to scale and names.
     skeleton: String,
     /// Joints that the file can animate.

@@ -60,6 +60,7 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
         ..Scene::default()
     };
     scene.metadata.format = Some(Format::Fbx);
+    scene.metadata.attribution = super::provenance(bytes).unwrap_or_default().attribution;
     let (metres_per_unit, up) = match options.file_units {
         false => (Some(1.0), Some(UpAxis::Y)),
         true => file_units(&file.settings),

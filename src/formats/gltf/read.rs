@@ -128,6 +128,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         false => file.all_weights(source.bytes, &mut scene.warnings)?,
     };
     let stated = file.provenance().unwrap_or_default();
+    scene.metadata.attribution.clone_from(&stated.attribution);
     let frame_time = valid_frame_time(stated.frame_time, "/asset/extras")?;
     tell_bends(&clips, &mut scene);
     for (index, (_, tracks)) in clips.iter_mut().enumerate() {

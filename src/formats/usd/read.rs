@@ -39,7 +39,11 @@ pub(super) fn provenance(bytes: &[u8]) -> Option<Provenance> {
     if !super::sniff(bytes) {
         return None;
     }
-    let metadata = parse::metadata(text(bytes).ok()?, &Limits::default()).ok()?;
+    stated(&parse::metadata(text(bytes).ok()?, &Limits::default()).ok()?)
+}
+
+/// What the metadata of a layer has of that.
+fn stated(metadata: &parse::Metadata) -> Option<Provenance> {
     // `{ string mocap = "..." }`
     let mut texts = metadata.get("customLayerData")?.texts.iter();
     texts.find(|text| *text == PROVENANCE)?;
@@ -74,6 +78,7 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
         ..Scene::default()
     };
     scene.metadata.format = Some(Format::Usd);
+    scene.metadata.attribution = stated(&layer.metadata).unwrap_or_default().attribution;
     scene.metadata.metres_per_unit = Some(metres(&layer)?);
     scene.metadata.up = Some(up(&layer)?);
     scene.animations = animation::read(&layer, &skeleton, options, warnings)?;

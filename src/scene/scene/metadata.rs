@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::applied_step::{AppliedStep, JointRename, SecondMotion, StepRecord};
 pub use self::file_space::FileSpace;
+use super::attribution::Attribution;
 use super::{Animation, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
 
@@ -38,6 +39,9 @@ pub struct Metadata {
     pub assumptions: Vec<Assumption>,
     /// The steps that changed positions or times since then, in order.
     pub steps: Vec<AppliedStep>,
+    /// Where the motion comes from and what may be done with it.
+    #[serde(default, skip_serializing_if = "Attribution::is_empty")]
+    pub attribution: Attribution,
     /// Events, analog channels and force plates of the file.
     #[serde(skip)]
     pub recorded: Option<Arc<Recording>>,

@@ -3,6 +3,7 @@
 mod agent;
 mod angles;
 mod as_json;
+mod attribution;
 mod batch;
 mod build_note;
 mod c3d_recorded;

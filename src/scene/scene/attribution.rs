@@ -1,0 +1,164 @@
+//! Where a motion comes from and what may be done with it, and the file `mocap.toml` that says so of a folder.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Code, Diagnostic, Location, nearest};
+
+/// Where a motion comes from and what may be done with it, as the file states it or a `mocap.toml` beside it.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Attribution {
+    /// The licence, best by its SPDX identifier, as `CC-BY-4.0`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub licence: Option<String>,
+    /// The dataset or the address that it comes from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// Who moves, by any name that is the same in all clips of the person.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub person: Option<String>,
+    /// Whether a program made the motion, and nobody moved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub synthetic: Option<bool>,
+}
+
+impl Attribution {
+    /// Whether nothing is stated.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Takes from `other` what is not stated here.
+    pub fn complete(&mut self, other: Self) {
+        self.licence = self.licence.take().or(other.licence);
+        self.source = self.source.take().or(other.source);
+        self.person = self.person.take().or(other.person);
+        self.synthetic = self.synthetic.or(other.synthetic);
+    }
+
+    /// What the text of a `mocap.toml` says of a file with this name: keys at its beginning are about all files, those
+    /// of a table `[files."walk_*"]` about files whose names the pattern matches. The last table that matches wins.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] with the line, for what is not a key of these with a text or, of `synthetic`, a boolean.
+    #[doc(hidden)]
+    pub fn from_toml(text: &str, name: &str) -> Result<Self, Diagnostic> {
+        let mut found = Self::default();
+        let mut matches = true;
+        for (index, content) in text.lines().enumerate() {
+            let line = index + 1;
+            let refused = |expected: &str, found: &str| {
+                let at = Location {
+                    line,
+                    column: 1,
+                    length: found.chars().count().max(1),
+                    text: found.to_owned(),
+                    text_column: 1,
+                };
+                Diagnostic::new(Code::InvalidValue, "this is no line of a mocap.toml")
+                    .at(at)
+                    .expected_found(expected, format!("\"{found}\""))
+            };
+            let content = content.trim();
+            if content.is_empty() || content.starts_with('#') {
+                continue;
+            }
+            if let Some(table) = content.strip_prefix('[') {
+                let pattern = table
+                    .strip_prefix("files.")
+                    .and_then(value)
+                    .filter(|(_, rest)| is_end(rest.strip_prefix(']')))
+                    .and_then(|(value, _)| value.text());
+                let pattern = pattern.ok_or_else(|| refused("[files.\"PATTERN\"]", content))?;
+                matches = is_match(&pattern, name);
+                continue;
+            }
+            let expected = "licence, source or person = \"TEXT\", or synthetic = true or false";
+            let (key, after) = content.split_once('=').ok_or_else(|| refused(expected, content))?;
+            let stated = value(after.trim_start()).filter(|(_, rest)| is_end(Some(*rest)));
+            let (stated, _) = stated.ok_or_else(|| refused(expected, content))?;
+            let mut own = Self::default();
+            match (key.trim(), stated) {
+                ("licence", Value::Text(text)) => own.licence = Some(text),
+                ("source", Value::Text(text)) => own.source = Some(text),
+                ("person", Value::Text(text)) => own.person = Some(text),
+                ("synthetic", Value::Flag(flag)) => own.synthetic = Some(flag),
+                (key, _) => {
+                    let known = nearest(key, ["licence", "source", "person", "synthetic"].into_iter());
+                    let help = known.map(|known| format!("did you mean {known}?"));
+                    let error = refused(expected, content);
+                    return Err(match help.filter(|_| known != Some(key)) {
+                        Some(help) => error.help(help),
+                        None => error,
+                    });
+                }
+            }
+            if matches {
+                own.complete(std::mem::take(&mut found));
+                found = own;
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// A value of TOML, of the kinds that are needed.
+enum Value {
+    Text(String),
+    Flag(bool),
+}
+
+impl Value {
+    fn text(self) -> Option<String> {
+        match self {
+            Self::Text(text) => Some(text),
+            Self::Flag(_) => None,
+        }
+    }
+}
+
+/// The value that a text begins with, and what follows it.
+fn value(text: &str) -> Option<(Value, &str)> {
+    for (word, flag) in [("true", true), ("false", false)] {
+        if let Some(rest) = text.strip_prefix(word) {
+            return Some((Value::Flag(flag), rest));
+        }
+    }
+    if let Some(rest) = text.strip_prefix('\'') {
+        let (text, rest) = rest.split_once('\'')?;
+        return Some((Value::Text(text.to_owned()), rest));
+    }
+    // A basic string has the escapes of JSON.
+    let mut stream = serde_json::Deserializer::from_str(text.starts_with('"').then_some(text)?).into_iter::<String>();
+    let found = stream.next()?.ok()?;
+    Some((Value::Text(found), &text[stream.byte_offset()..]))
+}
+
+/// Whether a line has nothing more but a comment.
+fn is_end(rest: Option<&str>) -> bool {
+    rest.map(str::trim_start)
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with('#'))
+}
+
+/// Whether a name matches a pattern, in which `*` is any text.
+fn is_match(pattern: &str, name: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
+        return false;
+    };
+    let mut parts: Vec<&str> = parts.collect();
+    let Some(last) = parts.pop() else {
+        return rest.is_empty();
+    };
+    for part in parts {
+        let Some((_, after)) = rest.split_once(part) else {
+            return false;
+        };
+        rest = after;
+    }
+    rest.ends_with(last)
+}
