@@ -28,6 +28,7 @@ mod row;
 mod sarif;
 mod select;
 mod skeleton;
+mod split;
 #[cfg(feature = "arrow")]
 mod table;
 mod thresholds;

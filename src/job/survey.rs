@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap_corpus::survey::report::{ClipRecord, ClipRow, Quality};
 use mocap_corpus::survey::{Condition, Corpus, SelectAmount, SelectBy, Thresholds};
 use mocap_io::import::Importer;
-use mocap_scene::error::Result;
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::spread::spread;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
@@ -49,11 +49,14 @@ pub struct SurveyOptions {
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     #[serde(skip_serializing_if = "is_default")]
     pub select: Option<SelectAmount>,
-    /// By what to select: quality leaves out bad clips and twins first [default: quality,diversity]
-    #[cfg_attr(
-        feature = "clap",
-        arg(long, value_name = "LIST", value_delimiter = ',', requires = "select")
-    )]
+    /// Split the clips into parts of these fractions, as 0.8,0.1,0.1: the column `split` has train, validation or test;
+    /// of two parts train or test
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FRACTIONS", value_delimiter = ','))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub split: Vec<f64>,
+    /// By what to select: quality leaves out bad clips and near-duplicates first [default: quality,diversity]. Or what
+    /// to keep in one part of a split: person, skeleton, near-duplicate [default: near-duplicate]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ','))]
     #[serde(skip_serializing_if = "is_default")]
     pub by: Vec<SelectBy>,
     /// Write the findings as SARIF, which code hosts show beside files
@@ -128,15 +131,40 @@ impl SurveyOptions {
     /// As [`thresholds`](Self::thresholds).
     pub fn judge(&self, clips: Vec<ClipRecord>) -> Result<Corpus> {
         let mut corpus = Corpus::new(clips, &self.thresholds()?);
+        self.check_by()?;
         if let Some(condition) = &self.condition {
             corpus.keep(|row| condition.holds(row));
         }
         if let Some(amount) = self.select {
-            let by_quality = self.by.is_empty() || self.by.contains(&SelectBy::Quality);
+            let mut by = self.by.iter().filter(|by| is_of_selection(**by)).peekable();
+            let by_quality = by.peek().is_none() || by.any(|by| *by == SelectBy::Quality);
             let count = amount.of(corpus.rows().len());
             corpus.select(count, by_quality);
         }
+        if !self.split.is_empty() {
+            let by: Vec<SelectBy> = self.by.iter().copied().filter(|by| !is_of_selection(*by)).collect();
+            let by: &[SelectBy] = match by.as_slice() {
+                [] => &[SelectBy::NearDuplicate],
+                by => by,
+            };
+            corpus.split(&self.split, by)?;
+        }
         Ok(corpus)
+    }
+
+    /// Refuses a `by` for which nothing is selected or split.
+    fn check_by(&self) -> Result<()> {
+        let needs = |option: &str, by: &str| Diagnostic::new(Code::InvalidValue, format!("{{by}} {by} needs {option}"));
+        let error = match self.by.iter().find(|by| is_of_selection(**by)) {
+            Some(_) if self.select.is_none() => needs("{select}", "quality and diversity"),
+            _ if self.split.is_empty() && !self.by.iter().copied().all(is_of_selection) => {
+                needs("{split}", "person, skeleton and near-duplicate")
+            }
+            _ => return Ok(()),
+        };
+        Err(error
+            .help("name what is selected or split, too, or leave it out")
+            .into())
     }
 
     /// What is written beside the table: the page and the findings, each where it is asked for.
@@ -177,6 +205,11 @@ impl SurveyOptions {
             first.file, first.reasons
         ))
     }
+}
+
+/// Whether it says what is selected, and not what a split keeps together.
+fn is_of_selection(by: SelectBy) -> bool {
+    matches!(by, SelectBy::Quality | SelectBy::Diversity)
 }
 
 /// Rows need no mesh, and files are read beside each other.

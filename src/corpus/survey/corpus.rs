@@ -82,6 +82,10 @@ impl Corpus {
         self.clips.iter().map(|clip| &clip.row)
     }
 
+    pub(super) fn rows_mut(&mut self) -> impl Iterator<Item = &mut ClipRow> {
+        self.clips.iter_mut().map(|clip| &mut clip.row)
+    }
+
     pub(super) fn clips(&self) -> &[ClipRecord] {
         &self.clips
     }

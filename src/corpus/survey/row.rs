@@ -277,6 +277,8 @@ row! {
     map_x: Option<f64>,
     /// The second coordinate.
     map_y: Option<f64>,
+    /// The part of the corpus that the clip is in, where it was split: train, validation or test.
+    split: Option<String>,
 }
 
 impl ClipRow {

@@ -73,7 +73,7 @@ impl<'de> Deserialize<'de> for SelectAmount {
     }
 }
 
-/// By what clips are chosen.
+/// By what clips are selected, or kept together in a split.
 ///
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -82,10 +82,16 @@ impl<'de> Deserialize<'de> for SelectAmount {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum SelectBy {
-    /// No bad clips, and no twins
+    /// Select no bad clips, and no near-duplicates
     Quality,
-    /// Clips that are far apart
+    /// Select clips that are far apart
     Diversity,
+    /// Keep the clips of a person in one part
+    Person,
+    /// Keep the clips of a skeleton in one part
+    Skeleton,
+    /// Keep near-duplicates in one part
+    NearDuplicate,
 }
 
 /// Distances that are computed at most to try several first clips.

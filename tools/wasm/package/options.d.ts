@@ -987,11 +987,14 @@ export type RotationOrder = "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
 export type Scale = number | "auto" | "none" | `${number}`;
 
 /**
- * By what clips are chosen.
- * `"quality"`: No bad clips, and no twins.
- * `"diversity"`: Clips that are far apart.
+ * By what clips are selected, or kept together in a split.
+ * `"quality"`: Select no bad clips, and no near-duplicates.
+ * `"diversity"`: Select clips that are far apart.
+ * `"person"`: Keep the clips of a person in one part.
+ * `"skeleton"`: Keep the clips of a skeleton in one part.
+ * `"near-duplicate"`: Keep near-duplicates in one part.
  */
-export type SelectBy = "quality" | "diversity";
+export type SelectBy = "quality" | "diversity" | "person" | "skeleton" | "near-duplicate";
 
 /** Fewer keys and bits, within a largest error. */
 export interface SizeOptions {
@@ -1099,7 +1102,10 @@ export interface SurveyJob {
 
 /** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
 export interface SurveyOptions {
-  /** By what to select: quality leaves out bad clips and twins first. Default: quality,diversity. */
+  /**
+   * By what to select: quality leaves out bad clips and near-duplicates first. Default: quality,diversity. Or what to keep in
+   * one part of a split: person, skeleton, near-duplicate. Default: near-duplicate.
+   */
   by?: SelectBy[];
   /** Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so. */
   "fail-on"?: string | null;
@@ -1109,6 +1115,11 @@ export interface SurveyOptions {
   sarif?: string | null;
   /** Keep so many clips, or so many per cent, which are as different as can be. */
   select?: string | null;
+  /**
+   * Split the clips into parts of these fractions, as 0.8,0.1,0.1: the column `split` has train, validation or test; of two
+   * parts train or test.
+   */
+  split?: number[];
   /**
    * The amount from which a clip is bad, KIND=BAD, or suspect and bad, KIND=SUSPECT..BAD, as skate=2; inf turns a kind off;
    * once for each kind.

@@ -73,6 +73,7 @@ mod sample;
 mod search;
 mod sidecar;
 mod skeleton;
+mod split;
 mod streams;
 #[cfg(unix)]
 mod terminal;

@@ -76,7 +76,8 @@ def survey(
     *,
     where: str | None = None,
     select: int | str | None = None,
-    by: Sequence[Literal["quality", "diversity"]] = ("quality", "diversity"),
+    split: Sequence[float] = (),
+    by: Sequence[Literal["quality", "diversity", "person", "skeleton", "near-duplicate"]] = (),
     threshold: Mapping[str, float | tuple[float, float]] | None = None,
     fail_on: Literal["suspect", "bad"] | None = None,
     records: Iterable[str] = (),
@@ -93,7 +94,10 @@ def survey(
             what a former survey wrote.
         where: Keep the rows for which this holds, as ``"skate < 1 and not twin"``.
         select: Keep so many clips, or so many per cent, as ``"3%"``, which are as different as can be.
-        by: By what to select: ``"quality"`` leaves out bad clips and twins first.
+        split: Split the clips into parts of these fractions, as ``(0.8, 0.1, 0.1)``: ``split`` of a row is ``"train"``,
+            ``"validation"`` or ``"test"``.
+        by: By what to select, where ``"quality"`` leaves out bad clips and near-duplicates first; by default quality and
+            diversity. Or what to keep in one part of a split, by default ``"near-duplicate"``.
         threshold: The amount from which a clip is bad by a kind of defect, or suspect and bad; infinity turns a kind off.
         fail_on: ``problem`` says which clips are so bad.
         records: Lines of :func:`examine`, as they came from other processes, in place of ``paths``.
@@ -112,7 +116,7 @@ def survey(
         raise OptionError("paths and records cannot be surveyed together: write the records to a .jsonl file, and name it")
     options = {"where": where, "select": select, "fail-on": fail_on}
     given = {name: value for name, value in options.items() if value is not None}
-    made = json.dumps({**given, "by": list(by), "threshold": _thresholds(threshold)})
+    made = json.dumps({**given, "split": list(split), "by": list(by), "threshold": _thresholds(threshold)})
     return Survey(_mocap.survey(files, lines, made, read_options))
 
 
