@@ -129,8 +129,9 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
 }
 
 fn of_clip(scene: &Scene, index: usize, figure: &Figure, thresholds: &Thresholds, row: &mut ClipRow) -> Result<Motion> {
-    let motion = Motion::new(scene, &scene.animations[index], figure)?;
+    // The frames that these need are dropped before the motion takes its own.
     let errors = MotionErrors::find(scene, index, figure)?;
+    let motion = Motion::new(scene, &scene.animations[index], figure)?;
     row.rate = Some(motion.rate);
     row.frames = motion.frames as u64;
     row.seconds = motion.seconds();

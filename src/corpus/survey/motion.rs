@@ -60,6 +60,10 @@ impl Motion {
             .sum();
         let frames =
             FrameBudget::stated_by(&Limits::default(), stated as u64).frames(animation.duration.round(), nodes)?;
+        let contacts = match figure.humanoid.found && frames > 0 {
+            true => Some(mocap_edit::contacts_of(scene, animation, figure)?),
+            false => None,
+        };
         let metres = figure.metres();
         let up = Quat::from_rotation_arc(figure.up_direction(), Vec3::Y);
         let binding = Binding::new(scene, animation);
@@ -98,8 +102,7 @@ impl Motion {
             up,
             body: None,
         };
-        if figure.humanoid.found && frames > 0 {
-            let contacts = mocap_edit::contacts_of(scene, animation, figure)?;
+        if let Some(contacts) = contacts {
             let bones = figure
                 .humanoid
                 .bones
