@@ -46,6 +46,7 @@ impl Attribution {
     /// # Errors
     /// [`Code::InvalidValue`] with the line, for what is not a key of these with a text or, of `synthetic`, a boolean.
     #[doc(hidden)]
+    #[allow(clippy::result_large_err, reason = "the caller makes an error of it, which is boxed")]
     pub fn from_toml(text: &str, name: &str) -> Result<Self, Diagnostic> {
         let mut found = Self::default();
         let mut matches = true;

@@ -111,9 +111,9 @@ fn step(before: &Row, after: &Row) -> f32 {
 /// The mean second difference of where limbs point.
 fn bend(rows: &[Row]) -> f32 {
     let mut sum = 0.0;
-    for around in rows.windows(3) {
+    for ((before, here), after) in rows.iter().zip(rows.iter().skip(1)).zip(rows.iter().skip(2)) {
         for quad in 0..QUADS {
-            let off = |axis: usize| around[0][axis][quad] - 2.0 * around[1][axis][quad] + around[2][axis][quad];
+            let off = |axis: usize| before[axis][quad] - 2.0 * here[axis][quad] + after[axis][quad];
             sum += chords(off).iter().sum::<f32>();
         }
     }
