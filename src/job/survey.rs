@@ -54,8 +54,8 @@ pub struct SurveyOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "FRACTIONS", value_delimiter = ','))]
     #[serde(skip_serializing_if = "is_default")]
     pub split: Vec<f64>,
-    /// By what to select: quality leaves out bad clips and near-duplicates first [default: quality,diversity]. Or what
-    /// to keep in one part of a split: person, skeleton, near-duplicate [default: near-duplicate]
+    /// By what to select, where quality leaves out bad clips and near-duplicates first; or what to keep in one part of
+    /// a split: person, skeleton, near-duplicate [default: quality,diversity, and near-duplicate of a split]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ','))]
     #[serde(skip_serializing_if = "is_default")]
     pub by: Vec<SelectBy>,

@@ -2,9 +2,9 @@
 //! another skeleton, or as a piece of at least two seconds.
 //!
 //! Each clip has samples of where ten limbs point ([`super::fingerprint`]). Clips that may repeat each other
-//! ([`index`]) are aligned: the offset, the pace and the reflection with the least distance of limbs win ([`alignment`]).
-//! A group is a clip, its representative, and shorter clips that are each near to the representative: what is near to
-//! a member alone is in no group with it, so that small differences never add up from clip to clip.
+//! ([`index`]) are aligned: the offset, the pace and the reflection with the least distance of limbs win
+//! ([`alignment`]). A group is a clip, its representative, and shorter clips that are each near to the representative:
+//! what is near to a member alone is in no group with it, so that small differences never add up from clip to clip.
 
 mod alignment;
 mod index;

@@ -284,8 +284,8 @@ export interface CleanWeights {
    */
   "least-evidence-of-doubled"?: number;
   /**
-   * Mean speed of feet in contact below which they are not held, where nothing else was changed: marker systems have as much in
-   * runs, since contacts begin and end in motion. Unit: m/s. Default: `0.2`.
+   * Mean speed of feet in contact below which they are not held, where nothing else was changed: marker systems have as much
+   * in runs, since contacts begin and end in motion. Unit: m/s. Default: `0.2`.
    */
   "least-skate"?: number;
   /**
@@ -1103,8 +1103,8 @@ export interface SurveyJob {
 /** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
 export interface SurveyOptions {
   /**
-   * By what to select: quality leaves out bad clips and near-duplicates first. Default: quality,diversity. Or what to keep in
-   * one part of a split: person, skeleton, near-duplicate. Default: near-duplicate.
+   * By what to select, where quality leaves out bad clips and near-duplicates first; or what to keep in one part of a split:
+   * person, skeleton, near-duplicate. Default: quality,diversity, and near-duplicate of a split.
    */
   by?: SelectBy[];
   /** Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so. */

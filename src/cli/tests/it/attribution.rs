@@ -82,6 +82,6 @@ fn a_mocap_toml_that_is_none_is_an_error_with_its_line() {
         ("person", "mocap.toml:1:1"),
     ] {
         folder.write("mocap.toml", text.as_bytes());
-        folder.refuses("info cmu_short.bvh", 1, expected);
+        folder.refuses("info cmu_short.bvh", 2, expected);
     }
 }

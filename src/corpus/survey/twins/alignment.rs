@@ -141,8 +141,8 @@ pub(super) struct Moments {
 }
 
 impl Moments {
-    /// The moment of a third clip that a moment of the second of `later` is, where the first of `later` is the second of
-    /// these and fits at a pace.
+    /// The moment of a third clip that a moment of the second of `later` is, where the first of `later` is the second
+    /// of these and fits at a pace.
     pub(super) fn through(self, pace: f32, later: Self) -> Self {
         Self {
             first: self.first + pace * (later.first - self.second),

@@ -1,7 +1,7 @@
-//! Which clips may repeat a clip: moments (what the limbs do from 0.4 s before to 0.4 s after) are hashed by the signs of
-//! random projections, and moments of one hash at one offset in two clips vote for it. Moments in which hardly anything
-//! moves have no hash, and of a hash with many moments the first are looked up: the cost grows with the number of clips
-//! and not with its square.
+//! Which clips may repeat a clip: moments (what the limbs do from 0.4 s before to 0.4 s after) are hashed by the signs
+//! of random projections, and moments of one hash at one offset in two clips vote for it. Moments in which hardly
+//! anything moves have no hash, and of a hash with many moments the first are looked up: the cost grows with the number
+//! of clips and not with its square.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

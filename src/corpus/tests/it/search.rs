@@ -252,7 +252,9 @@ fn copies_of_a_take_are_found_once() {
     let query = Query::part(&walk, 0, "1..2".parse().unwrap()).unwrap();
     let found = database.find(&query, &FindOptions::new());
     let files: Vec<&str> = found.iter().map(|found| found.file.as_str()).collect();
-    assert_eq!(files, ["0.bvh", "3.bvh"]);
+    // The whole and the part have the same moment.
+    assert!(["0.bvh", "1.bvh"].contains(&files[0]), "{files:?}");
+    assert_eq!(files[1..], ["3.bvh"]);
     let all = database.find(&query, &FindOptions::new().per_clip(None).count(5));
     assert!(all[..3].iter().all(|found| found.file != "3.bvh"), "{all:?}");
 }
