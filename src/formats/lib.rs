@@ -551,10 +551,12 @@ fn read_robot_scene(
 ) -> Result<Scene> {
     let mut warnings = warnings::Warnings::default();
     let scene = read(source, &options.limits, &mut warnings).map(|robot| robot_scene(&robot));
-    warnings.push(Code::NoMotion, || {
-        let message = "a robot has no motion: the scene has a skeleton and no animation";
-        Diagnostic::new(Code::NoMotion, message).help("mocap robot puts a motion on it")
-    });
+    if scene.is_ok() {
+        warnings.push(Code::NoMotion, || {
+            let message = "a robot has no motion: the scene has a skeleton and no animation";
+            Diagnostic::new(Code::NoMotion, message).help("mocap robot puts a motion on it")
+        });
+    }
     warnings.attach_to(scene)
 }
 

@@ -130,6 +130,9 @@ fn what_is_wrong_with_an_included_file_is_named_with_it() {
         assert!(found.starts_with(expected), "{found}");
         assert!(found.contains("\"a.xml\", which is included"), "{found}");
     }
+    // A scene that is refused has no motion to warn of.
+    let unread = Importer::new().read(scene.as_bytes(), "scene.xml").unwrap_err();
+    assert!(unread.warnings().is_empty(), "{:?}", unread.warnings());
     // In memory there is no other file.
     let read = Importer::new().read_robot(scene.as_bytes(), "scene.xml").unwrap_err();
     assert_eq!(read.code().as_str(), "missing-file");
