@@ -11,7 +11,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use indicatif::ProgressBar;
 use mocap::job::Notice;
 pub(crate) use mocap::report::counted;
-use mocap::{Diagnostic, Error};
+use mocap::{Code, Diagnostic, Error};
 pub(crate) use mocap::{visible, visible_json};
 use serde::Serialize;
 
@@ -43,8 +43,15 @@ fn fault_of(path: Option<&Path>, diagnostic: &Diagnostic) {
 
 /// Prints warnings about a file.
 pub(crate) fn warnings(path: Option<&Path>, warnings: &[Diagnostic]) {
-    for warning in warnings {
+    let is_gap = |warning: &&Diagnostic| warning.code == Code::Gap;
+    let gaps: u64 = warnings.iter().filter(is_gap).map(|warning| warning.count).sum();
+    // One line of all gaps: a take has a warning for each marker.
+    for warning in warnings.iter().filter(|warning| gaps < 2 || !is_gap(warning)) {
         print(&render(Severity::Warning, path, warning));
+    }
+    if gaps > 1 {
+        let message = format!("markers have gaps ({gaps} warnings): `mocap info` lists them");
+        print(&render(Severity::Warning, path, &Diagnostic::new(Code::Gap, message)));
     }
 }
 

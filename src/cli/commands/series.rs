@@ -3,7 +3,7 @@
 use std::fmt;
 
 use mocap::biomechanics::TimeSeries;
-use mocap::{Code, Diagnostic, Scene, SkeletonMesh};
+use mocap::{Scene, SkeletonMesh};
 use serde::Serialize;
 
 use super::{Place, check_json, print_report};
@@ -43,22 +43,6 @@ pub(crate) fn analog(args: &SeriesArgs) -> Result<(), Failure> {
     write(args, TimeSeries::analog)
 }
 
-/// Makes one warning of all gaps of markers, which change nothing of forces and analog channels.
-fn say_gaps_once(scene: &mut Scene) {
-    let is_gap = |warning: &Diagnostic| warning.code == Code::Gap;
-    let gaps: usize = scene
-        .warnings
-        .iter()
-        .filter(|one| is_gap(one))
-        .map(|one| one.count as usize)
-        .sum();
-    if gaps > 1 {
-        scene.warnings.retain(|warning| !is_gap(warning));
-        let message = format!("markers have gaps ({gaps} warnings): `mocap info` lists them");
-        scene.warnings.push(Diagnostic::new(Code::Gap, message));
-    }
-}
-
 fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -> Result<(), Failure> {
     let format = super::output_format(&args.output, args.to.as_deref(), "csv")?;
     let to_bytes: fn(&TimeSeries) -> mocap::Result<Vec<u8>> = match format.as_str() {
@@ -73,8 +57,7 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
     check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force.force)?;
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
-    let mut scene = streams::import(&importer, &args.input)?;
-    say_gaps_once(&mut scene);
+    let scene = streams::import(&importer, &args.input)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::clip_taken(&scene);
     let series = of_scene(&scene).map_err(|error| error.with_path(&args.input))?;

@@ -214,9 +214,9 @@ fn forces_are_written_as_opensim_and_as_tables_and_replace_only_their_like() {
     folder.refuses("analog w.bvh -o a.csv", 1, "no analog channels");
 }
 
-/// Gaps of markers change nothing of forces: one line says that there are some.
+/// One line says that there are gaps, however many markers have some.
 #[test]
-fn gaps_of_markers_are_one_line_beside_forces() {
+fn gaps_of_markers_are_one_line_of_every_command() {
     let folder = Folder::with(&[]);
     // In the first frame each marker has a residual of -1.
     let mut bytes = std::fs::read(at_root("fixtures/made/plates.c3d")).unwrap();
@@ -228,7 +228,9 @@ fn gaps_of_markers_are_one_line_beside_forces() {
         bytes[data + 16 * marker + 12..][..4].copy_from_slice(&(-1_f32).to_le_bytes());
     }
     folder.write("lost.c3d", &bytes);
-    let said = folder.succeeds("forces lost.c3d -o forces.mot");
-    let gaps: Vec<&str> = said.lines().filter(|line| line.contains("gap")).collect();
-    assert_eq!(gaps.len(), 1, "{said}");
+    for command in ["forces lost.c3d -o forces.mot", "convert lost.c3d -o lost.trc"] {
+        let said = folder.succeeds(command);
+        let warned = said.lines().filter(|line| line.contains("warning[gap]"));
+        assert_eq!(warned.count(), 1, "{said}");
+    }
 }
