@@ -56,6 +56,8 @@ mod provenance;
 #[doc(hidden)]
 pub mod read_back;
 pub mod report;
+#[cfg(any(feature = "mjcf", feature = "urdf"))]
+mod robot_as_scene;
 mod sidecar;
 #[doc(hidden)]
 mod text;
@@ -102,8 +104,6 @@ pub use self::option::{WriteOption, words};
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;
 pub use self::written::{Export, ExportFile};
-#[cfg(any(feature = "mjcf", feature = "urdf"))]
-use mocap_figure::robot_bones::robot_scene;
 
 /// The error of a step of a reader. Boxed, so that the results of all steps are small.
 #[doc(hidden)]
@@ -540,24 +540,6 @@ impl ReadOptions {
             None => self.frame_rate_or(stated),
         }
     }
-}
-
-/// Reads a robot as a scene, with the warning that it has no motion.
-#[cfg(any(feature = "mjcf", feature = "urdf"))]
-fn read_robot_scene(
-    source: &Source<'_>,
-    options: &ReadOptions,
-    read: impl FnOnce(&Source<'_>, &Limits, &mut warnings::Warnings) -> Result<Robot, Failure>,
-) -> Result<Scene> {
-    let mut warnings = warnings::Warnings::default();
-    let scene = read(source, &options.limits, &mut warnings).map(|robot| robot_scene(&robot));
-    if scene.is_ok() {
-        warnings.push(Code::NoMotion, || {
-            let message = "a robot has no motion: the scene has a skeleton and no animation";
-            Diagnostic::new(Code::NoMotion, message).help("mocap robot puts a motion on it")
-        });
-    }
-    warnings.attach_to(scene)
 }
 
 /// The robot of a file; it has the warnings of its reader. `with_meshes` reads the surfaces of its meshes.

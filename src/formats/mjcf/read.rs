@@ -21,7 +21,7 @@ use crate::xml::{self, Element};
 use crate::{Failure, ReadOptions, Source};
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    crate::read_robot_scene(source, options, read_robot)
+    crate::robot_as_scene::read(source, options, read_robot)
 }
 
 /// The joints of a body and of all bodies below it.
