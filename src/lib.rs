@@ -134,7 +134,7 @@ pub use mocap_figure::{self as figure, Conversion, convert};
 #[doc(inline)]
 pub use mocap_formats::vrma;
 #[doc(hidden)]
-pub use mocap_formats::{Contents, WriteOption};
+pub use mocap_formats::{Carriage, Contents, WriteOption};
 #[doc(inline)]
 pub use mocap_formats::{Export, ExportFile, FormatInfo, bvh, dump, fbx, gltf};
 #[doc(inline)]

@@ -20,8 +20,9 @@ pub(crate) mod read;
 
 use mocap_scene::files::{is_csv_of_points, is_own_csv};
 use mocap_scene::scene::Format;
+use mocap_scene::scene::report::DataKind;
 
-use crate::{Contents, FormatInfo};
+use crate::{Carriage, Contents, FormatInfo};
 
 #[cfg(feature = "arrays")]
 #[doc(hidden)]
@@ -43,6 +44,11 @@ const ROW: FormatInfo = FormatInfo {
     reads: cfg!(feature = "arrays"),
     read: reader!("arrays", read::read_npy),
     contents: Contents::Arrays,
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Kept),
+        (DataKind::MarkerGaps, Carriage::Kept),
+    ],
     ..FormatInfo::BASE
 };
 

@@ -19,9 +19,10 @@ pub(crate) mod read;
 pub(crate) mod write;
 
 use mocap_scene::scene::Format;
+use mocap_scene::scene::report::DataKind;
 
 use crate::text::{Cursor, decode, is_line_end};
-use crate::{FormatInfo, WriteOption};
+use crate::{Carriage, FormatInfo, WriteOption};
 
 pub use self::options::{BvhOptions, Channels};
 
@@ -49,6 +50,11 @@ pub const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,
+    ],
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Kept),
+        (DataKind::ScaleCurves, Carriage::Converted),
     ],
     has_one_clip: true,
     has_rest_rotations: false,

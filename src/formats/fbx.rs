@@ -13,10 +13,11 @@ pub(crate) mod write;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{FBX_HEAD, fbx_provenance};
+use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{Format, Scene};
 
 use crate::provenance::Provenance;
-use crate::{FormatInfo, WriteOption};
+use crate::{Carriage, FormatInfo, WriteOption};
 
 pub use self::options::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 
@@ -45,6 +46,16 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,
+    ],
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Kept),
+        (DataKind::ScaleCurves, Carriage::Kept),
+        (DataKind::Meshes, Carriage::Kept),
+        (DataKind::Skins, Carriage::Kept),
+        (DataKind::UvSets, Carriage::Kept),
+        (DataKind::Materials, Carriage::Kept),
+        (DataKind::Textures, Carriage::Kept),
     ],
     has_file_meshes: true,
     states_origin: true,

@@ -44,6 +44,8 @@ mod streams;
 #[cfg(feature = "gltf")]
 mod tracks;
 #[cfg(feature = "gltf")]
+mod unread;
+#[cfg(feature = "gltf")]
 pub mod vrma;
 #[cfg(feature = "gltf")]
 mod weights;
@@ -51,8 +53,9 @@ mod weights;
 pub(crate) mod write;
 
 use mocap_scene::scene::Format;
+use mocap_scene::scene::report::DataKind;
 
-use crate::{FormatInfo, WriteOption};
+use crate::{Carriage, FormatInfo, WriteOption};
 
 #[cfg(feature = "gltf")]
 #[doc(hidden)]
@@ -98,6 +101,22 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Kept),
+        (DataKind::ScaleCurves, Carriage::Kept),
+        (DataKind::Meshes, Carriage::Kept),
+        (DataKind::Skins, Carriage::Kept),
+        (DataKind::UvSets, Carriage::Kept),
+        (DataKind::Materials, Carriage::Kept),
+        (DataKind::Textures, Carriage::Kept),
+        (DataKind::FaceCurves, Carriage::PassedThrough),
+        (DataKind::VertexColors, Carriage::PassedThrough),
+        (DataKind::MorphTargets, Carriage::PassedThrough),
+        (DataKind::Cameras, Carriage::PassedThrough),
+        (DataKind::Lights, Carriage::PassedThrough),
+        (DataKind::Extras, Carriage::PassedThrough),
+    ],
     states_origin: true,
     keeps_characters: true,
     has_key_times: true,
@@ -121,6 +140,11 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
         WriteOption::MaxError,
         WriteOption::ShellDistance,
         WriteOption::Names,
+    ],
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Converted),
+        (DataKind::FaceCurves, Carriage::Kept),
     ],
     states_bones: true,
     states_origin: true,

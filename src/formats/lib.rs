@@ -33,6 +33,7 @@ pub mod gltf;
 mod inertial;
 #[doc(hidden)]
 pub mod internals;
+mod ledger;
 mod mclip;
 #[cfg(any(feature = "mjcf", feature = "urdf"))]
 mod mesh_bounds;
@@ -88,6 +89,7 @@ use mocap_figure::Humanoid;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{self, FrameBudget, Limits};
 use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{Format, RootOffset, Scene};
 
@@ -99,6 +101,8 @@ pub use self::array_files::{Body, SMPL_ROOT, body_model, humanml3d};
 pub use self::array_files::{ParquetRows, parquet_rows};
 #[cfg(feature = "gltf")]
 pub use self::gltf::vrma;
+#[doc(hidden)]
+pub use self::ledger::Carriage;
 #[doc(hidden)]
 pub use self::option::{WriteOption, words};
 #[doc(hidden)]
@@ -147,6 +151,8 @@ pub struct FormatInfo {
     pub(crate) write: Option<fn(&Scene, &WriteOptions) -> Result<Export>>,
     /// The options that change its files; none where it is not written.
     pub options: &'static [WriteOption],
+    /// What becomes of each kind of data in its files; kinds that are not here are lost.
+    pub(crate) carried: ledger::Carried,
     /// Whether a file has one animation at most, and so only the first of a scene.
     pub has_one_clip: bool,
     /// Whether a file has the meshes of the file that the motion was read from, with skins and textures. Where `false`
@@ -231,6 +237,10 @@ impl FormatInfo {
         read: left_out::read,
         write: None,
         options: &[],
+        carried: &[
+            (DataKind::Clips, Carriage::Kept),
+            (DataKind::MovingJoints, Carriage::Kept),
+        ],
         has_one_clip: false,
         has_file_meshes: false,
         states_bones: false,

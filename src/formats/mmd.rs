@@ -43,8 +43,9 @@ mod tracks;
 mod write;
 
 use mocap_scene::scene::Format;
+use mocap_scene::scene::report::DataKind;
 
-use super::{Contents, FormatInfo};
+use super::{Carriage, Contents, FormatInfo};
 
 pub(super) const VMD: FormatInfo = FormatInfo {
     format: Format::Vmd,
@@ -58,6 +59,11 @@ pub(super) const VMD: FormatInfo = FormatInfo {
     reads: cfg!(feature = "mmd"),
     read: reader!("mmd", read::motion),
     write: Some(writer!("mmd", write::files)),
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Converted),
+        (DataKind::FaceCurves, Carriage::Kept),
+    ],
     has_one_clip: true,
     has_rest_rotations: false,
     keeps_shear: true,

@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use mocap_scene::scene::report::{AppliedStep, RootOffsetUsed, SecondMotion};
+use mocap_scene::scene::report::{AppliedStep, DataLoss, RootOffsetUsed, SecondMotion};
 use mocap_scene::scene::report::{Attribution, Origin};
 use mocap_scene::scene::{Animation, Assumption, Format, Scene, UpAxis, format_name};
+
+use crate::FormatInfo;
 
 /// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
 /// the file of a character, a property of the scene in FBX.
@@ -54,6 +56,9 @@ pub struct Provenance {
     /// Where the motion comes from and what may be done with it.
     #[serde(skip_serializing_if = "Attribution::is_empty")]
     pub attribution: Attribution,
+    /// What the source has and the file has not.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub losses: Vec<DataLoss>,
 }
 
 impl Provenance {
@@ -72,6 +77,14 @@ impl Provenance {
         }
     }
 
+    /// The provenance of `scene` in a file of a format, with what that file lacks.
+    pub(crate) fn in_file(scene: &Scene, format: Format) -> Self {
+        Self {
+            losses: FormatInfo::of(format).losses(scene),
+            ..Self::of(scene)
+        }
+    }
+
     /// The provenance of one of the animations of `scene`; of several it says which one it is.
     pub fn of_clip(scene: &Scene, index: usize) -> Self {
         let mut provenance = Self::of_animation(scene, scene.animations.get(index));
@@ -83,7 +96,10 @@ impl Provenance {
 
     /// The provenance of an animation in the file that its scene was read from. Which one it is, the file says.
     pub(crate) fn of_kept(scene: &Scene, index: usize) -> Self {
-        Self::of_animation(scene, scene.animations.get(index))
+        Self {
+            losses: FormatInfo::of(Format::Gltf).losses(scene),
+            ..Self::of_animation(scene, scene.animations.get(index))
+        }
     }
 
     fn of_animation(scene: &Scene, animation: Option<&Animation>) -> Self {
@@ -100,6 +116,7 @@ impl Provenance {
             up: None,
             steps: metadata.steps.clone(),
             attribution: metadata.attribution.clone(),
+            losses: metadata.lost.clone(),
         }
     }
 

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use mocap_scene::error::Code;
 use mocap_scene::limits;
-use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::{Format, Scene};
 use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -31,7 +31,7 @@ impl Sidecar {
     /// The file beside `name`, which has these bytes.
     pub(super) fn of(scene: &Scene, name: &str, bytes: &[u8]) -> ExportFile {
         let sidecar = Self {
-            mocap: Provenance::of(scene),
+            mocap: Provenance::in_file(scene, Format::Bvh),
             sha256: sum(bytes),
         };
         let text = serde_json::to_string_pretty(&sidecar).expect("a provenance has no map without text as keys");

@@ -23,9 +23,10 @@ mod times;
 mod write;
 
 use mocap_scene::scene::Format;
+use mocap_scene::scene::report::DataKind;
 
 use super::text::{Cursor, decode};
-use super::{Contents, FormatInfo, WriteOption};
+use super::{Carriage, Contents, FormatInfo, WriteOption};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Trc,
@@ -40,6 +41,12 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     read: reader!("trc", read::read),
     write: Some(writer!("trc", write::files)),
     options: &[WriteOption::Names, WriteOption::Rest, WriteOption::RootMotion],
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Converted),
+        (DataKind::ScaleCurves, Carriage::Converted),
+        (DataKind::MarkerGaps, Carriage::Kept),
+    ],
     has_one_clip: true,
     keeps_shear: true,
     contents: Contents::Points,

@@ -17,8 +17,9 @@ pub(crate) mod write;
 
 use mocap_scene::files::{USD_HEAD, ZIP_HEAD};
 use mocap_scene::scene::Format;
+use mocap_scene::scene::report::DataKind;
 
-use crate::{FormatInfo, WriteOption};
+use crate::{Carriage, FormatInfo, WriteOption};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Usd,
@@ -39,6 +40,16 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,
+    ],
+    carried: &[
+        (DataKind::Clips, Carriage::Kept),
+        (DataKind::MovingJoints, Carriage::Kept),
+        (DataKind::ScaleCurves, Carriage::Kept),
+        (DataKind::Meshes, Carriage::Kept),
+        (DataKind::Skins, Carriage::Kept),
+        (DataKind::UvSets, Carriage::Kept),
+        (DataKind::Materials, Carriage::Kept),
+        (DataKind::Textures, Carriage::Kept),
     ],
     has_file_meshes: true,
     states_origin: true,

@@ -10,6 +10,7 @@ use mocap_compress::CompressedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{OutputSet, ReplacePolicy};
 use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::DataLoss;
 
 /// A scene in the files of a format, before they are written to a disk, and what there is to say about them.
 ///
@@ -33,6 +34,9 @@ pub struct Export {
     pub notes: Vec<String>,
     /// What a reader of the files may be wrong about, such as [`Code::UnknownUnit`].
     pub warnings: Vec<Diagnostic>,
+    /// What the scene, or the file that it was read from, has and the files have not. Each is a warning too:
+    /// [`Code::NotCarriedOver`].
+    pub losses: Vec<DataLoss>,
     /// The nodes whose name had to change.
     pub renamed: Vec<NodeRename>,
     /// How far the files are from the scene, the largest error of all animations. Absent where every key was kept

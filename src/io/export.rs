@@ -17,6 +17,7 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::pose::Trs;
 use mocap_scene::process;
+use mocap_scene::scene::report::{DataKind, DataLoss};
 use mocap_scene::scene::{Assumption, Format, Node, Original, Scene, Topic};
 
 /// Writes scenes in any written format, with options.
@@ -333,6 +334,7 @@ impl Exporter {
         } else {
             scene.lost_weights(row.name, "write .glb or .gltf, which keep them")?
         };
+        let losses = row.losses(scene);
         let written = match is_at_rest_for(scene, row) {
             true => row.write(scene, &options),
             false => {
@@ -345,7 +347,13 @@ impl Exporter {
         written
             .warnings
             .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
+        // Its own warning says more of the curves of morph targets.
+        let is_said = |loss: &&DataLoss| lost_weights.is_some() && loss.kind == DataKind::FaceCurves;
+        let told = losses.iter().filter(|loss| !is_said(loss));
+        let told: Vec<Diagnostic> = told.map(|loss| row.loss_warning(*loss)).collect();
+        written.warnings.extend(told);
         written.warnings.extend(lost_weights);
+        written.losses = losses;
         read_back::check(
             &|source, options| row.read(source, options),
             &written.files,

@@ -261,6 +261,7 @@ impl<'a> Maker<'a> {
         let bones = bones.unwrap_or_else(|| Humanoid::of(&scene));
         let humanoid = self.change(&mut scene, bones, motion, hear)?;
         let written = self.write(&mut scene, &humanoid, whole, motion, output);
+        let written = written.and_then(|written| self.check_losses(written));
         Ok(JobOutput {
             written: written.map_err(|error| error.with_path(motion))?,
             scene: Some(scene),
@@ -268,6 +269,18 @@ impl<'a> Maker<'a> {
             clips: Vec::new(),
             left_out: Vec::new(),
         })
+    }
+
+    /// Refuses an output that lacks data of its inputs, where the job is strict.
+    fn check_losses(&self, written: Export) -> Result<Export> {
+        if !self.job.read.strict || written.losses.is_empty() {
+            return Ok(written);
+        }
+        let lost: Vec<String> = written.losses.iter().map(ToString::to_string).collect();
+        let message = format!("the output would lack data of the input: {}", lost.join(", "));
+        Err(Diagnostic::new(Code::NotCarriedOver, message)
+            .help("write another format, or leave out {strict}")
+            .into())
     }
 
     /// Reads a motion as the job needs it, and changes nothing yet.

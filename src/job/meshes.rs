@@ -42,6 +42,9 @@ pub(super) fn keep_or_drop(
             hear(Notice::Warnings(motion, &[lost]));
         }
     }
+    if job.write.skeleton_only {
+        scene.metadata.lost.clear();
+    }
     if job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
         hear(Notice::Note(
             "skeleton-only: the meshes, the materials and all else beside the skeleton and its motion are left out",

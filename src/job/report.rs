@@ -9,6 +9,7 @@ use mocap_formats::Export;
 use mocap_formats::report::{Deviation, NodeRename};
 use mocap_retarget::report::ClipReport;
 use mocap_scene::error::Diagnostic;
+use mocap_scene::scene::report::DataLoss;
 use serde::Serialize;
 
 use super::{GraphReport, Notice};
@@ -45,6 +46,9 @@ pub struct JobReport {
     pub renamed: Vec<NodeRename>,
     /// What may be wrong with the inputs, or misread in the output.
     pub warnings: Vec<Diagnostic>,
+    /// What the inputs have and the output has not; each is a warning too.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub losses: Vec<DataLoss>,
     /// What each step changed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<EditReport>,
@@ -140,6 +144,7 @@ impl JobReport {
         self.notes.extend(by_format.map(ToString::to_string));
         self.renamed.append(&mut written.renamed);
         self.warnings.append(&mut written.warnings);
+        self.losses.append(&mut written.losses);
         self.error = written.error.take();
     }
 }

@@ -77,6 +77,7 @@ mod guess;
 mod humanoid_bone;
 #[doc(hidden)]
 pub mod joint_tables;
+mod ledger;
 mod mesh;
 mod metadata;
 mod mmd;

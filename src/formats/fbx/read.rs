@@ -26,6 +26,7 @@ mod timeline;
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FARTHEST, FrameBudget, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
+use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{
     Animation, Assumption, Channel, FileSpace, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic,
     UpAxis,
@@ -90,6 +91,8 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
             });
         }
     }
+    scene.lose(DataKind::Cameras, file.cameras.len() + file.stereo_cameras.len());
+    scene.lose(DataKind::Lights, file.lights.len());
     if scene.animations.is_empty() {
         warnings.push(Code::NoMotion, || {
             Diagnostic::new(

@@ -43,7 +43,7 @@ use glam::DMat4;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::limits;
 use mocap_scene::report::counted;
-use mocap_scene::scene::{Scene, UpAxis};
+use mocap_scene::scene::{Format, Scene, UpAxis};
 use serde::Serialize;
 
 use self::document::{Document, Settings};
@@ -177,7 +177,7 @@ impl FbxOptions {
         let clips = clips.ends;
         let provenance = Provenance {
             up: Some(self.up).filter(|up| *up != UpAxis::Y),
-            ..Provenance::of(scene)
+            ..Provenance::in_file(scene, Format::Fbx)
         };
         let settings = Settings {
             version: self.version,

@@ -114,6 +114,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
     scene.metadata.format = Some(Format::Gltf);
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
+    scene.metadata.lost = super::unread::unread(source.bytes, options);
     let mut clips = Vec::new();
     for (index, animation) in file.animations().enumerate() {
         clips.push((animation.name.clone().unwrap_or_default(), file.tracks(index)?));

@@ -64,6 +64,9 @@ pub(super) struct Motion {
     pub(super) states: Vec<(u32, BTreeMap<Vec<u8>, bool>)>,
     /// Keys of cameras, lights and shadows.
     pub(super) others: usize,
+    /// Cameras and lights that have keys: a motion has one of each.
+    pub(super) cameras: usize,
+    pub(super) lights: usize,
 }
 
 /// Where a bone is at a frame, against its rest pose, and how it gets there from the key before.
@@ -129,6 +132,11 @@ pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Motion, Fail
         let count = cursor.count(what, each)?;
         cursor.take(count * each)?;
         motion.others += count;
+        match what {
+            "keys of cameras" => motion.cameras = usize::from(count > 0),
+            "keys of lights" => motion.lights = usize::from(count > 0),
+            _ => {}
+        }
     }
     if !cursor.is_at_end() {
         for _ in 0..cursor.count("states of IK", 4 + 1 + 4)? {

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::FrameBudget;
+use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{
     Animation, Assumption, Channel, Confidence, Face, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, MmdInherits,
     MmdModel, Node, NodeId, NodeKind, Scene, Topic, UNNAMED_MOTION, UpAxis,
@@ -39,6 +40,7 @@ pub(super) fn of_model(model: &Model) -> Scene {
     for morph in &model.morphs {
         add_face(&mut scene, morph);
     }
+    scene.lose(DataKind::Meshes, usize::from(model.vertices > 0));
     if model.vertices > 0 {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Meshes,
@@ -69,6 +71,8 @@ pub(super) fn of_motion(
         reason: skeleton.reason.clone(),
         confidence: None,
     });
+    scene.lose(DataKind::Cameras, motion.cameras);
+    scene.lose(DataKind::Lights, motion.lights);
     if motion.others > 0 {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Other,

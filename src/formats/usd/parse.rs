@@ -88,6 +88,14 @@ impl Layer<'_> {
     }
 }
 
+/// Attributes of meshes and textures by which a reader counts what it leaves out, without their numbers.
+const COUNTED: [&str; 4] = [
+    "material:binding",
+    "info:id",
+    "primvars:skel:jointIndices",
+    "primvars:st",
+];
+
 /// The layer; of the attributes, only those that this crate reads: those of meshes where they are asked for.
 pub(super) fn parse<'a>(text: &'a [u8], limits: &'a Limits, with_meshes: bool) -> Result<Layer<'a>, Failure> {
     let mut parser = Parser::new(text, limits);
@@ -260,8 +268,12 @@ impl<'a> Parser<'a> {
                     }
                 }
                 None => {
-                    let value = self.value()?;
-                    if self.is_read(&prim.kind, &name) {
+                    let mut value = self.value()?;
+                    let is_read = self.is_read(&prim.kind, &name);
+                    if is_read || COUNTED.contains(&name.as_str()) {
+                        if !is_read {
+                            value.numbers = Vec::new();
+                        }
                         self.count(&value)?;
                         prim.attributes.entry(name).or_default().value = Some(value);
                     }

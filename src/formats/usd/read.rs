@@ -20,9 +20,10 @@ mod skeleton;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{PROVENANCE, USD_HEAD};
 use mocap_scene::limits::Limits;
+use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{Assumption, Format, NodeId, NodeKind, Scene, Topic, UpAxis};
 
-use super::parse::{self, Layer};
+use super::parse::{self, Layer, Prim};
 use super::{BINARY, archive, is_archive};
 use crate::provenance::Provenance;
 use crate::warnings::Warnings;
@@ -88,6 +89,7 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
         mesh::add(&layer, &skeleton, source, &mut scene);
     }
     let meshes = layer.prims.iter().filter(|prim| prim.kind == "Mesh").count();
+    unread(&layer, options, &mut scene);
     if meshes > 0 && !options.for_comparison {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Meshes,
@@ -103,6 +105,31 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
         });
     }
     Ok(scene)
+}
+
+/// Counts what the file has beside the skeleton and its motion.
+fn unread(layer: &Layer, options: &ReadOptions, scene: &mut Scene) {
+    let count = |is_it: &dyn Fn(&Prim) -> bool| layer.prims.iter().filter(|prim| is_it(prim)).count();
+    scene.lose(DataKind::Cameras, count(&|prim| prim.kind == "Camera"));
+    scene.lose(DataKind::Lights, count(&|prim| prim.kind.ends_with("Light")));
+    if options.for_comparison || options.without_meshes {
+        return;
+    }
+    // A mesh of this program that draws the skeleton has no material.
+    let custom = layer.metadata.get("customLayerData");
+    let is_ours = custom.is_some_and(|custom| custom.texts.iter().any(|text| text == PROVENANCE));
+    let is_mesh = |prim: &Prim| prim.kind == "Mesh" && !(is_ours && prim.texts("material:binding").is_empty());
+    scene.lose(DataKind::Meshes, count(&is_mesh));
+    let is_skin = |prim: &Prim| is_mesh(prim) && prim.attributes.contains_key("primvars:skel:jointIndices");
+    scene.lose(DataKind::Skins, count(&is_skin));
+    scene.lose(
+        DataKind::UvSets,
+        count(&|prim| is_mesh(prim) && prim.attributes.contains_key("primvars:st")),
+    );
+    scene.lose(DataKind::Materials, count(&|prim| prim.kind == "Material"));
+    let is_texture = |prim: &Prim| prim.texts("info:id").iter().any(|id| id == "UsdUVTexture");
+    scene.lose(DataKind::Textures, count(&is_texture));
+    scene.lose(DataKind::MorphTargets, count(&|prim| prim.kind == "BlendShape"));
 }
 
 /// Warns of samples behind the end that the layer states: other programs do not play them.

@@ -28,7 +28,7 @@ mod text;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::PROVENANCE;
 use mocap_scene::limits;
-use mocap_scene::scene::{Scene, UpAxis};
+use mocap_scene::scene::{Format, Scene, UpAxis};
 
 use self::names::Names;
 use self::skeleton::Skeleton;
@@ -174,7 +174,7 @@ impl<'a> Stage<'a> {
                 return Err(Diagnostic::new(Code::Unrepresentable, message).help(help).into());
             }
         };
-        let provenance = serde_json::to_string(&Provenance::of(self.scene)).unwrap_or_default();
+        let provenance = serde_json::to_string(&Provenance::in_file(self.scene, Format::Usd)).unwrap_or_default();
         let ends = self
             .scene
             .animations

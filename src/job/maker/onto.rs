@@ -80,7 +80,7 @@ impl Maker<'_> {
         }
         let (written, scene) = self.write_onto(&target, output)?;
         Ok(JobOutput {
-            written,
+            written: self.check_losses(written)?,
             scene,
             humanoid: None,
             left_out: Vec::new(),

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use mocap_figure::Humanoid;
-use mocap_formats::Export;
 use mocap_formats::gltf::report::Provenance;
+use mocap_formats::{Export, FormatInfo};
 use mocap_io::export::is_at_rest_for;
 use mocap_retarget::robot::{Robot, RobotMotion};
 use mocap_scene::error::{Code, Error, Result};
 use mocap_scene::process;
-use mocap_scene::scene::Scene;
+use mocap_scene::scene::{Format, Scene};
 
 use super::Maker;
 use crate::files::Files;
@@ -56,10 +56,11 @@ impl Maker<'_> {
             false => None,
         };
         let (mut written, one_clip) = match (self.form, &self.robot) {
-            (Form::Arrays(layout), _) => (
-                layout.write(scene, humanoid, whole.as_deref(), motion)?,
-                Some("an array"),
-            ),
+            (Form::Arrays(layout), _) => {
+                let mut written = layout.write(scene, humanoid, whole.as_deref(), motion)?;
+                add_losses(&mut written, scene, FormatInfo::of(Format::Npz));
+                (written, Some("an array"))
+            }
             (Form::Robot(format), Some(robot)) => {
                 let moved = RobotMotion::of_scene(robot, scene)?;
                 let mut written = format.write_motion(&moved, robot, &Provenance::of(scene))?;
@@ -82,6 +83,15 @@ impl Maker<'_> {
         written.notes.extend(taken);
         Ok(written)
     }
+}
+
+/// Adds what of a scene is not in an output that no row writes; `row` says what its files hold.
+fn add_losses(written: &mut Export, scene: &Scene, row: &FormatInfo) {
+    let losses = row.losses(scene);
+    written
+        .warnings
+        .extend(losses.iter().map(|loss| row.loss_warning(*loss)));
+    written.losses = losses;
 }
 
 /// The robot whose joints the inputs have, where the format of the output has such joints too.

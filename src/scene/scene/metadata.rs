@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 pub use self::applied_step::{AppliedStep, JointRename, SecondMotion, StepRecord};
 pub use self::file_space::FileSpace;
 use super::attribution::Attribution;
+use super::ledger::DataLoss;
 use super::{Animation, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
 
@@ -48,6 +49,10 @@ pub struct Metadata {
     /// How well a skeleton that was solved from markers explains them.
     #[serde(skip)]
     pub solved: Option<Arc<MarkerSolution>>,
+    /// What the file has and the scene has not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[doc(hidden)]
+    pub lost: Vec<DataLoss>,
     /// Whether the caller keeps a unit that nobody knows, so that no writer infers it.
     #[serde(skip)]
     #[doc(hidden)]

@@ -503,6 +503,8 @@ export interface JobReport {
   /** What was decided, chosen and left out, a sentence each. */
   notes: string[];
   warnings: Diagnostic[];
+  /** What the inputs have and the output has not, counted by kind; each is a warning too. */
+  losses?: { kind: string; count: number }[];
   /** What each step changed. */
   steps?: object[];
   /** How well each motion is the same on the other body. */

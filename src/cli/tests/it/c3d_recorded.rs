@@ -234,3 +234,23 @@ fn gaps_of_markers_are_one_line_of_every_command() {
         assert_eq!(warned.count(), 1, "{said}");
     }
 }
+
+#[test]
+fn a_strict_output_lacks_nothing_of_its_input() {
+    let folder = Folder::with(&[]);
+    folder.write(
+        "plates.c3d",
+        &std::fs::read(at_root("fixtures/made/plates.c3d")).unwrap(),
+    );
+    let said = folder.succeeds("convert plates.c3d -o loose.trc");
+    assert!(
+        said.contains("warning[not-carried-over]: 3 force plates are not in the output"),
+        "{said}"
+    );
+    let said = folder.ends_with(1, "convert plates.c3d -o strict.trc --strict");
+    assert!(
+        said.contains("error[not-carried-over]") && said.contains("3 force plates"),
+        "{said}"
+    );
+    assert!(!folder.path("strict.trc").exists());
+}

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{is_plausible, limit_exceeded};
+use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{Bone, Mesh, NodeId, Scene, VertexWeight};
 
 use super::KeptNode;
@@ -83,6 +84,21 @@ pub(super) fn read(
                 }
             }
         }
+    }
+    let skinned = || {
+        file.meshes
+            .iter()
+            .map(|mesh| &**mesh)
+            .filter(|mesh| !mesh.skin_deformers.is_empty())
+    };
+    let further_sets = skinned().map(|mesh| mesh.uv_sets.len().saturating_sub(1));
+    scene.lose(DataKind::UvSets, further_sets.sum());
+    scene.lose(DataKind::Meshes, rigid);
+    scene.lose(DataKind::VertexColors, colored);
+    scene.lose(DataKind::DualQuaternionSkins, dual);
+    if !options.morph_targets {
+        let blends = skinned().flat_map(|mesh| &mesh.blend_deformers);
+        scene.lose(DataKind::MorphTargets, blends.map(|blend| blend.channels.len()).sum());
     }
     let mut left_out = Vec::new();
     let mut say = |count: usize, choice: &'static str, what: &str| {

@@ -12,7 +12,7 @@ use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::scene::report::AppliedStep;
-use mocap_scene::scene::{self, AlphaMode, Face, NodeKind, Scene, Wrap};
+use mocap_scene::scene::{self, AlphaMode, Face, Format, NodeKind, Scene, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -83,9 +83,14 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -
 
 impl Builder<'_> {
     fn asset(&mut self) {
+        let format = match self.content {
+            Content::Scene => Format::Gltf,
+            Content::VrmAnimation => Format::Vrma,
+        };
+        let provenance = Provenance::in_file(self.scene, format);
         let provenance = match self.options.compression {
-            Compression::None => Provenance::of(self.scene),
-            _ => Provenance::of(self.scene).without_reasons(),
+            Compression::None => provenance,
+            _ => provenance.without_reasons(),
         };
         self.root.asset = Asset {
             generator: Some(concat!("mocap ", env!("CARGO_PKG_VERSION")).to_owned()),

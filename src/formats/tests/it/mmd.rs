@@ -10,6 +10,7 @@ use std::path::Path;
 use mocap::figure::vrm_humanoid;
 use mocap::glam::Vec3;
 use mocap::retarget::{RetargetOptions, Retargeter, SourceMotion};
+use mocap::scene::report::{DataKind, DataLoss};
 use mocap::scene::{Face, HumanoidBone};
 use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 
@@ -341,7 +342,9 @@ fn positions(scene: &Scene, frame: f64) -> Vec<(String, Vec3)> {
 fn a_motion_on_its_model_comes_back() {
     let mut scene = Importer::new().import(MOTION).unwrap();
     let (bytes, said) = written(&scene);
-    assert!(said.warnings.is_empty(), "{:?}", said.warnings);
+    // The motion of a camera is not read.
+    let camera = DataLoss::new(DataKind::Cameras, 1);
+    assert_eq!((said.warnings.len(), &said.losses[..]), (1, &[camera][..]));
     let again = Importer::new().skeleton(MODEL).read(&bytes, "again.vmd").unwrap();
     assert!(again.warnings.is_empty(), "{:?}", again.warnings);
     assert_eq!(again.animations[0].duration, 59.0);
@@ -362,7 +365,7 @@ fn a_motion_on_its_model_comes_back() {
     Conversion::new().apply(&mut scene).unwrap();
     let (metres, said) = written(&scene);
     assert!(
-        said.warnings.is_empty() && metres.len().abs_diff(bytes.len()) < 111 * 40,
+        said.warnings.len() == 1 && metres.len().abs_diff(bytes.len()) < 111 * 40,
         "{:?}",
         said.warnings
     );

@@ -4,6 +4,7 @@ mod exporter;
 mod faces;
 mod large;
 mod limits;
+mod losses;
 mod numbers;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]

@@ -1,0 +1,121 @@
+//! What a glTF file holds and a scene does not, counted.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use mocap_scene::scene::SKELETON_MATERIAL;
+use mocap_scene::scene::report::{DataKind, DataLoss};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_json::Value;
+
+use super::json;
+use crate::ReadOptions;
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Contents {
+    asset: Item,
+    scenes: Vec<Item>,
+    nodes: Vec<Item>,
+    meshes: Vec<Mesh>,
+    materials: Vec<Item>,
+    textures: Vec<IgnoredAny>,
+    cameras: Vec<Item>,
+    extensions: Extensions,
+}
+
+/// A part of a file, as far as it is counted.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Item {
+    name: String,
+    skin: Option<usize>,
+    extras: Value,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Mesh {
+    primitives: Vec<Primitive>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Primitive {
+    attributes: BTreeMap<String, Value>,
+    targets: Vec<IgnoredAny>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Extensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    lights: Lights,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Lights {
+    lights: Vec<IgnoredAny>,
+}
+
+impl Primitive {
+    fn sets(&self, attribute: &str) -> usize {
+        let names = self.attributes.keys();
+        names.filter(|name| name.starts_with(attribute)).count()
+    }
+}
+
+/// What is in a file and in no scene that is read with the options; nothing of a file whose parts are no such parts.
+pub(super) fn unread(bytes: &[u8], options: &ReadOptions) -> Vec<DataLoss> {
+    let text = json::split(bytes).map(|(text, _)| text).unwrap_or_default();
+    let Ok(file) = serde_json::from_slice::<Contents>(text) else {
+        return Vec::new();
+    };
+    let is_ours = file.asset.extras.get("mocap").is_some();
+    let is_drawn = is_ours && file.materials.iter().all(|material| material.name == SKELETON_MATERIAL);
+    let are_meshes_read = options.gltf_meshes && !options.without_meshes;
+    let mut lost = Vec::new();
+    let mut add = |kind: DataKind, count: usize| {
+        if count > 0 {
+            lost.push(DataLoss::new(kind, count as u64));
+        }
+    };
+    if !options.without_meshes && !is_drawn {
+        let primitives = || file.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let first_targets = file.meshes.iter().filter_map(|mesh| mesh.primitives.first());
+        if !are_meshes_read {
+            add(DataKind::Meshes, file.meshes.len());
+            let skins: BTreeSet<usize> = file.nodes.iter().filter_map(|node| node.skin).collect();
+            add(DataKind::Skins, if file.meshes.is_empty() { 0 } else { skins.len() });
+            add(DataKind::Materials, file.materials.len());
+            add(DataKind::Textures, file.textures.len());
+        }
+        // The first set is read with its mesh.
+        let read = usize::from(are_meshes_read);
+        add(
+            DataKind::UvSets,
+            primitives()
+                .map(|part| part.sets("TEXCOORD_").saturating_sub(read))
+                .sum(),
+        );
+        add(
+            DataKind::VertexColors,
+            primitives().filter(|part| part.sets("COLOR_") > 0).count(),
+        );
+        if !(are_meshes_read && options.morph_targets) {
+            add(
+                DataKind::MorphTargets,
+                first_targets.map(|part| part.targets.len()).sum(),
+            );
+        }
+    }
+    add(DataKind::Cameras, file.cameras.len());
+    add(DataKind::Lights, file.extensions.lights.lights.len());
+    if !is_ours {
+        let items = [&file.scenes, &file.nodes, &file.materials, &file.cameras];
+        let items = items.into_iter().flatten();
+        add(DataKind::Extras, items.filter(|item| !item.extras.is_null()).count());
+    }
+    lost
+}

@@ -1,0 +1,283 @@
+//! The ledger of losses: each kind of data is planted in each written format, and looked for in what is read back.
+
+use std::fs;
+use std::sync::Arc;
+
+use mocap::fbx::{FbxOptions, FbxTextures};
+use mocap::glam::{Mat4, Vec3};
+use mocap::scene::report::{DataKind, DataLoss};
+use mocap::scene::{AnalogChannel, Channel, Event, Face, ForcePlate, Keys, MorphTarget, Node, NodeId, Recording};
+use mocap::{Carriage, Code, Conversion, Exporter, FormatInfo, Importer, Pose, Scene, SkeletonMesh};
+
+const DOCUMENT: &str = "../../docs/losses.md";
+
+fn written() -> Vec<&'static FormatInfo> {
+    FormatInfo::ALL.iter().filter(|row| row.writes()).collect()
+}
+
+/// A figure that moves, in metres.
+fn figure() -> Scene {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+    let mut scene = importer.import("../../fixtures/real/cmu_short.bvh").unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    scene
+}
+
+/// A skinned mesh with a texture.
+fn character() -> Scene {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true);
+    let mut scene = importer.import("../../fixtures/made/two_bones_textured.gltf").unwrap();
+    scene.original = None;
+    scene
+}
+
+/// A scene with data of a kind, and how many.
+fn planted(kind: DataKind) -> (Scene, u64) {
+    let mut scene = figure();
+    let end = scene.animations[0].duration;
+    let count = match kind {
+        DataKind::Clips => {
+            let mut second = scene.animations[0].clone();
+            "second".clone_into(&mut second.name);
+            scene.animations.push(second);
+            2
+        }
+        DataKind::MovingJoints => {
+            let moves = |channel: &&Channel| channel.rotation_keys.len() > 1 || channel.position_keys.len() > 1;
+            scene.animations[0].channels.iter().filter(moves).count()
+        }
+        DataKind::ScaleCurves => {
+            let hand = scene.find_node("LeftHand").unwrap();
+            let channel = scene.animations[0]
+                .channels
+                .iter_mut()
+                .find(|channel| channel.node == Some(hand));
+            channel.unwrap().scaling_keys = Keys::at_ticks(vec![Vec3::ONE, Vec3::splat(2.0)], vec![0.0, end]);
+            1
+        }
+        DataKind::FaceCurves => {
+            let id = NodeId::new(scene.nodes.len());
+            scene.nodes.push(Node {
+                name: "happy".to_owned(),
+                parent: Some(NodeId(0)),
+                transform: Mat4::IDENTITY,
+                face: Some(Face::Preset("happy".to_owned())),
+                ..Node::default()
+            });
+            scene.animations[0].channels.push(Channel {
+                node_name: "happy".to_owned(),
+                node: Some(id),
+                position_keys: Keys::at_ticks(vec![Vec3::ZERO, Vec3::X], vec![0.0, end]),
+                rotation_keys: Keys::constant(mocap::glam::Quat::IDENTITY),
+                scaling_keys: Keys::constant(Vec3::ONE),
+            });
+            1
+        }
+        DataKind::MarkerGaps => {
+            let text = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\t\
+                        OrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n10\t10\t3\t2\tmm\t10\t1\t3\nFrame#\tTime\tA\t\t\tB\n\
+                        \t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n1\t0\t1\t2\t3\t4\t5\t6\n2\t0.1\t1\t2\t4\t\t\t\n3\t0.2\t1\t2\t5\t4\t5\t8\n";
+            scene = Importer::new().read(text.as_bytes(), "a.trc").unwrap();
+            Conversion::new().apply(&mut scene).unwrap();
+            1
+        }
+        DataKind::Meshes | DataKind::Skins | DataKind::UvSets | DataKind::Materials | DataKind::Textures => {
+            scene = character();
+            1
+        }
+        DataKind::MorphTargets => {
+            scene = character();
+            scene.meshes[0].morph_targets.push(MorphTarget {
+                name: "smile".to_owned(),
+                vertex_ids: vec![0],
+                offsets: vec![Vec3::X],
+                normal_offsets: vec![Vec3::ZERO],
+                ..MorphTarget::default()
+            });
+            1
+        }
+        DataKind::Events | DataKind::AnalogChannels | DataKind::ForcePlates => {
+            scene.metadata.recorded = Some(Arc::new(Recording {
+                events: vec![Event::default(); 2],
+                channels: vec![AnalogChannel::default(); 2],
+                plates: vec![ForcePlate::default(); 2],
+                ..Recording::default()
+            }));
+            2
+        }
+        // What a reader left out.
+        _ => {
+            scene.lose(kind, 2);
+            2
+        }
+    };
+    (scene, count as u64)
+}
+
+/// How many of a kind are in a file: in the scene of it, or beside that scene.
+fn found(kind: DataKind, scene: &Scene) -> u64 {
+    let beside = scene.metadata.lost.iter().filter(|loss| loss.kind == kind);
+    kind.count(scene) + beside.map(|loss| loss.count).sum::<u64>()
+}
+
+/// How many times as far the joint of a finger is from it at the end as at the start.
+fn growth(scene: &Scene) -> f32 {
+    let [hand, finger] = ["LeftHand", "LeftHandIndex1"].map(|name| scene.find_node(name).unwrap().index());
+    let [start, end] = [0.0, scene.animations[0].duration].map(|tick| {
+        let joints = Pose::at_tick(scene, 0, tick).unwrap().node_to_world;
+        joints[hand].w_axis.distance(joints[finger].w_axis)
+    });
+    end / start
+}
+
+#[test]
+fn each_kind_is_in_the_file_or_reported_as_lost() {
+    let mut wrong = Vec::new();
+    // The bytes of one file have all of it.
+    let exporter = Exporter::new().fbx(FbxOptions::default().textures(FbxTextures::Embedded));
+    for &kind in DataKind::ALL {
+        let (scene, count) = planted(kind);
+        let mut formats = 0;
+        for row in written() {
+            let extension = row.extensions[0];
+            let output = match exporter.write(&scene, row.format) {
+                Ok(output) => output,
+                // Formats of humanoids refuse what is none, and packed clips scales that change.
+                Err(error) => {
+                    let reasons = [Code::NotHumanoid, Code::Unrepresentable];
+                    assert!(
+                        reasons.contains(&error.code()),
+                        "{} .{extension}: {error}",
+                        kind.as_str()
+                    );
+                    continue;
+                }
+            };
+            formats += 1;
+            let lost = output
+                .losses
+                .iter()
+                .find(|loss| loss.kind == kind)
+                .map_or(0, |loss| loss.count);
+            let told = |code: &mocap::Diagnostic| code.code == Code::NotCarriedOver;
+            assert_eq!(
+                output.warnings.iter().any(told),
+                !output.losses.is_empty(),
+                "{extension}"
+            );
+            let bytes = output.files.last().unwrap().bytes().into_owned();
+            let importer = Importer::new().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true);
+            let again = importer.read(&bytes, format!("scene.{extension}")).unwrap();
+            let there = found(kind, &again);
+            let is_right = match row.carriage(kind) {
+                Carriage::Kept if kind == DataKind::Clips && row.has_one_clip => (there, lost) == (1, count - 1),
+                // Rounding may bring a joint to rest.
+                Carriage::Kept if row.is_packed => there > 0 && lost == 0,
+                Carriage::Kept => (there, lost) == (count, 0),
+                Carriage::Converted if kind == DataKind::ScaleCurves => {
+                    lost == 0 && (growth(&again) - 2.0).abs() < 1e-3
+                }
+                Carriage::Converted => lost == 0 && there > 0,
+                Carriage::PassedThrough | Carriage::Lost => (there, lost) == (0, count),
+            };
+            if !is_right {
+                let word = row.carriage(kind).as_str();
+                wrong.push(format!(
+                    "{} .{extension}: {word}: {there} found, {lost} lost of {count}",
+                    kind.as_str()
+                ));
+            }
+        }
+        assert!(formats >= 5, "{}: {formats}", kind.as_str());
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A file with a camera, a light and extras: glTF keeps them, other formats report them.
+#[test]
+fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
+    let text = fs::read_to_string("../../fixtures/made/two_bones_textured.gltf").unwrap();
+    let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    json["cameras"] = serde_json::json!([{"type": "orthographic",
+        "orthographic": {"xmag": 1.0, "ymag": 1.0, "zfar": 10.0, "znear": 0.1}}]);
+    json["extensionsUsed"] = serde_json::json!(["KHR_lights_punctual"]);
+    json["extensions"]["KHR_lights_punctual"]["lights"] = serde_json::json!([{"type": "point"}, {"type": "spot"}]);
+    json["nodes"][1]["extras"] = serde_json::json!({"stage": "left"});
+    let scene = Importer::new().read(json.to_string().as_bytes(), "hero.gltf").unwrap();
+    let of = |extension: &str| Exporter::new().write_as(&scene, format!("hero.{extension}")).unwrap();
+    let kept = of("gltf");
+    assert!(kept.losses.is_empty(), "{:?}", kept.losses);
+    let bytes = kept
+        .files
+        .iter()
+        .find(|file| file.name().ends_with(".gltf"))
+        .unwrap()
+        .bytes()
+        .into_owned();
+    let kept: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+    for pointer in ["/cameras", "/extensions", "/nodes/1/extras"] {
+        assert_eq!(kept.pointer(pointer), json.pointer(pointer), "{pointer}");
+    }
+    for extension in ["bvh", "fbx", "usda", "trc", "mclip"] {
+        let losses = of(extension).losses;
+        let lost = [
+            (DataKind::Meshes, 1),
+            (DataKind::Skins, 1),
+            (DataKind::UvSets, 1),
+            (DataKind::Materials, 1),
+            (DataKind::Textures, 1),
+            (DataKind::Cameras, 1),
+            (DataKind::Lights, 2),
+            (DataKind::Extras, 1),
+        ];
+        assert_eq!(
+            losses,
+            lost.map(|(kind, count)| DataLoss::new(kind, count)),
+            "{extension}"
+        );
+    }
+    // The file says what it lacks.
+    let fbx = of("fbx").into_bytes().unwrap();
+    let record = FormatInfo::provenance(&fbx).unwrap();
+    assert_eq!(record.losses.len(), 8);
+}
+
+/// `MOCAP_WRITE=1` writes the table.
+#[test]
+fn the_table_of_losses_is_that_of_the_rows() {
+    let rows = written();
+    let mut text = String::from(
+        "# What each format keeps\n\nA file may hold more than the format that you write. Each kind of data that is not in \
+         the output is a warning,\n`not-carried-over`, with its count; `--strict` makes it an error. The report of a job lists \
+         all of them as `losses`,\nand so does the record inside files that have one: glTF, VRM animations, FBX, USD, and the \
+         `.json` beside a BVH.\n\n- *kept*: the data is in the file.\n- *converted*: the file has other data from which \
+         programs compute the same motion.\n- *kept of glTF*: it is kept where the input is glTF or VRM with meshes and its \
+         skeleton stays; else it is lost.\n- *lost*: it is not in the file, and a warning says how many; packed clips \
+         refuse scales that change.\n\n\
+         `MOCAP_WRITE=1 cargo test -p mocap-io losses` writes the table, and a test plants each kind in each format.\n\n| data |",
+    );
+    let names = rows.iter().map(|row| format!(" .{} |", row.extensions[0]));
+    text += &names.collect::<String>();
+    text += "\n|---|";
+    text += &"---|".repeat(rows.len());
+    for &kind in DataKind::ALL {
+        text += &format!("\n| {} |", kind.as_str());
+        for row in &rows {
+            let word = match row.carriage(kind) {
+                Carriage::Kept if kind == DataKind::Clips && row.has_one_clip => "one is kept",
+                carriage => carriage.as_str(),
+            };
+            text += &format!(" {word} |");
+        }
+    }
+    text.push('\n');
+    if std::env::var_os("MOCAP_WRITE").is_some() {
+        fs::write(DOCUMENT, &text).unwrap();
+        return;
+    }
+    let written = fs::read_to_string(DOCUMENT).unwrap_or_default();
+    assert!(
+        written == text,
+        "MOCAP_WRITE=1 cargo test -p mocap-io losses writes {DOCUMENT}"
+    );
+}

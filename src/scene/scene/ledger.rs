@@ -1,0 +1,206 @@
+//! What a scene holds, counted by kind, so that readers and writers account for what is not carried over.
+
+use std::collections::HashSet;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Channel, Mesh, SKELETON_MATERIAL, Scene};
+
+/// Declares [`DataKind`] from one line for each: its documentation, the variant, its name in JSON, and what one and
+/// several are called.
+macro_rules! kinds {
+    ($(#[$about:meta] $variant:ident $name:literal $one:literal $many:literal)*) => {
+        /// A kind of data of a file.
+        ///
+        /// [`DataLoss`] has an example.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[serde(rename_all = "kebab-case")]
+        #[non_exhaustive]
+        pub enum DataKind {
+            $(#[$about] $variant,)*
+        }
+
+        impl DataKind {
+            /// Every kind.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// Its name in JSON, which does not change between versions.
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// What `count` of them are called in a sentence.
+            const fn noun(self, count: u64) -> &'static str {
+                match (self, count) { $((Self::$variant, 1) => $one, (Self::$variant, _) => $many,)* }
+            }
+        }
+    };
+}
+
+kinds! {
+    /// Animations.
+    Clips "clips" "clip" "clips"
+    /// Joints and markers that move in any clip.
+    MovingJoints "moving-joints" "moving joint" "moving joints"
+    /// Joints whose scale changes in any clip.
+    ScaleCurves "scale-curves" "curve of a joint's scale" "curves of joints' scales"
+    /// Expressions, and weights of morph targets, that change in any clip.
+    FaceCurves "face-curves" "face curve" "face curves"
+    /// Markers that are not seen in every frame.
+    MarkerGaps "marker-gaps" "marker with gaps" "markers with gaps"
+    /// Meshes of a file, but for meshes that draw its skeleton.
+    Meshes "meshes" "mesh" "meshes"
+    /// Meshes that joints move.
+    Skins "skins" "skin" "skins"
+    /// Skins that blend dual quaternions.
+    DualQuaternionSkins "dual-quaternion-skins" "dual quaternion skin" "dual quaternion skins"
+    /// Sets of texture coordinates.
+    UvSets "uv-sets" "UV set" "UV sets"
+    /// Meshes with a colour for each vertex.
+    VertexColors "vertex-colors" "mesh with vertex colours" "meshes with vertex colours"
+    /// Morph targets, also called blend shapes.
+    MorphTargets "morph-targets" "morph target" "morph targets"
+    /// Materials.
+    Materials "materials" "material" "materials"
+    /// Textures.
+    Textures "textures" "texture" "textures"
+    /// Named moments of a recording.
+    Events "events" "event" "events"
+    /// Analog channels of a recording.
+    AnalogChannels "analog-channels" "analog channel" "analog channels"
+    /// Force plates.
+    ForcePlates "force-plates" "force plate" "force plates"
+    /// Joints of a robot with limits.
+    JointLimits "joint-limits" "joint limit" "joint limits"
+    /// Cameras.
+    Cameras "cameras" "camera" "cameras"
+    /// Lights.
+    Lights "lights" "light" "lights"
+    /// Objects of a file with data of other programs.
+    Extras "extras" "object with extras" "objects with extras"
+}
+
+/// Data that a file has and what was made of it has not.
+///
+/// ```
+/// # std::env::set_current_dir("../..").unwrap();
+/// use mocap::scene::report::{DataKind, DataLoss};
+/// use mocap::{Exporter, Format};
+///
+/// let scene = mocap::import("fixtures/real/py_c3d_motion.c3d")?;
+/// let written = Exporter::new().write(&scene, Format::Trc)?;
+/// assert!(written.losses.contains(&DataLoss::new(DataKind::ForcePlates, 2)));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct DataLoss {
+    /// The kind.
+    pub kind: DataKind,
+    /// How many.
+    pub count: u64,
+}
+
+impl DataLoss {
+    /// So many of a kind.
+    pub const fn new(kind: DataKind, count: u64) -> Self {
+        Self { kind, count }
+    }
+}
+
+impl fmt::Display for DataLoss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.count, self.kind.noun(self.count))
+    }
+}
+
+impl DataKind {
+    /// How many a scene holds.
+    #[doc(hidden)]
+    pub fn count(self, scene: &Scene) -> u64 {
+        let recorded = scene.metadata.recorded.as_deref();
+        let meshes = || scene.meshes.iter().filter(|mesh| !is_drawn(scene, mesh));
+        let count = match self {
+            Self::Clips => scene.animations.len(),
+            Self::MovingJoints => nodes(scene, false, |channel| {
+                channel.rotation_keys.len() > 1 || channel.position_keys.len() > 1
+            }),
+            Self::ScaleCurves => nodes(scene, false, |channel| channel.scaling_keys.len() > 1),
+            Self::FaceCurves => scene.weight_curves() + nodes(scene, true, |channel| channel.position_keys.len() > 1),
+            Self::MarkerGaps => {
+                let markers = scene
+                    .animations
+                    .iter()
+                    .map(|animation| scene.points_with_gaps(animation));
+                markers
+                    .map(|found| found.into_iter().flatten().count())
+                    .max()
+                    .unwrap_or_default()
+            }
+            Self::Meshes => meshes().count(),
+            Self::Skins => meshes().filter(|mesh| !mesh.bones.is_empty()).count(),
+            Self::UvSets => meshes().filter(|mesh| !mesh.texture_coords.is_empty()).count(),
+            // A mesh of several materials has each target several times.
+            Self::MorphTargets => {
+                let named = meshes().flat_map(|mesh| {
+                    let targets = mesh.morph_targets.iter();
+                    targets.map(move |target| (&mesh.name, &target.name))
+                });
+                named.collect::<HashSet<_>>().len()
+            }
+            Self::Materials => {
+                let own = scene.materials.iter();
+                own.filter(|material| material.name != SKELETON_MATERIAL).count()
+            }
+            Self::Textures => scene.textures.len(),
+            Self::Events => recorded.map_or(0, |recorded| recorded.events.len()),
+            Self::AnalogChannels => recorded.map_or(0, |recorded| recorded.channels.len()),
+            Self::ForcePlates => recorded.map_or(0, |recorded| recorded.plates.len()),
+            // A scene has no place for them.
+            Self::DualQuaternionSkins
+            | Self::VertexColors
+            | Self::JointLimits
+            | Self::Cameras
+            | Self::Lights
+            | Self::Extras => 0,
+        };
+        count as u64
+    }
+}
+
+impl Scene {
+    /// Accounts for what the file has and the scene has not; nothing where `count` is 0.
+    #[doc(hidden)]
+    pub fn lose(&mut self, kind: DataKind, count: usize) {
+        let lost = &mut self.metadata.lost;
+        match lost.iter_mut().find(|loss| loss.kind == kind) {
+            Some(loss) => loss.count += count as u64,
+            None if count > 0 => lost.push(DataLoss {
+                kind,
+                count: count as u64,
+            }),
+            None => {}
+        }
+    }
+}
+
+/// Nodes, of faces or of others, with a channel of any clip that `moves`.
+fn nodes(scene: &Scene, of_face: bool, moves: impl Fn(&Channel) -> bool) -> usize {
+    let is_of_face = |channel: &Channel| {
+        let node = channel.node.and_then(|id| scene.nodes.get(id.index()));
+        node.is_some_and(|node| node.face.is_some())
+    };
+    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+    let moving = channels.filter(|channel| moves(channel) && is_of_face(channel) == of_face);
+    let nodes: HashSet<_> = moving.map(|channel| (channel.node, &channel.node_name)).collect();
+    nodes.len()
+}
+
+/// Whether a mesh draws the skeleton.
+fn is_drawn(scene: &Scene, mesh: &Mesh) -> bool {
+    let material = scene.materials.get(mesh.material_index);
+    material.is_some_and(|material| material.name == SKELETON_MATERIAL)
+}
