@@ -90,17 +90,21 @@ def defects(mocap, rng, folder, count, sample):
     folder.mkdir()
     truth, number = {}, 0
     kinds = list(KINDS)
+    # What is planted of a kind does not depend on the other kinds.
+    seed = rng.random()
+    own = {kind: random.Random(f"{seed} {kind}") for kind in kinds}
     tries = 0
     while number < count:
         tries += 1
         if tries > 20 * count:
             sys.exit(f"only {number} of {count} defects can be planted")
         kind = kinds[number % len(kinds)]
-        name = rng.choice(list(CLEAN))
+        chance = own[kind]
+        name = chance.choice(list(CLEAN))
         metres, first, last = CLEAN[name]
-        clip = cut(rng, clips[name], first, last, rng.uniform(*CUTS), low[name])
+        clip = cut(chance, clips[name], first, last, chance.uniform(*CUTS), low[name])
         try:
-            frames, amount = KINDS[kind](rng, clip, metres)
+            frames, amount = KINDS[kind](chance, clip, metres)
         except Planted:
             continue
         file = f"{number:05}_{kind}.bvh"
