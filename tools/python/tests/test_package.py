@@ -230,7 +230,7 @@ def test_results_print_as_lines_and_tables(walk: Path) -> None:
     assert json.loads(json.dumps(report)) == report == pickle.loads(pickle.dumps(report))
     assert "<table>" in report._repr_html_() and "{" not in repr(report)
     database = mocap.index(walk)
-    found = database.find(walk, 1.0, 2.0, count=3)
+    found = database.find(walk, 1.0, 2.0, count=3, per_clip=3)
     head, *rows = repr(found).splitlines()
     assert "file" in head.split()
     assert len(rows) == len(found) == 3 and isinstance(found, list) and found[0]["file"] == str(walk)
