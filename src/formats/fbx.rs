@@ -13,11 +13,10 @@ pub(crate) mod write;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{FBX_HEAD, fbx_provenance};
-use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{Format, Scene};
 
 use crate::provenance::Provenance;
-use crate::{Carriage, FormatInfo, WriteOption};
+use crate::{FormatInfo, WriteOption, ledger};
 
 pub use self::options::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
 
@@ -47,16 +46,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],
-    carried: &[
-        (DataKind::Clips, Carriage::Kept),
-        (DataKind::MovingJoints, Carriage::Kept),
-        (DataKind::ScaleCurves, Carriage::Kept),
-        (DataKind::Meshes, Carriage::Kept),
-        (DataKind::Skins, Carriage::Kept),
-        (DataKind::UvSets, Carriage::Kept),
-        (DataKind::Materials, Carriage::Kept),
-        (DataKind::Textures, Carriage::Kept),
-    ],
+    carried: ledger::OF_CHARACTERS,
     has_file_meshes: true,
     states_origin: true,
     has_one_rate: true,

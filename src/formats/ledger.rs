@@ -39,6 +39,18 @@ impl Carriage {
 #[doc(hidden)]
 pub(crate) type Carried = &'static [(DataKind, Carriage)];
 
+/// The row of formats that hold characters: skeletons, motions and skinned meshes.
+pub(crate) const OF_CHARACTERS: Carried = &[
+    (DataKind::Clips, Carriage::Kept),
+    (DataKind::MovingJoints, Carriage::Kept),
+    (DataKind::ScaleCurves, Carriage::Kept),
+    (DataKind::Meshes, Carriage::Kept),
+    (DataKind::Skins, Carriage::Kept),
+    (DataKind::UvSets, Carriage::Kept),
+    (DataKind::Materials, Carriage::Kept),
+    (DataKind::Textures, Carriage::Kept),
+];
+
 impl FormatInfo {
     /// What becomes of a kind of data in the files of this format.
     #[doc(hidden)]

@@ -17,9 +17,8 @@ pub(crate) mod write;
 
 use mocap_scene::files::{USD_HEAD, ZIP_HEAD};
 use mocap_scene::scene::Format;
-use mocap_scene::scene::report::DataKind;
 
-use crate::{Carriage, FormatInfo, WriteOption};
+use crate::{FormatInfo, WriteOption, ledger};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Usd,
@@ -41,16 +40,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],
-    carried: &[
-        (DataKind::Clips, Carriage::Kept),
-        (DataKind::MovingJoints, Carriage::Kept),
-        (DataKind::ScaleCurves, Carriage::Kept),
-        (DataKind::Meshes, Carriage::Kept),
-        (DataKind::Skins, Carriage::Kept),
-        (DataKind::UvSets, Carriage::Kept),
-        (DataKind::Materials, Carriage::Kept),
-        (DataKind::Textures, Carriage::Kept),
-    ],
+    carried: ledger::OF_CHARACTERS,
     has_file_meshes: true,
     states_origin: true,
     keeps_shear: true,
