@@ -116,8 +116,8 @@ impl Floor {
     }
 }
 
-/// The slope of the floor in degrees, how far the body drifts over the ground in metres, as [`level`] takes them out,
-/// and how far the height of the ground drifts.
+/// The errors of the floor: its slope in degrees, the drift over the ground in metres, both as [`level`] removes them,
+/// and the drift of its height in metres.
 pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 3] {
     let in_height = height_drift(&tracks_of_feet(work), work.up, work.metres, work.frames.rate);
     let feet = Feet::new(work);

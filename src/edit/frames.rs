@@ -65,7 +65,7 @@ impl Frames {
         Ok(frames)
     }
 
-    /// The same of an animation that need not be in the scene, without morph targets.
+    /// The frames of an animation, which may be outside the scene. Morph targets are not read.
     pub(super) fn of(scene: &Scene, animation: &Animation, also: &[NodeId]) -> Result<Self> {
         let binding = Binding::new(scene, animation);
         let mut columns: Vec<Option<usize>> = vec![None; scene.nodes.len()];

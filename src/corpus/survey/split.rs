@@ -81,7 +81,7 @@ fn common(row: &ClipRow, by: &[SelectBy]) -> String {
     }
 }
 
-/// The group of each clip, by the first clip of it. Clips of one file are one group.
+/// For each clip the index of the first clip of its group. Clips of one file are in one group.
 fn groups(rows: &[&ClipRow], by: &[SelectBy]) -> Result<Vec<usize>> {
     let mut group: Vec<usize> = (0..rows.len()).collect();
     let mut first: BTreeMap<(&str, String), usize> = BTreeMap::new();

@@ -138,8 +138,8 @@ fn ranked_members(clips: &[&Candidate<'_>]) -> Vec<Option<Member>> {
     std::iter::zip(own, copies).map(|(own, copy)| own.or(copy)).collect()
 }
 
-/// The representative that a clip repeats: one that it was compared with, or that of a clip that it repeats, if it is
-/// near to that too.
+/// The representative of a clip's group. Candidates are the representatives that the clip was compared with, and those
+/// of its near-duplicates; the clip must be near the representative itself.
 fn member(
     clips: &[&Candidate<'_>],
     members: &[Option<(Member, Fit)>],

@@ -54,7 +54,7 @@ impl Weights {
         })
     }
 
-    /// The same in the first `count` frames, of which the last may go on.
+    /// The weights of the first `count` frames. Frames beyond the last one repeat its weights.
     pub(super) fn with_frames(&self, count: usize) -> Self {
         self.taken((0..count).map(|frame| (self, frame as f64)))
     }
@@ -96,7 +96,7 @@ impl Weights {
     }
 }
 
-/// The warning of a second motion whose morph targets are not those of the first, where it moves them.
+/// Warns of a second motion that moves other morph targets than the first motion has.
 pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> {
     let curves = second.weight_curves();
     let is_alike = scene.weights_in(0).count() == second.weights_in(0).count();

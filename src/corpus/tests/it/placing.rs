@@ -21,7 +21,7 @@ fn row_of(scene: &Scene) -> ClipRow {
     Thresholds::default().examine(scene, "x.bvh").remove(0).row
 }
 
-/// The same motion below a joint that stands still at `root`, while the hips have `offset` at rest.
+/// The motion of `text` below a new, still joint at `root`. The hips get the rest offset `offset`.
 fn placed(text: &str, root: [f64; 3], offset: [f64; 3]) -> String {
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();
     let mut lines: Vec<String> = hierarchy.lines().map(str::to_owned).collect();
