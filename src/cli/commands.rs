@@ -45,6 +45,7 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use mocap::Importer;
 use mocap::figure::Figure;
 use mocap::files::check_distinct;
 use mocap::job::{InputOptions, Maker, SourceMap, SourceUp};
@@ -54,7 +55,6 @@ use mocap::retarget::report::ClipReport;
 use mocap::retarget::robot::add_links;
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::Scene;
-use mocap::{Importer, SkeletonMesh};
 use serde::Serialize;
 
 use crate::args::{OutputFormat, PictureArgs};
@@ -63,13 +63,13 @@ use crate::{Failure, kinds, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
 fn import_motion(read: &InputOptions, file: &Path) -> mocap::Result<Scene> {
-    let scene = streams::import(&read.importer().skeleton_mesh(SkeletonMesh::None), file)?;
+    let scene = streams::import(&read.importer().with_own_meshes(), file)?;
     Ok(told(scene, file))
 }
 
 /// As [`import_motion`], with the meshes of the file and a stated up axis, for a picture.
 fn import_drawn(read: &InputOptions, up: SourceUp, file: &Path) -> mocap::Result<Scene> {
-    let importer = read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true);
+    let importer = read.importer().with_own_meshes();
     let mut scene = streams::import(&importer, file)?;
     up.state(&mut scene);
     Ok(told(scene, file))

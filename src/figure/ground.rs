@@ -206,8 +206,7 @@ fn leg(rest: &Pose, humanoid: &Humanoid) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// How far the lowest vertex that moves with a foot is below its ankle at rest. Meshes that were made to show a
-/// skeleton have no name.
+/// How far the lowest vertex that moves with a foot is below its ankle at rest.
 fn skin(
     scene: &Scene,
     rest: &Pose,
@@ -218,7 +217,7 @@ fn skin(
     let mut lowest: Option<f32> = None;
     let height = |node: NodeId| rest.position(node).dot(up);
     let ankle = ankles.iter().map(|ankle| height(*ankle)).reduce(f32::min)?;
-    for mesh in scene.meshes.iter().filter(|mesh| !mesh.name.is_empty()) {
+    for mesh in scene.own_meshes() {
         for bone in mesh.bones.iter().filter(|bone| foot_of(bone.node).is_some()) {
             let to_world = rest.node_to_world[bone.node.index()] * bone.offset_matrix;
             let of_bone = bone.weights.iter().filter(|weight| weight.weight > 0.5);

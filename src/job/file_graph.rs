@@ -9,7 +9,6 @@ use mocap_figure::convert::{Conversion, FirstFrame};
 use mocap_io::import::Importer;
 use mocap_retarget::{RetargetOptions, Retargeter};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
-use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
 use super::files::Files;
@@ -209,7 +208,7 @@ impl<'a> Clips<'a> {
     /// Reads a clip in its own unit and axes, or on the body, without a rest pose before the motion.
     fn import(&self, path: &Path, hear: Listener<'_>) -> Result<Scene> {
         let in_file = |error: Error| error.with_path(path);
-        let importer = self.read.importer().skeleton_mesh(SkeletonMesh::None);
+        let importer = self.read.importer().with_own_meshes();
         let mut scene = self.files.import(&importer, path)?;
         say_warnings(&mut scene, path, hear);
         self.space.state(&mut scene);
@@ -232,7 +231,7 @@ struct Body {
 
 impl Body {
     fn read(files: Files<'_>, file: &Path) -> Result<Self> {
-        let mut scene = files.import(&Importer::new().skeleton_mesh(SkeletonMesh::None), file)?;
+        let mut scene = files.import(&Importer::new().with_own_meshes(), file)?;
         scene.animations.clear();
         let converted = Conversion::new().apply(&mut scene);
         converted.map_err(|error| error.with_path(file))?;

@@ -292,9 +292,15 @@ impl<'a> Maker<'a> {
         let importer = match self.form {
             Form::Scene(row) if self.target.is_none() => {
                 let mesh = meshes::shown(&self.job, Some(row));
-                importer.skeleton_mesh(mesh).gltf_meshes(row.has_file_meshes)
+                match (self.job.steps.is_empty(), mesh) {
+                    // The steps see the skin, whatever is written.
+                    (false, SkeletonMesh::None) => importer.with_own_meshes(),
+                    (has_none, mesh) => importer
+                        .skeleton_mesh(mesh)
+                        .gltf_meshes(row.has_file_meshes || !has_none),
+                }
             }
-            _ => importer.skeleton_mesh(SkeletonMesh::None),
+            _ => importer.with_own_meshes(),
         };
         let importer = match self.threads {
             Some(threads) => importer.threads(threads),
@@ -303,6 +309,7 @@ impl<'a> Maker<'a> {
         let import = |importer: &Importer| self.files.import(importer, motion);
         let mut scene = importer.at_rate(self.job.source.frames.fps, import)?;
         say_warnings(&mut scene, motion, hear);
+        meshes::draw_anew(&self.job, self.format(), &mut scene);
         let takes_one = !self.job.steps.is_empty() || self.is_onto_robot();
         if takes_one || self.target.is_some() {
             require_motion(&scene, motion)?;

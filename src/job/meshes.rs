@@ -17,6 +17,17 @@ pub(super) fn shown(job: &MotionJob, row: Option<&FormatInfo>) -> SkeletonMesh {
     job.write.mesh.map_or_else(of_format, SkeletonMesh::from)
 }
 
+/// Draws the skeleton of a glTF file anew, in which this crate has drawn it: the steps may give it another rest pose.
+pub(super) fn draw_anew(job: &MotionJob, row: Option<&FormatInfo>, scene: &mut Scene) {
+    let kind = shown(job, row);
+    let is_drawn = scene.metadata.format == Some(Format::Gltf) && scene.own_meshes().next().is_none();
+    if is_drawn && scene.original.is_none() && !scene.meshes.is_empty() && kind != SkeletonMesh::Own {
+        scene.leave_out_meshes();
+        scene.materials.clear();
+        scene.add_skeleton_mesh(kind);
+    }
+}
+
 /// Decides what becomes of the file of a scene that has meshes, and says what is dropped. `row` is that of the output.
 pub(super) fn keep_or_drop(
     job: &MotionJob,

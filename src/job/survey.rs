@@ -7,7 +7,6 @@ use mocap_corpus::survey::{Condition, Corpus, SelectAmount, SelectBy, Thresholds
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::spread::spread;
-use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -214,7 +213,7 @@ fn is_of_selection(by: SelectBy) -> bool {
 
 /// Rows need no mesh, and files are read beside each other.
 fn importer(read: &InputOptions) -> Importer {
-    read.importer().threads(1).skeleton_mesh(SkeletonMesh::None)
+    read.importer().threads(1).with_own_meshes()
 }
 
 fn examine(thresholds: &Thresholds, read: &InputOptions, files: Files<'_>, path: &Path) -> Result<Vec<ClipRecord>> {

@@ -52,7 +52,6 @@ use std::path::{Path, PathBuf};
 use mocap_formats::gltf::report::Provenance;
 use mocap_io::import::Importer;
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::Origin;
 use mocap_scene::scene::report::SecondMotion;
@@ -190,7 +189,7 @@ impl Verifier {
         };
         if let Some(file) = arrays {
             let file = file.map_err(|error| error.with_path(path))?;
-            let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
+            let importer = self.importer.clone().with_own_meshes();
             let scene = import_source(&file.header.provenance, importer, source.as_ref())?;
             return arrays::compare(&scene, &file).map_err(|error| error.with_path(path));
         }
@@ -213,7 +212,7 @@ impl Verifier {
             }
             Ok(output)
         };
-        let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
+        let importer = self.importer.clone().with_own_meshes();
         let provenance = self.provenance_of(&output);
         let character = match provenance.as_ref().and_then(Provenance::onto) {
             Some(_) => {
@@ -275,7 +274,7 @@ impl Verifier {
             steps: motion.steps.clone(),
             ..Provenance::default()
         };
-        let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
+        let importer = self.importer.clone().with_own_meshes();
         let wanted = motion.source.clone().unwrap_or_default();
         let is_it = |origin: &Origin| is_same_file(&wanted, origin);
         for file in self.seconds.iter().map(PathBuf::as_path).chain(source) {

@@ -8,7 +8,7 @@ use mocap_figure::names::Name;
 use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::math::up_axis::turn_to_y_up;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, Mesh, Node, NodeId, NodeKind, Primitive, SKELETON_MATERIAL, Scene};
+use mocap_scene::scene::{Animation, Mesh, Node, NodeId, NodeKind, Primitive, Scene};
 use serde::Serialize;
 
 use super::texture::Images;
@@ -279,12 +279,8 @@ pub fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
 
 /// The meshes of a scene that are a skin, and not the signs of a skeleton.
 pub(super) fn skin_meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
-    let is_sign = |mesh: &Mesh| {
-        let material = scene.materials.get(mesh.material_index);
-        mesh.name.is_empty() || material.is_some_and(|material| material.name == SKELETON_MATERIAL)
-    };
-    let is_skin = |mesh: &Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
-    scene.meshes.iter().filter(move |mesh| is_skin(mesh) && !is_sign(mesh))
+    let is_skin = |mesh: &&Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
+    scene.own_meshes().filter(is_skin)
 }
 
 /// For each node whether it is drawn: not those that only group others, nor those that the figure leaves behind.

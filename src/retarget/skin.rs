@@ -53,12 +53,13 @@ impl Vertex {
 }
 
 impl Skin {
-    /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes. Meshes
-    /// that were made to show a skeleton have no name, and no sole.
+    /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes.
     pub(super) fn sole(&self, body: &Body, scene: &Scene) -> Vec<Vertex> {
         let pose = Pose::rest(scene);
-        let meshes = scene.meshes.iter().filter(|mesh| !mesh.name.is_empty());
-        let vertices: Vec<Vertex> = meshes.flat_map(|mesh| self.vertices(mesh, body, &pose)).collect();
+        let vertices: Vec<Vertex> = scene
+            .own_meshes()
+            .flat_map(|mesh| self.vertices(mesh, body, &pose))
+            .collect();
         let is_low = |vertex: &&Vertex| vertex.at_rest.dot(body.up()) - self.floor < SOLE * body.leg;
         let mut sole = Vec::new();
         for joint in if self.ankle == self.toes {

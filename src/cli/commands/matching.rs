@@ -8,7 +8,7 @@ use mocap::glam::Vec3;
 use mocap::matching::report::{FollowReport, PlayReport};
 use mocap::matching::{Controller, Database, Gamepad, Moves};
 use mocap::scene::Animation;
-use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh};
+use mocap::{Conversion, Exporter, Format, FormatInfo, Importer, Scene};
 
 use serde::Serialize;
 
@@ -153,7 +153,7 @@ fn moved(
 
 /// The frames of the database on the character.
 fn moves(args: &MatchArgs, database: &Database, hero: &Scene) -> Result<Moves, Failure> {
-    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
+    let importer = args.read.importer().with_own_meshes();
     let moves = Moves::of(database, hero, |file| streams::import(&importer, Path::new(file)));
     Ok(moves.map_err(|error| error.with_path(&args.on))?)
 }

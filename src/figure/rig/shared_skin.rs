@@ -118,10 +118,9 @@ impl SharedSkin {
     }
 }
 
-/// The meshes with a skin. Meshes that were made to show a skeleton have no name.
+/// The meshes with a skin.
 fn skins(scene: &Scene) -> impl Iterator<Item = &Mesh> {
-    let is_skin = |mesh: &&Mesh| !mesh.name.is_empty() && !mesh.bones.is_empty();
-    scene.meshes.iter().filter(is_skin)
+    scene.own_meshes().filter(|mesh| !mesh.bones.is_empty())
 }
 
 /// The joints of each vertex, with their weights.

@@ -315,6 +315,14 @@ impl Importer {
         self
     }
 
+    /// Reads the meshes of the file in every format, and makes none: the skin shows where the soles are, so that
+    /// whoever asks for the ground reads it.
+    #[must_use]
+    #[doc(hidden)]
+    pub fn with_own_meshes(self) -> Self {
+        self.skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true)
+    }
+
     /// Whether what only a comparison needs is read: the meshes of USD, and both bind poses that an FBX file states.
     #[must_use]
     #[doc(hidden)]

@@ -9,13 +9,14 @@ use mocap_io::export::is_at_rest_for;
 use mocap_retarget::robot::{Robot, RobotMotion};
 use mocap_scene::error::{Code, Error, Result};
 use mocap_scene::process;
+use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::{Format, Scene};
 
 use super::Maker;
 use crate::files::Files;
 use crate::form::Form;
 use crate::notice::{Listener, clip_taken, say_warnings};
-use crate::{MotionJob, RobotFormat, names};
+use crate::{MotionJob, RobotFormat, meshes, names};
 
 impl Maker<'_> {
     /// Does the steps on a motion that goes on its own skeleton, and what the format needs. Returns its bones.
@@ -28,6 +29,9 @@ impl Maker<'_> {
     ) -> Result<Humanoid> {
         let in_file = |error: Error| error.with_path(motion);
         let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
+        if !self.job.steps.is_empty() && meshes::shown(&self.job, self.format()) == SkeletonMesh::None {
+            scene.leave_out_meshes();
+        }
         if let Some(axis) = self.job.write.along_bone() {
             axis.turn_frames(scene, humanoid.clone(), &self.bones)
                 .map_err(in_file)?;

@@ -105,7 +105,7 @@ impl<'a> Comparison<'a> {
     fn pair_joints<'e>(&'e self, expected: &'e Expected<'_>) -> Result<Joints<'e>> {
         let (source, output) = (&*expected.scene, self.output);
         let ours = Skeleton::of_scene(source, None);
-        let theirs = output.skeleton(None)?;
+        let theirs = self.theirs(None)?;
         let pairs = Pairs::new(&ours, &theirs)?;
         let change = match &self.provenance {
             Some(_) => Change::recorded(expected.steps).in_unit_of(output.written_unit()),
@@ -142,6 +142,14 @@ impl<'a> Comparison<'a> {
             change,
             has_new_axes,
         })
+    }
+
+    /// The joints of the output in a clip. Those of a character are compared at rest.
+    fn theirs(&self, clip: Option<usize>) -> Result<Skeleton<'_>> {
+        match self.is_of_character {
+            true => self.output.rest(),
+            false => self.output.skeleton(clip),
+        }
     }
 
     /// A clip of the source and its clip of the file: they show the unit and the up axis where these are not known.
@@ -300,7 +308,7 @@ impl<'a> Comparison<'a> {
             false => timeline.of_whole_frames(),
         };
         let ours = Skeleton::of_scene(source, here);
-        let theirs = self.output.skeleton(there)?;
+        let theirs = self.theirs(there)?;
         compared.new_axes = replayed.and_then(|replayed| compared.axes_of(replayed, (here, &ours), &timeline));
         let mut errors = compared.frames(here, &ours, &theirs, &timeline, &timeline.moments);
         let findings = &mut verification.findings;

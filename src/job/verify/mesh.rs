@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat4, DVec3, Vec3};
-use mocap_scene::scene::{Bone, Mesh, Primitive, SKELETON_MATERIAL, Scene};
+use mocap_scene::scene::{Bone, Mesh, Primitive, Scene};
 
 use super::chain::Skeleton;
 use super::change::Change;
@@ -126,9 +126,7 @@ fn meshes(scene: &Scene) -> Vec<(usize, &Mesh)> {
     let all: Vec<_> = all
         .filter(|(_, mesh)| mesh.primitive == Primitive::Triangles && !mesh.indices.is_empty())
         .collect();
-    let material = |mesh: &Mesh| scene.materials.get(mesh.material_index);
-    let is_drawn = |mesh: &Mesh| material(mesh).is_some_and(|material| material.name.starts_with(SKELETON_MATERIAL));
-    match all.iter().all(|(_, mesh)| is_drawn(mesh)) {
+    match all.iter().all(|(_, mesh)| scene.is_drawn_skeleton(mesh)) {
         true => Vec::new(),
         false => all,
     }

@@ -24,11 +24,19 @@ use super::{Finding, FindingKind, skin};
 
 /// A file that was written.
 pub(super) enum Output<'a> {
-    /// A glTF file; where this crate wrote it and it has a skin, its scene with the meshes; and where this crate wrote
-    /// animations into it, its other parts.
-    Gltf(Box<File<'a>>, Option<Box<Scene>>, Option<Box<Parts>>),
+    /// A glTF file; where this crate wrote it and it has a skin, its scenes; and where this crate wrote animations into
+    /// it, its other parts.
+    Gltf(Box<File<'a>>, Option<Box<Skinned>>, Option<Box<Parts>>),
     /// Another format, as its reader gives it, and what the file says of itself.
     Scene(Box<Scene>, Option<Box<Provenance>>),
+}
+
+/// What a glTF file with a skin shows.
+pub(super) struct Skinned {
+    /// Its nodes as they stand, which may be in a frame of the motion, with its meshes.
+    standing: Scene,
+    /// Its nodes where the skin is bound: the rest pose.
+    bound: Scene,
 }
 
 impl<'a> Output<'a> {
@@ -44,7 +52,11 @@ impl<'a> Output<'a> {
             // A skin that was kept is that of the source.
             let is_new = file.provenance().is_some() && file.provenance_of_kept().is_none();
             let skinned = match is_new && file.has_skin() {
-                true => Some(Box::new(skin::read(file.row(), (bytes, name), open)?)),
+                true => {
+                    let read = |of_nodes| skin::read(file.row(), (bytes, name), open, of_nodes);
+                    let (standing, bound) = (read(true)?, read(false)?);
+                    Some(Box::new(Skinned { standing, bound }))
+                }
                 false => None,
             };
             let parts = match file.provenances_of_animations().next() {
@@ -204,6 +216,14 @@ impl<'a> Output<'a> {
         }
     }
 
+    /// The rest pose: where the skin is bound, if the file has one of its own.
+    pub(super) fn rest(&self) -> Result<Skeleton<'_>> {
+        match self {
+            Self::Gltf(_, Some(skinned), _) => Ok(Skeleton::of_scene(&skinned.bound, None)),
+            _ => self.skeleton(None),
+        }
+    }
+
     /// Says so where a VRM animation lacks bones that it must have.
     pub(super) fn missing_bones(&self) -> Option<Finding> {
         let Self::Gltf(file, ..) = self else { return None };
@@ -232,7 +252,7 @@ impl<'a> Output<'a> {
     /// The file with its meshes, where this crate wrote it.
     pub(super) fn skinned(&self) -> Option<&Scene> {
         match self {
-            Self::Gltf(_, skinned, _) => skinned.as_deref(),
+            Self::Gltf(_, skinned, _) => skinned.as_deref().map(|skinned| &skinned.standing),
             Self::Scene(scene, provenance) => provenance.is_some().then_some(scene),
         }
     }

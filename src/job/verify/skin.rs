@@ -19,11 +19,13 @@ use super::{Finding, FindingKind};
 /// its axes as a fraction of their length: what products of 32-bit matrices round.
 const SAME_PLACE: f64 = 1e-3;
 
-/// The scene of a glTF file, whose format has this row, with its meshes.
+/// The scene of a glTF file, whose format has this row, with its meshes. Its rest pose is that of the nodes or that in
+/// which the skin is bound.
 pub(super) fn read(
     row: &FormatInfo,
     (bytes, name): (&[u8], &Path),
     open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+    of_nodes: bool,
 ) -> Result<Scene> {
     let folder = name.parent().unwrap_or("".as_ref());
     let source = Source {
@@ -36,8 +38,7 @@ pub(super) fn read(
     };
     let options = ReadOptions {
         gltf_meshes: true,
-        // The bind pose is what is to be checked.
-        gltf_rest_of_nodes: true,
+        gltf_rest_of_nodes: of_nodes,
         ..ReadOptions::default()
     };
     row.read(&source, &options)

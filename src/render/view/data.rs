@@ -157,7 +157,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (
     for link in links {
         nodes[link.to].is_linked = true;
     }
-    let has_skin = scene.meshes.iter().any(|mesh| !mesh.name.is_empty());
+    let has_skin = scene.own_meshes().next().is_some();
     let packed = tracks.pack(storage, size.reach / guesses.metres_per_unit, guesses.metres_per_unit);
     let origin = scene.metadata.origin.as_ref();
     let description = Description {

@@ -81,11 +81,8 @@ pub(super) struct PackedSkin {
 
 /// The skin of a scene, where it has one that can be shown, and what is not shown of it.
 pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
-    // A mesh without a name is a skeleton's.
-    let meshes = scene.meshes.iter();
-    let shown =
-        |mesh: &&Mesh| !mesh.name.is_empty() && mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
-    let meshes: Vec<&Mesh> = meshes.filter(shown).collect();
+    let shown = |mesh: &&Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
+    let meshes: Vec<&Mesh> = scene.own_meshes().filter(shown).collect();
     if meshes.is_empty() {
         return (None, Vec::new());
     }

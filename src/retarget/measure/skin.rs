@@ -35,9 +35,8 @@ struct Skin<'a> {
 pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: &Root) -> Option<SkinReport> {
     let up = target.body.up();
     let rest = Pose::rest(target.scene);
-    let has_skin = |mesh: &&Mesh| !mesh.name.is_empty() && !mesh.bones.is_empty();
     let (mut skins, mut extent) = (Vec::new(), None);
-    for mesh in target.scene.meshes.iter().filter(has_skin) {
+    for mesh in target.scene.own_meshes().filter(|mesh| !mesh.bones.is_empty()) {
         let vertices = rest.skin(mesh);
         for vertex in vertices.iter().filter(|vertex| vertex.is_finite()) {
             let (least, most) = extent.get_or_insert((*vertex, *vertex));

@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Channel, Mesh, SKELETON_MATERIAL, Scene};
+use super::{Channel, SKELETON_MATERIAL, Scene};
 
 /// Declares [`DataKind`] from one line for each: its documentation, the variant, its name in JSON, and what one and
 /// several are called.
@@ -122,7 +122,7 @@ impl DataKind {
     #[doc(hidden)]
     pub fn count(self, scene: &Scene) -> u64 {
         let recorded = scene.metadata.recorded.as_deref();
-        let meshes = || scene.meshes.iter().filter(|mesh| !is_drawn(scene, mesh));
+        let meshes = || scene.own_meshes();
         let count = match self {
             Self::Clips => scene.animations.len(),
             Self::MovingJoints => nodes(scene, false, |channel| {
@@ -153,7 +153,8 @@ impl DataKind {
             }
             Self::Materials => {
                 let own = scene.materials.iter();
-                own.filter(|material| material.name != SKELETON_MATERIAL).count()
+                own.filter(|material| !material.name.starts_with(SKELETON_MATERIAL))
+                    .count()
             }
             Self::Textures => scene.textures.len(),
             Self::Events => recorded.map_or(0, |recorded| recorded.events.len()),
@@ -197,10 +198,4 @@ fn nodes(scene: &Scene, of_face: bool, moves: impl Fn(&Channel) -> bool) -> usiz
     let moving = channels.filter(|channel| moves(channel) && is_of_face(channel) == of_face);
     let nodes: HashSet<_> = moving.map(|channel| (channel.node, &channel.node_name)).collect();
     nodes.len()
-}
-
-/// Whether a mesh draws the skeleton.
-fn is_drawn(scene: &Scene, mesh: &Mesh) -> bool {
-    let material = scene.materials.get(mesh.material_index);
-    material.is_some_and(|material| material.name == SKELETON_MATERIAL)
 }

@@ -3,12 +3,28 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::{Keys, Node, Scene};
+use super::{Keys, Mesh, Node, Scene};
 use crate::error::{Code, Diagnostic, Result};
 
-/// The name of the material of a mesh that is drawn of a skeleton, which is nothing that a file could lose.
+/// The name of the material of a mesh that is drawn of a skeleton, which is nothing that a file could lose. Other
+/// programs number it.
 #[doc(hidden)]
 pub const SKELETON_MATERIAL: &str = "SkeletonMaterial";
+
+impl Scene {
+    /// The meshes but those that are drawn of a skeleton, here or by whoever wrote the file.
+    #[doc(hidden)]
+    pub fn own_meshes(&self) -> impl Iterator<Item = &Mesh> {
+        self.meshes.iter().filter(|mesh| !self.is_drawn_skeleton(mesh))
+    }
+
+    /// Whether a mesh is drawn of a skeleton.
+    #[doc(hidden)]
+    pub fn is_drawn_skeleton(&self, mesh: &Mesh) -> bool {
+        let material = self.materials.get(mesh.material_index);
+        material.is_some_and(|material| material.name.starts_with(SKELETON_MATERIAL))
+    }
+}
 
 /// How far a number of a node's transform may be from the number in the file: what a change and its inverse round.
 const ROUNDED: f32 = 1e-5;

@@ -2,7 +2,7 @@
 
 use mocap::convert::RootMotion;
 use mocap::gltf::GltfOptions;
-use mocap::job::Job;
+use mocap::job::{Job, Maker, MotionJob, Notice};
 use mocap::scene::NodeId;
 use mocap::{Binding, Conversion, Importer, Pose, Scene};
 use serde_json::{Value, json};
@@ -218,4 +218,38 @@ fn the_ground_is_level_below_a_group_that_is_rotated() {
         assert!(root.distance(expected) < 1e-5, "{frame}: {root} {expected}");
     }
     assert!(travelled > 0.05, "{travelled}");
+}
+
+/// The soles of a skin are seen, whatever is written: the file in which the skin is kept, one to which it is carried
+/// over, or one without.
+#[test]
+fn the_ground_under_a_skin_is_the_same_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let hero = folder.path().join("hero.glb");
+    let character = json!({"character": {"file": "../../fixtures/characters/human_default.glb"}});
+    let onto = json!({"source": {"inputs": [WALK]}, "target": character, "write": {"output": hero}});
+    Job::from_json(&onto.to_string()).unwrap().run().unwrap();
+    let floor_in = |write: Value| -> String {
+        let job = json!({"source": {"inputs": [hero]}, "steps": ["ground"], "write": write});
+        let job: MotionJob = serde_json::from_value(job).unwrap();
+        let mut floor = None;
+        let output = job.write.output.clone();
+        let mut hear = |notice: Notice<'_>| {
+            if let Notice::Step(report) = notice {
+                floor = Some(report.to_string());
+            }
+        };
+        let maker = Maker::new(&job, &[], &mut |_| ()).unwrap();
+        let made = maker.make(&job.source.inputs, &output, &mut hear).unwrap();
+        made.written.save(&output, &job.policy()).unwrap();
+        let verified = job.verify_output(made.scene, &output).unwrap();
+        assert!(verified.is_within(1e-3), "{write}: {:?}", verified.findings);
+        floor.unwrap()
+    };
+    let of_kept = floor_in(json!({"output": folder.path().join("kept.glb")}));
+    for name in ["o.fbx", "o.usda", "o.bvh", "o.mclip"] {
+        assert_eq!(floor_in(json!({"output": folder.path().join(name)})), of_kept, "{name}");
+    }
+    let alone = json!({"output": folder.path().join("alone.glb"), "skeleton-only": true});
+    assert_eq!(floor_in(alone), of_kept);
 }

@@ -695,6 +695,26 @@ fn outputs_that_were_refused_once_are_accepted() {
                 ("steps", json!(["resample:rate=200"])),
             ],
         ),
+        // The skin shows where the soles are, but no mesh that is drawn of a skeleton.
+        (
+            "two.glb",
+            "usdz",
+            &[("read.clip", json!("slow")), ("steps", json!(["ground"]))],
+        ),
+        (
+            "two.glb",
+            "fbx",
+            &[("read.clip", json!(1)), ("steps", json!(["ground"]))],
+        ),
+        // Nodes stand in a frame of the motion where a skin keeps the rest pose.
+        (
+            "dance.bvh",
+            "gltf",
+            &[
+                ("target.skeleton.feet", json!("lock")),
+                ("write.mesh", json!("skinned")),
+            ],
+        ),
         // Motion below the largest error may be lost.
         ("jump.bvh", "mclip", &[("write.smaller.max-error", json!("1cm"))]),
         // A format with one clip has the first.
