@@ -2,9 +2,11 @@
 //!
 //! A row says what its format keeps or converts, and everything else is lost. `docs/losses.md` is the table of it.
 
+use std::collections::BTreeSet;
+
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::report::{DataKind, DataLoss};
-use mocap_scene::scene::{Format, Scene};
+use mocap_scene::scene::{Format, NodeKind, Scene};
 
 use crate::FormatInfo;
 
@@ -50,6 +52,23 @@ pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Materials, Carriage::Kept),
     (DataKind::Textures, Carriage::Kept),
 ];
+
+/// The joints of a scene that have no place in `written`, which is what a format has of it, and how many of them move.
+pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, DataLoss) {
+    let joints = scene
+        .nodes
+        .iter()
+        .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
+    let is_left = |name: &&String| written.nodes.iter().all(|node| node.name != **name);
+    let names: Vec<String> = joints.map(|node| &node.name).filter(is_left).cloned().collect();
+    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+    let moving = channels.filter(|channel| channel.moves());
+    let lost: BTreeSet<&str> = moving
+        .map(|channel| channel.node_name.as_str())
+        .filter(|name| names.iter().any(|left| left == name))
+        .collect();
+    (names, DataLoss::new(DataKind::MovingJoints, lost.len() as u64))
+}
 
 impl FormatInfo {
     /// What becomes of a kind of data in the files of this format.

@@ -334,7 +334,7 @@ impl Exporter {
         } else {
             scene.lost_weights(row.name, "write .glb or .gltf, which keep them")?
         };
-        let losses = row.losses(scene);
+        let mut losses = row.losses(scene);
         let written = match is_at_rest_for(scene, row) {
             true => row.write(scene, &options),
             false => {
@@ -347,6 +347,13 @@ impl Exporter {
         written
             .warnings
             .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
+        // What the writer left out is a note of its own.
+        for loss in std::mem::take(&mut written.losses) {
+            match losses.iter_mut().find(|known| known.kind == loss.kind) {
+                Some(known) => known.count += loss.count,
+                None => losses.push(loss),
+            }
+        }
         // Its own warning says more of the curves of morph targets.
         let is_said = |loss: &&DataLoss| lost_weights.is_some() && loss.kind == DataKind::FaceCurves;
         let told = losses.iter().filter(|loss| !is_said(loss));

@@ -17,7 +17,7 @@ use mocap_formats::Export;
 use mocap_formats::gltf::report::Provenance;
 use mocap_formats::gltf::{BufferPlace, GltfOptions};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::report::{AppliedStep, SecondMotion};
+use mocap_scene::scene::report::{AppliedStep, DataKind, DataLoss, SecondMotion};
 use mocap_scene::scene::{Animation, Format, Scene};
 
 pub use self::clip::{ClipReport, RetargetedClip};
@@ -259,6 +259,10 @@ impl Retargeter {
                 let target = target.scene();
                 let (animation, report) = retargeter.clip(source, index, &target, lock_feet)?;
                 let step = retargeter.step(&target, lock_feet);
+                let lost = retargeter.lost_bones(source, &source.animations[index]);
+                if lost > 0 {
+                    provenance.losses.push(DataLoss::new(DataKind::MovingJoints, lost));
+                }
                 (RetargetedClip::of_body(animation, report), step)
             }
             (Mover::Creature(retargeter), target) => {

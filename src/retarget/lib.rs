@@ -229,6 +229,20 @@ impl PoseRetargeter {
         &self.plan.unmapped
     }
 
+    /// The bones that move in an animation of the source and are nowhere on the target.
+    pub(crate) fn lost_bones(&self, source: &Scene, animation: &Animation) -> u64 {
+        let is_lost =
+            |bone| self.target.joint(bone).is_none() && self.plan.unmapped.iter().any(|lack| lack.bone == bone);
+        let joints = mocap_figure::HumanoidBone::ALL.iter().filter(|bone| is_lost(**bone));
+        let joints: Vec<NodeId> = joints.filter_map(|bone| self.source.joint(*bone)).collect();
+        let moves = |channel: usize| animation.channels[channel].moves();
+        let binding = mocap_scene::pose::Binding::new(source, animation);
+        let lost = binding
+            .driven()
+            .filter(|(node, channel)| joints.contains(node) && moves(*channel));
+        lost.count() as u64
+    }
+
     /// How many times as long the steps of the target are, in the units of the two scenes.
     pub fn scale(&self) -> f64 {
         f64::from(self.root.scale)

@@ -23,9 +23,11 @@ use mocap_figure::Humanoid;
 use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::options::setters;
-use mocap_scene::scene::{Channel, HumanoidBone, NodeId, NodeKind, Scene};
+use mocap_scene::scene::report::DataLoss;
+use mocap_scene::scene::{Channel, HumanoidBone, NodeId, Scene};
 
 use super::write::{Document, GltfOptions, GltfReport};
+use crate::ledger::joints_left_out;
 use crate::{Export, WriteOptions};
 
 /// Options of the writer.
@@ -65,7 +67,7 @@ impl VrmaOptions {
     /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()) and [`GltfOptions::write_glb`]; [`Code::NoMotion`]
     /// where there is no motion.
     pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, GltfReport)> {
-        let (document, report, _) = document(scene, None, self)?;
+        let (document, report, ..) = document(scene, None, self)?;
         let bytes = document.to_glb()?;
         let report = GltfReport {
             bytes: bytes.len(),
@@ -81,9 +83,10 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
         humanoid: options.humanoid.clone(),
         gltf: GltfOptions::of(options),
     };
-    let (document, report, notes) = document(scene, options.whole.as_deref(), &vrma)?;
+    let (document, report, notes, lost) = document(scene, options.whole.as_deref(), &vrma)?;
     let mut written = Export {
         files: vec![document.into_glb_file(&options.name)?],
+        losses: Vec::from_iter((lost.count > 0).then_some(lost)),
         ..report.written()
     };
     written.notes.extend(notes);
@@ -172,27 +175,23 @@ fn joints_that_move(scene: &Scene, humanoid: &Scene) -> Option<String> {
     })
 }
 
-/// The document, what there is to say about it, and what a player of it loses. `whole` has other frames of the motion,
+/// The document, what there is to say about it, what a player of it loses, and how many joints move that it has not. `whole` has other frames of the motion,
 /// which show the T-pose.
 fn document(
     scene: &Scene,
     whole: Option<&Scene>,
     options: &VrmaOptions,
-) -> Result<(Document, GltfReport, Vec<String>)> {
+) -> Result<(Document, GltfReport, Vec<String>, DataLoss)> {
     if scene.animations.is_empty() {
         let message = "there is no motion in it, and a VRM animation is nothing else";
         return Err(Diagnostic::new(Code::NoMotion, message)
             .help("name a file with a motion")
             .into());
     }
-    let humanoid = vrm_humanoid_shown(scene, whole, options.humanoid.clone())?;
+    let mut humanoid = vrm_humanoid_shown(scene, whole, options.humanoid.clone())?;
+    let (left_out, lost) = joints_left_out(scene, &humanoid);
+    humanoid.lose(lost.kind, lost.count as usize);
     let document = Document::of_vrm_animation(&humanoid, &options.gltf)?;
-    let is_left = |name: &&String| humanoid.nodes.iter().all(|node| node.name != **name);
-    let joints = scene
-        .nodes
-        .iter()
-        .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
-    let left_out = joints.map(|node| &node.name).filter(is_left).cloned().collect();
     let report = GltfReport {
         left_out,
         joints: humanoid.nodes.iter().filter(|node| node.face.is_none()).count(),
@@ -202,5 +201,5 @@ fn document(
         off_without_optional_bones(&humanoid),
         joints_that_move(scene, &humanoid),
     ];
-    Ok((document, report, notes.into_iter().flatten().collect()))
+    Ok((document, report, notes.into_iter().flatten().collect(), lost))
 }

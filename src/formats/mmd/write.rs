@@ -15,10 +15,11 @@ use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, FaceTrack, Pose};
-use mocap_scene::scene::{Animation, Channel, Face, Format, NodeKind, Scene};
+use mocap_scene::scene::{Animation, Channel, Face, Format, Scene};
 
 use self::bones::Bones;
 use super::{FRAME_RATE, METRES_PER_UNIT, generic, names};
+use crate::ledger::joints_left_out;
 use crate::written::unit_warning;
 use crate::{Export, ExportFile, WriteOptions, numbers};
 
@@ -56,7 +57,14 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
         Some(model) => (scene, Bones::of_model(scene, model)),
         None => {
             humanoid = vrm_humanoid_shown(scene, options.whole.as_deref(), options.humanoid.clone())?;
-            written.notes.extend(left_out_joints(scene, &humanoid));
+            let (left_out, lost) = joints_left_out(scene, &humanoid);
+            written.losses.extend((lost.count > 0).then_some(lost));
+            written.notes.extend((!left_out.is_empty()).then(|| {
+                format!(
+                    "joints: {} left out, because no usual bone of MMD is such",
+                    left_out.join(", ")
+                )
+            }));
             written.warnings.push(for_usual_models());
             (&humanoid, Bones::of_humanoid(&humanoid))
         }
@@ -93,21 +101,6 @@ fn for_usual_models() -> Diagnostic {
     );
     Diagnostic::new(Code::Unrepresentable, message)
         .help("write it for a certain model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")
-}
-
-fn left_out_joints(scene: &Scene, humanoid: &Scene) -> Option<String> {
-    let is_left = |name: &&str| humanoid.nodes.iter().all(|node| node.name != **name);
-    let joints = scene
-        .nodes
-        .iter()
-        .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
-    let names: Vec<&str> = joints.map(|node| node.name.as_str()).filter(is_left).collect();
-    (!names.is_empty()).then(|| {
-        format!(
-            "joints: {} left out, because no usual bone of MMD is such",
-            names.join(", ")
-        )
-    })
 }
 
 /// Whether a name can stand in the file, which has `taken` others; of one that cannot a note is made.

@@ -10,6 +10,7 @@ use mocap_formats::{Export, FormatInfo};
 use mocap_retarget::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
+use mocap_scene::scene::report::DataLoss;
 use mocap_scene::scene::{Format, Scene};
 
 use super::skeletons::up_of_others;
@@ -78,7 +79,14 @@ impl Maker<'_> {
         if let Some(names) = names.filter(|names| !names.is_empty()) {
             target.name_clips(names)?;
         }
-        let (written, scene) = self.write_onto(&target, output)?;
+        let (mut written, scene) = self.write_onto(&target, output)?;
+        let of_clips = target.clips().iter().flat_map(|clip| &clip.provenance.losses);
+        for loss in of_clips {
+            match written.losses.iter_mut().find(|known| known.kind == loss.kind) {
+                Some(known) => known.count = known.count.max(loss.count),
+                None => written.losses.push(*loss),
+            }
+        }
         Ok(JobOutput {
             written: self.check_losses(written)?,
             scene,
@@ -113,7 +121,7 @@ impl Maker<'_> {
         let row = match self.form {
             Form::Robot(format) => {
                 let mut written = format.write(target)?;
-                written.notes.extend(target.lost_faces("a robot"));
+                say_lost_faces(target.lost_faces("a robot"), &mut written);
                 return Ok((written, None));
             }
             Form::Character => {
@@ -152,7 +160,7 @@ impl Maker<'_> {
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();
         let mut written = exporter.write_as(&scene, write.name_of(output))?;
-        written.notes.extend(lost_faces);
+        say_lost_faces(lost_faces, &mut written);
         naming
             .iter()
             .for_each(|naming| names::tell(naming, &scene, &mut written));
@@ -201,4 +209,10 @@ pub(super) fn import_onto(
     let form = Form::onto(&job.write, named, &target, files.has_disk)?;
     let target = Retargeter::onto(target, options).map_err(|error| error.with_path(file))?;
     Ok((form, target))
+}
+
+/// Says of an output that it has no face.
+fn say_lost_faces(lost: Option<(DataLoss, String)>, written: &mut Export) {
+    written.losses.extend(lost.as_ref().map(|(loss, _)| *loss));
+    written.notes.extend(lost.map(|(_, said)| said));
 }

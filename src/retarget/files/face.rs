@@ -2,6 +2,7 @@
 
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::{DataKind, DataLoss};
 
 use super::{Retargeter, Target};
 
@@ -30,9 +31,9 @@ impl Retargeter {
         }
     }
 
-    /// The parts of a face that the target has no node for, as a sentence about an output of `format`.
+    /// The parts of a face that the target has no node for, and a sentence on them about an output of `format`.
     #[doc(hidden)]
-    pub fn lost_faces(&self, format: &str) -> Option<String> {
+    pub fn lost_faces(&self, format: &str) -> Option<(DataLoss, String)> {
         let target = self.target.scene();
         let mut names: Vec<&str> = Vec::new();
         for track in self.clips.iter().flat_map(|clip| &clip.face) {
@@ -44,10 +45,12 @@ impl Retargeter {
         }
         let listed = names.join(", ");
         (!names.is_empty()).then(|| {
-            format!(
+            let lost = DataLoss::new(DataKind::FaceCurves, names.len() as u64);
+            let said = format!(
                 "face: {listed} left out, because {format} has no expressions; a VRM animation, and a character as \
                  .vrm or .glb, keep them"
-            )
+            );
+            (lost, said)
         })
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Channel, SKELETON_MATERIAL, Scene};
+use super::{Channel, Keys, SKELETON_MATERIAL, Scene};
 
 /// Declares [`DataKind`] from one line for each: its documentation, the variant, its name in JSON, and what one and
 /// several are called.
@@ -125,11 +125,9 @@ impl DataKind {
         let meshes = || scene.own_meshes();
         let count = match self {
             Self::Clips => scene.animations.len(),
-            Self::MovingJoints => nodes(scene, false, |channel| {
-                channel.rotation_keys.len() > 1 || channel.position_keys.len() > 1
-            }),
-            Self::ScaleCurves => nodes(scene, false, |channel| channel.scaling_keys.len() > 1),
-            Self::FaceCurves => scene.weight_curves() + nodes(scene, true, |channel| channel.position_keys.len() > 1),
+            Self::MovingJoints => nodes(scene, false, Channel::moves),
+            Self::ScaleCurves => nodes(scene, false, |channel| varies(&channel.scaling_keys)),
+            Self::FaceCurves => scene.weight_curves() + nodes(scene, true, |channel| varies(&channel.position_keys)),
             Self::MarkerGaps => {
                 let markers = scene
                     .animations
@@ -186,6 +184,19 @@ impl Scene {
             None => {}
         }
     }
+}
+
+impl Channel {
+    /// Whether its node turns or goes anywhere.
+    #[doc(hidden)]
+    pub fn moves(&self) -> bool {
+        varies(&self.rotation_keys) || varies(&self.position_keys)
+    }
+}
+
+/// Whether keys have more than one value: a part of a take may be still.
+fn varies<T: PartialEq>(keys: &Keys<T>) -> bool {
+    keys.values.iter().any(|value| *value != keys.values[0])
 }
 
 /// Nodes, of faces or of others, with a channel of any clip that `moves`.

@@ -15,6 +15,7 @@ mod jobs;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/kinematics.rs"]
 mod kinematics;
+mod losses;
 mod names;
 mod one_answer;
 mod over_ground;

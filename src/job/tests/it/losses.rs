@@ -1,0 +1,56 @@
+//! What a job loses beside what its formats cannot hold: joints and faces that the output has no place for.
+
+use mocap::Code;
+use mocap::job::Job;
+use mocap::scene::report::{DataKind, DataLoss};
+use serde_json::{Value, json};
+
+const FINGERS: &str = "../../fixtures/real/rokoko_dance.bvh";
+
+fn job(onto: &Value, output: &str, strict: bool) -> mocap::Result<Vec<DataLoss>> {
+    let source = json!({"inputs": [FINGERS], "frames": {"trim": "0f..30f"}});
+    let mut job = json!({"source": source, "read": {"strict": strict}, "write": {"output": output}});
+    if !onto.is_null() {
+        job["target"] = onto.clone();
+    }
+    let (_, report) = Job::from_json(&job.to_string())?.make(&[])?;
+    Ok(report.losses)
+}
+
+/// Of a performer with fingers on bodies without any. The columns of the file show that 17 of the 30 joints of fingers
+/// move in these frames.
+#[test]
+fn joints_without_a_place_are_counted_and_strict_jobs_refuse_them() {
+    let without_fingers = json!({"skeleton": {"file": "../../fixtures/skeletons/accad_run_turn.bvh"}});
+    let with_fingers = json!({"skeleton": {"file": FINGERS}});
+    let none = Value::Null;
+    for (onto, output, lost) in [
+        (&without_fingers, "a.bvh", true),
+        (&without_fingers, "a.glb", true),
+        (&with_fingers, "a.bvh", false),
+        (&none, "a.bvh", false),
+        (&none, "a.glb", false),
+    ] {
+        let losses = job(onto, output, false).unwrap();
+        let moving = losses.iter().find(|loss| loss.kind == DataKind::MovingJoints);
+        assert_eq!(moving.is_some(), lost, "{onto} {output}: {losses:?}");
+        if let Some(moving) = moving {
+            assert_eq!(moving.count, 17, "{onto} {output}");
+        }
+        match job(onto, output, true) {
+            Err(error) => assert!(lost && error.code() == Code::NotCarriedOver, "{error}"),
+            Ok(_) => assert!(!lost, "{onto} {output}"),
+        }
+    }
+}
+
+/// Of the eight joints of the palms three move.
+#[test]
+fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
+    for output in ["a.vrma", "a.vmd"] {
+        let losses = job(&Value::Null, output, false).unwrap();
+        assert_eq!(losses, [DataLoss::new(DataKind::MovingJoints, 3)], "{output}");
+        let error = job(&Value::Null, output, true).unwrap_err();
+        assert_eq!(error.code(), Code::NotCarriedOver, "{output}: {error}");
+    }
+}
