@@ -23,6 +23,7 @@ mod filter;
 pub(crate) mod fingerprint;
 mod formats;
 mod motion;
+mod moving;
 pub mod report;
 mod row;
 mod sarif;
@@ -36,7 +37,7 @@ mod twins;
 
 use mocap_edit::MotionErrors;
 use mocap_figure::Figure;
-use mocap_scene::error::Result;
+use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeKind, Scene, Side};
 
 use self::activity::Activity;
@@ -45,6 +46,7 @@ use self::defects::Findings;
 pub use self::filter::Condition;
 pub(crate) use self::fingerprint::{Fingerprint, LIMBS, WIDTH};
 pub(crate) use self::motion::{Body, Motion};
+use self::moving::MovingPart;
 use self::report::{ClipRecord, ClipRow, Quality};
 pub use self::select::{SelectAmount, SelectBy};
 pub use self::thresholds::{DefectKind, Thresholds};
@@ -85,6 +87,8 @@ pub(crate) fn examine_each(
         let mut row = of_scene(scene, figure, file);
         row.clip = clip_name((index, clip));
         if scene.animations.is_empty() {
+            let joints = row.joints.max(1) as f64;
+            row.amounts.insert(DefectKind::NoMotion, joints);
             row.judge(thresholds);
             each(row, None);
             continue;
@@ -129,15 +133,29 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
 }
 
 fn of_clip(scene: &Scene, index: usize, figure: &Figure, thresholds: &Thresholds, row: &mut ClipRow) -> Result<Motion> {
-    // The frames that these need are dropped before the motion takes its own.
-    let errors = MotionErrors::find(scene, index, figure)?;
-    let motion = Motion::new(scene, &scene.animations[index], figure)?;
+    let animation = &scene.animations[index];
+    let part = MovingPart::new(scene, animation, &Motion::without_contacts(scene, animation, figure)?);
+    // The frames that the errors need are dropped before the motion takes its own.
+    let errors = match &part {
+        Some(part) => MotionErrors::find(&part.scene, 0, &part.figure)?,
+        None => MotionErrors::find(scene, index, figure)?,
+    };
+    let motion = Motion::new(scene, animation, figure)?;
     row.rate = Some(motion.rate);
     row.frames = motion.frames as u64;
     row.seconds = motion.seconds();
     row.size = Some(f64::from(motion.size()));
-    let mut findings = Findings::of(&motion, &errors, thresholds);
+    let mut findings = Findings::new(thresholds);
+    findings.find_stills(&motion);
+    match &part {
+        Some(part) => {
+            let moving = Motion::new(&part.scene, &part.scene.animations[0], &part.figure)?;
+            findings.find_moving(&moving, &errors, Some(&part.frames));
+        }
+        None => findings.find_moving(&motion, &errors, None),
+    }
     not_finite(scene, &motion, &mut findings);
+    cut_off(scene, &motion, &mut findings);
     travel(&motion, row);
     if let Some(body) = &motion.body {
         of_body(&motion, body, row);
@@ -150,10 +168,7 @@ fn of_clip(scene: &Scene, index: usize, figure: &Figure, thresholds: &Thresholds
 /// What the reader says of values that are no numbers.
 fn not_finite(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
     findings.look_for(&[DefectKind::NotFinite]);
-    let codes = [
-        mocap_scene::error::Code::NonFiniteValue,
-        mocap_scene::error::Code::NonFiniteOffset,
-    ];
+    let codes = [Code::NonFiniteValue, Code::NonFiniteOffset];
     for warning in scene.warnings.iter().filter(|warning| codes.contains(&warning.code)) {
         let last = motion.frames.saturating_sub(1);
         let joint = warning.joint.as_deref();
@@ -164,6 +179,20 @@ fn not_finite(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
             warning.count.max(1) as f32,
             1.0,
         );
+    }
+}
+
+/// How many of the frames that the file states are missing, as the reader says.
+fn cut_off(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
+    findings.look_for(&[DefectKind::CutOff]);
+    let number = |text: &Option<String>| text.as_ref()?.split(' ').next()?.parse::<f32>().ok();
+    let cut = |warning: &&Diagnostic| warning.code == Code::MissingFrames;
+    for warning in scene.warnings.iter().filter(cut) {
+        if let (Some(stated), Some(found)) = (number(&warning.expected), number(&warning.found)) {
+            let last = motion.frames.saturating_sub(1);
+            let missing = 100.0 * (1.0 - found / stated.max(1.0));
+            findings.add(DefectKind::CutOff, [last, last], None, missing, 1.0);
+        }
     }
 }
 
@@ -259,23 +288,29 @@ fn asymmetry(motion: &Motion, body: &Body) -> Option<f64> {
 }
 
 impl ClipRow {
-    /// Sets verdict, quality and reasons by the amounts.
+    /// Sets verdict, quality, reasons and properties by the amounts.
     pub fn judge(&mut self, thresholds: &Thresholds) {
         let mut ratios: Vec<(f64, DefectKind)> = Vec::new();
-        self.verdict = Quality::Good;
         for (kind, amount) in &self.amounts {
             let [suspect, bad] = thresholds.of(*kind);
             if *amount >= suspect && *amount > 0.0 {
-                self.verdict = self
-                    .verdict
-                    .max(if *amount >= bad { Quality::Bad } else { Quality::Suspect });
                 ratios.push((amount / bad.max(f64::MIN_POSITIVE), *kind));
             }
         }
         ratios.sort_by(|a, b| b.0.total_cmp(&a.0));
-        self.quality = 1.0 / (1.0 + ratios.iter().map(|(ratio, _)| ratio).sum::<f64>());
-        let names: Vec<&str> = ratios.iter().map(|(_, kind)| kind.as_str()).collect();
-        self.reasons = names.join(" ");
+        let (properties, defects): (Vec<_>, Vec<_>) = ratios.into_iter().partition(|(_, kind)| kind.is_property());
+        self.verdict = match defects.first() {
+            None => Quality::Good,
+            Some((worst, _)) if *worst < 1.0 => Quality::Suspect,
+            Some(_) => Quality::Bad,
+        };
+        self.quality = 1.0 / (1.0 + defects.iter().map(|(ratio, _)| ratio).sum::<f64>());
+        let names = |kinds: &[(f64, DefectKind)]| {
+            let names: Vec<&str> = kinds.iter().map(|(_, kind)| kind.as_str()).collect();
+            names.join(" ")
+        };
+        self.reasons = names(&defects);
+        self.properties = names(&properties);
     }
 }
 

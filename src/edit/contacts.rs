@@ -138,7 +138,7 @@ impl ContactPoint {
 /// The contacts of an animation.
 ///
 /// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DetectedContacts {
     /// Frames per second.

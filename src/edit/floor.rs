@@ -8,7 +8,7 @@
 mod drift;
 mod least_squares;
 
-use glam::{DVec3, Mat4, Quat, Vec3};
+use glam::{DVec2, DVec3, Mat4, Quat, Vec3};
 use mocap_figure::Figure;
 use mocap_figure::contacts::points_of_feet;
 use mocap_figure::ground::{FootPoints, height_drift, levels};
@@ -59,6 +59,9 @@ const EXPLAINS: f64 = 1.1;
 const NEAR: f64 = 0.02;
 /// The ratio of a slope to its own uncertainty from which on it is believed: below four in 10,000 by chance.
 const CERTAIN: f64 = 4.0;
+/// How far the steps of one foot reach along an axis of the ground, in metres, up to which they do not show the slope
+/// along it, and from which they do.
+const SHOWS_SLOPE: [f64; 2] = [0.4, 0.9];
 /// The floor that the feet tell of. Lengths are in metres.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Floor {
@@ -82,6 +85,26 @@ pub(super) struct Floor {
 impl Floor {
     pub(super) fn slope(&self) -> f64 {
         self.rise[0].hypot(self.rise[1]).atan().to_degrees()
+    }
+
+    /// The slope in degrees that steps show: along each principal axis of their places only if they reach far enough.
+    fn slope_shown_by(&self, steps: &[SlowPoint]) -> f64 {
+        let places = || steps.iter().map(|step| (step.at - self.centre).truncate());
+        let [xx, xy, yy] = places().fold([0.0; 3], |[xx, xy, yy], at| {
+            [xx + at.x * at.x, xy + at.x * at.y, yy + at.y * at.y]
+        });
+        let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
+        let shown = |axis: DVec2| {
+            // One foot may be lower than the other.
+            let feet = steps.chunk_by(|a, b| (a.kind, a.side) == (b.kind, b.side));
+            let reach = feet.map(|foot| {
+                let at = || foot.iter().map(|step| step.at.truncate().dot(axis));
+                at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
+            });
+            let [from, to] = SHOWS_SLOPE;
+            axis.dot(self.rise.into()) * ((reach.fold(0.0, f64::max) - from) / (to - from)).clamp(0.0, 1.0)
+        };
+        shown(along).hypot(shown(along.perp())).atan().to_degrees()
     }
 
     /// How much higher slope and drift have a point than its level.
@@ -124,7 +147,7 @@ pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 3] {
     let Some(floor) = of(&feet) else {
         return [None, None, in_height];
     };
-    let slope = floor.is_sloped().then(|| floor.slope());
+    let slope = floor.is_sloped().then(|| floor.slope_shown_by(&feet.slow()));
     let over_ground = drift(&feet, &floor.drift).map(|mut drift| {
         drift.iter_mut().for_each(|at| at.z = 0.0);
         extent(&drift)

@@ -49,7 +49,8 @@ class Bvh:
 
     def text(self):
         rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in self.rows)
-        return f"{self.head}MOTION\nFrames: {len(self.rows)}\nFrame Time: {self.frame_time:.7f}\n{rows}\n"
+        frames = getattr(self, "stated", len(self.rows))
+        return f"{self.head}MOTION\nFrames: {frames}\nFrame Time: {self.frame_time:.7f}\n{rows}\n"
 
     def columns(self, joint, kind):
         return [self.first[joint] + i for i, c in enumerate(self.channels[joint]) if c.lower().endswith(kind)]
@@ -363,15 +364,20 @@ def clipped_end(rng, bvh, metres):
     return [len(bvh.rows) - 1] * 2, 100 * amount
 
 
-def odd_unit(rng, bvh, metres):
-    times = rng.choice([2.54, 10.0, 100.0])
+def scaled(bvh, times):
+    """Puts a clip in another unit."""
     bvh.head = re.sub(
         r"(OFFSET\s+)(\S+)\s+(\S+)\s+(\S+)",
-        lambda m: m[1] + " ".join(f"{float(m[i]) * times:.5f}" for i in (2, 3, 4)),
+        lambda m: m[1] + " ".join(f"{float(m[i]) * times:.7f}" for i in (2, 3, 4)),
         bvh.head,
     )
     for joint in range(len(bvh.names)):
         bvh.rows[:, bvh.columns(joint, "position")] *= times
+
+
+def odd_unit(rng, bvh, metres):
+    times = rng.choice([2.54, 10.0, 100.0])
+    scaled(bvh, times)
     return [0, len(bvh.rows) - 1], times
 
 
@@ -518,7 +524,66 @@ def noise(rng, bvh, metres):
     return [0, len(bvh.rows) - 1], degrees
 
 
+def cut_off(rng, bvh, metres):
+    bvh.stated = len(bvh.rows)
+    bvh.rows = bvh.rows[: round(rng.uniform(0.3, 0.9) * len(bvh.rows))]
+    return [len(bvh.rows) - 1] * 2, 100 * (1 - len(bvh.rows) / bvh.stated)
+
+
+def no_motion(rng, bvh, metres):
+    bvh.rows[:] = bvh.rows[len(bvh.rows) // 2]
+    return [0, len(bvh.rows) - 1], len(bvh.names)
+
+
+def feet_pass(bvh, metres):
+    """The speed in m/s beside the hips that the faster foot has in a tenth of the frames."""
+    body = Body(bvh, metres)
+    feet = [side["foot"] for side in body.sides.values()]
+    if None in feet:
+        return 0.0
+    steps = np.diff(body.places[:, feet] - body.places[:, [body.hips]], axis=0)
+    return np.percentile(np.linalg.norm(steps, axis=2).max(axis=1), 90) / bvh.frame_time
+
+
+def wrong_rate(rng, bvh, metres):
+    # Four or five times too fast, or a frame each second, as where a writer lost the frame time.
+    fast = rng.choice([4.0, 5.0, None])
+    # Feet of sprinters pass the hips at 10 m/s; of a slow walk four times as fast one sees less.
+    if fast and fast * feet_pass(bvh, metres) < 10:
+        raise Planted
+    times = fast or 1 / bvh.frame_time
+    bvh.frame_time = bvh.frame_time / fast if fast else 1.0
+    return [0, len(bvh.rows) - 1], times
+
+
+def foot_through_floor(rng, bvh, metres):
+    body, rate = Body(bvh, metres), 1 / bvh.frame_time
+    sides = [side for side in body.sides.values() if side["foot"] is not None and side["toe"] is not None]
+    if len(sides) < 2 or any(bvh.parents[side["toe"]] != side["foot"] for side in sides):
+        raise Planted
+    contacts = [c for c in body.contacts(rate, 0.3) if c[1] > 3 and c[2] < len(bvh.rows) - 4]
+    # The toes of one foot point down while the toes of the other stand.
+    rng.shuffle(contacts)
+    for joint, first, last in contacts:
+        side = next(side for side in sides if side["toe"] != joint)
+        floor = np.percentile(body.places[:, side["toe"], 1], 5)
+        length = np.linalg.norm(body.places[first, side["toe"]] - body.places[first, side["foot"]])
+        low = [frame for frame in range(first, last) if body.places[frame, side["foot"], 1] - length < floor - 0.05]
+        if len(low) >= 0.2 * rate and low[-1] - low[0] + 1 == len(low):
+            for frame in low:
+                foot = body.turns[frame, side["foot"]]
+                toes = body.places[frame, side["toe"]] - body.places[frame, side["foot"]]
+                parent = body.turns[frame, bvh.parents[side["foot"]]]
+                bvh.set_local(side["foot"], frame, parent.T @ arc(toes, np.array([0, -1.0, 0.02])) @ foot)
+            return [low[0], low[-1]], 5.0
+    raise Planted
+
+
 KINDS = {
+    "cut-off": cut_off,
+    "no-motion": no_motion,
+    "wrong-rate": wrong_rate,
+    "foot-through-floor": foot_through_floor,
     "doubled": doubled,
     "dropped": dropped,
     "flip": flip,
@@ -545,7 +610,7 @@ KINDS = {
 # Kinds of which a place within two frames is asked: those that begin and end by a step, not by a ramp or a window.
 HAS_PLACE = ["doubled", "dropped", "flip", "exchanged", "frozen", "gap", "t-pose", "self-collision", "clipped-end"]
 # Kinds whose ramps and contacts blur the place: the planted span must be covered by half of it.
-OVERLAPS = ["breathing", "skate", "floating", "under-floor", "no-support", "treadmill"]
+OVERLAPS = ["breathing", "skate", "floating", "under-floor", "foot-through-floor", "no-support", "treadmill"]
 
 
 def mirrored(rng, bvh):

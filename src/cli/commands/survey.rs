@@ -222,20 +222,12 @@ impl fmt::Display for SurveyReport<'_> {
         for verdict in Quality::ALL {
             writeln!(f, "  {:<12}{:>8}", verdict.as_str(), count(verdict))?;
         }
-        let mut kinds = std::collections::BTreeMap::<&str, usize>::new();
-        for row in rows() {
-            row.reasons
-                .split_whitespace()
-                .for_each(|kind| *kinds.entry(kind).or_default() += 1);
-        }
-        let mut kinds: Vec<_> = kinds.into_iter().collect();
-        kinds.sort_by_key(|(kind, count)| (std::cmp::Reverse(*count), *kind));
-        if !kinds.is_empty() {
-            writeln!(f, "reasons")?;
-        }
-        for (kind, count) in kinds {
-            writeln!(f, "  {kind:<16}{count:>4}")?;
-        }
+        write_kinds(f, "defects", rows().map(|row| &*row.reasons))?;
+        write_kinds(
+            f,
+            "properties, which do not lower a verdict",
+            rows().map(|row| &*row.properties),
+        )?;
         let mut worst: Vec<&ClipRow> = rows().filter(|row| row.verdict != Quality::Good).collect();
         worst.sort_by(|a, b| a.quality.total_cmp(&b.quality));
         if !worst.is_empty() {
@@ -250,7 +242,52 @@ impl fmt::Display for SurveyReport<'_> {
                 row.file,
                 row.reasons
             )?;
+            if row.verdict != Quality::Unreadable {
+                writeln!(f, "        {}", look_at(row))?;
+            }
         }
         Ok(())
+    }
+}
+
+/// How many clips have each kind, the most frequent first.
+fn write_kinds<'a>(f: &mut fmt::Formatter<'_>, title: &str, of_rows: impl Iterator<Item = &'a str>) -> fmt::Result {
+    let mut kinds = std::collections::BTreeMap::<&str, usize>::new();
+    for kind in of_rows.flat_map(str::split_whitespace) {
+        *kinds.entry(kind).or_default() += 1;
+    }
+    let mut kinds: Vec<_> = kinds.into_iter().collect();
+    kinds.sort_by_key(|(kind, count)| (std::cmp::Reverse(*count), *kind));
+    if !kinds.is_empty() {
+        writeln!(f, "{title}")?;
+    }
+    for (kind, count) in kinds {
+        writeln!(f, "  {kind:<18}{count:>4}")?;
+    }
+    Ok(())
+}
+
+/// The command that shows a clip, around the largest finding of its worst kind.
+fn look_at(row: &ClipRow) -> String {
+    /// Seconds that are shown before and after the finding.
+    const AROUND: f64 = 2.0;
+    let worst = row.reasons.split(' ').next().unwrap_or_default();
+    let findings = row.defects.iter().filter(|defect| defect.kind.as_str() == worst);
+    let largest = findings.max_by(|a, b| a.amount.total_cmp(&b.amount));
+    let file = match row
+        .file
+        .contains(|c: char| c.is_whitespace() || "\"'$&();<>|*?`\\".contains(c))
+    {
+        true => format!("'{}'", row.file.replace('\'', "'\\''")),
+        false => row.file.clone(),
+    };
+    let last = row.frames.saturating_sub(1) as usize;
+    let around = (AROUND * row.rate.unwrap_or(0.0)) as usize;
+    match largest.map(|finding| finding.frames) {
+        Some([from, to]) if from > around || to + around < last => {
+            let (from, to) = (from.saturating_sub(around), (to + around).min(last));
+            format!("mocap view {file} --trim {from}f..{to}f")
+        }
+        _ => format!("mocap view {file}"),
     }
 }

@@ -4,6 +4,7 @@ mod collision;
 mod errors;
 mod feet;
 mod range;
+mod rate;
 mod skeleton;
 mod still;
 mod support;
@@ -12,13 +13,16 @@ use std::collections::BTreeMap;
 
 use mocap_edit::MotionErrors;
 
-pub(super) use self::still::is_t_pose;
+pub(super) use self::still::{is_t_pose, starts};
 use super::motion::Motion;
 use super::row::Defect;
 use super::thresholds::{DefectKind, Thresholds};
 
 /// Most findings of one kind in a clip that are kept; amounts count all.
 const MOST_FINDINGS: usize = 100;
+
+/// Most frames, beside a rest pose, of a file that has poses and no motion.
+const POSES: usize = 3;
 
 /// The findings in a clip.
 pub(super) struct Findings<'a> {
@@ -28,26 +32,51 @@ pub(super) struct Findings<'a> {
 }
 
 impl<'a> Findings<'a> {
-    /// Everything that is wrong with a motion.
-    pub(super) fn of(motion: &Motion, errors: &MotionErrors, thresholds: &'a Thresholds) -> Self {
-        let mut findings = Self {
+    pub(super) fn new(thresholds: &'a Thresholds) -> Self {
+        Self {
             thresholds,
             amounts: BTreeMap::new(),
             list: Vec::new(),
-        };
-        if motion.frames > 1 && motion.rate > 0.0 {
-            still::find(motion, &mut findings);
-            errors::find(motion, errors, &mut findings);
-            skeleton::find(motion, &mut findings);
+        }
+    }
+
+    /// Finds frames in which nothing moves, and T-poses.
+    pub(super) fn find_stills(&mut self, motion: &Motion) {
+        let frames = motion.frames - motion.first.min(motion.frames);
+        let last = motion.frames.saturating_sub(1);
+        self.look_for(&[DefectKind::PoseFile, DefectKind::NoMotion]);
+        if frames <= POSES {
+            self.add(DefectKind::PoseFile, [0, last], None, frames as f32, 1.0);
+        } else if motion.is_still() {
+            let joints = motion.is_joint.iter().filter(|is_joint| **is_joint).count();
+            self.add(DefectKind::NoMotion, [0, last], None, joints as f32, 1.0);
+        } else if motion.rate > 0.0 {
+            still::find(motion, self);
             if let Some(body) = &motion.body {
-                still::find_t_pose(motion, body, &mut findings);
-                feet::find(motion, body, &mut findings);
-                support::find(motion, body, &mut findings);
-                collision::find(motion, body, &mut findings);
-                range::find(motion, body, &mut findings);
+                still::find_t_pose(motion, body, self);
             }
         }
-        findings
+    }
+
+    /// Finds everything else, in a motion of which `frames` are those of the clip.
+    pub(super) fn find_moving(&mut self, motion: &Motion, errors: &MotionErrors, frames: Option<&[usize]>) {
+        let count = motion.frames - motion.first.min(motion.frames);
+        if count <= POSES || motion.is_still() || motion.rate <= 0.0 {
+            return;
+        }
+        let known = self.list.len();
+        rate::find(motion, self);
+        errors::find(motion, errors, self);
+        skeleton::find(motion, self);
+        if let Some(body) = &motion.body {
+            feet::find(motion, body, self);
+            support::find(motion, body, self);
+            collision::find(motion, body, self);
+            range::find(motion, body, self);
+        }
+        for defect in self.list.iter_mut().skip(known) {
+            defect.frames = defect.frames.map(|frame| frames.map_or(frame, |frames| frames[frame]));
+        }
     }
 
     /// Says that a kind was looked for.
@@ -71,14 +100,19 @@ impl<'a> Findings<'a> {
         if !amount.is_finite() || amount <= 0.0 {
             return;
         }
-        let adds_up = ["s", "frames", "values"].contains(&kind.unit());
+        let is_count = ["frames", "values", "flips"].contains(&kind.unit());
+        // Each of what is counted is a finding; how many of them are suspect is another matter.
+        let least = match is_count && suspect.is_finite() {
+            true => suspect.min(1.0),
+            false => suspect,
+        };
         let total = self.amounts.entry(kind).or_insert(0.0);
-        match adds_up {
-            true if amount >= suspect => *total += amount,
+        match is_count || kind.unit() == "s" {
+            true if amount >= least => *total += amount,
             true => {}
             false => *total = total.max(amount),
         }
-        if amount >= suspect && self.list.iter().filter(|defect| defect.kind == kind).count() < MOST_FINDINGS {
+        if amount >= least && self.list.iter().filter(|defect| defect.kind == kind).count() < MOST_FINDINGS {
             self.list.push(Defect {
                 kind,
                 frames,
@@ -88,6 +122,11 @@ impl<'a> Findings<'a> {
             });
         }
     }
+}
+
+/// 0 below `from`, 1 above `to`, and between them by how far it is, so that no amount jumps at a limit.
+fn ramp(value: f32, from: f32, to: f32) -> f32 {
+    ((value - from) / (to - from)).clamp(0.0, 1.0)
 }
 
 /// How sure a finding is by how far an amount is above the least that would be one: 0.5 there, 1 from twice of it.

@@ -12,6 +12,10 @@ use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, NodeKind, Scene};
 
+use super::defects;
+
+/// The largest step of a position of a node that does not move, in metres: what is left of text with four decimals.
+const STILL: f32 = 2e-5;
 /// The motion of one clip.
 pub(crate) struct Motion {
     /// Frames per second.
@@ -19,6 +23,12 @@ pub(crate) struct Motion {
     pub(crate) frames: usize,
     /// The first frame of the motion: 1 where frame 0 is a rest pose from which the motion jumps away.
     pub(crate) first: usize,
+    /// The first frame in which defects are looked for: after rest poses and a T-pose with which the clip begins.
+    pub(super) starts: usize,
+    /// Of each frame, whether it repeats the one before: no joint moves.
+    pub(super) held: Vec<bool>,
+    /// Of each node, whether it is a part of a finger, of the toes or of the face.
+    pub(super) is_detail: Vec<bool>,
     pub(crate) names: Vec<String>,
     pub(crate) parents: Vec<Option<usize>>,
     /// Whether the file can animate the node.
@@ -52,6 +62,19 @@ impl Motion {
     /// # Errors
     /// [`Code::LimitExceeded`] where it has more values than the limits allow.
     pub(crate) fn new(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<Self> {
+        let contacts = match figure.humanoid.found && animation.duration >= 0.0 {
+            true => Some(mocap_edit::contacts_of(scene, animation, figure)?),
+            false => None,
+        };
+        let mut motion = Self::without_contacts(scene, animation, figure)?;
+        if let (Some(body), Some(contacts)) = (&mut motion.body, contacts) {
+            body.contacts = contacts;
+        }
+        Ok(motion)
+    }
+
+    /// The motion with a body that has no contacts.
+    pub(super) fn without_contacts(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<Self> {
         let nodes = scene.nodes.len();
         let stated: usize = animation
             .channels
@@ -60,10 +83,6 @@ impl Motion {
             .sum();
         let frames =
             FrameBudget::stated_by(&Limits::default(), stated as u64).frames(animation.duration.round(), nodes)?;
-        let contacts = match figure.humanoid.found && frames > 0 {
-            true => Some(mocap_edit::contacts_of(scene, animation, figure)?),
-            false => None,
-        };
         let metres = figure.metres();
         let up = Quat::from_rotation_arc(figure.up_direction(), Vec3::Y);
         let binding = Binding::new(scene, animation);
@@ -91,6 +110,9 @@ impl Motion {
             rate: animation.ticks_per_second,
             frames,
             first: usize::from(figure.survey.first_frame_is_rest_pose && frames > 1),
+            starts: 0,
+            held: vec![false; frames],
+            is_detail: vec![false; nodes],
             names: scene.nodes.iter().map(|node| node.name.clone()).collect(),
             parents: parents().collect(),
             bones: parents()
@@ -102,14 +124,35 @@ impl Motion {
             up,
             body: None,
         };
-        if let Some(contacts) = contacts {
+        if figure.humanoid.found && frames > 0 {
             let bones = figure
                 .humanoid
                 .bones
                 .iter()
                 .map(|(bone, joint)| (*bone, joint.joint.index()));
-            motion.body = Body::new(&motion, bones.collect(), contacts);
+            motion.body = Body::new(&motion, bones.collect());
         }
+        for frame in 1..frames {
+            let pairs = motion.row(frame - 1).iter().zip(motion.row(frame));
+            let step = pairs.fold(0.0, |most: f32, (a, b)| most.max((*a - *b).abs().max_element()));
+            motion.held[frame] = frame > motion.first && step < STILL;
+        }
+        if let Some(body) = &motion.body {
+            let ends = [
+                Bone::LeftHand,
+                Bone::RightHand,
+                Bone::LeftFoot,
+                Bone::RightFoot,
+                Bone::Head,
+            ];
+            let ends = ends.map(|bone| body.bones.get(&bone).copied());
+            for node in 0..nodes {
+                let parent = motion.parents[node];
+                let is_below = parent.is_some_and(|parent| motion.is_detail[parent] || ends.contains(&Some(parent)));
+                motion.is_detail[node] = is_below;
+            }
+        }
+        motion.starts = defects::starts(&motion);
         Ok(motion)
     }
 
@@ -146,6 +189,29 @@ impl Motion {
         }
     }
 
+    /// Whether no joint moves by more than rounding and noise of sensors at rest: a millimetre, or a degree.
+    pub(super) fn is_still(&self) -> bool {
+        let first = self.first.min(self.frames - 1);
+        let is_near = |frame: usize| {
+            let places = self.row(frame).iter().zip(self.row(first));
+            let turns = self.rotations(frame).iter().zip(self.rotations(first));
+            places.fold(0.0, |most: f32, (a, b)| most.max(a.distance(*b))) < 1e-3
+                && turns.fold(1.0, |least: f32, (a, b)| least.min(a.dot(*b).abs())) > 0.99996
+        };
+        (first..self.frames).all(is_near)
+    }
+
+    /// The vertical acceleration of a node in m/s^2, by a parabola over `half` frames on each side.
+    pub(super) fn rise(&self, frame: usize, node: usize, half: usize) -> f32 {
+        let middle = frame.clamp(half, (self.frames - 1).saturating_sub(half).max(half));
+        if middle + half >= self.frames {
+            return 0.0;
+        }
+        let at = |frame: usize| self.at(frame, node).y;
+        let seconds = half as f32 / self.rate as f32;
+        (at(middle + half) + at(middle - half) - 2.0 * at(middle)) / (seconds * seconds)
+    }
+
     /// The number of frames in a time, at least 1.
     pub(crate) fn frames_in(&self, seconds: f64) -> usize {
         ((seconds * self.rate).round() as usize).max(1)
@@ -174,11 +240,12 @@ impl Motion {
 }
 
 impl Body {
-    fn new(motion: &Motion, bones: BTreeMap<Bone, usize>, contacts: DetectedContacts) -> Option<Self> {
+    fn new(motion: &Motion, bones: BTreeMap<Bone, usize>) -> Option<Self> {
         let at = |bone| Some(motion.at(0, *bones.get(&bone)?));
         let [hip, knee, ankle] = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot].map(at);
         bones.get(&Bone::Hips)?;
         let leg = hip?.distance(knee?) + knee?.distance(ankle?);
+        let contacts = DetectedContacts::default();
         (leg > 0.0).then_some(Self { bones, contacts, leg })
     }
 

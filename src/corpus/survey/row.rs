@@ -155,8 +155,8 @@ macro_rules! row {
         #[non_exhaustive]
         pub struct ClipRow {
             $($(#[doc = $help])* #[serde(default)] pub $name: $type,)*
-            /// The amount of each kind of defect, in its unit: the largest of its findings, for times their sum. 0
-            /// where it was looked for; kinds that were not looked for are absent.
+            /// The amount of each kind of defect and property, in its unit: the largest of its findings, for times their
+            /// sum. 0 where it was looked for; kinds that were not looked for are absent.
             #[serde(flatten)]
             pub amounts: BTreeMap<DefectKind, f64>,
             /// Every finding.
@@ -199,8 +199,10 @@ row! {
     verdict: Quality,
     /// From 0 to 1: 1 / (1 + the sum of amounts / bad amounts).
     quality: f64,
-    /// The kinds that make the verdict, the worst first.
+    /// The kinds of defects that make the verdict, the worst first.
     reasons: String,
+    /// The kinds of properties that the clip has, which do not lower the verdict.
+    properties: String,
     /// The SHA-256 of the file's bytes.
     sha256: String,
     /// The format of the file.

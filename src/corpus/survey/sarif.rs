@@ -8,8 +8,8 @@ use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
 
 impl Corpus {
-    /// The findings as SARIF 2.1.0: an error from the bad amount of a kind on, else a warning; an unreadable file is an
-    /// error.
+    /// The findings as SARIF 2.1.0: an error from the bad amount of a kind on, else a warning, and a note for a
+    /// property; an unreadable file is an error.
     pub fn to_sarif(&self, thresholds: &Thresholds) -> String {
         let rule = |kind: &DefectKind| json!({"id": kind.as_str(), "shortDescription": {"text": kind.help()}});
         let mut rules: Vec<Value> = DefectKind::ALL.iter().map(rule).collect();
@@ -34,10 +34,10 @@ fn results(row: &ClipRow, thresholds: &Thresholds) -> Vec<Value> {
         return vec![result("unreadable", "error", row.error.clone().unwrap_or_default())];
     }
     let of = |defect: &Defect| {
-        let level = if defect.amount >= thresholds.of(defect.kind)[1] {
-            "error"
-        } else {
-            "warning"
+        let level = match defect.kind.is_property() {
+            true => "note",
+            false if defect.amount >= thresholds.of(defect.kind)[1] => "error",
+            false => "warning",
         };
         let [from, to] = defect.frames;
         let joint = defect

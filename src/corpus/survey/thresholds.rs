@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 
-/// Declares [`DefectKind`] from one line for each: its name, its unit, the amounts from which a clip is suspect and
-/// bad, whether it needs the body of a humanoid, and what it is.
+/// Declares [`DefectKind`] from one line for each: whether it is a defect or a property, its name, its unit, the amounts
+/// from which a clip is suspect and bad, whether it needs the body of a humanoid, and what it is.
 macro_rules! kinds {
-    ($($variant:ident $name:literal $unit:literal $suspect:literal $bad:literal $body:literal $help:literal)*) => {
-        /// What can be wrong with a motion.
+    ($($class:ident $variant:ident $name:literal $unit:literal $suspect:literal $bad:literal $body:literal $help:literal)*) => {
+        /// What can be wrong with a motion, and properties of a motion that do not lower its verdict.
         ///
         /// ```
         /// use mocap::survey::DefectKind;
@@ -46,6 +46,11 @@ macro_rules! kinds {
                 match self { $(Self::$variant => $help,)* }
             }
 
+            /// Whether it is a property of the clip and no damage: it does not lower the verdict.
+            pub const fn is_property(self) -> bool {
+                matches!(match self { $(Self::$variant => Class::$class,)* }, Class::Property)
+            }
+
             /// Whether it is measured on the body of a humanoid alone.
             pub const fn needs_body(self) -> bool {
                 match self { $(Self::$variant => $body,)* }
@@ -58,30 +63,46 @@ macro_rules! kinds {
     };
 }
 
+/// What a kind says of a clip.
+enum Class {
+    /// Damage, which lowers the verdict.
+    Defect,
+    /// What a user should know, and is no damage.
+    Property,
+}
+
 kinds! {
-    NotFinite "not-finite" "values" 1.0 1.0 false "values in the file that are no numbers, which were replaced"
-    Frozen "frozen" "s" 0.5 2.0 false "no joint moves at all"
-    Gap "gap" "s" 0.5 2.0 false "joints that move elsewhere hold one pose while others move"
-    Doubled "doubled" "frames" 1.0 5.0 false "frames that repeat the one before while the body moves"
-    Dropped "dropped" "frames" 1.0 5.0 false "frames before which one is missing"
-    Flip "flip" "frames" 1.0 10.0 false "frames in which a rotation jumps away and comes back"
-    Exchanged "exchanged" "frames" 1.0 10.0 true "frames in which left and right legs, or arms, are exchanged"
-    Noise "noise" "mm" 8.0 16.0 false "joints tremble: how far the farthest joint below is moved by it"
-    Breathing "breathing" "%" 3.0 8.0 false "a bone changes its length"
-    TPose "t-pose" "s" 0.01 1.0 true "the body stands in a T-pose within the motion"
-    Skate "skate" "cm" 6.0 15.0 true "a foot slides while it stands"
-    Floating "floating" "cm" 6.0 15.0 true "the body hovers above the floor on which it stood"
-    UnderFloor "under-floor" "cm" 4.0 10.0 true "a foot is below the floor on which it stands"
-    NoSupport "no-support" "s" 0.6 1.5 true "nothing that is in the file carries the body: stairs, a chair, an object"
-    Treadmill "treadmill" "s" 1.5 4.0 true "the legs walk and the body stays where it is"
-    Tilted "tilted" "degrees" 2.0 4.0 true "the floor under the feet is a slope"
-    Drift "drift" "cm" 6.0 20.0 true "the body drifts over the ground, with the feet that stand"
-    HeightDrift "height-drift" "cm" 10.0 20.0 true "the floor under the feet rises or sinks slowly, as an inertial suit loses height"
-    BeyondRange "beyond-range" "degrees" 20.0 40.0 true "a knee bends forwards, or a knee, an elbow or the neck farther than a body can"
-    SelfCollision "self-collision" "cm" 5.0 8.0 true "a hand or a forearm is inside of the trunk or the head"
-    ClippedEnd "clipped-end" "cm" 12.0 25.0 true "the clip begins or ends in the air"
-    OddUnit "odd-unit" "times" 1.5 3.0 false "the skeleton has other numbers, in another unit, than in other files of it and its format"
-    OddAxis "odd-axis" "degrees" 45.0 45.0 false "another axis points up than in other files of the skeleton"
+    Defect NotFinite "not-finite" "values" 1.0 1.0 false "values in the file that are no numbers, which were replaced"
+    Defect CutOff "cut-off" "%" 2.0 10.0 false "the file has fewer frames than it states"
+    Defect NoMotion "no-motion" "joints" 1.0 1.0 false "the file has no motion, or no joint moves in it"
+    Defect WrongRate "wrong-rate" "times" 1.25 2.0 false "the motion is so many times too fast, or too slow, by gravity or by its rate"
+    Defect Frozen "frozen" "s" 0.5 2.0 false "no joint moves at all, between frames in which the body moves"
+    Defect Gap "gap" "s" 0.5 2.0 false "joints that move elsewhere hold one pose while others move"
+    Defect Doubled "doubled" "frames" 1.0 5.0 false "frames that repeat the one before while the body moves"
+    Defect Dropped "dropped" "frames" 6.0 12.0 false "frames before which one is missing"
+    Defect Flip "flip" "flips" 1.0 4.0 false "a rotation of a limb or of the trunk jumps away and comes back"
+    Defect Exchanged "exchanged" "frames" 1.0 10.0 true "frames in which left and right legs, or arms, are exchanged"
+    Defect Noise "noise" "mm" 11.0 20.0 false "joints tremble: how far the farthest joint below is moved by it"
+    Defect Breathing "breathing" "%" 3.0 8.0 false "a bone changes its length"
+    Defect TPose "t-pose" "s" 0.01 1.0 true "the body stands in a T-pose within the motion"
+    Defect Skate "skate" "cm" 9.0 20.0 true "a foot slides while it stands"
+    Defect Floating "floating" "cm" 7.5 18.0 true "the body hovers above the floor on which it stood"
+    Defect UnderFloor "under-floor" "cm" 5.0 12.0 true "the body has sunk: a foot is below the floor, and none is on it"
+    Defect FootThroughFloor "foot-through-floor" "cm" 5.0 12.0 true "a foot is below the floor on which the other stands"
+    Defect Tilted "tilted" "degrees" 2.0 4.0 true "the floor under the feet is a slope"
+    Defect Drift "drift" "cm" 6.0 20.0 true "the body drifts over the ground, with the feet that stand"
+    Defect HeightDrift "height-drift" "cm" 10.0 20.0 true "the floor under the feet rises or sinks slowly, as an inertial suit loses height"
+    Defect BeyondRange "beyond-range" "degrees" 20.0 40.0 true "a knee bends forwards, or a knee, an elbow or the neck farther than a body can"
+    Defect SelfCollision "self-collision" "cm" 5.0 8.0 true "a hand or a forearm is inside of the trunk or the head"
+    Property PoseFile "pose-file" "frames" 1.0 1.0 false "the file has at most three frames beside a rest pose: a pose and no motion"
+    Property StartsInTPose "starts-in-t-pose" "s" 0.01 1.0 true "the clip begins in a T-pose"
+    Property HeldEnd "held-end" "s" 0.5 2.0 false "the clip begins or ends with frames in which no joint moves"
+    Property FingerFlip "finger-flip" "flips" 1.0 4.0 true "a rotation of a finger, a toe or the face jumps away and comes back"
+    Property NoSupport "no-support" "s" 0.6 1.5 true "nothing that is in the file carries the body: stairs, a chair, an object"
+    Property Treadmill "treadmill" "s" 0.5 4.0 true "the legs walk and the body stays where it is"
+    Property ClippedEnd "clipped-end" "cm" 12.0 25.0 true "the clip begins or ends in the air"
+    Property OddUnit "odd-unit" "times" 1.5 3.0 false "the skeleton has other numbers, in another unit, than in other files of it and its format"
+    Property OddAxis "odd-axis" "degrees" 45.0 45.0 false "another axis points up than in other files of the skeleton"
 }
 
 impl DefectKind {

@@ -226,13 +226,19 @@ fn the_documentation_has_every_kind() {
     let row = |kind: &DefectKind| {
         let [suspect, bad] = thresholds.of(*kind);
         format!(
-            "| `{}` | {} | {suspect} | {bad} | {} |\n",
+            "| `{}` | {} | {} | {suspect} | {} | {} |\n",
             kind.as_str(),
+            if kind.is_property() { "property" } else { "defect" },
             kind.unit(),
+            if kind.is_property() {
+                "-".to_owned()
+            } else {
+                bad.to_string()
+            },
             kind.help()
         )
     };
-    let head = "| kind | unit | suspect | bad | what it is |\n|---|---|---|---|---|\n";
+    let head = "| kind | class | unit | suspect | bad | what it is |\n|---|---|---|---|---|---|\n";
     let rows = head.to_owned() + &DefectKind::ALL.iter().map(row).collect::<String>();
     let expected = format!("{before}<!-- kinds -->\n{rows}<!-- end of kinds -->{after}");
     if std::env::var_os("MOCAP_WRITE").is_some() {
@@ -245,6 +251,22 @@ fn the_documentation_has_every_kind() {
     );
     for column in ClipRow::column_names() {
         assert!(text.contains(&format!("`{column}`")), "{column}");
+    }
+}
+
+#[test]
+fn the_summary_has_a_command_for_each_of_the_worst() {
+    let folder = Folder::of_real(&["kinect_openni.bvh", "nan_tokens.bvh"]);
+    let rows = serde_json::from_slice::<Vec<serde_json::Value>>(&folder.run("survey . --json").stdout).unwrap();
+    let text = String::from_utf8(folder.run("survey .").stdout).unwrap();
+    for row in rows {
+        let file = row["file"].as_str().unwrap();
+        let command = text
+            .lines()
+            .find(|line| line.contains("mocap view") && line.contains(file));
+        let command = command.unwrap_or_else(|| panic!("{text}")).trim();
+        let arguments = command.strip_prefix("mocap ").unwrap();
+        folder.succeeds(&format!("{arguments} -o look.html --force"));
     }
 }
 
@@ -328,7 +350,7 @@ fn a_survey_is_a_job() {
             .unwrap()
             .problem
             .unwrap()
-            .contains("1 clips are bad")
+            .contains("2 clips are bad")
     );
 }
 
@@ -373,7 +395,7 @@ fn a_piece_that_begins_anywhere_is_a_twin() {
 fn arms_that_are_held_out_are_a_t_pose() {
     // By NumPy the arms are out, 20 degrees off the horizontal, until frame 486 of 100 a second.
     let row = rows_of("hip_knee_ankle_names.bvh").remove(0).row;
-    let seconds = row.amounts[&DefectKind::TPose];
+    let seconds = row.amounts[&DefectKind::StartsInTPose];
     assert!((3.0..4.9).contains(&seconds), "{:?}", row.defects);
     // A dancer who holds the arms out for a moment is in no T-pose.
     let dance = rows_of("rokoko_dance.bvh").remove(0).row;

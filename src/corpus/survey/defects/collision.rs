@@ -24,7 +24,7 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         let depths: Vec<f32> = (0..motion.frames)
             .map(|frame| depth(motion, body, frame, side).unwrap_or(0.0))
             .collect();
-        for [from, to] in spans(motion.frames, |frame| frame >= motion.first && depths[frame] > BEGINS) {
+        for [from, to] in spans(motion.frames, |frame| frame >= motion.starts && depths[frame] > BEGINS) {
             let deepest = 100.0 * depths[from..=to].iter().copied().fold(0.0, f32::max);
             findings.add(
                 SelfCollision,

@@ -5,7 +5,9 @@ use mocap_edit::MotionErrors;
 use super::{Findings, confidence};
 use crate::survey::motion::Motion;
 use crate::survey::spans;
-use crate::survey::thresholds::DefectKind::{Doubled, Drift, Dropped, Exchanged, Flip, HeightDrift, Noise, Tilted};
+use crate::survey::thresholds::DefectKind::{
+    Doubled, Drift, Dropped, Exchanged, FingerFlip, Flip, HeightDrift, Noise, Tilted,
+};
 
 /// The speed of a joint in m/s from which on a missing frame is seen: 3 mm in a frame.
 const SEEN: f32 = 0.1;
@@ -14,10 +16,10 @@ const SEEN: f32 = 0.1;
 const AROUND: f64 = 0.07;
 
 pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
-    findings.look_for(&[Doubled, Dropped, Flip, Noise]);
+    findings.look_for(&[Doubled, Dropped, Flip, FingerFlip, Noise]);
     for (kind, frames) in [(Doubled, &errors.doubled), (Dropped, &errors.dropped)] {
         for [from, to] in spans(motion.frames, |frame| {
-            frame >= motion.first && frames.binary_search(&frame).is_ok()
+            frame >= motion.starts && frames.binary_search(&frame).is_ok()
         }) {
             if is_seen(motion, from) {
                 findings.add(kind, [from, to], None, (to + 1 - from) as f32, 0.8);
@@ -25,9 +27,14 @@ pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findin
         }
     }
     for (node, flipped) in &errors.flipped {
-        for [from, to] in spans(flipped.len(), |frame| frame > motion.first && flipped[frame]) {
+        let kind = if motion.is_detail[node.index()] {
+            FingerFlip
+        } else {
+            Flip
+        };
+        for [from, to] in spans(flipped.len(), |frame| frame > motion.starts && flipped[frame]) {
             let joint = &motion.names[node.index()];
-            findings.add(Flip, [from, to], Some(joint), (to + 1 - from) as f32, 0.8);
+            findings.add(kind, [from, to], Some(joint), 1.0, 0.8);
         }
     }
     if motion.body.is_some() {
@@ -36,7 +43,7 @@ pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findin
     for (node, metres) in &errors.noise {
         let millimetres = 1000.0 * *metres as f32;
         let joint = &motion.names[node.index()];
-        let whole = [motion.first, motion.frames - 1];
+        let whole = [motion.starts, motion.frames - 1];
         findings.add(Noise, whole, Some(joint), millimetres, confidence(millimetres, 8.0));
     }
 }
@@ -54,12 +61,13 @@ fn is_seen(motion: &Motion, frame: usize) -> bool {
 fn of_body(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
     findings.look_for(&[Exchanged, Tilted, Drift, HeightDrift]);
     let exchanged = &errors.exchanged;
-    for [from, to] in spans(exchanged.len(), |frame| frame >= motion.first && exchanged[frame]) {
+    for [from, to] in spans(exchanged.len(), |frame| frame >= motion.starts && exchanged[frame]) {
         findings.add(Exchanged, [from, to], None, (to + 1 - from) as f32, 0.8);
     }
-    let whole = [motion.first, motion.frames - 1];
+    let whole = [motion.starts, motion.frames - 1];
     if let Some(degrees) = errors.slope {
-        findings.add(Tilted, whole, None, degrees as f32, confidence(degrees as f32, 1.0));
+        let degrees = degrees as f32;
+        findings.add(Tilted, whole, None, degrees, confidence(degrees, 1.0));
     }
     for (kind, metres, least) in [(Drift, errors.drift, 6.0), (HeightDrift, errors.height_drift, 10.0)] {
         let centimetres = 100.0 * metres.unwrap_or_default() as f32;

@@ -5,21 +5,31 @@ use mocap_edit::report::ContactPoint;
 use mocap_scene::math::median::median;
 use mocap_scene::scene::HumanoidBone as Bone;
 
-use super::{Findings, confidence};
+use super::{Findings, confidence, ramp};
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
-use crate::survey::thresholds::DefectKind::{Skate, Treadmill, UnderFloor};
+use crate::survey::thresholds::DefectKind::{FootThroughFloor, Skate, Treadmill, UnderFloor};
 
-/// The height in metres up to which a foot that slides fast counts as on the floor.
-const GLIDES_BELOW: f32 = 0.04;
+/// The heights in metres up to which a foot that slides fast counts as on the floor, and from which on it does not.
+const LOW: [f32; 2] = [0.02, 0.06];
 
-/// The least speed in m/s of such a foot: slower ones roll.
-const GLIDES: f32 = 0.3;
+/// The speeds in m/s from which on such a foot counts, and counts fully: slower ones roll.
+const GLIDES: [f32; 2] = [0.2, 0.4];
 
-/// The time in seconds for which it glides at least: a foot that swings past is as low for less.
-const GLIDES_FOR: f64 = 0.2;
+/// The times in seconds from which on it counts, and counts fully: a foot that swings past is as low for less.
+const GLIDES_FOR: [f32; 2] = [0.15, 0.25];
+
+/// The vertical accelerations of the hips in m/s^2 below which nothing carries the body, and above which its feet do.
+/// Hips in the flight of a run fall by 6.5 to 11.
+const FALLS: [f32; 2] = [-6.0, -3.0];
+/// The heights of the hips above the floor in lengths of the leg below which feet do not carry the body, and above which
+/// they do: one who sits moves them as he likes.
+const STANDS: [f32; 2] = [0.6, 0.75];
+
 /// How deep below the floor a span begins, in metres.
 const BELOW: f32 = 0.02;
+/// The depths in lengths of the leg from which on it may be another floor, and is: a step, and not a foot that has sunk.
+const ANOTHER_FLOOR: [f32; 2] = [0.25, 0.35];
 /// Times between two in which a foot is below the floor, in which it may be lifted for a step, in seconds.
 const A_STEP: f64 = 0.4;
 /// The window in which steps of a treadmill are looked for, in seconds.
@@ -30,33 +40,50 @@ const STEP: f32 = 0.35;
 
 /// The longest path of the hips in the window, in lengths of the leg: who walks on a floor goes farther.
 const STAYS: f32 = 0.45;
+
+/// The same in a loop of a walk in place, which is shorter than the window.
+const STAYS_IN_LOOP: f32 = 0.15;
 /// The median speed at which the lower foot goes backwards, or forwards, in the window, in metres per second: that of
 /// the belt. The feet of one who dances on the spot stand.
 const BELT: f32 = 0.25;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
-    findings.look_for(&[Skate, UnderFloor, Treadmill]);
+    findings.look_for(&[Skate, UnderFloor, FootThroughFloor, Treadmill]);
+    let belt = treadmill(motion, body, findings);
     let points = &body.contacts.points;
     let has_balls = points.iter().any(is_ball);
     for point in points.iter().filter(|point| is_ball(point) == has_balls) {
-        slides(motion, body, point, findings);
+        slides(motion, body, point, &belt, findings);
     }
-    glides(motion, body, findings);
+    glides(motion, body, &belt, findings);
     for point in points {
-        let depth = |frame: usize| point.above_rest.get(frame).map_or(0.0, |height| -height);
-        let sunk = spans(motion.frames, |frame| frame >= motion.first && depth(frame) > BELOW);
-        for [from, to] in joined(sunk, motion.frames_in(A_STEP)) {
-            let deepest = 100.0 * (from..=to).map(depth).fold(0.0, f32::max);
-            findings.add(
-                UnderFloor,
-                [from, to],
-                Some(&point.name),
-                deepest,
-                confidence(deepest, 4.0),
-            );
-        }
+        sinks(motion, body, point, findings);
     }
-    treadmill(motion, body, findings);
+}
+
+/// Times in which a point of a foot is below the floor: with the body, or while the other foot stands on the floor.
+fn sinks(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Findings<'_>) {
+    let depth = |frame: usize| point.above_rest.get(frame).map_or(0.0, |height| -height);
+    let others = body.contacts.points.iter();
+    let others: Vec<&ContactPoint> = others.filter(|other| other.bone.side() != point.bone.side()).collect();
+    let stands = |frame: &usize| {
+        let is_on = |other: &&ContactPoint| {
+            let height = other.above_rest.get(*frame).copied().unwrap_or(f32::INFINITY);
+            height.abs() < BELOW && other.at_rest.get(*frame) == Some(&true)
+        };
+        others.iter().any(is_on)
+    };
+    let sunk = spans(motion.frames, |frame| frame >= motion.starts && depth(frame) > BELOW);
+    for [from, to] in joined(sunk, motion.frames_in(A_STEP)) {
+        let deepest = (from..=to).map(depth).fold(0.0, f32::max);
+        let deepest = 100.0 * deepest * (1.0 - ramp(deepest / body.leg, ANOTHER_FLOOR[0], ANOTHER_FLOOR[1]));
+        let on_other = (from..=to).filter(stands).count();
+        let kind = match 2 * on_other > to + 1 - from {
+            true => FootThroughFloor,
+            false => UnderFloor,
+        };
+        findings.add(kind, [from, to], Some(&point.name), deepest, confidence(deepest, 5.0));
+    }
 }
 
 /// Spans of which those are one that are at most so many frames apart.
@@ -77,7 +104,7 @@ fn is_ball(point: &ContactPoint) -> bool {
 
 /// How far a foot moves along the floor in each contact of a point of it: that point of the foot which moves least. A
 /// foot that turns on its heel or on its ball does not slide.
-fn slides(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Findings<'_>) {
+fn slides(motion: &Motion, body: &Body, point: &ContactPoint, belt: &[bool], findings: &mut Findings<'_>) {
     let side = point.bone.side();
     let points = body.contacts.points.iter();
     let nodes: Vec<usize> = points
@@ -85,51 +112,69 @@ fn slides(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Fin
         .map(|other| other.node.index())
         .collect();
     for [from, to] in point.intervals() {
-        let (from, to) = (from.max(motion.first), to.min(motion.frames - 1));
+        let (from, to) = (from.max(motion.starts), to.min(motion.frames - 1));
+        if from > to || belt[from..=to].contains(&true) {
+            continue;
+        }
         let slide = |node: &usize| {
             let at = |frame: usize| motion.at(frame, *node).with_y(0.0);
             (from..=to)
                 .map(|frame| at(frame).distance(at(from)))
                 .fold(0.0, f32::max)
         };
-        let centimetres = 100.0 * nodes.iter().map(slide).fold(f32::INFINITY, f32::min);
+        let hips = (from..=to).map(|frame| motion.at(frame, body.hips()).y - body.contacts.floor);
+        let stands = ramp(hips.fold(0.0, f32::max) / body.leg, STANDS[0], STANDS[1]);
+        let centimetres = 100.0 * stands * nodes.iter().map(slide).fold(f32::INFINITY, f32::min);
         findings.add(
             Skate,
             [from, to],
             Some(&point.name),
             centimetres,
-            confidence(centimetres, 6.0),
+            confidence(centimetres, 9.0),
         );
     }
 }
 
-/// Times in which a foot is on the floor and none is at rest.
-fn glides(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
-    let half = motion.frames_in(0.03);
+/// Times in which feet are on the floor, carry the body, and none is at rest.
+fn glides(motion: &Motion, body: &Body, belt: &[bool], findings: &mut Findings<'_>) {
+    let (half, around) = (motion.frames_in(0.03), motion.frames_in(0.06));
+    // The slowest point, where one that is hardly on the floor counts as fast; and how far on the floor they are.
     let slowest = |frame: usize| {
-        let low = body.contacts.points.iter();
-        let low = low.filter(|point| point.above_rest.get(frame).is_some_and(|height| *height < GLIDES_BELOW));
+        let low = |point: &ContactPoint| {
+            let height = point.above_rest.get(frame).copied().unwrap_or(f32::INFINITY);
+            1.0 - ramp(height, LOW[0], LOW[1])
+        };
+        let points = body.contacts.points.iter().map(|point| (low(point), point));
+        let points = points.filter(|(low, _)| *low > 0.0);
         let speed = |point: &ContactPoint| motion.velocity(frame, point.node.index(), half).with_y(0.0).length();
-        low.map(|point| (speed(point), point))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+        let points = points.map(|(low, point)| (speed(point) / low, low, point));
+        let most = points.clone().map(|(_, low, _)| low).fold(0.0, f32::max);
+        let slowest = points.min_by(|a, b| a.0.total_cmp(&b.0));
+        slowest.map(|(speed, _, point)| (speed * most * most, point))
     };
-    let speeds: Vec<f32> = (0..motion.frames)
-        .map(|frame| slowest(frame).map_or(0.0, |(speed, _)| speed))
-        .collect();
-    for [from, to] in spans(motion.frames, |frame| frame >= motion.first && speeds[frame] > GLIDES) {
-        if to + 1 - from < motion.frames_in(GLIDES_FOR) {
-            continue;
+    let speed = |frame: usize| {
+        if frame < motion.starts || belt[frame] {
+            return 0.0;
         }
+        let speed = slowest(frame).map_or(0.0, |(speed, _)| speed);
+        let carried = ramp(motion.rise(frame, body.hips(), around), FALLS[0], FALLS[1]);
+        speed * ramp(speed, GLIDES[0], GLIDES[1]) * carried
+    };
+    let speeds: Vec<f32> = (0..motion.frames).map(speed).collect();
+    for [from, to] in spans(motion.frames, |frame| speeds[frame] > 0.0) {
+        let seconds = (to + 1 - from) as f32 / motion.rate as f32;
         let path = 100.0 * speeds[from..=to].iter().sum::<f32>() / motion.rate as f32;
+        let path = path * ramp(seconds, GLIDES_FOR[0], GLIDES_FOR[1]);
         let joint = slowest((from + to) / 2).map(|(_, point)| point.name.as_str());
-        findings.add(Skate, [from, to], joint, path, confidence(path, 6.0));
+        findings.add(Skate, [from, to], joint, path, confidence(path, 9.0));
     }
 }
 
-/// Windows in which the feet pass each other by steps, while the hips stay.
-fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
+/// Windows in which the feet pass each other by steps, while the hips stay. Returns which frames they have.
+fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) -> Vec<bool> {
     let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| body.bones.get(&bone).copied());
-    let [Some(left), Some(right)] = feet else { return };
+    let mut walks = vec![false; motion.frames];
+    let [Some(left), Some(right)] = feet else { return walks };
     let apart: Vec<f32> = (0..motion.frames)
         .map(|frame| (motion.at(frame, left) - motion.at(frame, right)).dot(body.forward(motion, frame)))
         .collect();
@@ -145,9 +190,12 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         motion.velocity(frame, lower, around).dot(body.forward(motion, frame))
     };
     let carried: Vec<f32> = (0..motion.frames).map(carried).collect();
-    let (window, half) = (motion.frames_in(WINDOW), STEP * body.leg / 2.0);
-    let mut walks = vec![false; motion.frames];
-    let mut start = motion.first;
+    // A loop of one or two steps is shorter than the window, and its feet pass each other once.
+    let frames = motion.frames - motion.starts;
+    let (window, half) = (motion.frames_in(WINDOW).min(frames), STEP * body.leg / 2.0);
+    let is_loop = window == frames && motion.seconds() < WINDOW;
+    let (least, stays) = if is_loop { (1, STAYS_IN_LOOP) } else { (2, STAYS) };
+    let mut start = motion.starts;
     while start + window <= motion.frames {
         let part = start..start + window;
         // Steps: the feet are apart by half a step to one side, and then to the other.
@@ -164,7 +212,7 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
             .map(|frame| hips[frame].distance(hips[start]))
             .fold(0.0, f32::max);
         let belt = median(&mut carried[part.clone()].to_vec()).unwrap_or(0.0);
-        if passes >= 2 && path < STAYS * body.leg && belt.abs() > BELT {
+        if passes >= least && path < stays * body.leg && belt.abs() > BELT {
             walks[part].fill(true);
         }
         start += motion.frames_in(0.25);
@@ -173,4 +221,5 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         let seconds = (to + 1 - from) as f64 / motion.rate;
         findings.add(Treadmill, [from, to], None, seconds as f32, 0.8);
     }
+    walks
 }

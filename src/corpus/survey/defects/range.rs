@@ -80,7 +80,7 @@ impl Hinge {
     fn new(motion: &Motion, body: &Body, leg: [Bone; 3], forwards: &[f32]) -> Self {
         let thigh = body.bones.get(&leg[0]).copied();
         let mut sum = Vec3::ZERO;
-        for frame in (motion.first..motion.frames).filter(|frame| forwards[*frame] < 0.0) {
+        for frame in (motion.starts..motion.frames).filter(|frame| forwards[*frame] < 0.0) {
             if let (Some(node), Some([upper, lower])) = (thigh, limb(motion, body, frame, leg)) {
                 sum += motion.to_world(frame, node).inverse() * upper.cross(lower);
             }
@@ -118,7 +118,7 @@ fn degrees(a: Vec3, b: Vec3) -> f32 {
 fn add(motion: &Motion, body: &Body, bone: Bone, findings: &mut Findings<'_>, beyond: impl Fn(usize) -> Option<f32>) {
     let Some(node) = body.bones.get(&bone) else { return };
     let angles: Vec<f32> = (0..motion.frames).map(|frame| beyond(frame).unwrap_or(0.0)).collect();
-    for [from, to] in spans(motion.frames, |frame| frame >= motion.first && angles[frame] > 5.0) {
+    for [from, to] in spans(motion.frames, |frame| frame >= motion.starts && angles[frame] > 5.0) {
         if to + 1 - from >= motion.frames_in(SHORTEST) {
             let most = angles[from..=to].iter().copied().fold(0.0, f32::max);
             findings.add(

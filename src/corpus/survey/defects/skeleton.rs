@@ -19,7 +19,7 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
         let Some(parent) = motion.bones[node].filter(|parent| motion.is_joint[*parent]) else {
             continue;
         };
-        let lengths: Vec<f32> = (motion.first..motion.frames)
+        let lengths: Vec<f32> = (motion.starts..motion.frames)
             .map(|frame| motion.at(frame, node).distance(motion.at(frame, parent)))
             .collect();
         let usual = median(&mut lengths.clone()).unwrap_or(0.0);
@@ -32,7 +32,7 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
         let deviation = |at: usize| (lengths[at] - usual).abs() / usual;
         for [from, to] in spans(lengths.len(), |at| deviation(at) > BEGINS) {
             let percent = 100.0 * (from..=to).map(deviation).fold(0.0, f32::max);
-            let frames = [from + motion.first, to + motion.first];
+            let frames = [from + motion.starts, to + motion.starts];
             findings.add(
                 Breathing,
                 frames,

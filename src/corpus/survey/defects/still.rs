@@ -7,10 +7,8 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 use super::Findings;
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
-use crate::survey::thresholds::DefectKind::{Frozen, Gap, TPose};
+use crate::survey::thresholds::DefectKind::{Frozen, Gap, HeldEnd, StartsInTPose, TPose};
 
-/// The largest step of a position of a node that does not move, in metres: what is left of text with four decimals.
-const STILL: f32 = 2e-5;
 /// The largest step of a rotation of a joint that does not move, as a difference of quaternions: 0.005 degrees.
 const STILL_ROTATION: f32 = 4e-5;
 /// The shortest time in which a joint is said to hold its pose, in seconds.
@@ -43,18 +41,18 @@ const HELD_SPEED: f32 = 0.1;
 /// The time in seconds for which they must be held: shorter poses are part of a movement.
 const HELD: f64 = 0.5;
 
+/// The time in seconds after which a clip no longer begins in a T-pose: who is told to take one needs a moment.
+const BEGINS: f64 = 0.25;
+
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
-    findings.look_for(&[Frozen, Gap]);
+    findings.look_for(&[Frozen, HeldEnd, Gap]);
     let steps = motion.frames - 1;
-    let is_still = |step: usize| {
-        let pairs = motion.row(step).iter().zip(motion.row(step + 1));
-        step >= motion.first && pairs.fold(0.0, |most: f32, (a, b)| most.max((*a - *b).abs().max_element())) < STILL
-    };
-    let still: Vec<bool> = (0..steps).map(is_still).collect();
-    let frozen = spans(steps, |step| still[step]);
-    for [from, to] in &frozen {
+    let still: Vec<bool> = (0..steps).map(|step| motion.held[step + 1]).collect();
+    for [from, to] in spans(steps, |step| still[step]) {
         let seconds = (to + 1 - from) as f64 / motion.rate;
-        findings.add(Frozen, [*from, to + 1], None, seconds as f32, 1.0);
+        let is_end = from <= motion.starts || to + 1 == steps;
+        let kind = if is_end { HeldEnd } else { Frozen };
+        findings.add(kind, [from, to + 1], None, seconds as f32, 1.0);
     }
     gaps(motion, &still, findings);
 }
@@ -69,7 +67,7 @@ fn gaps(motion: &Motion, still: &[bool], findings: &mut Findings<'_>) {
         let holds: Vec<bool> = (0..still.len()).map(|at| step(at) < STILL_ROTATION).collect();
         let moves = holds.iter().filter(|holds| !**holds).count();
         // Where the whole body is still, nothing is missing of one joint.
-        let mut gaps = spans(still.len(), |at| holds[at] && !still[at] && at >= motion.first);
+        let mut gaps = spans(still.len(), |at| holds[at] && !still[at] && at >= motion.starts);
         gaps.retain(|[from, to]| to + 1 - from >= least);
         let missing: usize = gaps.iter().map(|[from, to]| to + 1 - from).sum();
         if (moves as f32) < MOVES * moving.saturating_sub(missing) as f32 || 5 * moves < moving {
@@ -98,14 +96,35 @@ fn difference(a: Quat, b: Quat) -> f32 {
     minus.length().min(plus.length())
 }
 
-/// Frames in which arms point sideways and legs down.
+/// T-poses with which a clip begins, and those within it.
 pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
-    findings.look_for(&[TPose]);
-    let frames = motion.first..motion.frames;
-    let mut is_t_pose = vec![false; motion.frames];
-    for frame in frames.clone() {
-        is_t_pose[frame] = self::is_t_pose(motion, body, frame);
+    findings.look_for(&[TPose, StartsInTPose]);
+    for [from, to] in t_poses(motion, body) {
+        let seconds = (to + 1 - from) as f64 / motion.rate;
+        let kind = if begins(motion, from) { StartsInTPose } else { TPose };
+        findings.add(kind, [from, to], None, seconds as f32, 0.9);
     }
+}
+
+/// The first frame in which defects are looked for: after rest poses and a T-pose with which the clip begins.
+pub(in crate::survey) fn starts(motion: &Motion) -> usize {
+    let first = motion
+        .body
+        .as_ref()
+        .and_then(|body| t_poses(motion, body).first().copied());
+    let after = first.filter(|[from, to]| begins(motion, *from) && to + 1 < motion.frames);
+    after.map_or(motion.first, |[_, to]| motion.first.max(to + 1))
+}
+
+fn begins(motion: &Motion, frame: usize) -> bool {
+    frame < motion.first + motion.frames_in(BEGINS)
+}
+
+/// Spans of frames in which arms point sideways and legs down.
+fn t_poses(motion: &Motion, body: &Body) -> Vec<[usize; 2]> {
+    let mut is_t_pose: Vec<bool> = (0..motion.frames)
+        .map(|frame| self::is_t_pose(motion, body, frame))
+        .collect();
     let around = motion.frames_in(0.1);
     let rests = |frame: usize, hand: Bone| {
         let node = body.bones.get(&hand);
@@ -117,15 +136,12 @@ pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<
                 .into_iter()
                 .all(|hand| rests(frame, hand))
     };
-    for [from, to] in spans(motion.frames, |frame| frames.contains(&frame) && is_held(frame)) {
+    for [from, to] in spans(motion.frames, |frame| frame >= motion.first && is_held(frame)) {
         if (to + 1 - from) as f64 / motion.rate >= HELD {
             is_t_pose[from..=to].fill(true);
         }
     }
-    for [from, to] in spans(motion.frames, |frame| is_t_pose[frame]) {
-        let seconds = (to + 1 - from) as f64 / motion.rate;
-        findings.add(TPose, [from, to], None, seconds as f32, 0.9);
-    }
+    spans(motion.frames, |frame| is_t_pose[frame])
 }
 
 /// Whether a frame is a T-pose.

@@ -2,7 +2,7 @@
 
 use mocap_scene::math::median::median;
 
-use super::{Findings, confidence};
+use super::{Findings, confidence, ramp};
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
@@ -10,13 +10,13 @@ use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
 /// The lowest joint of a floating body is at least this high, in metres. A thick sole is as high.
 const HOVERS: f32 = 0.04;
 
-/// The height in lengths of the leg of the lowest joint from which on something must carry the body. The hips of a body
-/// that lies are lower.
-const CARRIED: f32 = 0.2;
-/// The shortest time of hovering, in seconds.
-const SHORTEST: f64 = 0.25;
+/// The heights in lengths of the leg of the lowest joint from which on something may carry the body, and must. The hips
+/// of a body that lies are lower.
+const CARRIED: [f32; 2] = [0.2, 0.3];
+/// The times of hovering from which on it counts, and counts fully, in seconds.
+const SHORTEST: [f32; 2] = [0.2, 0.3];
 /// A body in the air falls with 9.81 m/s^2; one whose hips fall with less than half of it is carried.
-const FALLS: f32 = -4.9;
+const FALLS: [f32; 2] = [-6.0, -4.0];
 
 /// The shortest clip that tells where the floor is, in seconds.
 const TELLS: f64 = 0.3;
@@ -27,21 +27,17 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         return;
     }
     let heights: Vec<f32> = (0..motion.frames).map(|frame| height(motion, body, frame)).collect();
-    let carried = CARRIED * body.leg;
-    for [from, to] in spans(motion.frames, |frame| frame >= motion.first && heights[frame] > HOVERS) {
-        let seconds = (to + 1 - from) as f64 / motion.rate;
-        if seconds < SHORTEST || is_in_flight(motion, body, [from, to]) {
-            continue;
-        }
+    for [from, to] in spans(motion.frames, |frame| frame >= motion.starts && heights[frame] > HOVERS) {
+        let seconds = (to + 1 - from) as f32 / motion.rate as f32;
+        let rise = motion.rise((from + to) / 2, body.hips(), ((to - from) / 2).max(1));
+        let weight = ramp(seconds, SHORTEST[0], SHORTEST[1]) * ramp(rise, FALLS[0], FALLS[1]);
         let usual = median(&mut heights[from..=to].to_vec()).unwrap_or(0.0);
-        if usual > carried {
-            findings.add(NoSupport, [from, to], None, seconds as f32, 0.7);
-        } else {
-            let centimetres = 100.0 * usual;
-            findings.add(Floating, [from, to], None, centimetres, confidence(centimetres, 6.0));
-        }
+        let carried = ramp(usual / body.leg, CARRIED[0], CARRIED[1]);
+        findings.add(NoSupport, [from, to], None, seconds * carried * weight, 0.7);
+        let centimetres = 100.0 * usual * (1.0 - carried) * weight;
+        findings.add(Floating, [from, to], None, centimetres, confidence(centimetres, 6.0));
     }
-    for frame in [motion.first, motion.frames - 1] {
+    for frame in [motion.starts, motion.frames - 1] {
         let centimetres = 100.0 * heights[frame];
         findings.add(
             ClippedEnd,
@@ -59,12 +55,4 @@ fn height(motion: &Motion, body: &Body, frame: usize) -> f32 {
     let joints = row.filter(|(_, is_joint)| **is_joint).map(|(position, _)| position.y);
     let lowest = joints.fold(f32::INFINITY, f32::min) - body.contacts.floor;
     lowest.min(body.lowest_foot(frame))
-}
-
-/// Whether the hips fall as a body in the air does: by a parabola through both ends and the middle.
-fn is_in_flight(motion: &Motion, body: &Body, [from, to]: [usize; 2]) -> bool {
-    let at = |frame: usize| motion.at(frame, body.hips()).y;
-    let half = (to - from) as f32 / motion.rate as f32 / 2.0;
-    let acceleration = (at(from) + at(to) - 2.0 * at((from + to) / 2)) / (half * half).max(f32::MIN_POSITIVE);
-    acceleration < FALLS
 }

@@ -4,3 +4,4 @@ mod matching;
 mod placing;
 mod search;
 mod survey;
+mod verdicts;

@@ -1,0 +1,195 @@
+//! Verdicts: what lowers them, what does not, and changes of a file that must not change them. Files are changed as text.
+
+use mocap::survey::report::{ClipRow, Quality};
+use mocap::survey::{DefectKind, Thresholds};
+
+const CLEAN: [&str; 4] = [
+    "real/cmu_12_01_walk",
+    "real/motionbuilder_vicon_walk",
+    "skeletons/bvhtoolbox_walk01",
+    "skeletons/accad_run_turn",
+];
+
+fn text_of(name: &str) -> String {
+    let bytes = std::fs::read(format!("../../fixtures/{name}.bvh")).unwrap();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+fn row_of(text: &str) -> ClipRow {
+    let scene = mocap::Importer::new().read(text.as_bytes(), "x.bvh").unwrap();
+    Thresholds::default().examine(&scene, "x.bvh").remove(0).row
+}
+
+/// A BVH file: its hierarchy, the time of a frame in seconds, and its rows.
+struct Bvh {
+    hierarchy: String,
+    frame_time: f64,
+    rows: Vec<String>,
+}
+
+impl Bvh {
+    fn new(name: &str) -> Self {
+        let text = text_of(name);
+        let (hierarchy, motion) = text.split_once("MOTION").unwrap();
+        let mut lines = motion.lines().map(str::trim).filter(|line| !line.is_empty());
+        assert!(lines.next().unwrap().starts_with("Frames"));
+        let frame_time = lines.next().unwrap().split_whitespace().last().unwrap();
+        Self {
+            hierarchy: hierarchy.to_owned(),
+            frame_time: frame_time.parse().unwrap(),
+            rows: lines.map(str::to_owned).collect(),
+        }
+    }
+
+    fn stating(&self, frames: usize) -> String {
+        let Self {
+            hierarchy,
+            frame_time,
+            rows,
+        } = self;
+        let rows = rows.join("\n");
+        format!("{hierarchy}MOTION\nFrames: {frames}\nFrame Time: {frame_time:.7}\n{rows}\n")
+    }
+
+    fn row(&self) -> ClipRow {
+        row_of(&self.stating(self.rows.len()))
+    }
+}
+
+fn amount(row: &ClipRow, kind: DefectKind) -> f64 {
+    row.amounts.get(&kind).copied().unwrap_or(0.0)
+}
+
+#[test]
+fn properties_do_not_lower_the_verdict() {
+    for kind in DefectKind::ALL {
+        let mut row = ClipRow::default();
+        row.amounts.insert(*kind, 1e6);
+        row.judge(&Thresholds::default());
+        let (of_defects, of_properties) = (row.reasons.as_str(), row.properties.as_str());
+        match kind.is_property() {
+            true => assert_eq!(
+                (row.verdict, row.quality, of_defects, of_properties),
+                (Quality::Good, 1.0, "", kind.as_str())
+            ),
+            false => assert_eq!(
+                (row.verdict, of_defects, of_properties),
+                (Quality::Bad, kind.as_str(), "")
+            ),
+        }
+    }
+}
+
+#[test]
+fn a_file_that_is_cut_off_is_bad() {
+    for name in CLEAN {
+        let mut bvh = Bvh::new(name);
+        let stated = bvh.rows.len();
+        let kept = stated / 20;
+        bvh.rows.truncate(kept);
+        let row = row_of(&bvh.stating(stated));
+        assert_eq!(row.verdict, Quality::Bad, "{name}: {row:?}");
+        let missing = 100.0 * (1.0 - kept as f64 / stated as f64);
+        assert!(
+            (amount(&row, DefectKind::CutOff) - missing).abs() < 0.1,
+            "{name}: {row:?}"
+        );
+        // One that states the number that it has is whole.
+        assert_eq!(amount(&bvh.row(), DefectKind::CutOff), 0.0, "{name}");
+    }
+}
+
+#[test]
+fn a_file_without_motion_is_bad_and_a_pose_is_good() {
+    let skeleton = row_of(&text_of("real/latin1_name_no_motion"));
+    assert_eq!(
+        (skeleton.verdict, skeleton.reasons.as_str()),
+        (Quality::Bad, "no-motion")
+    );
+    for name in CLEAN {
+        let mut bvh = Bvh::new(name);
+        let pose = bvh.rows[bvh.rows.len() / 2].clone();
+        bvh.rows = vec![pose.clone(); 200];
+        let still = bvh.row();
+        assert_eq!(
+            (still.verdict, still.reasons.as_str()),
+            (Quality::Bad, "no-motion"),
+            "{name}"
+        );
+        for frames in 1..=3 {
+            bvh.rows = vec![pose.clone(); frames];
+            let row = bvh.row();
+            assert_eq!(
+                (row.verdict, row.properties.as_str()),
+                (Quality::Good, "pose-file"),
+                "{name}: {row:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_motion_at_a_wrong_rate_is_found() {
+    for name in CLEAN {
+        let mut bvh = Bvh::new(name);
+        let own = bvh.frame_time;
+        assert!(!bvh.row().reasons.contains("wrong-rate"), "{name}");
+        for frame_time in [own / 5.0, 1.0] {
+            bvh.frame_time = frame_time;
+            let row = bvh.row();
+            assert!(row.reasons.contains("wrong-rate"), "{name} {frame_time}: {row:?}");
+        }
+    }
+}
+
+/// A second in which a frame is repeated is one defect, and changes no other amount by as much as makes it another
+/// verdict.
+#[test]
+fn a_frozen_second_changes_no_other_verdict() {
+    for name in CLEAN {
+        let mut bvh = Bvh::new(name);
+        let own = bvh.row();
+        for part in [0.3, 0.6] {
+            let at = (part * bvh.rows.len() as f64) as usize;
+            let rows = bvh.rows.clone();
+            let second = (1.0 / bvh.frame_time).round() as usize;
+            let held = vec![bvh.rows[at].clone(); second];
+            bvh.rows.splice(at..at, held);
+            let mut row = bvh.row();
+            assert!((amount(&row, DefectKind::Frozen) - 1.0).abs() < 0.1, "{name}: {row:?}");
+            row.amounts.remove(&DefectKind::Frozen);
+            row.judge(&Thresholds::default());
+            assert_eq!(
+                row.verdict, own.verdict,
+                "{name}: {} instead of {}",
+                row.reasons, own.reasons
+            );
+            bvh.rows = rows;
+        }
+    }
+}
+
+#[test]
+fn a_held_end_and_half_the_rate_leave_the_verdict() {
+    for name in CLEAN {
+        let own = Bvh::new(name).row();
+        let mut held = Bvh::new(name);
+        let last = held.rows[held.rows.len() - 1].clone();
+        let second = (1.0 / held.frame_time).round() as usize;
+        held.rows.extend(vec![last; second]);
+        let mut half = Bvh::new(name);
+        half.rows = half.rows.iter().step_by(2).cloned().collect();
+        half.frame_time *= 2.0;
+        // At 15 frames per second a run cannot be told from noise.
+        let is_seen = half.frame_time < 1.0 / 25.0;
+        let laws = [("held end", held, true), ("half the rate", half, is_seen)];
+        for (law, bvh, _) in laws.into_iter().filter(|law| law.2) {
+            let row = bvh.row();
+            assert_eq!(
+                row.verdict, own.verdict,
+                "{name}, {law}: {} instead of {}",
+                row.reasons, own.reasons
+            );
+        }
+    }
+}
