@@ -201,7 +201,7 @@ fn parts_alike(
     };
     let (own, other) = (part(first, 0), part(second, 1));
     let rows = |frames: &Frames, part: &RangeInclusive<usize>| -> Vec<Vec<Trs>> {
-        part.clone().map(|frame| frames.row(frame).to_vec()).collect()
+        part.clone().map(|frame| frames.row(frame)).collect()
     };
     let (rows, mut others) = (rows(first, &own), rows(second, &other));
     let placement = carrier.placement(&others[0], &rows[0]);

@@ -107,15 +107,12 @@ impl Step for Clean {
         if frames.len() != old.len() {
             return Ok(report);
         }
-        let columns = 0..frames.nodes().len();
         let (mut rotated, mut moved): (Vec<NodeId>, Vec<NodeId>) = (Vec::new(), Vec::new());
-        for column in columns {
-            let (node, new, old) = (frames.nodes()[column], frames.track(column), old.track(column));
-            let differs = |differs: fn(&mocap_scene::pose::Trs, &mocap_scene::pose::Trs) -> bool| {
-                old.iter().zip(&new).any(|(old, new)| differs(old, new))
-            };
-            rotated.extend(differs(|old, new| old.rotation != new.rotation).then_some(node));
-            moved.extend(differs(|old, new| old.translation != new.translation).then_some(node));
+        for (column, node) in frames.nodes().iter().enumerate() {
+            let is_rotated = frames.rotations(column).ne(old.rotations(column));
+            let is_moved = frames.translations(column).ne(old.translations(column));
+            rotated.extend(is_rotated.then_some(*node));
+            moved.extend(is_moved.then_some(*node));
         }
         frames.write(scene, input.animation, &rotated, &moved);
         Ok(report)

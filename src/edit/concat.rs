@@ -125,7 +125,7 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
         None => [(first.len() - 1) as f64, 0.0],
     };
     let last = (last.round() as usize).min(first.len() - 1);
-    let mut rows: Vec<Vec<Trs>> = (0..=last).map(|frame| first.row(frame).to_vec()).collect();
+    let mut rows: Vec<Vec<Trs>> = (0..=last).map(|frame| first.row(frame)).collect();
     // The second at the frame rate of the first.
     let step = second.rate / first.rate;
     let count = first.up_to(((second.len() - 1) as f64 - start) / step + 1e-6, &[&second])?;

@@ -109,7 +109,7 @@ impl Floor {
 
     /// How much higher slope and drift have a point than its level.
     fn above(&self, point: &SlowPoint) -> f64 {
-        self.above_at(point.at, point.frame)
+        self.above_at(point.at(), point.frame as usize)
     }
 
     fn above_at(&self, at: DVec3, frame: usize) -> f64 {
@@ -289,8 +289,12 @@ impl Feet {
         for ((kind, track), side) in self.points.iter().zip(&self.sides) {
             for frame in half..self.frames.saturating_sub(half) {
                 if (track[frame + half] - track[frame - half]).length() < SLOW * seconds {
-                    let (kind, side, at) = (*kind, *side, track[frame]);
-                    found.push(SlowPoint { kind, side, frame, at });
+                    found.push(SlowPoint {
+                        at: track[frame].as_vec3(),
+                        frame: frame as u32,
+                        kind: *kind as u8,
+                        is_right: *side > 0.0,
+                    });
                 }
             }
         }
@@ -298,12 +302,27 @@ impl Feet {
     }
 }
 
-/// A point of a foot while it is slow.
+/// A point of a foot while it is slow. There is one in almost every frame of a motion of hours, so it is small.
 struct SlowPoint {
-    kind: usize,
-    side: f64,
-    frame: usize,
-    at: DVec3,
+    at: Vec3,
+    frame: u32,
+    kind: u8,
+    is_right: bool,
+}
+
+impl SlowPoint {
+    fn at(&self) -> DVec3 {
+        self.at.as_dvec3()
+    }
+
+    fn kind(&self) -> usize {
+        usize::from(self.kind)
+    }
+
+    /// Half of -1 on the left, of 1 on the right.
+    fn side(&self) -> f64 {
+        if self.is_right { 0.5 } else { -0.5 }
+    }
 }
 
 /// The unknowns of the two rises, after the two levels.
@@ -344,13 +363,13 @@ fn of(feet: &Feet) -> Option<Floor> {
     if points.len() < 8 {
         return None;
     }
-    let centre = points.iter().map(|point| point.at).sum::<DVec3>() / points.len() as f64;
+    let centre = points.iter().map(SlowPoint::at).sum::<DVec3>() / points.len() as f64;
     let knots = Knots::new(feet.frames, KNOT * feet.rate, KNOTS);
     let of_kind = |kind: usize| {
         points
             .iter()
-            .filter(move |point| point.kind == kind)
-            .map(|point| point.at.z)
+            .filter(move |point| point.kind() == kind)
+            .map(|point| point.at().z)
     };
     let mut levels = [0, 1].map(|kind| low(of_kind(kind)));
     let mut right_over_left = 0.0;
@@ -366,25 +385,19 @@ fn of(feet: &Feet) -> Option<Floor> {
         let scale = SCALES[0] * (SCALES[1] / SCALES[0]).powf((1.3 * part).min(1.0));
         let mut equations = LeastSquares::new(DRIFT + knots.count);
         for point in &points {
-            let from = point.at - centre;
-            let residual = point.at.z - levels[point.kind] - floor.above(point) - right_over_left * point.side;
+            let (at, kind, side) = (point.at(), point.kind(), point.side());
+            let from = at - centre;
+            let residual = at.z - levels[kind] - floor.above(point) - right_over_left * side;
             let weight = if residual > 0.0 {
                 biweight(residual / scale)
             } else {
                 biweight(residual / (4.0 * scale))
             };
             if weight > 0.0 {
-                let [knot, next] = knots.terms(point.frame, DRIFT);
+                let [knot, next] = knots.terms(point.frame as usize, DRIFT);
                 let rises = [(RISES[0], from.x), (RISES[1], from.y)];
-                let terms = [
-                    (point.kind, 1.0),
-                    rises[0],
-                    rises[1],
-                    (RIGHT_OVER_LEFT, point.side),
-                    knot,
-                    next,
-                ];
-                equations.add(&terms, point.at.z, one * weight);
+                let terms = [(kind, 1.0), rises[0], rises[1], (RIGHT_OVER_LEFT, side), knot, next];
+                equations.add(&terms, at.z, one * weight);
             }
         }
         for (kind, level) in levels.iter().enumerate() {
@@ -411,7 +424,7 @@ fn of(feet: &Feet) -> Option<Floor> {
         }
     }
     let near = |height: &dyn Fn(&SlowPoint) -> f64| {
-        let is_near = |point: &&SlowPoint| (point.at.z - levels[point.kind] - height(point)).abs() < NEAR;
+        let is_near = |point: &&SlowPoint| (point.at().z - levels[point.kind()] - height(point)).abs() < NEAR;
         points.iter().filter(is_near).count() as f64
     };
     // The level plane with the most points near it.

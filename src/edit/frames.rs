@@ -1,6 +1,7 @@
 //! The frames of an animation as transforms, to be changed and written back.
 
 mod gaps;
+mod track;
 mod weights;
 
 use glam::{Quat, Vec3};
@@ -12,6 +13,7 @@ use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene};
 
+use self::track::TrsTrack;
 use self::weights::Weights;
 pub(super) use self::weights::lost_weights;
 
@@ -26,8 +28,8 @@ pub(super) struct Frames {
     columns: Vec<Option<usize>>,
     /// The held nodes.
     nodes: Vec<NodeId>,
-    /// Frames x held nodes.
-    transforms: Vec<Trs>,
+    /// The transforms of each held node.
+    tracks: Vec<TrsTrack>,
     held: usize,
     /// The values of each held node that were constant in the animation.
     constant: Vec<ConstantParts>,
@@ -95,18 +97,22 @@ impl Frames {
             .iter()
             .map(|node| Trs::from_matrix(scene.nodes[node.index()].transform))
             .collect();
-        let mut transforms = Vec::with_capacity(ticks.len() * nodes.len());
-        for &tick in &ticks {
-            let row = transforms.len();
-            transforms.extend_from_slice(&rest);
+        let mut tracks: Vec<TrsTrack> = nodes.iter().map(|_| TrsTrack::new(std::iter::empty(), 0)).collect();
+        let mut row = rest.clone();
+        for (frame, &tick) in ticks.iter().enumerate() {
+            row.copy_from_slice(&rest);
             binding.sample(animation, tick, |node, trs| {
                 if let Some(column) = columns[node.index()] {
-                    transforms[row + column] = trs;
+                    row[column] = trs;
                 }
             });
+            for (track, trs) in tracks.iter_mut().zip(&row) {
+                track.push(frame, *trs, ticks.len());
+            }
         }
-        let constant = (0..nodes.len())
-            .map(|column| ConstantParts::of(transforms.iter().skip(column).step_by(nodes.len())))
+        let constant = tracks
+            .iter()
+            .map(|track| ConstantParts::of(track, ticks.len()))
             .collect();
         let gaps = scene.points_with_gaps(animation);
         let visible = gaps.iter().any(Option::is_some).then(|| {
@@ -121,7 +127,7 @@ impl Frames {
             ticks,
             rate: animation.ticks_per_second,
             columns,
-            transforms,
+            tracks,
             held: nodes.len(),
             nodes,
             constant,
@@ -145,34 +151,32 @@ impl Frames {
 
     /// The transforms of the held node at `column` of [`nodes`](Self::nodes), frame by frame.
     pub(super) fn track(&self, column: usize) -> Vec<Trs> {
-        self.transforms
-            .iter()
-            .skip(column)
-            .step_by(self.held.max(1))
-            .copied()
-            .collect()
+        (0..self.len()).map(|frame| self.at(frame, column)).collect()
     }
 
     /// Sets them.
     pub(super) fn set_track(&mut self, column: usize, track: &[Trs]) {
-        let column_of_node = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
-        for (kept, trs) in column_of_node.zip(track) {
-            *kept = *trs;
+        for (frame, trs) in track.iter().enumerate() {
+            self.set_at(frame, column, *trs);
         }
     }
 
     /// The rotations of a held node, frame by frame.
     pub(super) fn rotations(&self, column: usize) -> impl Iterator<Item = Quat> {
-        let tracks = self.transforms.iter().skip(column).step_by(self.held.max(1));
-        tracks.map(|trs| trs.rotation)
+        (0..self.len()).map(move |frame| self.tracks[column].rotation.at(frame))
     }
 
     /// Sets them.
     pub(super) fn set_rotations(&mut self, column: usize, rotations: &[Quat]) {
-        let column_of_node = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
-        column_of_node
-            .zip(rotations)
-            .for_each(|(kept, rotation)| kept.rotation = *rotation);
+        let frames = self.len();
+        for (frame, rotation) in rotations.iter().enumerate() {
+            self.tracks[column].rotation.set(frame, *rotation, frames);
+        }
+    }
+
+    /// The translations of a held node, frame by frame.
+    pub(super) fn translations(&self, column: usize) -> impl Iterator<Item = Vec3> {
+        (0..self.len()).map(move |frame| self.tracks[column].translation.at(frame))
     }
 
     /// The column of a node among those that are held.
@@ -180,14 +184,27 @@ impl Frames {
         self.columns[node.index()]
     }
 
+    /// The transform of the held node at `column` of [`nodes`](Self::nodes).
+    #[inline]
+    pub(super) fn at(&self, frame: usize, column: usize) -> Trs {
+        self.tracks[column].at(frame)
+    }
+
+    fn set_at(&mut self, frame: usize, column: usize, trs: Trs) {
+        let frames = self.len();
+        self.tracks[column].set(frame, trs, frames);
+    }
+
     /// All transforms of a frame, in the order of [`nodes`](Self::nodes).
-    pub(super) fn row(&self, frame: usize) -> &[Trs] {
-        &self.transforms[frame * self.held..(frame + 1) * self.held]
+    pub(super) fn row(&self, frame: usize) -> Vec<Trs> {
+        (0..self.held).map(|column| self.at(frame, column)).collect()
     }
 
     /// Sets all transforms of a frame.
     pub(super) fn set_row(&mut self, frame: usize, row: &[Trs]) {
-        self.transforms[frame * self.held..(frame + 1) * self.held].copy_from_slice(row);
+        for (column, trs) in row.iter().enumerate() {
+            self.set_at(frame, column, *trs);
+        }
     }
 
     /// The same between two frames, or at the nearest end.
@@ -196,23 +213,37 @@ impl Frames {
         let frame = frame.clamp(0.0, last as f64);
         let (before, fraction) = (frame.floor() as usize, (frame - frame.floor()) as f32);
         if fraction == 0.0 {
-            return self.row(before).to_vec();
+            return self.row(before);
         }
-        let pairs = self.row(before).iter().zip(self.row((before + 1).min(last)));
-        pairs.map(|(a, b)| between(*a, *b, fraction)).collect()
+        let after = (before + 1).min(last);
+        let between = |column: usize| between(self.at(before, column), self.at(after, column), fraction);
+        (0..self.held).map(between).collect()
     }
 
     /// Frames at whole ticks with the transforms of `rows` instead of these, in which all points are seen. The weights
     /// of morph targets stay in their frames.
     pub(super) fn with_rows(&self, rows: Vec<Vec<Trs>>) -> Self {
+        let track = |column: usize| TrsTrack::new(rows.iter().map(|row| row[column]), rows.len());
+        self.with_tracks((0..self.held).map(track).collect(), rows.len())
+    }
+
+    /// Frames at whole ticks: chosen ones of these, in which all points are seen.
+    fn picked(&self, chosen: &[usize]) -> Self {
+        self.with_tracks(
+            self.tracks.iter().map(|track| track.picked(chosen)).collect(),
+            chosen.len(),
+        )
+    }
+
+    fn with_tracks(&self, tracks: Vec<TrsTrack>, frames: usize) -> Self {
         Self {
             visible: None,
-            weights: self.weights.with_frames(rows.len()),
-            ticks: (0..rows.len()).map(|tick| tick as f64).collect(),
+            weights: self.weights.with_frames(frames),
+            ticks: (0..frames).map(|tick| tick as f64).collect(),
             rate: self.rate,
             columns: self.columns.clone(),
             nodes: self.nodes.clone(),
-            transforms: rows.concat(),
+            tracks,
             held: self.held,
             constant: self.constant.clone(),
         }
@@ -221,7 +252,7 @@ impl Frames {
     /// How many frames a motion that is made of these and others has, from 0 to `last` at another time or rate, if they
     /// are not too many for what there is.
     pub(super) fn up_to(&self, last: f64, others: &[&Self]) -> Result<usize> {
-        let stated: usize = [self].iter().chain(others).map(|frames| frames.transforms.len()).sum();
+        let stated: usize = [self].iter().chain(others).map(|frames| frames.values()).sum();
         Ok(FrameBudget::stated_by(&Limits::default(), stated as u64).frames(last, self.held)?)
     }
 
@@ -249,6 +280,11 @@ impl Frames {
         self.ticks.len()
     }
 
+    /// Frames x held nodes.
+    fn values(&self) -> usize {
+        self.len() * self.held
+    }
+
     /// The whole number of frames nearest to a time, at least 1.
     pub(super) fn frames_in(&self, seconds: f64) -> usize {
         contacts::frames_in(seconds, self.rate, self.len())
@@ -256,14 +292,14 @@ impl Frames {
 
     /// The frames on either side that a filter averages, if they are not too many for this motion.
     pub(super) fn filter_radius(&self, frames: usize) -> Result<usize> {
-        Ok(limits::filter_radius(frames, self.transforms.len())?)
+        Ok(limits::filter_radius(frames, self.values())?)
     }
 
     /// Moves `pose`, which is one of the same scene, to a frame.
     pub(super) fn pose(&self, frame: usize, pose: &mut Pose) {
         for (node, column) in self.columns.iter().enumerate() {
             if let Some(column) = column {
-                pose.node_to_parent[node] = self.transforms[frame * self.held + column].matrix();
+                pose.node_to_parent[node] = self.at(frame, *column).matrix();
             }
         }
         pose.update_world();
@@ -272,13 +308,13 @@ impl Frames {
     /// The transform of a node that is held.
     pub(super) fn get(&self, frame: usize, node: NodeId) -> Option<Trs> {
         let column = self.columns[node.index()]?;
-        Some(self.transforms[frame * self.held + column])
+        Some(self.at(frame, column))
     }
 
     /// Sets the transform of a node that is held; others keep theirs.
     pub(super) fn set(&mut self, frame: usize, node: NodeId, trs: Trs) {
         if let Some(column) = self.columns[node.index()] {
-            self.transforms[frame * self.held + column] = trs;
+            self.set_at(frame, column, trs);
         }
     }
 
@@ -357,15 +393,21 @@ impl Frames {
 }
 
 impl ConstantParts {
-    /// Finds the constant parts of the transforms of a node, one transform per frame.
-    fn of<'a>(mut track: impl Iterator<Item = &'a Trs> + Clone) -> Self {
-        let Some(first) = track.next() else {
+    /// Finds the constant parts of the transforms of a node.
+    fn of(track: &TrsTrack, frames: usize) -> Self {
+        if frames == 0 {
             return Self::default();
-        };
+        }
+        let TrsTrack {
+            translation,
+            rotation,
+            scale,
+        } = track;
+        let is_first = |is_first: &dyn Fn(usize) -> bool| (1..frames).all(is_first);
         Self {
-            translation: (track.clone().all(|trs| trs.translation == first.translation)).then_some(first.translation),
-            rotation: (track.clone().all(|trs| trs.rotation == first.rotation)).then_some(first.rotation),
-            scale: (track.all(|trs| trs.scale == first.scale)).then_some(first.scale),
+            translation: is_first(&|frame| translation.at(frame) == translation.at(0)).then(|| translation.at(0)),
+            rotation: is_first(&|frame| rotation.at(frame) == rotation.at(0)).then(|| rotation.at(0)),
+            scale: is_first(&|frame| scale.at(frame) == scale.at(0)).then(|| scale.at(0)),
         }
     }
 }

@@ -109,7 +109,7 @@ fn in_between(scene: &mut Scene, input: &StepInput<'_>, options: &InBetween) -> 
     }
     keys.sort_unstable();
     keys.dedup();
-    let mut rows: Vec<Vec<Trs>> = (0..frames.len()).map(|frame| frames.row(frame).to_vec()).collect();
+    let mut rows: Vec<Vec<Trs>> = (0..frames.len()).map(|frame| frames.row(frame)).collect();
     for (first, pair) in keys.windows(2).enumerate() {
         let around = [
             keys[first.saturating_sub(1)],
@@ -118,7 +118,7 @@ fn in_between(scene: &mut Scene, input: &StepInput<'_>, options: &InBetween) -> 
             keys[(first + 2).min(keys.len() - 1)],
         ];
         for column in 0..frames.nodes().len() {
-            let values = around.map(|key| frames.row(key)[column]);
+            let values = around.map(|key| frames.at(key, column));
             let squad = (options.interpolation == KeyInterpolation::Squad).then(|| Squad::new(values, around));
             for (offset, row) in rows[pair[0] + 1..pair[1]].iter_mut().enumerate() {
                 let fraction = (offset + 1) as f32 / (pair[1] - pair[0]) as f32;
@@ -134,7 +134,7 @@ fn in_between(scene: &mut Scene, input: &StepInput<'_>, options: &InBetween) -> 
         ..InBetweenReport::default()
     };
     for (frame, row) in rows.iter().enumerate() {
-        for (old, new) in frames.row(frame).iter().zip(row) {
+        for (old, new) in frames.row(frame).into_iter().zip(row) {
             let by = log(old.rotation.inverse() * new.rotation).length().to_degrees();
             report.largest_rotation = report.largest_rotation.max(by);
             report.largest_position = report.largest_position.max(old.translation.distance(new.translation));

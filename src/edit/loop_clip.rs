@@ -145,12 +145,12 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
             frames.len() - 1
         ));
     }
-    let mut rows: Vec<Vec<Trs>> = (first..=last).map(|frame| frames.row(frame).to_vec()).collect();
+    let mut rows: Vec<Vec<Trs>> = (first..=last).map(|frame| frames.row(frame)).collect();
     let count = rows.len();
     // The last pose as it would be at the start of the next cycle.
     let onward = carrier.placement(&rows[0], &rows[count - 1]);
     let next = match last + 1 < frames.len() {
-        true => frames.row(last + 1).to_vec(),
+        true => frames.row(last + 1),
         false => inertia::onward([&rows[count - 3], &rows[count - 2], &rows[count - 1]]),
     };
     let mut old = [rows[count - 1].clone(), next];

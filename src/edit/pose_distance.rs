@@ -22,7 +22,7 @@ pub(super) struct Poses {
 impl Poses {
     /// The poses of `chosen` frames. With `speed_weight`, the speeds of the joints to their next frames count too.
     pub(super) fn new(frames: &Frames, chosen: &[usize], carrier: &Carrier, speed_weight: Option<f32>) -> Self {
-        let rotation = |frame: usize, column: usize| frames.row(frame)[column].rotation;
+        let rotation = |frame: usize, column: usize| frames.at(frame, column).rotation;
         let mut poses = Self {
             count: chosen.len(),
             rotations: Vec::new(),

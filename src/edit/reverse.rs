@@ -35,7 +35,7 @@ impl Step for Reverse {
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
         let frames = Frames::new(scene, input.animation, &[])?;
-        let rows = (0..frames.len()).rev().map(|frame| frames.row(frame).to_vec());
+        let rows = (0..frames.len()).rev().map(|frame| frames.row(frame));
         let taken: Vec<_> = (0..frames.len()).rev().map(|frame| (&frames, frame as f64)).collect();
         frames
             .with_rows_of(rows.collect(), &taken)

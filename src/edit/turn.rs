@@ -67,7 +67,7 @@ impl Step for Turn {
             }
             _ => return refuse("turn takes either by=DEGREES or facing=AXIS".to_owned()),
         };
-        let pivot = carrier.position(frames.row(0));
+        let pivot = carrier.position(&frames.row(0));
         let turn = Mat4::from_quat(Quat::from_axis_angle(carrier.up, by));
         let motion = Mat4::from_translation(pivot) * turn * Mat4::from_translation(-pivot);
         let moved = move_all(scene, &mut frames, motion);

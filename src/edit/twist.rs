@@ -60,7 +60,7 @@ pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: u
 
 /// The joint and those below it that are turned too, as far as one of them jumps.
 fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<Vec<TwistedJoint>> {
-    let at = |column: usize| [frame - 1, frame].map(|frame| frames.row(frame)[column]);
+    let at = |column: usize| [frame - 1, frame].map(|frame| frames.at(frame, column));
     let [before, after] = at(column);
     let mut jump = before.rotation.inverse() * after.rotation;
     let (mut column, mut turns) = (column, Vec::new());
@@ -68,7 +68,7 @@ fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<
         let child = only_child(scene, frames.nodes()[column])?;
         let below = frames.column(child);
         let rest = Trs::from_matrix(scene.nodes[child.index()].transform).translation;
-        let bone = below.map_or(rest, |below| frames.row(frame)[below].translation);
+        let bone = below.map_or(rest, |below| frames.at(frame, below).translation);
         let bone = bone.try_normalize()?;
         let angle = 2.0 * Vec3::new(jump.x, jump.y, jump.z).dot(bone).atan2(jump.w);
         let angle = angle - TAU * ((angle + PI) / TAU).floor();
@@ -107,7 +107,7 @@ fn is_end(scene: &Scene, joint: NodeId) -> bool {
 }
 
 fn rotate(frames: &mut Frames, column: usize, frame: usize, by: impl Fn(Quat) -> Quat) {
-    let trs = frames.row(frame)[column];
+    let trs = frames.at(frame, column);
     let rotation = in_hemisphere_of(trs.rotation, by(trs.rotation).normalize());
     frames.set(frame, frames.nodes()[column], Trs { rotation, ..trs });
 }

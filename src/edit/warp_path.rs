@@ -106,7 +106,7 @@ pub(super) fn warp_path(
     let above = scene.nodes[frames.nodes()[carrier.column].index()].parent;
     let to_world = above.map_or(Mat4::IDENTITY, |parent| Pose::rest(scene).node_to_world[parent.index()]);
     let (from_world, above_turned) = (to_world.inverse(), Trs::from_matrix(to_world).rotation);
-    let position_at = |frame: usize| to_world.transform_point3(frames.row(frame)[carrier.column].translation);
+    let position_at = |frame: usize| to_world.transform_point3(frames.at(frame, carrier.column).translation);
     let was_at: Vec<DVec2> = (0..frames.len()).map(|frame| over_ground(position_at(frame))).collect();
     let at_frames = frames_of(points, &was_at, frames.rate)?;
     let seconds: Vec<f64> = frames.ticks.iter().map(|tick| tick / frames.rate).collect();
@@ -145,7 +145,7 @@ pub(super) fn warp_path(
     let handed = axes[0].cross(axes[1]).dot(up);
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(frames.len());
     for (frame, turn) in turns.into_iter().enumerate() {
-        let mut row = frames.row(frame).to_vec();
+        let mut row = frames.row(frame);
         let from = was_at[frame];
         let to = new.at(seconds[frame]) + DVec2::from_angle(turn).rotate(from - old.at(seconds[frame]));
         let shift: DVec3 = axes[0] * (to - from).x + axes[1] * (to - from).y;

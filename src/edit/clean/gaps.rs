@@ -104,9 +104,58 @@ impl Hypotheses {
     }
 }
 
-/// The frames of a motion, each with the step that leads to it and with its time.
-pub(super) struct Gaps {
-    /// For each part of a step that is not always 0 the steps: that of index `n` leads to frame `n + 1`.
+/// Windows that are looked at together, so that a long motion needs little memory.
+const BLOCK: usize = 1000 * STRIDE;
+
+/// Windows on either side of a block that say what is usual there and which of them is the highest.
+const MARGIN: usize = STRIDE * (AROUND + SIDE.div_ceil(STRIDE));
+
+/// What the frames of a motion tell of gaps.
+pub(super) struct GapEvidence {
+    /// The frames before which one may be missing, each with how much speaks for it.
+    pub(super) dropped: Vec<(usize, f32)>,
+    /// For each frame that was asked how much speaks for a longer time of the step to it; `None` at the ends.
+    pub(super) longer: Vec<Option<f32>>,
+}
+
+impl GapEvidence {
+    /// Looks at frames at `times`. `step` gives a part of the step that leads to a frame; `asked` are frames, in their
+    /// order, each with the time by which its step may be longer.
+    pub(super) fn new(
+        times: &[f64],
+        parts: usize,
+        step: impl Fn(usize, usize) -> Vec3,
+        asked: &[(usize, f64)],
+    ) -> Self {
+        let moves = |part: &usize| (1..times.len()).any(|frame| step(frame, *part) != Vec3::ZERO);
+        let parts: Vec<usize> = (0..parts).filter(moves).collect();
+        let windows = times.len().saturating_sub(WINDOW - 1);
+        let mut evidence = Self {
+            dropped: Vec::new(),
+            longer: vec![None; asked.len()],
+        };
+        for start in (0..windows).step_by(BLOCK) {
+            let end = (start + BLOCK).min(windows);
+            let (from, to) = (start.saturating_sub(MARGIN), (end + MARGIN).min(windows));
+            let frames = from..to + WINDOW - 1;
+            let of_part = |part: &usize| frames.clone().skip(1).map(|frame| step(frame, *part).into()).collect();
+            let gaps = Gaps::new(parts.iter().map(of_part).collect(), times[frames.clone()].to_vec());
+            let is_inside = |frame: usize| (start + SIDE..end + SIDE).contains(&frame);
+            let dropped = gaps.dropped().into_iter().map(|(frame, sure)| (from + frame, sure));
+            evidence.dropped.extend(dropped.filter(|(frame, _)| is_inside(*frame)));
+            let first = asked.partition_point(|(frame, _)| *frame < start + SIDE);
+            let inside = asked.iter().enumerate().skip(first);
+            for (index, (frame, by)) in inside.take_while(|(_, (frame, _))| is_inside(*frame)) {
+                evidence.longer[index] = gaps.is_longer(frame - from, *by);
+            }
+        }
+        evidence
+    }
+}
+
+/// The frames of a part of a motion, each with the step that leads to it and with its time.
+struct Gaps {
+    /// For each part of a step that is not always 0 in the motion the steps: that of index `n` leads to frame `n + 1`.
     parts: Vec<Vec<Vec3A>>,
     times: Vec<f64>,
     even: Hypotheses,
@@ -117,12 +166,9 @@ pub(super) struct Gaps {
 }
 
 impl Gaps {
-    pub(super) fn new(steps: &[&[Vec3]], times: Vec<f64>) -> Self {
-        let count = steps.first().map_or(0, |step| step.len());
-        let parts = (0..count).filter(|part| steps.iter().any(|step| step[*part] != Vec3::ZERO));
-        let of_part = |part: usize| steps.iter().map(|step| step[part].into()).collect();
+    fn new(parts: Vec<Vec<Vec3A>>, times: Vec<f64>) -> Self {
         let mut gaps = Self {
-            parts: parts.map(of_part).collect(),
+            parts,
             even: Hypotheses::new(&std::array::from_fn(|at| at as f64), 1.0),
             left: Vec::new(),
             usual: Vec::new(),
@@ -191,7 +237,7 @@ impl Gaps {
     }
 
     /// The frames before which one may be missing, each with how much speaks for it.
-    pub(super) fn dropped(&self) -> Vec<(usize, f32)> {
+    fn dropped(&self) -> Vec<(usize, f32)> {
         let scores: Vec<f32> = (0..self.windows()).map(|window| self.score(window)).collect();
         let is_highest = |window: usize| {
             let around = &scores[window.saturating_sub(SIDE)..(window + SIDE + 1).min(scores.len())];
@@ -205,7 +251,7 @@ impl Gaps {
     }
 
     /// How much speaks for a longer time of the step to a frame, by so many frames; `None` at the ends.
-    pub(super) fn is_longer(&self, frame: usize, by: f64) -> Option<f32> {
+    fn is_longer(&self, frame: usize, by: f64) -> Option<f32> {
         let window = frame.checked_sub(SIDE).filter(|window| *window < self.windows())?;
         let sum = self.with(window, by, |both| {
             let of_part = |(part, usual): (&Vec<Vec3A>, &Vec<f32>)| {

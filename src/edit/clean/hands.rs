@@ -44,10 +44,18 @@ const TREMBLES: f64 = 1.15;
 struct HandContact {
     hand: Palm,
     with: With,
-    /// Where the hand is to it, in metres, frame by frame, without the noise of this track.
-    apart: Vec<DVec3>,
-    /// How much the meeting counts in each frame.
-    weights: Vec<f64>,
+    /// The frames in which the meeting counts, in their order.
+    frames: Vec<HandFrame>,
+}
+
+/// A frame in which a hand meets something.
+#[derive(Clone, Copy, Debug)]
+struct HandFrame {
+    frame: usize,
+    /// Where the hand is to what it meets, in metres, without the noise of this track.
+    apart: DVec3,
+    /// How much the meeting counts.
+    weight: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -140,33 +148,27 @@ impl Meetings {
                 pairs.extend(joints.map(|joint| (*hand, With::Body(joint, end(work, joint)), thick * size)));
             }
         }
-        let mut found: Vec<HandContact> = pairs
-            .iter()
-            .map(|(hand, with, _)| HandContact {
-                hand: *hand,
-                with: *with,
-                apart: Vec::new(),
-                weights: Vec::new(),
-            })
-            .collect();
+        let apart = |(hand, with, _): &(Palm, With, f32), pose: &Pose| with.apart(*hand, pose) * work.metres;
         let mut pose = Pose::rest(work.scene);
+        let mut is_met = vec![false; pairs.len()];
         for frame in 0..work.frames.len() {
             work.frames.pose(frame, &mut pose);
-            for meeting in &mut found {
-                let apart = meeting.with.apart(meeting.hand, &pose) * work.metres;
-                meeting.apart.push(apart.as_dvec3());
+            for (is_met, pair) in is_met.iter_mut().zip(&pairs) {
+                let near = f64::from(pair.2) + work.weights.hand_noise;
+                *is_met = *is_met || pair.1.distance(apart(pair, &pose).as_dvec3(), work.metres) < near;
             }
         }
-        for (meeting, (_, _, near)) in found.iter_mut().zip(&pairs) {
-            let near = f64::from(*near);
-            let is_near = |apart: &DVec3| meeting.with.distance(*apart, work.metres) < near + work.weights.hand_noise;
-            if meeting.apart.iter().any(is_near) {
-                meeting.smooth(work, bank);
-                meeting.weights = meeting.weights(near, work);
+        let mut is_met = is_met.into_iter();
+        pairs.retain(|_| is_met.next().unwrap_or_default());
+        let mut tracks: Vec<Vec<Vec3>> = pairs.iter().map(|_| Vec::with_capacity(work.frames.len())).collect();
+        for frame in 0..work.frames.len() {
+            work.frames.pose(frame, &mut pose);
+            for (track, pair) in tracks.iter_mut().zip(&pairs) {
+                track.push(apart(pair, &pose));
             }
         }
-        found.retain(|meeting| meeting.weights.contains(&1.0));
-        Self(found)
+        let contact = |(pair, track): (&(Palm, With, f32), Vec<Vec3>)| HandContact::new(*pair, track, work, bank);
+        Self(pairs.iter().zip(tracks).filter_map(contact).collect())
     }
 
     /// The mean distance of hands from what they meet while they do, in metres; `None` where they meet nothing.
@@ -175,7 +177,7 @@ impl Meetings {
         let (mut sum, mut count) = (0.0, 0);
         for frame in 0..work.frames.len() {
             let mut is_posed = false;
-            for meeting in self.0.iter().filter(|meeting| meeting.weights.get(frame) == Some(&1.0)) {
+            for meeting in self.0.iter().filter(|meeting| meeting.weight(frame) == 1.0) {
                 if !is_posed {
                     work.frames.pose(frame, &mut pose);
                     is_posed = true;
@@ -210,21 +212,17 @@ impl Meetings {
         let mut changed = 0;
         let mut pose = Pose::rest(work.scene);
         for frame in 0..work.frames.len() {
-            if self.0.iter().all(|meeting| meeting.weights[frame] == 0.0) {
+            if self.0.iter().all(|meeting| meeting.weight(frame) == 0.0) {
                 continue;
             }
             work.frames.pose(frame, &mut pose);
             let mut arms: Vec<(Palm, Vec3, f32)> = Vec::new();
             for meeting in &self.0 {
+                let weight = meeting.weight(frame) as f32;
                 for (palm, by) in meeting.shifts(frame, &pose, work.metres) {
                     match arms.iter_mut().find(|arm| arm.0.arm == palm.arm) {
-                        Some(arm) => {
-                            (arm.1, arm.2) = (
-                                arm.1 + by * meeting.weights[frame] as f32,
-                                arm.2 + meeting.weights[frame] as f32,
-                            );
-                        }
-                        None => arms.push((palm, by * meeting.weights[frame] as f32, meeting.weights[frame] as f32)),
+                        Some(arm) => (arm.1, arm.2) = (arm.1 + by * weight, arm.2 + weight),
+                        None => arms.push((palm, by * weight, weight)),
                     }
                 }
             }
@@ -239,22 +237,13 @@ impl Meetings {
     }
 }
 
-impl HandContact {
-    /// Takes the noise out of where the hand is to what it meets.
-    fn smooth(&mut self, work: &Work<'_>, bank: &Bank) {
-        let is_noise = |noise: f64| noise >= work.weights.least_distance;
-        let smooth = without_noise::<Positions>(&self.apart, &work.missing, work.frames.rate, bank, true, is_noise);
-        if let Some((smooth, _)) = smooth {
-            self.apart = smooth;
-        }
-    }
-
+impl With {
     /// 1 where the hand is near, and less where it is not so near, or passes.
-    fn weights(&self, near: f64, work: &Work<'_>) -> Vec<f64> {
-        let end = self.apart.len().saturating_sub(1);
+    fn weights(self, apart: &[DVec3], near: f64, work: &Work<'_>) -> Vec<f64> {
+        let end = apart.len().saturating_sub(1);
         let speed = |frame: usize| {
             let (from, to) = (frame.saturating_sub(1), (frame + 1).min(end));
-            self.apart[to].distance(self.apart[from]) * work.frames.rate / (to - from).max(1) as f64
+            apart[to].distance(apart[from]) * work.frames.rate / (to - from).max(1) as f64
         };
         let fade = work.weights.hand_fade;
         let least = |ratio: f64| {
@@ -262,22 +251,57 @@ impl HandContact {
             1.0 - part * part * (3.0 - 2.0 * part)
         };
         let weight = |frame: usize| {
-            let is_near = least(self.with.distance(self.apart[frame], work.metres) / near);
-            match self.with {
-                With::Hand(_) => is_near,
-                With::Body(..) => is_near.min(least(speed(frame) / work.weights.hand_speed)),
+            let is_near = least(self.distance(apart[frame], work.metres) / near);
+            match self {
+                Self::Hand(_) => is_near,
+                Self::Body(..) => is_near.min(least(speed(frame) / work.weights.hand_speed)),
             }
         };
-        let weights: Vec<f64> = (0..self.apart.len()).map(weight).collect();
+        let weights: Vec<f64> = (0..apart.len()).map(weight).collect();
         eased(&weights, work.frames.frames_in(work.weights.hand_blend))
+    }
+}
+
+impl HandContact {
+    /// Takes the noise out of where the hand is to what may meet it; `None` where they do not meet.
+    fn new((hand, with, near): (Palm, With, f32), track: Vec<Vec3>, work: &Work<'_>, bank: &Bank) -> Option<Self> {
+        let mut apart: Vec<DVec3> = track.iter().map(|apart| apart.as_dvec3()).collect();
+        drop(track);
+        let is_noise = |noise: f64| noise >= work.weights.least_distance;
+        let smooth = without_noise::<Positions>(&apart, &work.missing, work.frames.rate, bank, true, is_noise);
+        if let Some((smooth, _)) = smooth {
+            apart = smooth;
+        }
+        let weights = with.weights(&apart, f64::from(near), work);
+        let frames = weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0);
+        let frames = frames.map(|(frame, weight)| HandFrame {
+            frame,
+            apart: apart[frame],
+            weight: *weight,
+        });
+        weights.contains(&1.0).then(|| Self {
+            hand,
+            with,
+            frames: frames.collect(),
+        })
+    }
+
+    fn at(&self, frame: usize) -> Option<&HandFrame> {
+        let found = self.frames.binary_search_by_key(&frame, |held| held.frame);
+        found.ok().map(|index| &self.frames[index])
+    }
+
+    /// How much the meeting counts in a frame.
+    fn weight(&self, frame: usize) -> f64 {
+        self.at(frame).map_or(0.0, |held| held.weight)
     }
 
     /// How far each hand has to come, in units of the scene.
     fn shifts(&self, frame: usize, pose: &Pose, metres: f32) -> Vec<(Palm, Vec3)> {
-        if self.weights[frame] == 0.0 {
+        let Some(held) = self.at(frame) else {
             return Vec::new();
-        }
-        let goal = (self.apart[frame] / f64::from(metres)).as_vec3();
+        };
+        let goal = (held.apart / f64::from(metres)).as_vec3();
         let off = goal - self.with.apart(self.hand, pose);
         match self.with {
             With::Hand(other) => vec![(self.hand, 0.5 * off), (other, -0.5 * off)],

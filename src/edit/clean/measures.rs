@@ -1,5 +1,7 @@
 //! The measures of a motion before and after a part.
 
+use std::collections::VecDeque;
+
 use glam::Vec3;
 use mocap_scene::math::median::{median, ranked};
 use mocap_scene::pose::Pose;
@@ -17,6 +19,9 @@ use crate::work::Work;
 const SPEED_OVER: f64 = 0.1;
 /// Of the speeds of all joints in all frames, one in so many is faster than the peak.
 const PEAK: usize = 100;
+
+/// Frames of which a jerk is made: a third difference.
+const JERK_FRAMES: usize = 4;
 
 /// Measures of a motion, in metres, seconds and degrees.
 ///
@@ -89,33 +94,68 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
         .filter(|(_, node)| node.kind == NodeKind::Joint)
         .map(|(index, _)| index)
         .collect();
+    let over = frames.frames_in(SPEED_OVER);
     let mut pose = Pose::rest(work.scene);
-    let mut all_positions: Vec<Vec3> = Vec::with_capacity(frames.len() * joints.len());
+    // The last frames, the oldest first.
+    let mut rows: VecDeque<Vec<Vec3>> = VecDeque::new();
+    let mut jerk = 0.0;
+    let mut fastest = Largest::new(frames.len().saturating_sub(over) * joints.len());
     for frame in 0..frames.len() {
         frames.pose(frame, &mut pose);
-        all_positions.extend(
-            joints
-                .iter()
-                .map(|joint| pose.node_to_world[*joint].w_axis.truncate() * work.metres),
-        );
-    }
-    let rows: Vec<&[Vec3]> = all_positions.chunks_exact(joints.len().max(1)).collect();
-    let mut jerk = 0.0;
-    for four in rows.windows(4) {
-        let all_positions = four[0].iter().zip(four[1]).zip(four[2].iter().zip(four[3]));
-        for ((a, b), (c, d)) in all_positions {
-            jerk += f64::from((*d - *a + 3.0 * (*b - *c)).length());
+        let mut row = match rows.len() > over.max(JERK_FRAMES - 1) {
+            true => rows.pop_front().unwrap_or_default(),
+            false => Vec::new(),
+        };
+        row.clear();
+        let world = joints.iter().map(|joint| pose.node_to_world[*joint].w_axis.truncate());
+        row.extend(world.map(|position| position * work.metres));
+        rows.push_back(row);
+        let before = |frames: usize| rows.len().checked_sub(frames + 1).map(|index| &rows[index]);
+        if let [Some(a), Some(b), Some(c), Some(d)] = [3, 2, 1, 0].map(before) {
+            for ((a, b), (c, d)) in a.iter().zip(b).zip(c.iter().zip(d)) {
+                jerk += f64::from((*d - *a + 3.0 * (*b - *c)).length());
+            }
+        }
+        if let [Some(a), Some(b)] = [over, 0].map(before) {
+            a.iter().zip(b).for_each(|(a, b)| fastest.push(a.distance(*b)));
         }
     }
-    let count = rows.len().saturating_sub(3) * joints.len();
-    let over = frames.frames_in(SPEED_OVER);
-    let pairs = rows.iter().zip(rows.iter().skip(over));
-    let mut steps: Vec<f32> = pairs
-        .flat_map(|(a, b)| a.iter().zip(*b).map(|(a, b)| a.distance(*b)))
-        .collect();
-    let rank = steps.len().saturating_sub(1) - steps.len().saturating_sub(1) / PEAK;
-    let peak = ranked(&mut steps, rank).map_or(0.0, |peak| f64::from(peak) * rate / over as f64);
+    let count = frames.len().saturating_sub(JERK_FRAMES - 1) * joints.len();
+    let peak = fastest.least().map_or(0.0, |peak| f64::from(peak) * rate / over as f64);
     [jerk * rate.powi(3) / count.max(1) as f64, peak]
+}
+
+/// The largest part of many values, so large as [`PEAK`] says, without the others.
+struct Largest {
+    kept: usize,
+    values: Vec<f32>,
+}
+
+impl Largest {
+    /// Values that are dropped together at least, so that each is moved seldom.
+    const DROPPED: usize = 4096;
+
+    fn new(all: usize) -> Self {
+        Self {
+            kept: all.saturating_sub(1) / PEAK + 1,
+            values: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, value: f32) {
+        self.values.push(value);
+        if self.values.len() >= self.kept + self.kept.max(Self::DROPPED) {
+            self.least();
+        }
+    }
+
+    /// The least of the largest values, after all others were dropped.
+    fn least(&mut self) -> Option<f32> {
+        let others = self.values.len().saturating_sub(self.kept);
+        let least = ranked(&mut self.values, others);
+        self.values.drain(..others);
+        least
+    }
 }
 
 /// The mean speed over the ground of the points of the feet in contact.

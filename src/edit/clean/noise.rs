@@ -63,8 +63,8 @@ impl SmoothingOutcome {
 pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     let nodes = work.frames.nodes().iter().enumerate();
     let level = |(column, node): (usize, &NodeId)| {
-        let track = work.frames.track(column);
-        let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
+        let rotations = work.frames.rotations(column);
+        let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
         // Of a motion, as most tracks are, no more is asked.
         let level = |curve: Vec<DVec3>| Spans::new(&curve, work.frames.rate).level(true).noise(false);
         let noise = curve::<Rotations>(&values).map(level);
@@ -76,8 +76,8 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
 /// The noise of the rotations of each column; `None` for one that does not turn.
 fn of_rotations(work: &Work<'_>) -> Vec<Option<Level>> {
     let level = |column: usize| {
-        let track = work.frames.track(column);
-        let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
+        let rotations = work.frames.rotations(column);
+        let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
         Some(Level::new(&curve::<Rotations>(&values)?, work.frames.rate))
     };
     (0..work.frames.nodes().len()).map(level).collect()
@@ -209,48 +209,56 @@ struct Level {
     is_white: bool,
 }
 
-/// The differences of a curve, in spans.
-struct Spans {
-    /// Of each order from 1 on.
-    differences: Vec<Vec<DVec3>>,
+/// A curve in spans, whose differences are made one order after the other.
+struct Spans<'a> {
+    curve: &'a [DVec3],
     /// The frames of a span, and how many spans there are, each beginning in the middle of the one before.
     span: usize,
     count: usize,
 }
 
-impl Spans {
-    fn new(curve: &[DVec3], rate: f64) -> Self {
+impl<'a> Spans<'a> {
+    fn new(curve: &'a [DVec3], rate: f64) -> Self {
         let span = ((SPAN * rate).round() as usize).clamp(SPAN_FRAMES, curve.len());
-        let mut differences: Vec<Vec<DVec3>> = Vec::with_capacity(*ORDERS.end());
-        for order in 0..*ORDERS.end() {
-            let before = if order == 0 { curve } else { &differences[order - 1] };
-            differences.push(before.windows(2).map(|pair| pair[1] - pair[0]).collect());
-        }
         Self {
-            differences,
+            curve,
             span,
             count: (2 * curve.len() / span).saturating_sub(1).max(1),
         }
     }
 
-    /// For each span the standard deviation of what may be noise, by the differences of an order.
-    fn of_order(&self, order: usize) -> Vec<f64> {
-        let differences = &self.differences[order - 1];
+    /// For each order from `first` to `last`, and for each span, the standard deviation of what may be noise.
+    fn of_orders(&self, first: usize, last: usize) -> Vec<Vec<f64>> {
+        let mut differences = self.curve.to_vec();
+        let mut found = Vec::new();
+        for order in 1..=last {
+            for index in 1..differences.len() {
+                differences[index - 1] = differences[index] - differences[index - 1];
+            }
+            differences.pop();
+            if order >= first {
+                found.push(self.of_order(order, &differences));
+            }
+        }
+        found
+    }
+
+    /// The same by the differences of an order.
+    fn of_order(&self, order: usize, differences: &[DVec3]) -> Vec<f64> {
         // The variance that the difference makes of white noise of variance 1: (2 n)! / (n!)^2.
         let of_white: f64 = (1..=order)
             .map(|n| (2 * n * (2 * n - 1)) as f64 / (n * n) as f64)
             .product();
-        // Bits of numbers that are not negative are in the order of the numbers, and compared faster.
-        let sizes: Vec<u64> = differences
-            .iter()
-            .flat_map(|d| d.abs().to_array().map(f64::to_bits))
-            .collect();
         let mut of_span = Vec::with_capacity(3 * self.span);
         let mut deviation = |index: usize| {
             let from = (index * self.span / 2).min(differences.len().saturating_sub(self.span));
             let to = (from + self.span).min(differences.len());
+            // Bits of numbers that are not negative are in the order of the numbers, and compared faster.
+            let sizes = differences[from..to]
+                .iter()
+                .flat_map(|d| d.abs().to_array().map(f64::to_bits));
             of_span.clear();
-            of_span.extend_from_slice(&sizes[3 * from..3 * to]);
+            of_span.extend(sizes);
             let rank = of_span.len().saturating_sub(1) / 2;
             let middle = match of_span.is_empty() {
                 true => 0.0,
@@ -264,7 +272,7 @@ impl Spans {
     /// What the noise may be. With `if_white`, it is measured only where the differences are those of white noise.
     fn level(&self, if_white: bool) -> Level {
         let last = *ORDERS.end();
-        let ends = [last - 1, last].map(|order| self.of_order(order));
+        let ends = self.of_orders(last - 1, last);
         let [before, after] = [0, 1].map(|end| calm(&ends[end]));
         let mut level = Level {
             least: 0.0,
@@ -272,8 +280,7 @@ impl Spans {
             is_white: after >= FLAT * before,
         };
         if level.is_white || !if_white {
-            let found = (*ORDERS.start()..last - 1).map(|order| self.of_order(order));
-            let found: Vec<Vec<f64>> = found.chain(ends).collect();
+            let found = [self.of_orders(*ORDERS.start(), last - 2), ends].concat();
             let least = |span: usize| found.iter().map(|spans| spans[span]).fold(f64::INFINITY, f64::min);
             level.least = calm(&(0..self.count).map(least).collect::<Vec<f64>>());
         }

@@ -9,10 +9,11 @@ use glam::Vec3;
 use mocap_scene::math::quaternion::log;
 use mocap_scene::pose::Trs;
 
-use super::gaps::Gaps;
+use super::gaps::GapEvidence;
 use super::rate::{self, Pattern, RateEvidence};
 use crate::bridge::bridge;
 use crate::flips;
+use crate::frames::Frames;
 use crate::work::Work;
 
 /// The longest run of held frames that may be there in excess.
@@ -63,10 +64,9 @@ fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     let held = Steps::new(work).held();
     let pattern = Pattern::of(&held)?;
     // A pattern that begins late is one of the frames that move.
-    let kept = || (0..held.len()).filter(|frame| !held[*frame]);
-    let rows = kept().map(|frame| work.frames.row(frame).to_vec()).collect();
-    let taken: Vec<_> = kept().map(|frame| (&work.frames, frame as f64)).collect();
-    work.frames = work.frames.with_rows_of(rows, &taken);
+    let kept: Vec<usize> = (0..held.len()).filter(|frame| !held[*frame]).collect();
+    let times: Vec<f64> = kept.iter().map(|frame| *frame as f64).collect();
+    work.frames = work.frames.picked_of(&kept, &times);
     work.frames.rate *= pattern.fraction_of_own();
     let repeated = pattern.is_held.iter().filter(|held| **held).count();
     Some(format!(
@@ -95,34 +95,33 @@ fn find(work: &Work<'_>) -> (Vec<Row>, TimeRepair) {
     let steps = Steps::new(work);
     let held = steps.held();
     let seen: Vec<usize> = (0..held.len()).filter(|frame| !held[*frame]).collect();
-    let leading: Vec<&[Vec3]> = seen
-        .iter()
-        .skip(1)
-        .map(|frame| steps.steps[*frame - 1].as_slice())
-        .collect();
-    let gaps = Gaps::new(&leading, seen.iter().map(|frame| *frame as f64).collect());
     let mut frames = vec![Row::Seen; held.len()];
     let longest = work.frames.frames_in(work.weights.longest_held);
     let doubled = work.weights.least_evidence_of_doubled as f32;
-    let mut excess = Vec::new();
+    let (mut asked, mut runs) = (Vec::new(), Vec::new());
     for (index, pair) in seen.windows(2).enumerate() {
         let run = pair[0] + 1..pair[1];
         if run.len() > longest {
             done.frozen += run.len();
         } else if !run.is_empty() && pair[0] > 0 {
-            let is_short = run.len() <= LONGEST_DOUBLED;
-            let by = -(run.len() as f64);
-            let sure = if is_short { gaps.is_longer(index + 1, by) } else { None };
-            excess.extend(sure.filter(|sure| *sure > doubled).map(|sure| (run.clone(), sure)));
             done.filled += run.len();
+            if run.len() <= LONGEST_DOUBLED {
+                asked.push((index + 1, -(run.len() as f64)));
+                runs.push(run.clone());
+            }
             frames[run].fill(Row::Held);
         }
     }
-    let mut dropped = gaps.dropped();
+    let times: Vec<f64> = seen.iter().map(|frame| *frame as f64).collect();
+    let step = |index: usize, part: usize| steps.part(seen[index], part);
+    let GapEvidence { mut dropped, longer } = GapEvidence::new(&times, steps.parts(), step, &asked);
+    let excess =
+        std::iter::zip(runs, longer).filter_map(|(run, sure)| Some((run, sure.filter(|sure| *sure > doubled)?)));
+    let mut excess: Vec<(Range<usize>, f32)> = excess.collect();
     let least = (work.weights.least_speed / work.frames.rate) as f32;
     dropped.retain(|(index, _)| {
-        let is_moving = |part: &Vec3| part.length() > least;
-        seen[*index] == seen[*index - 1] + 1 && leading[*index - 1].iter().any(is_moving)
+        let is_moving = |part: usize| steps.part(seen[*index], part).length() > least;
+        seen[*index] == seen[*index - 1] + 1 && (0..steps.parts()).any(is_moving)
     });
     balance(&mut excess, &mut dropped, work.weights.least_evidence as f32);
     for (run, _) in excess {
@@ -180,23 +179,23 @@ fn rebuild(work: &mut Work<'_>, frames: &[Row]) {
     if frames.iter().all(|row| *row == Row::Seen) {
         return;
     }
-    let mut rows = Vec::with_capacity(frames.len());
+    let mut chosen = Vec::with_capacity(frames.len());
     let mut missing = Vec::with_capacity(frames.len());
-    let mut taken = Vec::with_capacity(frames.len());
+    let mut times = Vec::with_capacity(frames.len());
     for (frame, row) in frames.iter().enumerate() {
         if *row == Row::Doubled {
             continue;
         }
         if *row == Row::AfterDropped {
-            rows.push(work.frames.row(frame).to_vec());
-            taken.push((&work.frames, frame as f64 - 0.5));
+            chosen.push(frame);
+            times.push(frame as f64 - 0.5);
             missing.push(true);
         }
-        rows.push(work.frames.row(frame).to_vec());
-        taken.push((&work.frames, frame as f64));
+        chosen.push(frame);
+        times.push(frame as f64);
         missing.push(*row == Row::Held);
     }
-    work.frames = work.frames.with_rows_of(rows, &taken);
+    work.frames = work.frames.picked_of(&chosen, &times);
     for column in 0..work.frames.nodes().len() {
         let mut track = work.frames.track(column);
         let rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();
@@ -225,37 +224,40 @@ fn hold(track: &mut [Trs], first: usize, end: usize) {
     track[middle..end].fill(after);
 }
 
-/// The steps of the whole body: that of index `n` leads to frame `n + 1`.
-struct Steps {
-    steps: Vec<Vec<Vec3>>,
+/// The steps of the whole body. A step leads to a frame and has two parts for each node: a rotation and a translation.
+struct Steps<'a> {
+    frames: &'a Frames,
+    /// Fractions of the body in a unit of the scene.
+    per_unit: f32,
 }
 
-impl Steps {
-    fn new(work: &Work<'_>) -> Self {
-        let columns = 0..work.frames.nodes().len();
-        let size = columns
-            .clone()
-            .map(|column| work.reach(work.frames.nodes()[column]))
-            .fold(0.0, f32::max);
-        let per_unit = work.metres / size.max(1e-6);
-        let step = |a: &Trs, b: &Trs| {
-            [
-                log(a.rotation.inverse() * b.rotation),
-                (b.translation - a.translation) * per_unit,
-            ]
-        };
-        let row = |frame: usize| {
-            let pairs = work.frames.row(frame - 1).iter().zip(work.frames.row(frame));
-            pairs.flat_map(|(a, b)| step(a, b)).collect()
-        };
+impl<'a> Steps<'a> {
+    fn new(work: &'a Work<'_>) -> Self {
+        let reaches = work.frames.nodes().iter().map(|node| work.reach(*node));
         Self {
-            steps: (1..work.frames.len()).map(row).collect(),
+            frames: &work.frames,
+            per_unit: work.metres / reaches.fold(0.0, f32::max).max(1e-6),
+        }
+    }
+
+    fn parts(&self) -> usize {
+        2 * self.frames.nodes().len()
+    }
+
+    fn part(&self, frame: usize, part: usize) -> Vec3 {
+        let [from, to] = [frame - 1, frame].map(|frame| self.frames.at(frame, part / 2));
+        match part % 2 {
+            0 => log(from.rotation.inverse() * to.rotation),
+            _ => (to.translation - from.translation) * self.per_unit,
         }
     }
 
     /// For each frame whether it has what the frame before has.
     fn held(&self) -> Vec<bool> {
-        let is_still = |step: &Vec<Vec3>| step.iter().all(|part| part.abs().max_element() <= STILL);
-        std::iter::once(false).chain(self.steps.iter().map(is_still)).collect()
+        let is_still = |frame: usize, part: usize| self.part(frame, part).abs().max_element() <= STILL;
+        let is_held = |frame: usize| (0..self.parts()).all(|part| is_still(frame, part));
+        std::iter::once(false)
+            .chain((1..self.frames.len()).map(is_held))
+            .collect()
     }
 }

@@ -49,20 +49,30 @@ impl Frames {
     /// Frames at whole ticks with the transforms of `rows` instead of these. `taken` is the motion and the frame of
     /// each row, by which points keep their gaps, and morph targets their weights.
     pub(crate) fn with_rows_of(&self, rows: Vec<Vec<Trs>>, taken: &[(&Self, f64)]) -> Self {
+        self.with_rows(rows).taking(self, taken)
+    }
+
+    /// Frames at whole ticks: those of `chosen`, whose gaps and weights are of other times of this motion.
+    pub(crate) fn picked_of(&self, chosen: &[usize], times: &[f64]) -> Self {
+        let taken: Vec<(&Self, f64)> = times.iter().map(|time| (self, *time)).collect();
+        self.picked(chosen).taking(self, &taken)
+    }
+
+    fn taking(self, like: &Self, taken: &[(&Self, f64)]) -> Self {
         let has_gaps = taken.iter().any(|(motion, _)| motion.has_gaps());
         let visible = || {
             let rows = taken.iter().map(|(motion, frame)| {
-                let row = (0..self.held).map(|column| motion.is_visible(*frame, column));
+                let row = (0..like.held).map(|column| motion.is_visible(*frame, column));
                 row.collect::<Vec<bool>>()
             });
             rows.flatten().collect()
         };
         Self {
             visible: has_gaps.then(visible),
-            weights: self
+            weights: like
                 .weights
                 .taken(taken.iter().map(|(motion, frame)| (&motion.weights, *frame))),
-            ..self.with_rows(rows)
+            ..self
         }
     }
 

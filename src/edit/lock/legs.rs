@@ -177,7 +177,7 @@ impl Legs {
                 break;
             }
             for frame in (0..carried.len()).filter(|frame| paces.iter().any(|pace| pace.is_new(*frame))) {
-                self.frames.set_row(frame, free.row(frame));
+                self.frames.set_row(frame, &free.row(frame));
             }
         }
         report.slide_after = slide(feet);
