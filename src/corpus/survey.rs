@@ -76,7 +76,7 @@ pub(crate) fn examine_each(
     figure: &Figure,
     file: &str,
     thresholds: &Thresholds,
-    mut each: impl FnMut(ClipRow, Option<Motion>),
+    mut each: impl FnMut(ClipRow, Option<Motion<'_>>),
 ) {
     let still = Animation::default();
     let clips = match scene.animations.as_slice() {
@@ -132,7 +132,13 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
     }
 }
 
-fn of_clip(scene: &Scene, index: usize, figure: &Figure, thresholds: &Thresholds, row: &mut ClipRow) -> Result<Motion> {
+fn of_clip<'a>(
+    scene: &'a Scene,
+    index: usize,
+    figure: &Figure,
+    thresholds: &Thresholds,
+    row: &mut ClipRow,
+) -> Result<Motion<'a>> {
     let animation = &scene.animations[index];
     let part = MovingPart::new(scene, animation, &Motion::without_contacts(scene, animation, figure)?);
     // The frames that the errors need are dropped before the motion takes its own.

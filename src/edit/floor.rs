@@ -89,16 +89,16 @@ impl Floor {
 
     /// The slope in degrees that steps show: along each principal axis of their places only if they reach far enough.
     fn slope_shown_by(&self, steps: &[SlowPoint]) -> f64 {
-        let places = || steps.iter().map(|step| (step.at - self.centre).truncate());
+        let places = || steps.iter().map(|step| (step.at() - self.centre).truncate());
         let [xx, xy, yy] = places().fold([0.0; 3], |[xx, xy, yy], at| {
             [xx + at.x * at.x, xy + at.x * at.y, yy + at.y * at.y]
         });
         let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
         let shown = |axis: DVec2| {
             // One foot may be lower than the other.
-            let feet = steps.chunk_by(|a, b| (a.kind, a.side) == (b.kind, b.side));
+            let feet = steps.chunk_by(|a, b| (a.kind, a.is_right) == (b.kind, b.is_right));
             let reach = feet.map(|foot| {
-                let at = || foot.iter().map(|step| step.at.truncate().dot(axis));
+                let at = || foot.iter().map(|step| step.at().truncate().dot(axis));
                 at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
             });
             let [from, to] = SHOWS_SLOPE;

@@ -76,7 +76,7 @@ impl Query {
 }
 
 /// The motion of a humanoid.
-fn motion(scene: &Scene, animation: usize) -> Result<Motion> {
+fn motion(scene: &Scene, animation: usize) -> Result<Motion<'_>> {
     let no_motion = || Diagnostic::new(Code::NoMotion, "the file has no motion to look for");
     let clip = scene.animations.get(animation).ok_or_else(no_motion)?;
     if clip.frame_count() == 0 || clip.ticks_per_second <= 0.0 {

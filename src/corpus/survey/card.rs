@@ -148,9 +148,10 @@ fn figure(mut scene: Scene, row: &ClipRow) -> Option<Value> {
     let motion = Motion::new(&scene, &clip, &figure).ok()?;
     let from = first_shown(&motion, row);
     let mut shown = preview(&motion, from)?;
+    let last = (from + motion.frames_in(PLAYED)).min(motion.frames - 1);
+    let is_long = motion.seconds() > PLAYED;
     scene.animations = vec![clip];
-    if motion.seconds() > PLAYED {
-        let last = (from + motion.frames_in(PLAYED)).min(motion.frames - 1);
+    if is_long {
         scene.trim(from as f64, last as f64);
     }
     shown["from"] = from.into();

@@ -1,7 +1,9 @@
-//! The motion of one clip in metres with +Y up: positions of all nodes in the world and rotations to the parents, made
-//! once and read by every measure.
+//! The motion of one clip in metres with +Y up: positions of all nodes in the world, made once and read by every
+//! measure, and rotations to the parents.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Index;
 
 use glam::{Quat, Vec3};
 
@@ -10,14 +12,15 @@ use mocap_figure::Figure;
 use mocap_scene::error::Result;
 use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, HumanoidBone as Bone, NodeId, NodeKind, Scene};
+use mocap_scene::scene::{Animation, HumanoidBone as Bone, Node, NodeId, NodeKind, Scene};
 
 use super::defects;
 
 /// The largest step of a position of a node that does not move, in metres: what is left of text with four decimals.
 const STILL: f32 = 2e-5;
+
 /// The motion of one clip.
-pub(crate) struct Motion {
+pub(crate) struct Motion<'a> {
     /// Frames per second.
     pub(crate) rate: f64,
     pub(crate) frames: usize,
@@ -38,8 +41,8 @@ pub(crate) struct Motion {
     pub(crate) bones: Vec<Option<usize>>,
     /// Frames x nodes.
     positions: Vec<Vec3>,
-    /// Frames x nodes: node to parent.
-    rotations: Vec<Quat>,
+    /// For each node its rotations to the parent: the keys of the animation where it has a key at every frame.
+    rotations: Vec<Cow<'a, [Quat]>>,
     /// From the axes of the file to +Y up.
     up: Quat,
     /// The body, where it is a humanoid.
@@ -56,12 +59,29 @@ pub(crate) struct Body {
     pub leg: f32,
 }
 
-impl Motion {
+/// The rotations of all nodes in a frame, node to parent.
+pub(crate) struct Rotations<'a> {
+    of_nodes: &'a [Cow<'a, [Quat]>],
+    frame: usize,
+}
+
+impl Index<usize> for Rotations<'_> {
+    type Output = Quat;
+
+    fn index(&self, node: usize) -> &Quat {
+        match &*self.of_nodes[node] {
+            [constant] => constant,
+            rotations => &rotations[self.frame],
+        }
+    }
+}
+
+impl<'a> Motion<'a> {
     /// The motion of an animation of `scene`.
     ///
     /// # Errors
     /// [`Code::LimitExceeded`] where it has more values than the limits allow.
-    pub(crate) fn new(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<Self> {
+    pub(crate) fn new(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Self> {
         let contacts = match figure.humanoid.found && animation.duration >= 0.0 {
             true => Some(mocap_edit::contacts_of(scene, animation, figure)?),
             false => None,
@@ -74,7 +94,7 @@ impl Motion {
     }
 
     /// The motion with a body that has no contacts.
-    pub(super) fn without_contacts(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<Self> {
+    pub(super) fn without_contacts(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Self> {
         let nodes = scene.nodes.len();
         let stated: usize = animation
             .channels
@@ -87,22 +107,32 @@ impl Motion {
         let up = Quat::from_rotation_arc(figure.up_direction(), Vec3::Y);
         let binding = Binding::new(scene, animation);
         let mut pose = Pose::rest(scene);
-        let mut locals: Vec<Quat> = scene
-            .nodes
-            .iter()
-            .map(|node| node.transform.to_scale_rotation_translation().1)
-            .collect();
+        let at_rest = |node: &Node| Cow::Owned(vec![node.transform.to_scale_rotation_translation().1]);
+        let mut rotations: Vec<Cow<'a, [Quat]>> = scene.nodes.iter().map(at_rest).collect();
+        let mut is_constant = vec![true; nodes];
+        for (node, channel) in binding.driven() {
+            let keys = &animation.channels[channel].rotation_keys;
+            let is_every_frame =
+                keys.ticks.is_none() && keys.len() >= frames && animation.duration + 1.0 >= frames as f64;
+            is_constant[node.index()] = keys.len() < 2;
+            rotations[node.index()] = match keys.len() > 1 && is_every_frame {
+                true => Cow::Borrowed(&keys.values[..]),
+                false => Cow::Owned(Vec::new()),
+            };
+        }
         let mut positions = Vec::with_capacity(frames * nodes);
-        let mut rotations = Vec::with_capacity(frames * nodes);
         for frame in 0..frames {
             binding.sample(animation, frame as f64, |node, trs| {
                 pose.node_to_parent[node.index()] = trs.matrix();
-                locals[node.index()] = trs.rotation;
+                if let Cow::Owned(rotations) = &mut rotations[node.index()]
+                    && (frame == 0 || !is_constant[node.index()])
+                {
+                    rotations.push(trs.rotation);
+                }
             });
             pose.update_world();
             let world = pose.node_to_world.iter();
             positions.extend(world.map(|matrix| up * (matrix.w_axis.truncate() * metres)));
-            rotations.extend_from_slice(&locals);
         }
         let places = figure.placing(scene);
         let parents = || scene.nodes.iter().map(|node| node.parent.map(NodeId::index));
@@ -170,8 +200,11 @@ impl Motion {
     }
 
     /// All rotations of a frame, node to parent.
-    pub(crate) fn rotations(&self, frame: usize) -> &[Quat] {
-        &self.rotations[frame * self.nodes()..(frame + 1) * self.nodes()]
+    pub(crate) fn rotations(&self, frame: usize) -> Rotations<'_> {
+        Rotations {
+            of_nodes: &self.rotations,
+            frame,
+        }
     }
 
     /// The rotation of a node to the world.
@@ -191,12 +224,13 @@ impl Motion {
 
     /// Whether no joint moves by more than rounding and noise of sensors at rest: a millimetre, or a degree.
     pub(super) fn is_still(&self) -> bool {
-        let first = self.first.min(self.frames - 1);
+        let first = self.first.min(self.frames.saturating_sub(1));
         let is_near = |frame: usize| {
             let places = self.row(frame).iter().zip(self.row(first));
-            let turns = self.rotations(frame).iter().zip(self.rotations(first));
+            let (here, there) = (self.rotations(frame), self.rotations(first));
+            let mut turns = (0..self.nodes()).map(|node| here[node].dot(there[node]).abs());
             places.fold(0.0, |most: f32, (a, b)| most.max(a.distance(*b))) < 1e-3
-                && turns.fold(1.0, |least: f32, (a, b)| least.min(a.dot(*b).abs())) > 0.99996
+                && turns.all(|cosine| cosine > 0.99996)
         };
         (first..self.frames).all(is_near)
     }
