@@ -59,7 +59,7 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
         let edit = AppliedStep::Edit {
             edit: StepRecord(recorded(Self::NAME, self)),
             with: input.other.filter(|_| Self::TAKES_OTHER).map(SecondMotion::of),
-            bones: known.map(|bones| names(scene, bones)).unwrap_or_default(),
+            bones: known.map(|bones| names(scene, bones)).unwrap_or_default().bones,
         };
         scene.metadata.steps.push(edit);
     }

@@ -13,18 +13,21 @@ mod limb;
 mod map;
 mod refusal;
 mod sides;
+mod stated;
 mod tables;
 mod topology;
 
 use std::collections::BTreeMap;
 
-use mocap_scene::error::{Code, Diagnostic, Result, nearest};
+use mocap_scene::error::Result;
 use mocap_scene::scene::{Format, HumanoidBone, NodeId, Scene};
 use serde::Serialize;
 
 pub use self::creature::Creature;
 pub use self::explain::{Explanation, ExplanationRow, PartExplanation};
 use self::sides::Found;
+pub use self::stated::HumanoidMap;
+use self::stated::StatedJoints;
 use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
 use super::Confidence;
@@ -33,11 +36,11 @@ use crate::rig::Rig;
 /// Why a joint of a file that states its bones, as VRM does, is a bone.
 const STATED: &str = "the file says so";
 
+/// Why a joint that a map names is a bone.
+const OF_MAP: &str = "the map says so";
+
 /// Why a link of a robot is a bone.
 const OF_ROBOT: &str = "the joints of the robot make it one";
-
-/// Joints, by their names, that are bones of the humanoid; `None` for a bone that the skeleton does not have.
-pub type HumanoidMap = BTreeMap<HumanoidBone, Option<String>>;
 
 /// A joint that is a bone of the humanoid.
 ///
@@ -111,6 +114,10 @@ pub struct Humanoid {
     pub sides_confidence: Confidence,
     /// The reason, as one phrase.
     pub sides_reason: String,
+    /// The joints that follow others than their parents, each with the joint that it follows: because a map says so, or
+    /// the skin shows it.
+    #[serde(skip)]
+    pub follow: BTreeMap<NodeId, NodeId>,
 }
 
 impl Humanoid {
@@ -132,8 +139,11 @@ impl Humanoid {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn explain(scene: &Scene) -> Option<Explanation> {
-        let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
-        if is_stated { None } else { explain::explain(scene) }
+        if scene.nodes.iter().any(|node| node.humanoid_bone.is_some()) {
+            return None;
+        }
+        let rig = Rig::new(scene, &BTreeMap::new());
+        explain::explain(rig.as_ref().map_or(scene, |rig| &rig.scene))
     }
 
     /// The bones that VRM requires and that no joint is.
@@ -142,60 +152,74 @@ impl Humanoid {
         required.filter(|bone| !self.bones.contains_key(bone)).collect()
     }
 
-    /// The same with other joints for some bones, each given by its name, or with no joint for a bone. A joint is one
-    /// bone: another bone that was found at a joint of the map has none then. A skeleton with a joint for each required
-    /// bone is a humanoid.
+    /// The same with what a map says: other joints for some bones, no joint for a bone, or another joint that a joint
+    /// follows. A joint is one bone: another bone that was found at a joint of the map has none then. A skeleton with a
+    /// joint for each required bone is a humanoid. Where a skeleton is refused, the bones that the map leaves out are
+    /// searched for around those that it names.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where no joint has the name, or two bones have it.
-    pub fn with_map(mut self, scene: &Scene, map: HumanoidMap) -> Result<Self> {
-        let mut bone_of = BTreeMap::new();
-        for (bone, name) in map {
-            let Some(name) = name else {
-                self.bones.remove(&bone);
-                continue;
-            };
-            let Some(joint) = scene.nodes.iter().position(|node| node.name == name) else {
-                let bone = bone.as_str();
-                let message = format!("no joint is called {name:?}, which the map names as {bone}");
-                let diagnostic = Diagnostic::new(Code::InvalidValue, message);
-                return Err(
-                    match nearest(&name, scene.nodes.iter().map(|node| node.name.as_str())) {
-                        Some(near) => diagnostic.help(format!("did you mean {near:?}?")).into(),
-                        None => diagnostic.into(),
-                    },
-                );
-            };
-            let joint = HumanoidJoint {
-                joint: NodeId::new(joint),
-                confidence: Confidence::Sure,
-                reason: "the map says so".to_owned(),
-            };
-            if let Some(other) = bone_of.insert(joint.joint, bone) {
-                let (other, bone) = (other.as_str(), bone.as_str());
-                let message = format!("the map names {name:?} as {other} and as {bone}: a joint is one bone");
-                return Err(Diagnostic::new(Code::InvalidValue, message).into());
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where no joint has a name of the map, two bones have one
+    /// joint, or a joint would follow one that hangs from it.
+    pub fn with_map(self, scene: &Scene, map: HumanoidMap) -> Result<Self> {
+        let stated = StatedJoints::new(scene, &map, &self)?;
+        let is_of_file = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
+        let mut humanoid = match stated.follow.is_empty() || is_of_file {
+            true => self,
+            false => Self::search(scene, &stated.follow, None),
+        };
+        humanoid.state(&stated);
+        if !humanoid.found && stated.has_joints() {
+            let around = Self::search(scene, &stated.follow, Some(&stated));
+            if around.found {
+                humanoid = around;
+                humanoid.state(&stated);
             }
-            self.bones.insert(bone, joint);
+        }
+        if !humanoid.found && stated.has_joints() {
+            let missing = humanoid.missing().into_iter().map(HumanoidBone::as_str);
+            let missing = missing.collect::<Vec<_>>().join(", ");
+            humanoid.reason = format!("{}; the map leaves out {missing}", humanoid.reason);
+        }
+        humanoid.follow.extend(stated.follow);
+        Ok(humanoid)
+    }
+
+    /// Takes the bones of a map.
+    fn state(&mut self, stated: &StatedJoints) {
+        for (bone, joint) in &stated.bones {
+            match joint {
+                None => drop(self.bones.remove(bone)),
+                Some(joint) => {
+                    let joint = HumanoidJoint {
+                        joint: *joint,
+                        confidence: Confidence::Sure,
+                        reason: OF_MAP.to_owned(),
+                    };
+                    self.bones.insert(*bone, joint);
+                }
+            }
         }
         self.bones
-            .retain(|bone, found| bone_of.get(&found.joint).is_none_or(|own| own == bone));
+            .retain(|bone, found| stated.bone_at(found.joint).is_none_or(|own| own == *bone));
         if !self.found && self.missing().is_empty() {
             self.found = true;
-            self.reason = "the map says so".to_owned();
+            OF_MAP.clone_into(&mut self.reason);
             self.creature = None;
         }
-        Ok(self)
     }
 
     /// Its bones after a node may have been inserted into the scene.
     #[doc(hidden)]
     pub fn after(mut self, inserted: Option<NodeId>) -> Self {
+        let after = |node: NodeId| match inserted {
+            Some(inserted) if node >= inserted => NodeId::new(node.index() + 1),
+            _ => node,
+        };
         for bone in self.bones.values_mut() {
-            if inserted.is_some_and(|inserted| bone.joint >= inserted) {
-                bone.joint = NodeId::new(bone.joint.index() + 1);
-            }
+            bone.joint = after(bone.joint);
         }
+        let follow = self.follow.iter().map(|(joint, other)| (after(*joint), after(*other)));
+        self.follow = follow.collect();
         self
     }
 
@@ -205,6 +229,7 @@ impl Humanoid {
         for bone in self.bones.values_mut() {
             bone.joint = rig.node(bone.joint);
         }
+        self.follow.clear();
         self
     }
 
@@ -223,6 +248,7 @@ impl Humanoid {
             sides: Sides::Agree,
             sides_confidence: Confidence::Sure,
             sides_reason: reason.to_owned(),
+            follow: BTreeMap::new(),
         }
     }
 
@@ -249,6 +275,7 @@ impl Humanoid {
             bones: BTreeMap::new(),
             sides: Sides::Unknown,
             sides_confidence: Confidence::Unsure,
+            follow: BTreeMap::new(),
         }
     }
 }
@@ -266,43 +293,60 @@ impl Humanoid {
             };
             return Humanoid::stated(stated, reason);
         }
+        Self::search(scene, &BTreeMap::new(), None)
+    }
+
+    /// The bones that are found, where joints follow others as a map says. With `stated`, the joints that a map names
+    /// are read by the names of their bones, and the skeleton is not refused.
+    fn search(scene: &Scene, follow: &BTreeMap<NodeId, NodeId>, stated: Option<&StatedJoints>) -> Humanoid {
         #[cfg(debug_assertions)]
         super::found::count();
-        let Some(mut rig) = Rig::new(scene, &BTreeMap::new()) else {
-            return Humanoid::of_skeleton(scene);
+        let named = stated.map(|stated| stated.name_joints(scene));
+        let scene = named.as_ref().unwrap_or(scene);
+        let joints = || stated.iter().flat_map(|stated| stated.bones.values().flatten());
+        let Some(mut rig) = Rig::new(scene, follow) else {
+            return Humanoid::of_skeleton(scene, joints().map(|joint| joint.index()).collect());
         };
         rig.scene.animations = scene
             .animations
             .iter()
             .map(|motion| rig.in_rig(scene, motion))
             .collect();
-        let mut humanoid = Humanoid::of_skeleton(&rig.scene);
+        let joints = joints().map(|joint| rig.node(*joint).index());
+        let mut humanoid = Humanoid::of_skeleton(&rig.scene, joints.collect());
         for bone in humanoid.bones.values_mut() {
             bone.joint = rig.node_of_file(bone.joint);
         }
+        humanoid.follow = rig.followers().collect();
         humanoid
     }
 
-    /// The bones that are found in a scene whose joints are below those that they follow.
-    fn of_skeleton(scene: &Scene) -> Humanoid {
-        let tree = Tree::new(scene);
+    /// The bones that are found in a scene whose joints are below those that they follow. With joints that a map names,
+    /// `stated`, it is not refused.
+    fn of_skeleton(scene: &Scene, stated: Vec<usize>) -> Humanoid {
+        let is_mapped = !stated.is_empty();
+        let tree = Tree::new(scene, stated);
         let Some(mut body) = body::find(&tree) else {
             return Humanoid::refused(refusal::why_there_are_no_legs(&tree));
         };
-        if let Some((kind, reason)) = creature::find(scene, &tree, &body) {
-            return Humanoid {
-                creature: Some(kind),
-                ..Humanoid::refused(reason)
-            };
-        }
         let named = refusal::is_named(&tree, &body);
-        if let Some(reason) = refusal::refusal(scene, &tree, &body, named) {
-            return Humanoid::refused(reason);
+        if !is_mapped {
+            if let Some((kind, reason)) = creature::find(scene, &tree, &body) {
+                return Humanoid {
+                    creature: Some(kind),
+                    ..Humanoid::refused(reason)
+                };
+            }
+            if let Some(reason) = refusal::refusal(scene, &tree, &body, named) {
+                return Humanoid::refused(reason);
+            }
         }
         body::move_hips(&tree, &mut body);
         let sides = Found::new(scene, &tree, &body);
         let bones = map::bones(&tree, &body, &sides);
-        let reason = if named {
+        let reason = if is_mapped {
+            "the map names bones of a body".to_owned()
+        } else if named {
             "the joints have names of a body, and its shape".to_owned()
         } else {
             "two legs, two arms and a trunk have the lengths of a body; the names do not say what they are".to_owned()
@@ -315,6 +359,7 @@ impl Humanoid {
             sides: sides.value,
             sides_confidence: sides.confidence,
             sides_reason: sides.reason,
+            follow: BTreeMap::new(),
         }
     }
 }

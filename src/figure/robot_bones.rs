@@ -16,10 +16,11 @@ use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 use serde::Serialize;
 
+use super::humanoid::HumanoidMap;
 use super::names::{self, Name};
 
-/// Links, by their names, that are bones; `None` for a bone that the robot does not have.
-pub type RobotMap = BTreeMap<Bone, Option<String>>;
+/// Links, by their names, that are bones; `None` for a bone that the robot does not have. Links follow no others.
+pub type RobotMap = HumanoidMap;
 
 /// A bone of a humanoid in a robot: a link, and the joints that turn it against the bone above.
 ///
@@ -81,6 +82,11 @@ struct Limb {
 /// [`Code::NotHumanoid`] where there are neither two legs nor two arms, as upper bodies on wheels have them;
 /// [`Code::InvalidValue`] where no link has a name of the map.
 pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
+    if let Some(link) = map.and_then(|map| map.follow.keys().next()) {
+        let message = format!("the map lets the link {link:?} follow another: links of a robot move by its joints");
+        let diagnostic = Diagnostic::new(Code::InvalidValue, message);
+        return Err(diagnostic.help("leave \"follow\" out of the map").into());
+    }
     let tree = Tree::new(robot);
     let mut links: BTreeMap<Bone, usize> = match tree.find() {
         Ok(links) => links,
@@ -92,7 +98,7 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
                 .into());
         }
     };
-    for (bone, name) in map.into_iter().flatten() {
+    for (bone, name) in map.into_iter().flat_map(|map| &map.bones) {
         let Some(name) = name else {
             links.remove(bone);
             continue;

@@ -7,7 +7,7 @@ use mocap_figure::convert::RestPoseSource;
 use mocap_figure::convert::{Conversion, FirstFrame, RootMotion, Space, TimeRange};
 use mocap_figure::{HumanoidBone, HumanoidMap};
 use mocap_io::import::read_text;
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::scene::{Scene, UpAxis};
 use serde::{Deserialize, Serialize};
 
@@ -114,7 +114,8 @@ pub struct SourceMap {
 
 /// Which joint is which bone: in a file, or here.
 ///
-/// A file holds `{"bones": {"hips": "NAME", ...}}`, or what `mocap skeleton --json` prints.
+/// A file holds `{"bones": {"hips": "NAME", ...}}`, or what `mocap skeleton --json` prints. Beside `bones`, and here
+/// among them, `"follow": {"FootIK.L": "leftFoot"}` lets a joint follow a bone, or another joint, instead of its parent.
 ///
 /// ```
 /// use mocap::job::BoneMap;
@@ -130,8 +131,19 @@ pub struct SourceMap {
 pub enum BoneMap {
     /// A JSON file.
     File(PathBuf),
-    /// The name of the joint of each bone; `null` where a bone is not to be searched for.
-    Bones(#[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, Option<String>>"))] HumanoidMap),
+    /// The name of the joint of each bone; `null` where a bone is not to be searched for. `follow` has joints that
+    /// follow a bone, or another joint, instead of their parents.
+    Bones(#[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, MapEntry>"))] HumanoidMap),
+}
+
+/// What a map that stands in a job says.
+#[cfg(feature = "schema")]
+#[derive(schemars::JsonSchema)]
+#[schemars(untagged, inline)]
+#[allow(dead_code, reason = "only its schema is used")]
+enum MapEntry {
+    Joint(Option<String>),
+    Follow(BTreeMap<String, String>),
 }
 
 impl BoneMap {
@@ -165,7 +177,9 @@ impl BoneMap {
 #[derive(Deserialize)]
 struct MapFile {
     humanoid: Option<Box<MapFile>>,
-    bones: Option<BTreeMap<HumanoidBone, Option<MapBone>>>,
+    bones: Option<BTreeMap<String, Option<MapBone>>>,
+    #[serde(default)]
+    follow: BTreeMap<String, String>,
 }
 
 #[derive(Deserialize)]
@@ -180,12 +194,36 @@ enum MapBone {
 
 fn bones_of(text: &str) -> Result<HumanoidMap, String> {
     let file: MapFile = serde_json::from_str(text).map_err(|error| error.to_string())?;
-    let bones = file.humanoid.and_then(|humanoid| humanoid.bones).or(file.bones);
-    let bones = bones.ok_or("there is no object \"bones\": write {\"bones\": {\"hips\": \"NAME\", ...}}")?;
-    let name = |joint| match joint {
-        MapBone::Name(joint) | MapBone::Bone { joint } => joint,
+    let MapFile {
+        humanoid,
+        bones,
+        follow,
+    } = file;
+    let within = humanoid.map_or((None, BTreeMap::new()), |humanoid| (humanoid.bones, humanoid.follow));
+    let bones = match within.0.or(bones) {
+        None if follow.is_empty() => {
+            return Err("there is no object \"bones\": write {\"bones\": {\"hips\": \"NAME\", ...}}".to_owned());
+        }
+        bones => bones.unwrap_or_default(),
     };
-    Ok(bones.into_iter().map(|(bone, joint)| (bone, joint.map(name))).collect())
+    let mut map = HumanoidMap::new();
+    for (name, joint) in bones {
+        let joint = joint.map(|joint| match joint {
+            MapBone::Name(joint) | MapBone::Bone { joint } => joint,
+        });
+        map.insert(bone_of(&name)?, joint);
+    }
+    map.follow = within.1.into_iter().chain(follow).collect();
+    Ok(map)
+}
+
+fn bone_of(name: &str) -> Result<HumanoidBone, String> {
+    HumanoidBone::from_name(name).ok_or_else(|| {
+        let names = HumanoidBone::ALL.iter().map(|bone| bone.as_str());
+        let near = nearest(name, names).map(|near| format!("; did you mean {near:?}?"));
+        let near = near.unwrap_or_else(|| ": bones have the names of VRM, such as \"leftUpperLeg\"".to_owned());
+        format!("unknown bone {name:?}{near}")
+    })
 }
 
 /// Which frames of the inputs are taken, before their unit and axes are changed.

@@ -8,7 +8,7 @@ mod over_ground;
 mod source;
 mod target;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 
 use mocap_figure::convert::{Conversion, FirstFrame, RootMotion};
 use mocap_figure::rig::Rig;
@@ -288,12 +288,13 @@ impl Retargeter {
             RootMotion::Extract => AppliedStep::RootMotion,
         };
         let target = self.target.scene();
-        let hips = self.humanoid().and_then(|bones| bones.joint(HumanoidBone::Hips));
-        let hips = hips.ok_or_else(|| {
+        let humanoid = self.humanoid();
+        let bones = humanoid.and_then(|bones| Some((bones.joint(HumanoidBone::Hips)?, &bones.follow)));
+        let (hips, follow) = bones.ok_or_else(|| {
             let message = "the target has no hips, so its motion over the ground is not known";
             Diagnostic::new(Code::NotHumanoid, message).help("leave out {in-place} and {root-motion}")
         })?;
-        match Rig::new(&target, &BTreeMap::new()) {
+        match Rig::new(&target, follow) {
             Some(rig) => {
                 let mut animation = rig.in_rig(&target, &clip.animation);
                 over_ground::change(&rig.scene, rig.node(hips), &mut animation, self.options.root);

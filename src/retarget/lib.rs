@@ -66,7 +66,6 @@ mod skin_report;
 mod solve;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use glam::{Quat, Vec3};
 use mocap_edit::report::DetectedContacts;
@@ -202,7 +201,7 @@ impl PoseRetargeter {
         scale: Scale,
     ) -> Result<Self> {
         let from = Body::of_figure(source, from, "source")?;
-        let rig = Rig::new(target, &BTreeMap::new());
+        let rig = Rig::new(target, &to.humanoid.follow);
         let (target, to) = match &rig {
             Some(rig) => (&rig.scene, Figure::with_bones(&rig.scene, to.humanoid.in_rig(rig))),
             None => (target, to),
@@ -504,7 +503,7 @@ fn no_animation(index: usize, source: &Scene) -> Error {
 /// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
 /// pose can be put.
 pub(crate) fn check_figure(target: &Scene, figure: &Figure) -> Result<()> {
-    if let Some(rig) = Rig::new(target, &BTreeMap::new()) {
+    if let Some(rig) = Rig::new(target, &figure.humanoid.follow) {
         let humanoid = figure.humanoid.clone().in_rig(&rig);
         return Body::target(&rig.scene, Figure::with_bones(&rig.scene, humanoid)).map(|_| ());
     }

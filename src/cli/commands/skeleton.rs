@@ -9,10 +9,11 @@ use mocap::figure::report::Guess;
 use mocap::figure::report::{Explanation, TPoseBone, TPoseSource};
 use mocap::figure::report::{RestPose, Sides};
 use mocap::figure::{Axis, Confidence, Creature, Figure, Humanoid, HumanoidBone, TPose};
-use mocap::scene::RootOffset;
+use mocap::job::SourceUp;
+use mocap::scene::{NodeId, RootOffset};
 use serde::Serialize;
 
-use super::{Place, import_motion, mapped_figure, print_report};
+use super::{Place, import_drawn, mapped_figure, print_report};
 use crate::args::SkeletonArgs;
 use crate::{Failure, report};
 
@@ -109,6 +110,9 @@ struct HumanoidReport {
     creature: Option<Creature>,
     bones: BTreeMap<HumanoidBone, BoneReport>,
     missing: Vec<HumanoidBone>,
+    /// The joints that follow others than their parents, each with the joint that it follows.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    follow: BTreeMap<String, String>,
 }
 
 #[derive(Serialize)]
@@ -149,8 +153,9 @@ impl SkeletonReport {
             reason: used.reason.clone(),
         });
         let humanoid = &found.humanoid;
+        let name = |node: NodeId| scene.nodes[node.index()].name.clone();
         let bone = |joint: &mocap::figure::report::HumanoidJoint| BoneReport {
-            joint: scene.nodes[joint.joint.index()].name.clone(),
+            joint: name(joint.joint),
             confidence: joint.confidence,
             reason: joint.reason.clone(),
         };
@@ -176,6 +181,11 @@ impl SkeletonReport {
                     .map(|(name, joint)| (*name, bone(joint)))
                     .collect(),
                 missing: humanoid.missing(),
+                follow: humanoid
+                    .follow
+                    .iter()
+                    .map(|(joint, other)| (name(*joint), name(*other)))
+                    .collect(),
             },
             floor: found.ground(scene),
             asymmetry: found.asymmetry.clone(),
@@ -192,7 +202,8 @@ pub(crate) fn summary(args: &SkeletonArgs) -> Result<serde_json::Value, Failure>
 }
 
 fn find(args: &SkeletonArgs) -> Result<SkeletonReport, Failure> {
-    let mut scene = import_motion(&args.read, &args.file)?;
+    // With the skin, which shows which joints follow others, as `retarget` reads a character.
+    let mut scene = import_drawn(&args.read, SourceUp::default(), &args.file)?;
     report::warnings(Some(&args.file), &args.source.contradictions(&scene));
     args.source.state(&mut scene);
     let mut found = SkeletonReport::new(&args.file, &scene, &mapped_figure(&scene, &args.map)?);
@@ -272,6 +283,9 @@ impl SkeletonReport {
             }
             None => writeln!(f, "\nno other limbs can belong to a body")?,
         }
+        if !self.humanoid.found {
+            writeln!(f, "\nrefused: {}", self.humanoid.reason)?;
+        }
         let Some(pose) = &self.t_pose else { return Ok(()) };
         writeln!(
             f,
@@ -344,6 +358,10 @@ impl SkeletonReport {
                 &joint.confidence,
                 &joint.reason,
             )?;
+        }
+        for (joint, other) in &self.humanoid.follow {
+            let joint = joint.escape_debug();
+            writeln!(f, "{joint:<24} follows {other:?}, not the joint from which it hangs")?;
         }
         let humanoid = &self.humanoid;
         if !humanoid.found {

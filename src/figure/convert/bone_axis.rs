@@ -88,7 +88,7 @@ impl AlongBone {
         scene.metadata.steps.push(AppliedStep::Edit {
             edit: StepRecord(serde_json::json!({ "step": "bone-axis", "axis": self })),
             with: None,
-            bones: stated.clone(),
+            bones: stated.bones.clone(),
         });
         Ok(())
     }

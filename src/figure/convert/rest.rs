@@ -64,7 +64,7 @@ impl Conversion {
         scene.metadata.steps.push(AppliedStep::Edit {
             edit: StepRecord(serde_json::json!({ "step": "rest", "pose": self.rest })),
             with: None,
-            bones: self.bones.clone(),
+            bones: self.bones.bones.clone(),
         });
     }
 
@@ -85,7 +85,7 @@ impl Conversion {
             scene.metadata.steps.push(AppliedStep::Edit {
                 edit: StepRecord(serde_json::json!({ "step": "t-pose-first" })),
                 with: None,
-                bones: self.bones.clone(),
+                bones: self.bones.bones.clone(),
             });
         }
         if self.t_pose_first && standing.is_some() {

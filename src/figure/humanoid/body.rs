@@ -68,13 +68,20 @@ pub(super) struct Body {
 /// The reading of the skeleton as a body that fits best; none where no two limbs can be legs.
 pub(super) fn find(tree: &Tree) -> Option<Body> {
     let pairs = pairs(tree, MOST_PAIRS);
-    let fits = |kind| -> Vec<Option<Fit>> { pairs.iter().map(|pair| limb::fit(tree, pair, kind)).collect() };
+    let fits = |kind| -> Vec<Option<Fit>> {
+        let as_stated = |fit: &Fit| limb::is_as_stated(tree, fit, kind);
+        pairs
+            .iter()
+            .map(|pair| limb::fit(tree, pair, kind).filter(as_stated))
+            .collect()
+    };
     let (as_legs, as_arms) = (fits(Kind::Leg), fits(Kind::Arm));
     let mut limbs: Vec<(f32, &Fit, Option<&Fit>)> = Vec::new();
     for legs in as_legs.iter().flatten() {
         let apart = |arms: &&Fit| are_apart(tree, &legs.pair, &arms.pair);
         let arms = as_arms.iter().flatten().filter(apart).map(Some);
-        limbs.extend(arms.chain([None]).map(|arms| (score_of_limbs(legs, arms), legs, arms)));
+        let armless = (!limb::is_stated(tree, Kind::Arm)).then_some(None);
+        limbs.extend(arms.chain(armless).map(|arms| (score_of_limbs(legs, arms), legs, arms)));
     }
     limbs.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut bodies: Vec<Body> = Vec::new();

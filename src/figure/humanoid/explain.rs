@@ -69,7 +69,7 @@ pub struct ExplanationRow {
 
 /// The best reading of a scene; `None` where no two chains can be legs.
 pub(super) fn explain(scene: &Scene) -> Option<Explanation> {
-    let tree = Tree::new(scene);
+    let tree = Tree::new(scene, Vec::new());
     let found = body::find(&tree)?;
     let explain = Explain { scene, tree: &tree };
     let mut parts = vec![explain.limbs(&found.legs, Kind::Leg)];

@@ -87,6 +87,20 @@ pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option
     })
 }
 
+/// Whether a map names a bone of such a limb.
+pub(super) fn is_stated(tree: &Tree, kind: Kind) -> bool {
+    let names = || tree.stated.iter().map(|node| &tree.names[*node]);
+    kind.parts().into_iter().any(|part| names().any(|name| name.says(part)))
+}
+
+/// Whether each joint that a map names as a bone of such a limb is that bone.
+pub(super) fn is_as_stated(tree: &Tree, fit: &Fit, kind: Kind) -> bool {
+    tree.stated.iter().all(|node| {
+        let part = kind.parts().into_iter().position(|part| tree.names[*node].says(part));
+        part.is_none_or(|part| fit.joints.iter().any(|joints| joints[part] == Some(*node)))
+    })
+}
+
 /// Tells `tally` all that speaks for and against the reading of one limb.
 pub(super) fn weigh(tree: &Tree, fit: &Fit, side: usize, kind: Kind, tally: &mut impl Tally) {
     let chain = Chain::new(tree, fit.pair.branch, fit.pair.roots[side], kind);

@@ -30,6 +30,9 @@ const NAMED_JOINTS: usize = 12;
 /// of an optional bone add.
 const NAMELESS: f32 = -0.4;
 
+/// How well a joint that a map names as another part fits a part: no length outweighs it.
+const STATED_OTHERWISE: f32 = -8.0;
+
 /// The nodes of a scene with their names read and their bones measured.
 pub(super) struct Tree {
     /// What each name says.
@@ -48,10 +51,12 @@ pub(super) struct Tree {
     pub(super) reach: Vec<f32>,
     /// Whether the skeleton names its bones, so that a joint without a meaning is less likely one.
     is_named: bool,
+    /// The joints that a map names, which have the names of their bones.
+    pub(super) stated: Vec<usize>,
 }
 
 impl Tree {
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(super) fn new(scene: &Scene, stated: Vec<usize>) -> Self {
         let count = scene.nodes.len();
         let parent: Vec<_> = scene.nodes.iter().map(|node| node.parent.map(NodeId::index)).collect();
         let mut children = vec![Vec::new(); count];
@@ -82,6 +87,7 @@ impl Tree {
             is_joint: scene.nodes.iter().map(|node| node.kind == NodeKind::Joint).collect(),
             bone,
             reach,
+            stated,
         }
     }
 
@@ -90,7 +96,9 @@ impl Tree {
     pub(super) fn fits(&self, node: usize, part: Part) -> f32 {
         let name = &self.names[node];
         let says_nothing = name.meaning.is_empty() && !name.is_helper;
-        if self.is_named && says_nothing {
+        if self.stated.contains(&node) && !name.says(part) {
+            STATED_OTHERWISE
+        } else if self.is_named && says_nothing {
             NAMELESS
         } else {
             name.fits(part)

@@ -90,9 +90,11 @@ impl Replay<'_> {
                 | AppliedStep::Retarget { .. }
                 | AppliedStep::NameJoints { .. } => {}
                 AppliedStep::Edit { edit, bones, .. } if edit.step() == Some("rest") => {
-                    set_rest(scene, &edit.0, bones)?;
+                    set_rest(scene, &edit.0, &bones.clone().into())?;
                 }
-                AppliedStep::Edit { edit, with, bones } => self.edit(scene, &edit.0, with.as_ref(), bones)?,
+                AppliedStep::Edit { edit, with, bones } => {
+                    self.edit(scene, &edit.0, with.as_ref(), &bones.clone().into())?;
+                }
             }
         }
         Ok(())

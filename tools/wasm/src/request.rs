@@ -356,7 +356,11 @@ fn convert(scenes: &mut Scenes, number: u32, options: &ConvertOptions) -> Result
         // Indices of nodes may be others now.
         let known = entry.humanoid.iter().flat_map(|known| &known.bones);
         let known = known.map(|(bone, joint)| (*bone, Some(entry.scene.nodes[joint.joint.index()].name.clone())));
-        let bones = Humanoid::of(&scene).with_map(&scene, known.chain(bones.clone()).collect())?;
+        let mut map = bones.clone();
+        for (bone, joint) in known {
+            map.entry(bone).or_insert(joint);
+        }
+        let bones = Humanoid::of(&scene).with_map(&scene, map)?;
         mocap::figure::name_joints(&mut scene, &bones, &names)?;
     }
     let known = match bones.is_empty() {

@@ -33,3 +33,18 @@ fn the_json_has_the_t_pose_beside_the_figure() {
     }
     assert_eq!(pose["largest_rotation"].as_f64(), Some(largest));
 }
+
+/// `--explain` of a skeleton that is refused ends with the sentence that decides.
+#[test]
+fn an_explanation_of_a_refusal_ends_with_its_reason() {
+    let dog = std::fs::read_to_string("../../fixtures/real/cmu_short.bvh").unwrap();
+    // Feet with the names of paws, which people do not have.
+    let dog = dog.replace("LeftFoot", "LeftPaw").replace("RightFoot", "RightPaw");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("dog.bvh");
+    std::fs::write(&file, dog).unwrap();
+    let output = crate::program::run(&["skeleton", file.to_str().unwrap(), "--explain"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let last = text.lines().last().unwrap();
+    assert_eq!(last, "refused: \"LeftPaw\" is a part of an animal on four legs");
+}

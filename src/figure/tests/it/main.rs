@@ -7,6 +7,7 @@ mod conversion;
 mod generated_skeletons;
 mod ground;
 mod humanoid;
+mod maps;
 mod names;
 mod rig;
 #[allow(dead_code, reason = "other packages use the rest of it")]

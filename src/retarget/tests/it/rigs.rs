@@ -1,8 +1,9 @@
 //! Rigs whose joints of the skin hang elsewhere than the joints that they follow, judged by the skin alone.
 
 use glam::{Mat4, Vec3};
+use mocap::figure::HumanoidMap;
 use mocap::retarget::report::{RetargetReport, Verdict};
-use mocap::retarget::{PoseRetargetOptions, PoseRetargeter};
+use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, RetargetOptions, Retargeter};
 use mocap::scene::Animation;
 use mocap::{Binding, Importer, Pose, Scene};
 use serde_json::{Value, json};
@@ -240,5 +241,17 @@ fn a_joint_that_stays_behind_is_not_good() {
     moved.channels.retain(|channel| channel.node_name != "hand_l");
     let report = retargeter.measure(&source, &source.animations[0], &target, &moved);
     assert!(stretch(&target, &moved) > 0.1);
+    assert_eq!(report.verdict, Verdict::Poor, "{report}");
+}
+
+#[test]
+fn a_joint_follows_what_a_map_says_before_what_the_skin_shows() {
+    let mut rig = Glb::read("human_game_engine.glb");
+    rig.hang("foot_l", "Root");
+    let map: HumanoidMap = serde_json::from_str(r#"{"follow": {"foot_l": "rightLowerLeg"}}"#).unwrap();
+    let options = RetargetOptions::new().target_bones(map);
+    let retargeter = Retargeter::new(motion("real/cmu_short.bvh"), rig.scene(), options).unwrap();
+    let report = retargeter.clips()[0].report.body().unwrap();
+    assert_eq!(report.followers, [("foot_l".to_owned(), "calf_r".to_owned())].into());
     assert_eq!(report.verdict, Verdict::Poor, "{report}");
 }

@@ -14,7 +14,7 @@ from ._words import Unit as Unit
 
 
 StrPath = str | os.PathLike[str]
-Bones = Mapping[str, str | None]
+Bones = Mapping[str, str | Mapping[str, str] | None]
 """The names of joints for bones, as ``{"leftFoot": "ankle_L"}``; ``None`` for a bone that there is not."""
 Weights = Mapping[str, Mapping[str, float]]
 """Weights of solvers by solver, as ``{"robot": {"hand": 1.0}}``: ``robot``, ``foot_lock``, ``clean``, ``markers``."""
@@ -72,6 +72,6 @@ def weights_of(weights: Weights | None) -> dict[str, dict[str, float]]:
     }
 
 
-def names_of(bones: Mapping[str, str | None] | None) -> str | None:
+def names_of(bones: Bones | None) -> str | None:
     """Names of joints for bones, as the native half reads them."""
     return None if bones is None else json.dumps(dict(bones))

@@ -55,7 +55,8 @@ def retarget(
         feet: ``"lock"`` holds feet still while those of the source stand, where they would slide more.
         bones: The names of joints of the source for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``; ``None``
             for a bone that it does not have. :attr:`Scene.bones` has the guess.
-        target_bones: Those of the target, likewise.
+        target_bones: Those of the target, likewise. ``{"follow": {"FootIK.L": "leftFoot"}}`` lets a joint follow a
+            bone, or another joint, instead of its parent.
         weights: The weights by which feet are held that differ from their defaults, as ``{"foot_lock": {"aim": 0.9}}``;
             docs/weights.md lists them.
 
