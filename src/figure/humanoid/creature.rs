@@ -10,8 +10,9 @@ use serde::Serialize;
 use super::super::poses::poses;
 use super::body::Body;
 use super::limb::Fit;
+use super::refusal::NAMED;
 use super::sides::stands;
-use super::topology::Tree;
+use super::topology::{Tree, pairs};
 use crate::names::words::AnimalPart;
 
 /// A kind of creature that is no humanoid.
@@ -41,6 +42,19 @@ impl Creature {
     }
 }
 
+/// How far the ends of four legs are from one plane at most, as a fraction of their length.
+const LEVEL: f32 = 0.2;
+
+/// How far the first joints of front and hind legs are apart at least, as a fraction of their length. Those of a skirt
+/// or a cape spring from above the legs.
+const LEGS_APART: f32 = 0.5;
+
+/// The length of a front or hind leg at least, as a fraction of thigh and shin of the reading: fingers are shorter.
+const SHORTEST_LEG: f32 = 0.5;
+
+/// The pairs of limbs that are looked at as front and hind legs.
+const MOST_PAIRS: usize = 64;
+
 /// The joints of a tail at least: one may be a part of a coat.
 const TAIL_JOINTS: usize = 2;
 
@@ -68,7 +82,7 @@ pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature,
         };
         return Some((kind, format!("{:?} is {words}", name(node))));
     }
-    if is_on_four_legs(scene, tree, body) {
+    if is_on_four_legs(scene, tree, body) || has_two_pairs_of_legs(tree, body) {
         let reason = "the limbs at both ends of the trunk stand below it: an animal on four legs";
         return Some((Creature::FourLegged, reason.to_owned()));
     }
@@ -110,7 +124,8 @@ fn tail(tree: &Tree, body: &Body) -> Option<usize> {
     })
 }
 
-/// Whether the legs are those of an animal that stands on its toes, and its neck is long.
+/// Whether the legs are those of an animal that stands on its toes, and its neck is long: longer than the trunk too, which
+/// it is not in figures with large heads and short legs.
 fn has_lengths_of_bird(tree: &Tree, body: &Body) -> bool {
     let stands_on_toes = body.legs.joints.iter().all(|joints| {
         let [_, Some(lower), Some(foot), Some(toes)] = *joints else {
@@ -122,7 +137,51 @@ fn has_lengths_of_bird(tree: &Tree, body: &Body) -> bool {
     let shoulders = body.arms.as_ref().map(|arms| arms.pair.branch);
     let neck = shoulders.zip(body.trunk.head);
     let neck = neck.map_or(0.0, |(shoulders, head)| tree.between(shoulders, head));
-    stands_on_toes && neck >= NECK_OF_BIRD * body.legs.long_bones
+    let trunk = shoulders.map_or(0.0, |shoulders| tree.between(body.trunk.hips, shoulders));
+    stands_on_toes && neck >= trunk && neck >= NECK_OF_BIRD * body.legs.long_bones
+}
+
+/// Whether two pairs of limbs stand on one level at rest, one pair in front of the other, whichever limbs the reading
+/// takes for legs and arms. Arms that names say are no legs.
+fn has_two_pairs_of_legs(tree: &Tree, body: &Body) -> bool {
+    if body.arms.as_ref().is_some_and(|arms| arms.names >= NAMED) {
+        return false;
+    }
+    let tip = |root: usize| tree.at[tree.chain(root).last().copied().unwrap_or(root)];
+    let middle = |points: [Vec3; 2]| 0.5 * (points[0] + points[1]);
+    let pairs: Vec<[usize; 2]> = pairs(tree, MOST_PAIRS).iter().map(|pair| pair.roots).collect();
+    let apart = |a: &[usize; 2], b: &[usize; 2]| {
+        let mut roots = a.iter().flat_map(|a| b.iter().map(move |b| (*a, *b)));
+        roots.all(|(a, b)| !tree.is_within(a, b) && !tree.is_within(b, a))
+    };
+    let stand = |a: &[usize; 2], b: &[usize; 2]| {
+        let limbs = [a[0], a[1], b[0], b[1]].map(|root| (tree.at[root], tip(root)));
+        let along = limbs.iter().map(|(root, tip)| *tip - *root).sum::<Vec3>();
+        let length = 0.25 * along.length();
+        // Across the plane in which the ends are.
+        let [left, right, other, opposite] = limbs.map(|(_, tip)| tip);
+        let (one, two) = (right - left, opposite - other);
+        let sideways = one + two * one.dot(two).signum();
+        let lengthways = middle([left, right]) - middle([other, opposite]);
+        let across = sideways.cross(lengthways).normalize_or_zero();
+        let down = across * across.dot(along).signum();
+        let levels = limbs.map(|(_, tip)| tip.dot(down));
+        let (least, most) = levels.into_iter().fold((f32::MAX, f32::MIN), |(least, most), level| {
+            (least.min(level), most.max(level))
+        });
+        let between = middle(a.map(|root| tree.at[root])) - middle(b.map(|root| tree.at[root]));
+        let points_down = |(root, tip): &(Vec3, Vec3)| (*tip - *root).normalize_or_zero().dot(down) > 0.75;
+        length > SHORTEST_LEG * body.legs.long_bones
+            && limbs.iter().all(points_down)
+            && most - least < LEVEL * length
+            && between.length() > LEGS_APART * length
+            && between.normalize_or_zero().dot(down).abs() < 0.5
+    };
+    let mut both = pairs
+        .iter()
+        .enumerate()
+        .flat_map(|(index, a)| pairs[..index].iter().map(move |b| (a, b)));
+    both.any(|(a, b)| apart(a, b) && stand(a, b))
 }
 
 /// Whether the limbs at both ends of the trunk stand on the ground: they point in one direction, across the trunk, and

@@ -9,7 +9,7 @@ use super::topology::Tree;
 use crate::names::words::Part;
 
 /// The mean score of the names of the bones of limbs, from 0 to 1, from which on a body is named: half of them.
-const NAMED: f32 = 0.5;
+pub(super) const NAMED: f32 = 0.5;
 
 /// Whether the names say that it is a body.
 pub(super) fn is_named(tree: &Tree, body: &Body) -> bool {

@@ -1,5 +1,6 @@
 //! The integration tests of figures: one program, because linking is slow, with one module per subject.
 
+mod animals;
 mod bone_names;
 mod changed_skeletons;
 mod contacts;
