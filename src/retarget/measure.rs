@@ -1,5 +1,6 @@
 //! How well a motion sits on another skeleton, measured on the poses of both.
 
+mod hands_inside;
 mod skin;
 
 use std::collections::BTreeMap;

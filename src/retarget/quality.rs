@@ -86,6 +86,9 @@ impl fmt::Display for FeetReport {
     }
 }
 
+/// The fraction of frames with a hand inside the body up to which a motion may be good: less is a hand that brushes by.
+const OFTEN_INSIDE: f64 = 0.02;
+
 /// What a lock does to the speed of feet: it gives way where it would make them faster.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
@@ -293,6 +296,19 @@ fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
         findings.push((graded(skin.largest_stretch, OF_SKIN), reason));
         let reason = format!("the skin is up to {:.0} cm below the floor", 100.0 * skin.below_floor);
         findings.push((graded(skin.below_floor / skin.height, OF_FLOOR), reason));
+        if let Some(joint) = &skin.uneven_joint
+            && let Some(worst) = findings
+                .iter()
+                .map(|(verdict, _)| *verdict)
+                .max_by_key(|verdict| *verdict as u8)
+        {
+            let reason =
+                format!("the scale of {joint} at rest is mirrored or uneven, so that rotations shear the skin");
+            findings.push((worst, reason));
+        }
+        let percent = 100.0 * skin.hands_inside;
+        let reason = format!("a hand is inside the body in {percent:.0} % of frames");
+        findings.extend((skin.hands_inside > OFTEN_INSIDE).then_some((Verdict::Fair, reason)));
     }
     findings.retain(|(verdict, _)| *verdict != Verdict::Good);
     findings

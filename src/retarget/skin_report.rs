@@ -26,6 +26,15 @@ pub struct SkinReport {
     pub below_floor: f64,
     /// The tick of it.
     pub floor_tick: f64,
+    /// The fraction of the frames that are looked at in which the middle of a hand is inside head, trunk or legs.
+    #[serde(default)]
+    pub hands_inside: f64,
+    /// The first tick of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hands_tick: Option<f64>,
+    /// The first bone whose scale at rest is mirrored or uneven. Rotations shear the skin of joints below it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uneven_joint: Option<String>,
 }
 
 impl fmt::Display for SkinReport {
@@ -41,6 +50,14 @@ impl fmt::Display for SkinReport {
             100.0 * self.largest_stretch,
             self.stretch_tick,
             100.0 * self.below_floor
-        )
+        )?;
+        match self.hands_tick {
+            Some(tick) => write!(
+                f,
+                "; a hand inside the body in {:.0} % of frames, first at tick {tick}",
+                100.0 * self.hands_inside
+            ),
+            None => Ok(()),
+        }
     }
 }

@@ -2,11 +2,13 @@
 //!
 //! Nothing here knows which joint is which bone, so what a map gets wrong shows.
 
+use glam::Mat4;
 use mocap_figure::ground;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Mesh, Scene};
+use mocap_scene::scene::{Mesh, NodeId, Scene};
 
 use super::Moving;
+use super::hands_inside::Hand;
 use crate::root::Root;
 use crate::skin_report::SkinReport;
 
@@ -18,6 +20,9 @@ const STRETCHED: f32 = 2.0;
 
 /// An edge that is shorter, as a fraction of the height, is not counted as stretched: nobody sees it.
 const SHORTEST: f32 = 1e-3;
+
+/// How many times as large as the least the largest scale of a joint is when it is uneven.
+const UNEVEN: f32 = 1.01;
 
 /// An edge of a mesh, with its length at rest.
 struct Edge {
@@ -76,19 +81,29 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
     let sole = (lowest_at_rest.fold(f32::INFINITY, f32::min) - ground::floor(target.body)).min(0.0);
     let floor_of_source = root.source_ankle - ground::ankle(source.body);
     let metres = target.body.metres_per_unit;
+    let meshes: Vec<&Mesh> = skins.iter().map(|skin| skin.mesh).collect();
+    let at_rest: Vec<_> = meshes.iter().map(|mesh| rest.skin(mesh)).collect();
+    let hands = Hand::of(target.scene, target.body, &meshes, &at_rest);
     let bindings = [source, target].map(|moving| Binding::new(moving.scene, moving.animation));
     let (mut was, mut is) = (Pose::rest(source.scene), rest);
     let mut report = SkinReport {
         height: metres * f64::from(height),
+        uneven_joint: uneven_joint(target),
         ..SkinReport::default()
     };
     let (mut stretched, mut count, mut worst) = (0_usize, 0_usize, None);
+    let (mut looks, mut inside) = (0_usize, 0_usize);
     for &tick in ticks.iter().step_by(ticks.len().div_ceil(LOOKS).max(1)) {
         was.sample(&bindings[0], source.animation, tick);
         is.sample(&bindings[1], target.animation, tick);
         let mut lowest = f32::INFINITY;
-        for (index, skin) in skins.iter().enumerate() {
-            let vertices = is.skin(skin.mesh);
+        let posed: Vec<_> = meshes.iter().map(|mesh| is.skin(mesh)).collect();
+        if hands.iter().any(|hand| hand.is_inside(&posed)) {
+            inside += 1;
+            report.hands_tick.get_or_insert(tick);
+        }
+        looks += 1;
+        for (index, (skin, vertices)) in skins.iter().zip(&posed).enumerate() {
             lowest = vertices.iter().map(|vertex| vertex.dot(up)).fold(lowest, f32::min);
             for (edge, Edge { ends, at_rest }) in skin.edges.iter().enumerate() {
                 let length = vertices[ends[0]].distance(vertices[ends[1]]);
@@ -108,12 +123,36 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
             (report.below_floor, report.floor_tick) = (below, tick);
         }
     }
+    report.hands_inside = inside as f64 / looks.max(1) as f64;
     report.fraction_stretched = stretched as f64 / count.max(1) as f64;
     if let Some((skin, edge)) = worst {
         let ends = skins[skin].edges[edge].ends;
         report.stretched_between = ends.map(|vertex| strongest(target.scene, skins[skin].mesh, vertex));
     }
     Some(report)
+}
+
+/// The first node down to a bone whose scale is mirrored, or is not one in all directions.
+fn uneven_joint(target: &Moving<'_>) -> Option<String> {
+    let bones: Vec<NodeId> = target.body.bones.values().copied().collect();
+    let nodes = &target.scene.nodes;
+    let carries = |node: usize| {
+        let above = |bone: &NodeId| std::iter::successors(Some(*bone), |node| nodes[node.index()].parent);
+        bones.iter().any(|bone| above(bone).any(|above| above.index() == node))
+    };
+    let is_uneven = |matrix: &Mat4| {
+        let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length());
+        let (least, most) = (
+            axes.iter().copied().fold(f32::MAX, f32::min),
+            axes.iter().copied().fold(0.0, f32::max),
+        );
+        matrix.determinant() < 0.0 || most > UNEVEN * least
+    };
+    let uneven = nodes
+        .iter()
+        .enumerate()
+        .find(|(index, node)| is_uneven(&node.transform) && carries(*index));
+    uneven.map(|(_, node)| node.name.clone())
 }
 
 /// The height of the lowest joint of a body.

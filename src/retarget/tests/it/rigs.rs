@@ -4,7 +4,7 @@ use glam::{Mat4, Vec3};
 use mocap::figure::HumanoidMap;
 use mocap::retarget::report::{RetargetReport, Verdict};
 use mocap::retarget::{PoseRetargetOptions, PoseRetargeter, RetargetOptions, Retargeter};
-use mocap::scene::Animation;
+use mocap::scene::{Animation, Channel, Keys, NodeId};
 use mocap::{Binding, Importer, Pose, Scene};
 use serde_json::{Value, json};
 
@@ -172,6 +172,8 @@ fn check(target: &Scene, followers: &[(&str, &str)]) {
         "{skin} {stretch}"
     );
     assert!(skin.below_floor < 0.01, "{skin}");
+    assert!(skin.hands_inside < 0.02, "{skin}");
+    assert_eq!(skin.uneven_joint, None);
 }
 
 #[test]
@@ -254,4 +256,52 @@ fn a_joint_follows_what_a_map_says_before_what_the_skin_shows() {
     let report = retargeter.clips()[0].report.body().unwrap();
     assert_eq!(report.followers, [("foot_l".to_owned(), "calf_r".to_owned())].into());
     assert_eq!(report.verdict, Verdict::Poor, "{report}");
+}
+
+#[test]
+fn a_hand_in_the_trunk_is_seen() {
+    let mut rig = Glb::read("human_game_engine.glb");
+    let target = rig.scene();
+    let (hand, forearm, trunk) = (rig.find("hand_l"), rig.find("lowerarm_l"), rig.find("spine_02"));
+    let in_trunk = rig.world(forearm).inverse() * rig.world(trunk);
+    let at_rest = rig.world(forearm).inverse() * rig.world(hand);
+    let node = target.nodes.iter().position(|node| node.name == "hand_l").unwrap();
+    let moved = Animation {
+        duration: 3.0,
+        channels: vec![Channel {
+            node_name: "hand_l".to_owned(),
+            node: Some(NodeId::new(node)),
+            rotation_keys: Keys::constant(glam::Quat::from_mat4(&at_rest)),
+            scaling_keys: Keys::constant(Vec3::ONE),
+            position_keys: Keys::every_tick(
+                [at_rest, at_rest, in_trunk, in_trunk]
+                    .map(|at| at.w_axis.truncate())
+                    .to_vec(),
+            ),
+        }],
+        ..Animation::default()
+    };
+    let source = motion("real/cmu_short.bvh");
+    let mut short = source.animations[0].clone();
+    short.duration = 3.0;
+    let retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
+    let skin = retargeter.measure(&source, &short, &target, &moved).skin.unwrap();
+    assert_eq!((skin.hands_inside, skin.hands_tick), (0.5, Some(2.0)), "{skin}");
+}
+
+#[test]
+fn an_uneven_scale_is_named_as_the_cause() {
+    let source = motion("real/cmu_12_01_walk.bvh");
+    for (joint, scale) in [("upperarm_l", [-1.0, 1.0, 1.0]), ("thigh_r", [1.0, 1.5, 1.0])] {
+        let mut rig = Glb::read("human_game_engine.glb");
+        let node = rig.find(joint);
+        rig.nodes()[node]["scale"] = json!(scale);
+        let target = rig.scene();
+        let mut retargeter = PoseRetargeter::new(&source, &target, &PoseRetargetOptions::default()).unwrap();
+        let (_, report) = retargeter.clip(&source, 0, &target, true).unwrap();
+        assert_eq!(report.skin.as_ref().unwrap().uneven_joint.as_deref(), Some(joint));
+        assert_ne!(report.verdict, Verdict::Good, "{report}");
+        let cause = format!("the scale of {joint} at rest is mirrored or uneven");
+        assert!(report.to_string().contains(&cause), "{report}");
+    }
 }
