@@ -1,7 +1,7 @@
 //! Whether a hand is inside the skin of its own body: head, trunk or legs.
 //!
-//! The generalised winding number of the faces that the arm does not move tells it: 1 inside a closed surface, 0 outside,
-//! and between where the surface is open, as it is at the shoulder (Jacobson, Kavan, Sorkine-Hornung 2013).
+//! The generalised winding number of the faces that the arm does not move tells it: 1 inside a closed surface, 0
+//! outside, and between where the surface is open, as it is at the shoulder (Jacobson, Kavan, Sorkine-Hornung 2013).
 
 use std::f32::consts::PI;
 

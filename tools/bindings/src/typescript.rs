@@ -250,6 +250,10 @@ impl TypeScript<'_> {
             Kind::Named(name) => renamed(name),
             Kind::List(item) => format!("{}[]", self.kind(item)),
             Kind::Tuple(item, count) => format!("[{}]", vec![self.kind(item); *count].join(", ")),
+            // A map of bones has joints that follow others too.
+            Kind::Map(of) if matches!(**of, Kind::OneOf(_)) => {
+                "Record<string, string | null | Record<string, string>>".to_owned()
+            }
             Kind::Map(_) => "Record<string, string | null>".to_owned(),
             Kind::Tagged(tag, kind) => format!("{{ {}: {} }}", quoted(tag), self.kind(kind)),
             Kind::OneOf(kinds) => kinds.iter().map(|kind| self.kind(kind)).collect::<Vec<_>>().join(" | "),

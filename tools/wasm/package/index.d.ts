@@ -23,8 +23,11 @@ export type Bytes = Uint8Array | ArrayBuffer | string;
 /** A time: seconds from the start, or a frame of the file, from 0. */
 export type Moment = { seconds: number } | { frame: number };
 
-/** The joints of bones of the VRM humanoid; null for a bone that there is not. Others are searched for. */
-export type Bones = Record<string, string | null>;
+/**
+ * The joints of bones of the VRM humanoid; null for a bone that there is not. Others are searched for. `follow` has joints
+ * that follow a bone, or another joint, instead of their parents.
+ */
+export type Bones = Record<string, string | null | Record<string, string>>;
 
 export interface ReadOptions extends InputCallOptions {
   /** Whether a track that never changes is one key. Default: true. */

@@ -146,7 +146,7 @@ export type Job = MotionJob | SurveyJob | GraphJob | WalkJob;
 export type Angle = number | `${number}`;
 
 /** Which joint is which bone: in a file, or here. */
-export type BoneMap = string | Record<string, string | null>;
+export type BoneMap = string | Record<string, string | null | Record<string, string>>;
 
 /**
  * Names of the joints of a humanoid, as a program or a collection of motions has them.
