@@ -255,7 +255,9 @@ impl<'a> Parents<'a> {
             size: (most - least).max_element(),
             skin: SharedSkin::new(file),
         };
-        for (node, parent) in stated {
+        let is_node = |node: &NodeId| node.index() < file.nodes.len();
+        let in_file = stated.iter().filter(|(node, parent)| is_node(node) && is_node(parent));
+        for (node, parent) in in_file {
             parents.set(node.index(), parent.index());
         }
         if parents.size.is_finite() && parents.size > 0.0 {

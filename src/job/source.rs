@@ -115,7 +115,8 @@ pub struct SourceMap {
 /// Which joint is which bone: in a file, or here.
 ///
 /// A file holds `{"bones": {"hips": "NAME", ...}}`, or what `mocap skeleton --json` prints. Beside `bones`, and here
-/// among them, `"follow": {"FootIK.L": "leftFoot"}` lets a joint follow a bone, or another joint, instead of its parent.
+/// among them, `"follow": {"FootIK.L": "leftFoot"}` lets a joint follow a bone or another joint instead of its
+/// parent.
 ///
 /// ```
 /// use mocap::job::BoneMap;

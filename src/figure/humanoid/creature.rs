@@ -124,8 +124,8 @@ fn tail(tree: &Tree, body: &Body) -> Option<usize> {
     })
 }
 
-/// Whether the legs are those of an animal that stands on its toes, and its neck is long: longer than the trunk too, which
-/// it is not in figures with large heads and short legs.
+/// Whether the legs are those of an animal that stands on its toes, and its neck is long: longer than the trunk too,
+/// which it is not in figures with large heads and short legs.
 fn has_lengths_of_bird(tree: &Tree, body: &Body) -> bool {
     let stands_on_toes = body.legs.joints.iter().all(|joints| {
         let [_, Some(lower), Some(foot), Some(toes)] = *joints else {

@@ -7,7 +7,7 @@ use mocap::scene::{Node, NodeId, NodeKind};
 
 type Joint = (&'static str, Option<usize>, [f32; 3]);
 
-/// The cat of Quaternius (CC0): its joints with their parents, and where they are at rest. The IK controls are left out.
+/// The cat of Quaternius (CC0): its joints with their parents, and where they are at rest. IK controls are left out.
 const CAT: [Joint; 26] = [
     ("CatArmature", None, [0.0, 0.0, 0.0]),
     ("Bone", Some(0), [-1.3, 2.22, 0.0]),
