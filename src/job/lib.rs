@@ -102,7 +102,7 @@ pub use self::survey::SurveyOptions;
 #[doc(hidden)]
 pub use self::survey_job::{SurveyJob, SurveySources};
 #[doc(hidden)]
-pub use self::target::{CharacterTarget, Feet, JobTarget, RequiredVerdict, RobotTarget, SkeletonTarget};
+pub use self::target::{CharacterTarget, Feet, Hands, JobTarget, RequiredVerdict, RobotTarget, SkeletonTarget};
 #[doc(hidden)]
 pub use self::text::{Angle, Length, UnitChoice, UpChoice};
 #[doc(hidden)]

@@ -102,6 +102,11 @@ target! {
     /// assert_eq!(hero.feet, Feet::Free);
     /// ```
     CharacterTarget, "character-map", {
+        /// Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch,
+        /// free leaves them where the directions of the arms put them
+        #[cfg_attr(feature = "clap", arg(long, value_name = "keep|free", default_value = "keep"))]
+        #[serde(skip_serializing_if = "is_default")]
+        pub hands: Hands,
         /// Leave out the animations that the character has; by default they stay
         #[cfg_attr(feature = "clap", arg(long))]
         #[serde(skip_serializing_if = "is_default")]
@@ -120,6 +125,11 @@ target! {
     ///
     /// [`CharacterTarget`] has an example.
     SkeletonTarget, "skeleton-map", {
+        /// Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch,
+        /// free leaves them where the directions of the arms put them
+        #[cfg_attr(feature = "clap", arg(long, value_name = "keep|free", default_value = "keep"))]
+        #[serde(skip_serializing_if = "is_default")]
+        pub hands: Hands,
         /// Largest allowed angle in degrees, as for a character
         #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES"))]
         #[serde(skip_serializing_if = "is_default")]
@@ -176,6 +186,22 @@ pub enum Feet {
     Free,
 }
 
+/// What happens to hands that touch something.
+///
+/// The [module](crate) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum Hands {
+    /// They touch on the target what those of the source touch.
+    #[default]
+    Keep,
+    /// They are where the directions of the arms put them.
+    Free,
+}
+
 /// The worst verdict that a motion on a robot may have.
 ///
 /// The [module](crate) has an example.
@@ -210,6 +236,7 @@ impl From<CharacterTarget> for SkeletonTarget {
             scale: character.scale,
             feet: character.feet,
             names_of_clips: character.names_of_clips,
+            hands: character.hands,
             max_angle: character.max_angle,
         }
     }
@@ -271,8 +298,10 @@ impl JobTarget {
             .lock_feet(feet == Feet::Lock)
             .target_bones(bones.unwrap_or_default());
         Ok(match self {
-            Self::Character(character) => options.replace_animations(character.replace_animations),
-            Self::Skeleton(_) => options,
+            Self::Character(character) => options
+                .replace_animations(character.replace_animations)
+                .keep_hands(character.hands == Hands::Keep),
+            Self::Skeleton(skeleton) => options.keep_hands(skeleton.hands == Hands::Keep),
             Self::Robot(robot) => options
                 .velocity_limits(robot.velocity_limits)
                 .floor(robot.floor)

@@ -384,6 +384,7 @@ impl Angles {
             clamped: Vec::new(),
             feet: None,
             lock: None,
+            hands: None,
             skin: None,
             followers: BTreeMap::new(),
             by_names: Some(mover.found.clone()),

@@ -211,7 +211,8 @@ impl Retargeter {
                     None => {
                         let figures = ((scene, from), (&*target, figure));
                         let retargeter = PoseRetargeter::with_figures(figures.0, figures.1, self.options.scale)?;
-                        Mover::Body(Box::new(retargeter.with_foot_lock(self.options.foot_lock_weights)))
+                        let retargeter = retargeter.with_foot_lock(self.options.foot_lock_weights);
+                        Mover::Body(Box::new(retargeter.with_free_hands(!self.options.keep_hands)))
                     }
                 }
             }

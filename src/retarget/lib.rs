@@ -47,6 +47,8 @@ mod by_names;
 mod clip;
 mod feet;
 pub(crate) mod files;
+mod hand_report;
+mod hands;
 #[doc(hidden)]
 pub mod internals;
 mod limb_angles;
@@ -122,6 +124,9 @@ pub struct PoseRetargetOptions {
     pub target: Option<Humanoid>,
     /// The weights of [`PoseRetargeter::lock_feet`].
     pub foot_lock: FootLockWeights,
+    /// Whether [`PoseRetargeter::clip`] leaves hands where the directions of the limbs put them, instead of on what
+    /// those of the source touch.
+    pub free_hands: bool,
 }
 
 setters! {
@@ -130,6 +135,7 @@ setters! {
         source: Option<Humanoid>,
         target: Option<Humanoid>,
         foot_lock: FootLockWeights,
+        free_hands: bool,
     }
 }
 
@@ -162,6 +168,7 @@ pub struct PoseRetargeter {
     plan: Plan,
     root: Root,
     foot_lock: FootLockWeights,
+    free_hands: bool,
     /// What is computed of the current pose.
     solved: Solved<1>,
     /// Where joints of the target follow others than their parents: the scene that all else is about, and its pose.
@@ -182,7 +189,14 @@ impl PoseRetargeter {
         };
         let figures = (figure(source, &options.source), figure(target, &options.target));
         let retargeter = Self::with_figures((source, figures.0), (target, figures.1), options.scale)?;
-        Ok(retargeter.with_foot_lock(options.foot_lock))
+        let retargeter = retargeter.with_foot_lock(options.foot_lock);
+        Ok(retargeter.with_free_hands(options.free_hands))
+    }
+
+    /// The same with hands that are kept on what they touch, or are not.
+    pub(crate) fn with_free_hands(mut self, free_hands: bool) -> Self {
+        self.free_hands = free_hands;
+        self
     }
 
     /// The same with other weights of [`lock_feet`](Self::lock_feet).
@@ -216,6 +230,7 @@ impl PoseRetargeter {
             plan,
             root,
             foot_lock: FootLockWeights::default(),
+            free_hands: false,
             rig: rig.map(|rig| {
                 let pose = Pose::rest(&rig.scene);
                 Box::new((rig, pose))
@@ -411,7 +426,8 @@ impl PoseRetargeter {
 
     /// An animation of `source`, by its index, on the skeleton of `target`, and how like the source it is. With
     /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are
-    /// better so.
+    /// better so. Hands are kept on what those of the source touch, unless
+    /// [`free_hands`](PoseRetargetOptions::free_hands) says otherwise.
     ///
     /// # Errors
     /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] where there is no such animation.
@@ -426,17 +442,32 @@ impl PoseRetargeter {
             return Err(no_animation(index, source));
         };
         let target = self.skeleton(target);
-        let moved = self.animation_in_rig(source, animation);
-        let found = self.measure_in_rig(source, animation, target, &moved);
-        if lock_feet && found.feet.is_some() && !found.feet_move_alike() {
+        let mut moved = self.animation_in_rig(source, animation);
+        let mut report = self.measure_in_rig(source, animation, target, &moved);
+        let mut lock = None;
+        if lock_feet && report.feet.is_some() && !report.feet_move_alike() {
             let mut locked = moved.clone();
-            let lock = self.lock_in_rig(source, index, target, &mut locked)?;
-            let after = self.measure_in_rig(source, animation, target, &locked).with_lock(&lock);
-            if after.is_better_locked_than(&found) {
-                return Ok((self.in_file(locked), after));
+            let found = self.lock_in_rig(source, index, target, &mut locked)?;
+            let after = self
+                .measure_in_rig(source, animation, target, &locked)
+                .with_lock(&found);
+            if after.is_better_locked_than(&report) {
+                (moved, report, lock) = (locked, after, Some(found));
             }
         }
-        Ok((self.in_file(moved), found))
+        let (from, to) = self.moving(source, animation, target, &moved);
+        let kept = (!self.free_hands)
+            .then(|| hands::keep(&from, &to, &self.root))
+            .flatten();
+        if let Some((kept, hands)) = kept {
+            let mut after = self.measure_in_rig(source, animation, target, &kept);
+            if let Some(lock) = &lock {
+                after = after.with_lock(lock);
+            }
+            after.keep_hands(hands, &report);
+            (moved, report) = (kept, after);
+        }
+        Ok((self.in_file(moved), report))
     }
 
     /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of

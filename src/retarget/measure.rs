@@ -139,6 +139,7 @@ pub(super) fn measure(
         unmapped: unmapped.to_vec(),
         clamped: Vec::new(),
         lock: None,
+        hands: None,
         feet: feet(source, target, (&was, &is), ticks, root),
         skin: skin::of(source, target, ticks, root),
         followers: BTreeMap::new(),

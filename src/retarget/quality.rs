@@ -7,6 +7,7 @@ use mocap_edit::report::FootLockReport;
 use mocap_figure::HumanoidBone as Bone;
 use serde::{Deserialize, Serialize};
 
+use super::hand_report::HandsReport;
 use super::plan::UnmappedBone;
 use super::sight::{Aspect, AspectError};
 use super::skin_report::SkinReport;
@@ -195,6 +196,9 @@ pub struct RetargetReport {
     /// How fast they are beside free ones; absent where they are not locked.
     #[serde(default)]
     pub lock: Option<LockedFeet>,
+    /// What the hands touch; absent where they touch nothing, or are free.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hands: Option<HandsReport>,
     /// The skin; absent where the target has none that is read.
     #[serde(default)]
     pub skin: Option<SkinReport>,
@@ -266,14 +270,18 @@ fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
         Some(_) => ("bones", OF_CREATURES),
         None => ("limbs", OF_LIMBS),
     };
-    let mut limbs = format!("{what} {:.1} degrees off in the mean", report.mean_degrees);
+    let mean_degrees = report
+        .hands
+        .as_ref()
+        .map_or(report.mean_degrees, |hands| hands.free_mean_degrees);
+    let mut limbs = format!("{what} {mean_degrees:.1} degrees off in the mean");
     let worst = |a: &&LimbError, b: &&LimbError| a.mean_degrees.total_cmp(&b.mean_degrees);
     if let Some(worst) = report.limbs.iter().max_by(worst) {
         limbs += &format!(", {} {:.1}", worst.bone.as_str(), worst.mean_degrees);
     }
     let mut findings = vec![match report.limbs.is_empty() && report.by_names.is_none() {
         true => (Verdict::Poor, "no limb of both bodies could be compared".to_owned()),
-        false => (graded(report.mean_degrees, bounds), limbs),
+        false => (graded(mean_degrees, bounds), limbs),
     }];
     findings.extend(report.seen.iter().map(|seen| {
         let reason = format!("{seen} {:.1} degrees off in the mean", seen.mean_degrees);
@@ -325,6 +333,17 @@ impl RetargetReport {
         }
         findings.sort_by_key(|(verdict, _)| std::cmp::Reverse(*verdict as u8));
         findings.into_iter().map(|(_, reason)| reason).collect()
+    }
+
+    /// Adds what hands touch, and judges the limbs by `free`, the report without it.
+    pub(crate) fn keep_hands(&mut self, hands: HandsReport, free: &Self) {
+        self.hands = Some(HandsReport {
+            free_mean_degrees: free.mean_degrees,
+            ..hands
+        });
+        if free.verdict != Verdict::Poor || verdict(free) == Verdict::Poor {
+            self.verdict = verdict(self);
+        }
     }
 
     /// Of arms alone, for a target without legs.
@@ -479,6 +498,9 @@ impl fmt::Display for RetargetReport {
                 "\n{clip}: locked feet are at most {speed:.2} times as fast and {acceleration:.2} times as much \
                  accelerated as free ones{given_way}"
             )?;
+        }
+        if let Some(hands) = &self.hands {
+            write!(f, "\n{clip}: {hands}")?;
         }
         if let Some(skin) = &self.skin {
             write!(f, "\n{clip}: {skin}")?;

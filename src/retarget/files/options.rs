@@ -22,6 +22,7 @@ use crate::robot::report::Floor;
 pub struct RetargetOptions {
     pub(super) scale: Scale,
     pub(super) lock_feet: bool,
+    pub(super) keep_hands: bool,
     pub(super) source_bones: HumanoidMap,
     pub(super) target_bones: HumanoidMap,
     pub(super) conversion: Conversion,
@@ -39,6 +40,7 @@ impl Default for RetargetOptions {
         Self {
             scale: Scale::Auto,
             lock_feet: true,
+            keep_hands: true,
             source_bones: HumanoidMap::new(),
             target_bones: HumanoidMap::new(),
             conversion: Conversion::new(),
@@ -69,6 +71,13 @@ impl RetargetOptions {
     /// slide more than that of the source. Default: `true`.
     pub fn lock_feet(mut self, lock: bool) -> Self {
         self.lock_feet = lock;
+        self
+    }
+
+    /// Whether the hands of a character touch what those of the source touch: each other, the head, the trunk, the legs,
+    /// the floor. Default: `true`.
+    pub fn keep_hands(mut self, keep: bool) -> Self {
+        self.keep_hands = keep;
         self
     }
 

@@ -188,6 +188,7 @@ from typing import Literal
 Unit = {}
 Axis = {}
 Feet = {}
+Hands = {}
 Floor = {}
 RobotFormat = {}
 
@@ -198,6 +199,7 @@ DASHED = (
             listed(&Unit::ALL.map(Unit::as_str)),
             listed(&axes),
             of_schema("Feet"),
+            of_schema("Hands"),
             of_schema("Floor"),
             listed(&RobotFormat::ALL.map(RobotFormat::name)),
         )

@@ -24,11 +24,12 @@ pub(crate) fn retarget(
     target: &Scene,
     scale: Option<f64>,
     lock_feet: bool,
+    keep_hands: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
     weights: &str,
 ) -> PyResult<(Scene, String)> {
-    let options = options(scale, lock_feet, bones, target_bones, weights)?;
+    let options = options(scale, lock_feet, keep_hands, bones, target_bones, weights)?;
     let done = py.detach(|| {
         let (source, target) = (source.scene().clone(), target.scene().clone());
         Retargeter::new(source, target, options)
@@ -48,13 +49,14 @@ pub(crate) fn add_motions(
     target: PathBuf,
     scale: Option<f64>,
     lock_feet: bool,
+    keep_hands: bool,
     replace: bool,
     overwrite: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
     weights: &str,
 ) -> PyResult<(String, Vec<String>)> {
-    let options = options(scale, lock_feet, bones, target_bones, weights)?.replace_animations(replace);
+    let options = options(scale, lock_feet, keep_hands, bones, target_bones, weights)?.replace_animations(replace);
     let done = py.detach(|| {
         let origins = motions
             .iter()
@@ -84,6 +86,7 @@ pub(crate) fn add_motions(
 fn options(
     scale: Option<f64>,
     lock_feet: bool,
+    keep_hands: bool,
     bones: Option<&str>,
     target_bones: Option<&str>,
     weights: &str,
@@ -93,6 +96,7 @@ fn options(
     Ok(RetargetOptions::new()
         .scale(scale.map_or(Scale::Auto, Scale::Factor))
         .lock_feet(lock_feet)
+        .keep_hands(keep_hands)
         .source_bones(map(bones)?)
         .target_bones(map(target_bones)?)
         .foot_lock_weights(weights_of(weights)?.foot_lock))

@@ -98,6 +98,11 @@ export interface CharacterTargetOptions {
    * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
+  /**
+   * Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch, free leaves
+   * them where the directions of the arms put them. Default: `"keep"`.
+   */
+  hands?: Hands;
   /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
   scale?: Scale;
 }
@@ -186,6 +191,11 @@ export interface CharacterTarget {
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
   file?: string;
+  /**
+   * Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch, free leaves
+   * them where the directions of the arms put them. Default: `"keep"`.
+   */
+  hands?: Hands;
   /**
    * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
    * does not name are searched for.
@@ -570,6 +580,13 @@ export interface GraphSources {
   /** The unit and the up axis of the inputs. */
   space?: SourceSpace;
 }
+
+/**
+ * What happens to hands that touch something.
+ * `"keep"`: They touch on the target what those of the source touch.
+ * `"free"`: They are where the directions of the arms put them.
+ */
+export type Hands = "keep" | "free";
 
 /** How the files of a job are read. */
 export interface InputOptions {
@@ -1021,6 +1038,11 @@ export interface SkeletonTarget {
   feet?: Feet;
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
   file?: string;
+  /**
+   * Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch, free leaves
+   * them where the directions of the arms put them. Default: `"keep"`.
+   */
+  hands?: Hands;
   /**
    * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
    * does not name are searched for.

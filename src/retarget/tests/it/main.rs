@@ -4,6 +4,7 @@ mod armatures;
 mod characters;
 mod constant;
 mod creatures;
+mod hands;
 mod live;
 mod mjcf_files;
 mod palms;

@@ -191,7 +191,10 @@ fn a_part_of_a_motion_on_a_character_is_that_part_of_the_whole() {
     ] {
         let source = import(&format!("../../fixtures/{file}"));
         let moved = |conversion: Conversion| {
-            let options = RetargetOptions::new().lock_feet(false).conversion(conversion);
+            let options = RetargetOptions::new()
+                .lock_feet(false)
+                .keep_hands(false)
+                .conversion(conversion);
             let retargeting = Retargeter::new(source.clone(), character(), options).unwrap();
             retargeting.into_clips().remove(0).animation
         };

@@ -11,7 +11,7 @@ from ._call import public
 from ._options import Bones, StrPath, Weights, as_json, names_of, weights_of
 from ._report import Reports, parsed
 from ._scene import Scene, SceneLike, native_of
-from ._words import Feet
+from ._words import Feet, Hands
 
 Scale = Literal["auto", "none"] | float
 
@@ -36,6 +36,7 @@ def retarget(
     *,
     scale: Scale = "auto",
     feet: Feet = "lock",
+    hands: Hands = "keep",
     bones: Bones | None = None,
     target_bones: Bones | None = None,
     weights: Weights | None = None,
@@ -53,6 +54,7 @@ def retarget(
         scale: Length of the steps: ``"auto"``, in the proportion of the legs; ``"none"``, as those of the source in metres;
             or a factor.
         feet: ``"lock"`` holds feet still while those of the source stand, where they would slide more.
+        hands: ``"keep"`` brings hands to where those of the source touch the body, each other or the floor.
         bones: The names of joints of the source for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``; ``None``
             for a bone that it does not have. :attr:`Scene.bones` has the guess.
         target_bones: Those of the target, likewise. ``{"follow": {"FootIK.L": "leftFoot"}}`` lets a joint follow a
@@ -68,6 +70,7 @@ def retarget(
         native_of(target),
         _factor(scale),
         _locks(feet),
+        hands == "keep",
         names_of(bones),
         names_of(target_bones),
         as_json(weights_of(weights)),
@@ -83,6 +86,7 @@ def add_motions(
     *,
     scale: Scale = "auto",
     feet: Feet = "lock",
+    hands: Hands = "keep",
     replace: bool = False,
     overwrite: bool = False,
     bones: Bones | None = None,
@@ -101,6 +105,7 @@ def add_motions(
         target: The file to write, of the same kind; it is whole or absent.
         scale: As for :func:`retarget`.
         feet: As for :func:`retarget`.
+        hands: As for :func:`retarget`.
         replace: Leave out the motions that the character has.
         overwrite: Replace a file that may be somebody's source; the character is never replaced.
         bones: As for :func:`retarget`, for all motions.
@@ -121,6 +126,7 @@ def add_motions(
         target,
         _factor(scale),
         _locks(feet),
+        hands == "keep",
         replace,
         overwrite,
         names_of(bones),

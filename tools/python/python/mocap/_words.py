@@ -18,6 +18,7 @@ Axis = Literal[
     "-z",
 ]
 Feet = Literal["lock", "free"]
+Hands = Literal["keep", "free"]
 Floor = Literal["auto", "z=0", "keep"]
 RobotFormat = Literal[
     "npz",

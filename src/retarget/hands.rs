@@ -1,0 +1,379 @@
+//! Keeps hands on what they touch: each other, the head, the trunk, the legs, the floor.
+//!
+//! Equal directions on other proportions are other distances: palms that meet on the source cross or stay apart on the
+//! target. Contacts are found in the source, by the distance of a palm from a surface and its speed beside it. On the
+//! target the palm goes to the same place of the same part, as relationship descriptors do (Al-Asqhar, Komura and Choi,
+//! 2013), by two-bone inverse kinematics. Where a hand would jerk, the change comes and goes over a longer time, then
+//! becomes less, and then is given up.
+
+mod arm;
+mod contact;
+mod shape;
+mod touch;
+
+use mocap_figure::body::Body;
+use mocap_figure::ground;
+use mocap_figure::ticks::{Ticks, ticks};
+use mocap_figure::{HumanoidBone as Bone, Side};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
+
+use glam::{Quat, Vec3};
+
+use self::arm::{Arm, WristGoal};
+use self::contact::{Contact, Places};
+use super::hand_report::{HandContact, HandsReport};
+use super::measure::Moving;
+use super::root::Root;
+
+/// Rounds of relaxing, which bound the time.
+const ROUNDS: usize = 16;
+
+/// The largest ratio of the jerk of a hand around a contact to its jerk without the contact, in the mean square and at
+/// its peak.
+const JERK: f64 = 1.15;
+
+/// How much more the jerk of hand and elbow together may grow: an elbow swings far where a hand passes the shoulder,
+/// and nobody looks at it.
+const ELBOW: f64 = 1.5;
+
+/// The jerk in m/s^3 that a hand may always have: a fiftieth of that of a wave.
+const STILL: f64 = 2.0;
+
+/// The animation of the target with its hands on what those of the source touch, and what was done; `None` where they
+/// touch nothing, or are there already.
+pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Option<(Animation, HandsReport)> {
+    let both = Side::ALL.into_iter();
+    let both = both.filter_map(|side| Some((Arm::new(source.body, side)?, Arm::new(target.body, side)?)));
+    let (theirs, mine): (Vec<Arm>, Vec<Arm>) = both.unzip();
+    let ticks = ticks(source.animation);
+    let stands_on = || root.source_ankle - ground::ankle(source.body);
+    let ground = source.body.figure.ground_of(source.scene);
+    let floor = ground.map_or_else(stands_on, |ground| ground.height());
+    let shapes = shape::shapes(source.body, source.scene);
+    let touches = touch::touches(source, &theirs, &shapes, floor, &ticks);
+    if touches.is_empty() {
+        return None;
+    }
+    let places = Places {
+        source: shapes,
+        target: shape::shapes(target.body, target.scene),
+        scale: root.scale,
+        height_scale: root.height_scale,
+        floor: root.target_ankle - ground::ankle(target.body),
+        least: contact::THICKNESS * target.body.leg / shape::LEG,
+    };
+    let mut hands = Hands::new(target, mine, &ticks);
+    let mut contacts = contact::contacts(&touches, &places, &mut hands);
+    if contacts.is_empty() {
+        return None;
+    }
+    for round in 0..=ROUNDS {
+        hands.apply(&contacts);
+        let mut changed = false;
+        for index in 0..contacts.len() {
+            let ratio = hands.jerk_ratio(&contacts[index]);
+            if ratio > JERK && contacts[index].strength > 0.0 {
+                contacts[index].relax(round == ROUNDS);
+                changed = true;
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    hands.apply(&contacts);
+    let given_up = contacts.len();
+    let errors: Vec<[f32; 2]> = contacts.iter().map(|contact| hands.errors(contact)).collect();
+    let mut index = 0;
+    contacts.retain(|contact| {
+        index += 1;
+        let [before, after] = errors[index - 1];
+        contact.strength > 0.0 && after < before
+    });
+    let given_up = given_up - contacts.len();
+    if contacts.is_empty() {
+        return None;
+    }
+    if given_up > 0 {
+        hands.apply(&contacts);
+    }
+    let mut contacts: Vec<HandContact> = contacts.iter().map(|contact| hands.report(contact, &places)).collect();
+    contacts.sort_by(|one, other| one.first.total_cmp(&other.first));
+    let report = HandsReport {
+        contacts,
+        given_up,
+        free_mean_degrees: 0.0,
+        jerk_ratio: hands.whole_jerk_ratio(),
+    };
+    Some((hands.animation(), report))
+}
+
+/// The arms of a target in every frame of a motion.
+struct Hands<'a> {
+    target: &'a Moving<'a>,
+    arms: Vec<Arm>,
+    ticks: &'a [f64],
+    binding: Binding,
+    pose: Pose,
+    /// For each arm its tracks without and with the contacts.
+    free: Vec<ArmTrack>,
+    kept: Vec<ArmTrack>,
+    /// The joint about which the trunk leans, and its rotations to its parent.
+    trunk: Option<NodeId>,
+    upright: Vec<Quat>,
+    leans: Vec<Quat>,
+    /// The frames that differ.
+    changed: Vec<bool>,
+}
+
+/// The lowest joint of the trunk that does not carry the legs.
+fn trunk(body: &Body) -> Option<NodeId> {
+    let legs = [Bone::LeftUpperLeg, Bone::RightUpperLeg].map(|bone| body.joint(bone));
+    let carries = |joint: NodeId| legs.iter().flatten().any(|leg| body.depends_on(*leg, joint));
+    body.trunk.iter().copied().find(|joint| !carries(*joint))
+}
+
+/// An arm over a motion, in the axes of the figure.
+#[derive(Clone, Default)]
+struct ArmTrack {
+    elbow: Vec<Vec3>,
+    wrist: Vec<Vec3>,
+    palm: Vec<Vec3>,
+    /// The rotations of its joints to their parents.
+    rotations: Vec<[Quat; 3]>,
+}
+
+impl ArmTrack {
+    fn see(&mut self, frame: usize, arm: &Arm, pose: &Pose, to_figure: Quat) {
+        if self.wrist.len() == frame {
+            self.elbow.push(Vec3::ZERO);
+            self.wrist.push(Vec3::ZERO);
+            self.palm.push(Vec3::ZERO);
+            self.rotations.push([Quat::IDENTITY; 3]);
+        }
+        self.elbow[frame] = to_figure * pose.position(arm.joints[1]);
+        self.wrist[frame] = to_figure * pose.position(arm.joints[2]);
+        self.palm[frame] = to_figure * arm.palm(pose);
+        self.rotations[frame] = arm.joints.map(|joint| rotation_of(&pose.node_to_parent[joint.index()]));
+    }
+}
+
+impl<'a> Hands<'a> {
+    fn new(target: &'a Moving<'a>, arms: Vec<Arm>, ticks: &'a [f64]) -> Self {
+        let mut hands = Self {
+            binding: Binding::new(target.scene, target.animation),
+            pose: Pose::rest(target.scene),
+            free: vec![ArmTrack::default(); arms.len()],
+            kept: Vec::new(),
+            trunk: trunk(target.body),
+            upright: Vec::with_capacity(ticks.len()),
+            leans: Vec::new(),
+            changed: vec![false; ticks.len()],
+            target,
+            arms,
+            ticks,
+        };
+        for frame in 0..ticks.len() {
+            hands.sample(frame);
+            for (track, arm) in hands.free.iter_mut().zip(&hands.arms) {
+                track.see(frame, arm, &hands.pose, hands.target.body.axes.inverse());
+            }
+            if let Some(trunk) = hands.trunk {
+                hands
+                    .upright
+                    .push(rotation_of(&hands.pose.node_to_parent[trunk.index()]));
+            }
+        }
+        hands.leans.clone_from(&hands.upright);
+        hands.kept.clone_from(&hands.free);
+        hands
+    }
+
+    /// Moves the pose to a frame without contacts.
+    fn sample(&mut self, frame: usize) {
+        self.pose
+            .sample(&self.binding, self.target.animation, self.ticks[frame]);
+    }
+
+    fn arm(&self, side: Side) -> Option<usize> {
+        self.arms.iter().position(|arm| arm.side == side)
+    }
+
+    /// Brings the arms to where the contacts ask for them.
+    fn apply(&mut self, contacts: &[Contact]) {
+        let axes = self.target.body.axes;
+        for frame in 0..self.ticks.len() {
+            let mut shifts = vec![Shift::default(); self.arms.len()];
+            for contact in contacts {
+                let weight = contact.weight(frame);
+                if weight > 0.0 {
+                    for (side, shift) in contact.shifts(frame) {
+                        if let Some(arm) = self.arm(side) {
+                            shifts[arm].add(weight, shift, contact.leans());
+                        }
+                    }
+                }
+            }
+            let is_shifted = shifts.iter().any(|shift| shift.weights > 0.0);
+            if !is_shifted && !self.changed[frame] {
+                continue;
+            }
+            self.sample(frame);
+            self.changed[frame] = is_shifted;
+            let goals = self.arms.iter().zip(&shifts);
+            let goals =
+                goals.map(|(arm, shift)| (shift.weights > 0.0).then(|| arm.goal(&self.pose, axes * shift.all())));
+            let goals: Vec<Option<WristGoal>> = goals.collect();
+            self.lean(&shifts, &goals);
+            for (index, arm) in self.arms.iter().enumerate() {
+                if let Some(goal) = goals[index] {
+                    arm.bring(&mut self.pose, goal);
+                }
+                self.kept[index].see(frame, arm, &self.pose, axes.inverse());
+            }
+            if let Some(trunk) = self.trunk {
+                self.leans[frame] = rotation_of(&self.pose.node_to_parent[trunk.index()]);
+            }
+        }
+    }
+
+    /// Leans the trunk where an arm is too short.
+    fn lean(&mut self, shifts: &[Shift], goals: &[Option<WristGoal>]) {
+        let Some(trunk) = self.trunk else { return };
+        let pivot = self.pose.position(trunk);
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for ((arm, shift), goal) in self.arms.iter().zip(shifts).zip(goals) {
+            if let Some(goal) = goal {
+                let lean = arm.lean(&self.pose, pivot, *goal) * (1.0 - shift.upright);
+                sum += lean * lean.length();
+                weights += lean.length();
+            }
+        }
+        if weights > 0.0 {
+            self.pose.rotate(trunk, Quat::from_scaled_axis(sum / weights));
+        }
+    }
+
+    /// The largest ratio of the jerk of the arms around a contact.
+    fn jerk_ratio(&self, contact: &Contact) -> f64 {
+        let frames = contact.frames(self.ticks.len());
+        let sides = contact.sides();
+        let arms = sides.filter_map(|side| self.arm(side));
+        let ratio = |arm: usize| {
+            let jerks = [&self.free[arm], &self.kept[arm]].map(|track| {
+                let hand = self.jerk(&track.wrist[frames.clone()]);
+                let elbow = self.jerk(&track.elbow[frames.clone()]);
+                [hand[0], hand[1], hand[0].hypot(elbow[0])]
+            });
+            let [free, kept] = jerks;
+            let ratios = kept.iter().zip(free).zip([1.0, 1.0, ELBOW]);
+            let ratios = ratios.map(|((kept, free), more)| kept / (more * free).max(STILL));
+            ratios.fold(0.0, f64::max)
+        };
+        arms.map(ratio).fold(0.0, f64::max)
+    }
+
+    /// The jerk of a track in m/s^3: its root mean square, and its peak.
+    fn jerk(&self, track: &[Vec3]) -> [f64; 2] {
+        let metres = self.target.body.metres_per_unit;
+        let per_second = self.target.animation.ticks_per_second.powi(3);
+        let third = |at: &[Vec3]| (at[3] - at[0] + 3.0 * (at[1] - at[2])).as_dvec3().length() * metres * per_second;
+        let jerks = || track.windows(4).map(third);
+        let squares = jerks().map(|jerk| jerk * jerk).sum::<f64>();
+        let mean = squares / track.len().saturating_sub(3).max(1) as f64;
+        [mean.sqrt(), jerks().fold(0.0, f64::max)]
+    }
+
+    fn whole_jerk_ratio(&self) -> f64 {
+        let tracks = self.free.iter().zip(&self.kept);
+        let ratios = tracks.map(|(free, kept)| self.jerk(&kept.wrist)[0] / self.jerk(&free.wrist)[0].max(STILL));
+        ratios.fold(0.0, f64::max)
+    }
+
+    /// The animation with the arms as they are kept.
+    fn animation(&self) -> Animation {
+        let mut animation = self.target.animation.clone();
+        let at = Ticks::new(self.ticks);
+        let mut tracks: Vec<(NodeId, Vec<Quat>, Vec<Quat>)> = Vec::new();
+        for (arm, (free, kept)) in self.arms.iter().zip(self.free.iter().zip(&self.kept)) {
+            for (index, joint) in arm.joints.into_iter().enumerate() {
+                let [free, kept] =
+                    [free, kept].map(|track| track.rotations.iter().map(|joints| joints[index]).collect());
+                tracks.push((joint, free, kept));
+            }
+        }
+        if let Some(trunk) = self.trunk {
+            tracks.push((trunk, self.upright.clone(), self.leans.clone()));
+        }
+        for (joint, free, mut rotations) in tracks {
+            if free == rotations {
+                continue;
+            }
+            for frame in 1..rotations.len() {
+                rotations[frame] = in_hemisphere_of(rotations[frame - 1], rotations[frame]);
+            }
+            self.channel(&mut animation, joint).rotation_keys = at.rotation_keys(rotations);
+        }
+        animation
+    }
+
+    /// The channel of a joint, which gets one where it has none.
+    fn channel<'b>(&self, animation: &'b mut Animation, joint: NodeId) -> &'b mut Channel {
+        let found = animation
+            .channels
+            .iter()
+            .position(|channel| channel.node == Some(joint));
+        let index = found.unwrap_or_else(|| {
+            let rest = self.target.body.rest[joint.index()];
+            animation.channels.push(Channel {
+                node_name: self.target.body.names[joint.index()].clone(),
+                node: Some(joint),
+                position_keys: Keys::constant(rest.translation),
+                rotation_keys: Keys::constant(rest.rotation),
+                scaling_keys: Keys::constant(rest.scale),
+            });
+            animation.channels.len() - 1
+        });
+        &mut animation.channels[index]
+    }
+}
+
+/// The shifts that several contacts ask of one hand.
+#[derive(Clone, Copy, Debug)]
+struct Shift {
+    sum: Vec3,
+    weights: f32,
+    /// The product of what each contact leaves of the free motion, and of those for which the trunk leans alone.
+    free: f32,
+    upright: f32,
+}
+
+impl Default for Shift {
+    fn default() -> Self {
+        Self {
+            sum: Vec3::ZERO,
+            weights: 0.0,
+            free: 1.0,
+            upright: 1.0,
+        }
+    }
+}
+
+impl Shift {
+    fn add(&mut self, weight: f32, shift: Vec3, leans: bool) {
+        self.sum += weight * shift;
+        self.weights += weight;
+        self.free *= 1.0 - weight;
+        if leans {
+            self.upright *= 1.0 - weight;
+        }
+    }
+
+    /// The weighted mean, which fades as smoothly as each weight.
+    fn all(&self) -> Vec3 {
+        self.sum / self.weights * (1.0 - self.free)
+    }
+}

@@ -1,0 +1,158 @@
+//! An arm whose palm is brought to a place.
+
+use std::f32::consts::PI;
+
+use glam::{Quat, Vec3};
+use mocap_figure::axes::bend_axis;
+use mocap_figure::body::Body;
+use mocap_figure::{HumanoidBone as Bone, Side};
+use mocap_scene::ik::Goal;
+use mocap_scene::math::directions::{arc, rotation_of};
+use mocap_scene::pose::Pose;
+use mocap_scene::scene::NodeId;
+
+use super::shape::{LEG, larger};
+
+/// From the wrist to the middle of the palm in metres, of a body whose leg is [`LEG`] long.
+const PALM: f32 = 0.05;
+
+/// The fraction of its length that an arm never exceeds, unless the motion stretches it more: near the end the elbow
+/// moves centimetres where the hand moves by millimetres.
+const STRETCH: f32 = 0.995;
+
+/// The fraction of its length that a stretched arm may still stretch, so that the limit has no corner.
+const NO_ROOM: f32 = 1e-3;
+
+/// How sharply the limit begins: with the sixth power an arm reaches half of its room to 0.3 %.
+const SHARPNESS: i32 = 6;
+
+/// How far the elbow of a straight arm is aside by its hinge, and the shift from which on that counts by half: as
+/// fractions of the upper arm.
+const HINGE: f32 = 0.03;
+const FAR: f32 = 0.1;
+
+/// The least angle in radians between upper arm and forearm: an elbow bends by 150 degrees (American Academy of
+/// Orthopaedic Surgeons, Joint Motion, 1965).
+const FOLDED: f32 = PI / 6.0;
+
+/// The fraction of its length beyond which the trunk leans for an arm, and how softly that begins, as a fraction of the
+/// length.
+const REACH: f32 = 0.97;
+const CORNER: f32 = 0.01;
+
+/// The squared sine of the angle between arm and trunk below which leaning helps little.
+const ALONG: f32 = 0.3;
+
+/// The angle in radians that the trunk never leans: 20 degrees.
+const LEAN: f32 = 0.35;
+
+/// The largest angle in radians between forearm and hand, from the same source: a wrist bends by 80 degrees.
+const WRIST: f32 = 1.4;
+
+/// Where a wrist goes, in the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WristGoal {
+    position: Vec3,
+    rotation: Quat,
+}
+
+/// An arm of a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arm {
+    pub(super) side: Side,
+    /// Upper arm, forearm and hand.
+    pub(super) joints: [NodeId; 3],
+    /// The axis about which the elbow bends, in the frame of the upper arm's joint.
+    hinge: Vec3,
+    /// From the wrist to the palm, in the frame of the hand's joint.
+    palm: Vec3,
+}
+
+impl Arm {
+    pub(super) fn new(body: &Body, side: Side) -> Option<Self> {
+        let bones = [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand].map(|bone| bone.on(side));
+        let joints = [body.joint(bones[0])?, body.joint(bones[1])?, body.joint(bones[2])?];
+        let outwards = match side {
+            Side::Left => Vec3::X,
+            Side::Right => Vec3::NEG_X,
+        };
+        let in_joint = |bone: usize| body.frame_to_joint(bones[bone], joints[bone]).inverse();
+        Some(Self {
+            side,
+            joints,
+            hinge: in_joint(0) * bend_axis(bones[0])?,
+            palm: in_joint(2) * outwards * (PALM * body.leg / LEG),
+        })
+    }
+
+    /// From the wrist to the palm in the world.
+    pub(super) fn to_palm(&self, pose: &Pose) -> Vec3 {
+        rotation_of(&pose.node_to_world[self.joints[2].index()]) * self.palm
+    }
+
+    /// The middle of the palm in the world.
+    pub(super) fn palm(&self, pose: &Pose) -> Vec3 {
+        pose.position(self.joints[2]) + self.to_palm(pose)
+    }
+
+    /// Where the wrist goes that is shifted. The hand keeps its rotation in the world.
+    pub(super) fn goal(&self, pose: &Pose, shift: Vec3) -> WristGoal {
+        WristGoal {
+            position: pose.position(self.joints[2]) + shift,
+            rotation: rotation_of(&pose.node_to_world[self.joints[2].index()]),
+        }
+    }
+
+    /// The rotation of the trunk about `pivot`, as a vector, that brings the shoulder so near to a goal that the arm
+    /// reaches it.
+    pub(super) fn lean(&self, pose: &Pose, pivot: Vec3, goal: WristGoal) -> Vec3 {
+        let [start, middle, end] = self.joints.map(|joint| pose.position(joint));
+        let length = start.distance(middle) + middle.distance(end);
+        let reach = (REACH * length).max(start.distance(end));
+        let missing = larger([start.distance(goal.position) - reach, 0.0], CORNER * length);
+        let (arm, trunk) = ((goal.position - start).normalize_or_zero(), start - pivot);
+        let across = trunk.cross(arm);
+        // Along the line of the trunk the shoulder comes no nearer.
+        let squared =
+            across.length_squared().max(ALONG * trunk.length_squared()) / trunk.length_squared().max(f32::MIN_POSITIVE);
+        let lean = across * missing / (trunk.length_squared() * squared).max(f32::MIN_POSITIVE);
+        lean / (1.0 + lean.length_squared() / (LEAN * LEAN)).sqrt()
+    }
+
+    /// Moves the hand, as far as the arm reaches. It keeps its rotation in the world, unless the wrist would bend too
+    /// far. The plane of the arm goes along by the shortest rotation; a straight arm bends about its hinge.
+    pub(super) fn bring(&self, pose: &mut Pose, goal: WristGoal) {
+        let [start, middle, end] = self.joints.map(|joint| pose.position(joint));
+        let shift = goal.position - end;
+        let (_, bend_before) = self.wrist(pose);
+        let (upper, lower) = (start.distance(middle), middle.distance(end));
+        let (line, to_goal) = (end - start, end + shift - start);
+        let free = line.length();
+        let folded = (upper * upper + lower * lower - 2.0 * upper * lower * FOLDED.cos()).sqrt();
+        let room = (STRETCH * (upper + lower) - free).max(NO_ROOM * (upper + lower));
+        // Beyond the free arm it stretches ever less, without a corner.
+        let distance = match (to_goal.length() - free) / room {
+            more if more > 0.0 => free + room * more / (1.0 + more.powi(SHARPNESS)).powf(1.0 / SHARPNESS as f32),
+            less => (free + room * less).max(folded.min(free)),
+        };
+        let along = to_goal.normalize_or(line);
+        let hinge = rotation_of(&pose.node_to_world[self.joints[0].index()]) * self.hinge;
+        let by_hinge = line.cross(hinge).normalize_or_zero() * (HINGE * upper);
+        let counts = shift.length_squared() / (shift.length_squared() + (FAR * upper).powi(2));
+        let pole = start + arc(line, along) * (middle - start + by_hinge * counts);
+        let goal = Goal::at(start + along * distance).with_rotation(goal.rotation);
+        pose.bend_limb(self.joints, &goal, Some(pole));
+        let (forearm, bend) = self.wrist(pose);
+        let most = WRIST.max(bend_before);
+        if bend > most {
+            let back = arc(self.to_palm(pose), forearm);
+            pose.rotate(self.joints[2], Quat::IDENTITY.slerp(back, 1.0 - most / bend));
+        }
+    }
+
+    /// The direction of the forearm, and the angle between it and the hand.
+    fn wrist(&self, pose: &Pose) -> (Vec3, f32) {
+        let forearm = pose.position(self.joints[2]) - pose.position(self.joints[1]);
+        (forearm, forearm.angle_between(self.to_palm(pose)))
+    }
+}
