@@ -51,7 +51,7 @@ pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Opt
     let ticks = ticks(source.animation);
     let stands_on = || root.source_ankle - ground::ankle(source.body);
     let ground = source.body.figure.ground_of(source.scene);
-    let floor = ground.map_or_else(stands_on, |ground| ground.height());
+    let floor = ground.map_or_else(stands_on, ground::Ground::height);
     let shapes = shape::shapes(source.body, source.scene);
     let touches = touch::touches(source, &theirs, &shapes, floor, &ticks);
     if touches.is_empty() {
@@ -73,10 +73,9 @@ pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Opt
     for round in 0..=ROUNDS {
         hands.apply(&contacts);
         let mut changed = false;
-        for index in 0..contacts.len() {
-            let ratio = hands.jerk_ratio(&contacts[index]);
-            if ratio > JERK && contacts[index].strength > 0.0 {
-                contacts[index].relax(round == ROUNDS);
+        for contact in &mut contacts {
+            if contact.strength > 0.0 && hands.jerk_ratio(contact) > JERK {
+                contact.relax(round == ROUNDS);
                 changed = true;
             }
         }

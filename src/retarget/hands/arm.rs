@@ -86,13 +86,13 @@ impl Arm {
     }
 
     /// From the wrist to the palm in the world.
-    pub(super) fn to_palm(&self, pose: &Pose) -> Vec3 {
+    pub(super) fn wrist_to_palm(&self, pose: &Pose) -> Vec3 {
         rotation_of(&pose.node_to_world[self.joints[2].index()]) * self.palm
     }
 
     /// The middle of the palm in the world.
     pub(super) fn palm(&self, pose: &Pose) -> Vec3 {
-        pose.position(self.joints[2]) + self.to_palm(pose)
+        pose.position(self.joints[2]) + self.wrist_to_palm(pose)
     }
 
     /// Where the wrist goes that is shifted. The hand keeps its rotation in the world.
@@ -145,7 +145,7 @@ impl Arm {
         let (forearm, bend) = self.wrist(pose);
         let most = WRIST.max(bend_before);
         if bend > most {
-            let back = arc(self.to_palm(pose), forearm);
+            let back = arc(self.wrist_to_palm(pose), forearm);
             pose.rotate(self.joints[2], Quat::IDENTITY.slerp(back, 1.0 - most / bend));
         }
     }
@@ -153,6 +153,6 @@ impl Arm {
     /// The direction of the forearm, and the angle between it and the hand.
     fn wrist(&self, pose: &Pose) -> (Vec3, f32) {
         let forearm = pose.position(self.joints[2]) - pose.position(self.joints[1]);
-        (forearm, forearm.angle_between(self.to_palm(pose)))
+        (forearm, forearm.angle_between(self.wrist_to_palm(pose)))
     }
 }

@@ -146,7 +146,7 @@ impl Contact {
                     let hand = hands.arms[arm].joints[2];
                     let to_figure = hands.target.body.axes.inverse();
                     let turn = to_figure * rotation_of(&hands.pose.node_to_world[hand.index()]);
-                    let to_wrist = to_figure * -hands.arms[arm].to_palm(&hands.pose);
+                    let to_wrist = to_figure * -hands.arms[arm].wrist_to_palm(&hands.pose);
                     let (mut pushed, mut push) = (goal, 0.0);
                     for _ in 0..PUSHES {
                         let depth = |vertex: &Vec3| -placed.gap(&placed.spot(pushed + to_wrist + turn * *vertex));

@@ -2,7 +2,7 @@
 //!
 //! Nothing here knows which joint is which bone, so what a map gets wrong shows.
 
-use glam::Mat4;
+use glam::{Mat4, Vec4};
 use mocap_figure::ground;
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Mesh, NodeId, Scene};
@@ -141,7 +141,7 @@ fn uneven_joint(target: &Moving<'_>) -> Option<String> {
         bones.iter().any(|bone| above(bone).any(|above| above.index() == node))
     };
     let is_uneven = |matrix: &Mat4| {
-        let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length());
+        let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec4::length);
         let (least, most) = (
             axes.iter().copied().fold(f32::MAX, f32::min),
             axes.iter().copied().fold(0.0, f32::max),
