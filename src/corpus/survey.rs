@@ -132,6 +132,13 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
     }
 }
 
+/// A motion of which it is known where defects are looked for.
+fn started<'a>(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Motion<'a>> {
+    let mut motion = Motion::new(scene, animation, figure)?;
+    motion.starts = defects::starts(&motion);
+    Ok(motion)
+}
+
 fn of_clip<'a>(
     scene: &'a Scene,
     index: usize,
@@ -146,7 +153,7 @@ fn of_clip<'a>(
         Some(part) => MotionErrors::find(&part.scene, 0, &part.figure)?,
         None => MotionErrors::find(scene, index, figure)?,
     };
-    let motion = Motion::new(scene, animation, figure)?;
+    let motion = started(scene, animation, figure)?;
     row.rate = Some(motion.rate);
     row.frames = motion.frames as u64;
     row.seconds = motion.seconds();
@@ -155,7 +162,7 @@ fn of_clip<'a>(
     findings.find_stills(&motion);
     match &part {
         Some(part) => {
-            let moving = Motion::new(&part.scene, &part.scene.animations[0], &part.figure)?;
+            let moving = started(&part.scene, &part.scene.animations[0], &part.figure)?;
             findings.find_moving(&moving, &errors, Some(&part.frames));
         }
         None => findings.find_moving(&motion, &errors, None),

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use mocap_edit::MotionErrors;
 
-pub(super) use self::still::{is_t_pose, starts};
+pub(super) use self::still::{is_t_pose, starts, stops};
 use super::motion::Motion;
 use super::row::Defect;
 use super::thresholds::{DefectKind, Thresholds};

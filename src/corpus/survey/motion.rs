@@ -14,8 +14,6 @@ use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, Node, NodeId, NodeKind, Scene};
 
-use super::defects;
-
 /// The largest step of a position of a node that does not move, in metres: what is left of text with four decimals.
 const STILL: f32 = 2e-5;
 
@@ -182,7 +180,7 @@ impl<'a> Motion<'a> {
                 motion.is_detail[node] = is_below;
             }
         }
-        motion.starts = defects::starts(&motion);
+        motion.starts = motion.first;
         Ok(motion)
     }
 

@@ -1,10 +1,12 @@
-//! A clip without the frames that show no motion: rest poses and a T-pose with which it begins, and frames that repeat
-//! the previous frame. What is measured in the others does not depend on how long they are held.
+//! A clip without the frames that show no motion: rest poses and a T-pose with which it begins, a T-pose with which it
+//! ends, and frames that repeat the previous frame. What is measured in the others does not depend on how long these
+//! are held.
 
 use glam::{Quat, Vec3};
 use mocap_figure::Figure;
 use mocap_scene::scene::{Animation, Keys, Scene};
 
+use super::defects;
 use super::motion::Motion;
 
 /// The longest time in seconds for which a frame is repeated that is left as it is: it may be a doubled frame.
@@ -26,7 +28,8 @@ impl MovingPart {
     pub(super) fn new(scene: &Scene, animation: &Animation, motion: &Motion) -> Option<Self> {
         let longest = motion.frames_in(LONGEST);
         let mut moves = vec![true; motion.frames];
-        moves[..motion.starts].fill(false);
+        moves[..defects::starts(motion)].fill(false);
+        moves[defects::stops(motion)..].fill(false);
         for [from, to] in super::spans(motion.frames, |frame| motion.held[frame]) {
             if to + 1 - from > longest {
                 moves[from..=to].fill(false);

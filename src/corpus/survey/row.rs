@@ -155,8 +155,8 @@ macro_rules! row {
         #[non_exhaustive]
         pub struct ClipRow {
             $($(#[doc = $help])* #[serde(default)] pub $name: $type,)*
-            /// The amount of each kind of defect and property, in its unit: the largest of its findings, for times their
-            /// sum. 0 where it was looked for; kinds that were not looked for are absent.
+            /// The amount of each kind of defect and property, in its unit: the largest of its findings, for times
+            /// their sum. 0 where it was looked for; kinds that were not looked for are absent.
             #[serde(flatten)]
             pub amounts: BTreeMap<DefectKind, f64>,
             /// Every finding.

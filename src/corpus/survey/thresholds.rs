@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 
-/// Declares [`DefectKind`] from one line for each: whether it is a defect or a property, its name, its unit, the amounts
-/// from which a clip is suspect and bad, whether it needs the body of a humanoid, and what it is.
+/// Declares [`DefectKind`] from one line for each: whether it is a defect or a property, its name, its unit, the
+/// amounts from which a clip is suspect and bad, whether it needs the body of a humanoid, and what it is.
 macro_rules! kinds {
     ($($class:ident $variant:ident $name:literal $unit:literal $suspect:literal $bad:literal $body:literal $help:literal)*) => {
         /// What can be wrong with a motion, and properties of a motion that do not lower its verdict.
@@ -95,7 +95,7 @@ kinds! {
     Defect BeyondRange "beyond-range" "degrees" 20.0 40.0 true "a knee bends forwards, or a knee, an elbow or the neck farther than a body can"
     Defect SelfCollision "self-collision" "cm" 5.0 8.0 true "a hand or a forearm is inside of the trunk or the head"
     Property PoseFile "pose-file" "frames" 1.0 1.0 false "the file has at most three frames beside a rest pose: a pose and no motion"
-    Property StartsInTPose "starts-in-t-pose" "s" 0.01 1.0 true "the clip begins in a T-pose"
+    Property TPoseEnd "t-pose-end" "s" 0.01 1.0 true "the clip begins or ends in a T-pose"
     Property HeldEnd "held-end" "s" 0.5 2.0 false "the clip begins or ends with frames in which no joint moves"
     Property FingerFlip "finger-flip" "flips" 1.0 4.0 true "a rotation of a finger, a toe or the face jumps away and comes back"
     Property NoSupport "no-support" "s" 0.6 1.5 true "nothing that is in the file carries the body: stairs, a chair, an object"

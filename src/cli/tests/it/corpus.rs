@@ -395,7 +395,7 @@ fn a_piece_that_begins_anywhere_is_a_twin() {
 fn arms_that_are_held_out_are_a_t_pose() {
     // By NumPy the arms are out, 20 degrees off the horizontal, until frame 486 of 100 a second.
     let row = rows_of("hip_knee_ankle_names.bvh").remove(0).row;
-    let seconds = row.amounts[&DefectKind::StartsInTPose];
+    let seconds = row.amounts[&DefectKind::TPoseEnd];
     assert!((3.0..4.9).contains(&seconds), "{:?}", row.defects);
     // A dancer who holds the arms out for a moment is in no T-pose.
     let dance = rows_of("rokoko_dance.bvh").remove(0).row;

@@ -22,13 +22,13 @@ const GLIDES_FOR: [f32; 2] = [0.15, 0.25];
 /// The vertical accelerations of the hips in m/s^2 below which nothing carries the body, and above which its feet do.
 /// Hips in the flight of a run fall by 6.5 to 11.
 const FALLS: [f32; 2] = [-6.0, -3.0];
-/// The heights of the hips above the floor in lengths of the leg below which feet do not carry the body, and above which
-/// they do: one who sits moves them as he likes.
+/// The heights of the hips above the floor in lengths of the leg below which feet do not carry the body, and above
+/// which they do: one who sits moves them freely.
 const STANDS: [f32; 2] = [0.6, 0.75];
 
 /// How deep below the floor a span begins, in metres.
 const BELOW: f32 = 0.02;
-/// The depths in lengths of the leg from which on it may be another floor, and is: a step, and not a foot that has sunk.
+/// The depths in lengths of the leg from which on it may be another floor, and is: a step, and no foot that has sunk.
 const ANOTHER_FLOOR: [f32; 2] = [0.25, 0.35];
 /// Times between two in which a foot is below the floor, in which it may be lifted for a step, in seconds.
 const A_STEP: f64 = 0.4;

@@ -7,7 +7,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 use super::Findings;
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
-use crate::survey::thresholds::DefectKind::{Frozen, Gap, HeldEnd, StartsInTPose, TPose};
+use crate::survey::thresholds::DefectKind::{Frozen, Gap, HeldEnd, TPose, TPoseEnd};
 
 /// The largest step of a rotation of a joint that does not move, as a difference of quaternions: 0.005 degrees.
 const STILL_ROTATION: f32 = 4e-5;
@@ -41,7 +41,8 @@ const HELD_SPEED: f32 = 0.1;
 /// The time in seconds for which they must be held: shorter poses are part of a movement.
 const HELD: f64 = 0.5;
 
-/// The time in seconds after which a clip no longer begins in a T-pose: who is told to take one needs a moment.
+/// The time in seconds after which a clip no longer begins in a T-pose, and before which it does not end in one: who is
+/// told to take one needs a moment.
 const BEGINS: f64 = 0.25;
 
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
@@ -96,12 +97,13 @@ fn difference(a: Quat, b: Quat) -> f32 {
     minus.length().min(plus.length())
 }
 
-/// T-poses with which a clip begins, and those within it.
+/// T-poses with which a clip begins or ends, and those within it.
 pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
-    findings.look_for(&[TPose, StartsInTPose]);
+    findings.look_for(&[TPose, TPoseEnd]);
     for [from, to] in t_poses(motion, body) {
         let seconds = (to + 1 - from) as f64 / motion.rate;
-        let kind = if begins(motion, from) { StartsInTPose } else { TPose };
+        let is_end = begins(motion, from) || ends(motion, to);
+        let kind = if is_end { TPoseEnd } else { TPose };
         findings.add(kind, [from, to], None, seconds as f32, 0.9);
     }
 }
@@ -116,8 +118,22 @@ pub(in crate::survey) fn starts(motion: &Motion) -> usize {
     after.map_or(motion.first, |[_, to]| motion.first.max(to + 1))
 }
 
+/// The frame after the last in which defects are looked for: before a T-pose with which the clip ends.
+pub(in crate::survey) fn stops(motion: &Motion) -> usize {
+    let last = motion
+        .body
+        .as_ref()
+        .and_then(|body| t_poses(motion, body).last().copied());
+    let before = last.filter(|[from, to]| ends(motion, *to) && *from > starts(motion));
+    before.map_or(motion.frames, |[from, _]| from)
+}
+
 fn begins(motion: &Motion, frame: usize) -> bool {
     frame < motion.first + motion.frames_in(BEGINS)
+}
+
+fn ends(motion: &Motion, frame: usize) -> bool {
+    frame + motion.frames_in(BEGINS) >= motion.frames
 }
 
 /// Spans of frames in which arms point sideways and legs down.
