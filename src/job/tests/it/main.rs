@@ -3,6 +3,7 @@
 mod array_files;
 mod arrays;
 mod bone_axis;
+mod bone_maps;
 mod conversion;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/cut.rs"]
