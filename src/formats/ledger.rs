@@ -5,8 +5,9 @@
 use std::collections::BTreeSet;
 
 use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::pose::Binding;
 use mocap_scene::scene::report::{DataKind, DataLoss};
-use mocap_scene::scene::{Format, NodeKind, Scene};
+use mocap_scene::scene::{Format, Node, NodeId, NodeKind, Scene};
 
 use crate::FormatInfo;
 
@@ -53,21 +54,38 @@ pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Textures, Carriage::Kept),
 ];
 
-/// The joints of a scene that have no place in `written`, which is what a format has of it, and how many of them move.
+/// The joints of a scene that have no place in `written`, which is what a format has of it, and how many of them move
+/// and are lost: the joints below another one turn with it.
 pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, DataLoss) {
+    let is_left = |node: &Node| written.nodes.iter().all(|other| other.name != node.name);
     let joints = scene
         .nodes
         .iter()
         .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
-    let is_left = |name: &&String| written.nodes.iter().all(|node| node.name != **name);
-    let names: Vec<String> = joints.map(|node| &node.name).filter(is_left).cloned().collect();
-    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
-    let moving = channels.filter(|channel| channel.moves());
-    let lost: BTreeSet<&str> = moving
-        .map(|channel| channel.node_name.as_str())
-        .filter(|name| names.iter().any(|left| left == name))
-        .collect();
-    (names, DataLoss::new(DataKind::MovingJoints, lost.len() as u64))
+    let names = joints.filter(|node| is_left(node)).map(|node| node.name.clone());
+    let mut has_place: Vec<bool> = scene.nodes.iter().map(|node| !is_left(node)).collect();
+    // Parents stand before children.
+    for (index, node) in scene.nodes.iter().enumerate().rev() {
+        if let (Some(parent), true) = (node.parent, has_place[index]) {
+            has_place[parent.index()] = true;
+        }
+    }
+    let is_lost = |node: NodeId| {
+        let joint = &scene.nodes[node.index()];
+        !has_place[node.index()] && joint.kind == NodeKind::Joint && joint.face.is_none()
+    };
+    let mut lost = BTreeSet::new();
+    for animation in &scene.animations {
+        for (node, channel) in Binding::new(scene, animation).driven() {
+            if is_lost(node) && animation.channels[channel].moves() {
+                lost.insert(node);
+            }
+        }
+    }
+    (
+        names.collect(),
+        DataLoss::new(DataKind::MovingJoints, lost.len() as u64),
+    )
 }
 
 impl FormatInfo {

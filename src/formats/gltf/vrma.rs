@@ -175,8 +175,8 @@ fn joints_that_move(scene: &Scene, humanoid: &Scene) -> Option<String> {
     })
 }
 
-/// The document, what there is to say about it, what a player of it loses, and how many joints move that it has not. `whole` has other frames of the motion,
-/// which show the T-pose.
+/// The document, what there is to say about it, what a player of it loses, and how many joints move that it has not.
+/// `whole` has other frames of the motion, which show the T-pose.
 fn document(
     scene: &Scene,
     whole: Option<&Scene>,

@@ -434,7 +434,11 @@ fn any_humanoid_is_written_for_the_usual_bones() {
     let mut walk = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     Conversion::new().apply(&mut walk).unwrap();
     let (bytes, said) = written(&walk);
-    assert_eq!(said.warnings.len(), 1, "{:?}", said.warnings);
+    let lost = said
+        .warnings
+        .iter()
+        .filter(|warning| warning.code == Code::NotCarriedOver);
+    assert_eq!(said.warnings.len(), 1 + lost.count(), "{:?}", said.warnings);
     assert!(
         said.warnings[0]
             .help

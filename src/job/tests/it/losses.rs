@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 const FINGERS: &str = "../../fixtures/real/rokoko_dance.bvh";
 
-fn job(onto: &Value, output: &str, strict: bool) -> mocap::Result<Vec<DataLoss>> {
-    let source = json!({"inputs": [FINGERS], "frames": {"trim": "0f..30f"}});
+fn job(input: &str, onto: &Value, output: &str, strict: bool) -> mocap::Result<Vec<DataLoss>> {
+    let source = json!({"inputs": [input], "frames": {"trim": "0f..30f"}});
     let mut job = json!({"source": source, "read": {"strict": strict}, "write": {"output": output}});
     if !onto.is_null() {
         job["target"] = onto.clone();
@@ -31,26 +31,28 @@ fn joints_without_a_place_are_counted_and_strict_jobs_refuse_them() {
         (&none, "a.bvh", false),
         (&none, "a.glb", false),
     ] {
-        let losses = job(onto, output, false).unwrap();
+        let losses = job(FINGERS, onto, output, false).unwrap();
         let moving = losses.iter().find(|loss| loss.kind == DataKind::MovingJoints);
         assert_eq!(moving.is_some(), lost, "{onto} {output}: {losses:?}");
         if let Some(moving) = moving {
             assert_eq!(moving.count, 17, "{onto} {output}");
         }
-        match job(onto, output, true) {
+        match job(FINGERS, onto, output, true) {
             Err(error) => assert!(lost && error.code() == Code::NotCarriedOver, "{error}"),
             Ok(_) => assert!(!lost, "{onto} {output}"),
         }
     }
 }
 
-/// Of the eight joints of the palms three move.
+/// The joints of a palm turn the fingers below them; those of CMU's hands below the wrist have no bone below them.
 #[test]
 fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
+    const HANDS: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
     for output in ["a.vrma", "a.vmd"] {
-        let losses = job(&Value::Null, output, false).unwrap();
-        assert_eq!(losses, [DataLoss::new(DataKind::MovingJoints, 3)], "{output}");
-        let error = job(&Value::Null, output, true).unwrap_err();
+        assert_eq!(job(FINGERS, &Value::Null, output, true).unwrap(), [], "{output}");
+        let losses = job(HANDS, &Value::Null, output, false).unwrap();
+        assert_eq!(losses, [DataLoss::new(DataKind::MovingJoints, 4)], "{output}");
+        let error = job(HANDS, &Value::Null, output, true).unwrap_err();
         assert_eq!(error.code(), Code::NotCarriedOver, "{output}: {error}");
     }
 }
