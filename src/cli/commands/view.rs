@@ -169,6 +169,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
     let write_player = |input: &Input| -> Result<ListingEntry, mocap::Error> {
         let read = read(args, input.path()?)?;
         let player = output.with_file_name(link(input));
+        mocap::files::remove_unfinished(&player);
         mocap::files::write_file(&player, Page::new(&[read.page_clip()]).html.as_bytes())?;
         let clip = Clip {
             name: &input.relative,
