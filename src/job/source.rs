@@ -178,7 +178,7 @@ impl BoneMap {
 #[derive(Deserialize)]
 struct MapFile {
     humanoid: Option<Box<MapFile>>,
-    bones: Option<BTreeMap<String, Option<MapBone>>>,
+    bones: Option<BTreeMap<StatedBone, Option<MapBone>>>,
     #[serde(default)]
     follow: BTreeMap<String, String>,
 }
@@ -191,6 +191,25 @@ struct MapFile {
 enum MapBone {
     Name(String),
     Bone { joint: String },
+}
+
+/// The name of a bone in a file.
+#[derive(PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(try_from = "String")]
+struct StatedBone(HumanoidBone);
+
+impl TryFrom<String> for StatedBone {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let bone = HumanoidBone::from_name(&name).map(Self);
+        bone.ok_or_else(|| {
+            let names = HumanoidBone::ALL.iter().map(|bone| bone.as_str());
+            let near = nearest(&name, names).map(|near| format!("; did you mean {near:?}?"));
+            let near = near.unwrap_or_else(|| ": bones have the names of VRM, such as \"leftUpperLeg\"".to_owned());
+            format!("unknown bone {name:?}{near}")
+        })
+    }
 }
 
 fn bones_of(text: &str) -> Result<HumanoidMap, String> {
@@ -208,23 +227,14 @@ fn bones_of(text: &str) -> Result<HumanoidMap, String> {
         bones => bones.unwrap_or_default(),
     };
     let mut map = HumanoidMap::new();
-    for (name, joint) in bones {
+    for (StatedBone(bone), joint) in bones {
         let joint = joint.map(|joint| match joint {
             MapBone::Name(joint) | MapBone::Bone { joint } => joint,
         });
-        map.insert(bone_of(&name)?, joint);
+        map.insert(bone, joint);
     }
     map.follow = within.1.into_iter().chain(follow).collect();
     Ok(map)
-}
-
-fn bone_of(name: &str) -> Result<HumanoidBone, String> {
-    HumanoidBone::from_name(name).ok_or_else(|| {
-        let names = HumanoidBone::ALL.iter().map(|bone| bone.as_str());
-        let near = nearest(name, names).map(|near| format!("; did you mean {near:?}?"));
-        let near = near.unwrap_or_else(|| ": bones have the names of VRM, such as \"leftUpperLeg\"".to_owned());
-        format!("unknown bone {name:?}{near}")
-    })
 }
 
 /// Which frames of the inputs are taken, before their unit and axes are changed.

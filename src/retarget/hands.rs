@@ -35,8 +35,8 @@ const ROUNDS: usize = 16;
 /// its peak.
 const JERK: f64 = 1.15;
 
-/// How much more the jerk of hand and elbow together may grow: an elbow swings far where a hand passes the shoulder,
-/// and nobody looks at it.
+/// The largest ratio of the jerk of hand and elbow together: an elbow swings far where a hand passes the shoulder, and
+/// nobody looks at it.
 const ELBOW: f64 = 1.5;
 
 /// The jerk in m/s^3 that a hand may always have: a fiftieth of that of a wave.

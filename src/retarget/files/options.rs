@@ -74,8 +74,8 @@ impl RetargetOptions {
         self
     }
 
-    /// Whether the hands of a character touch what those of the source touch: each other, the head, the trunk, the legs,
-    /// the floor. Default: `true`.
+    /// Whether the hands of a character touch what those of the source touch: each other, the head, the trunk, the
+    /// legs, the floor. Default: `true`.
     pub fn keep_hands(mut self, keep: bool) -> Self {
         self.keep_hands = keep;
         self

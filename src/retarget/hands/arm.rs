@@ -26,18 +26,20 @@ const NO_ROOM: f32 = 1e-3;
 /// How sharply the limit begins: with the sixth power an arm reaches half of its room to 0.3 %.
 const SHARPNESS: i32 = 6;
 
-/// How far the elbow of a straight arm is aside by its hinge, and the shift from which on that counts by half: as
-/// fractions of the upper arm.
+/// How far the elbow of a straight arm is aside by its hinge, as a fraction of the upper arm.
 const HINGE: f32 = 0.03;
+
+/// The shift from which on that counts by half, as a fraction of the upper arm.
 const FAR: f32 = 0.1;
 
 /// The least angle in radians between upper arm and forearm: an elbow bends by 150 degrees (American Academy of
 /// Orthopaedic Surgeons, Joint Motion, 1965).
 const FOLDED: f32 = PI / 6.0;
 
-/// The fraction of its length beyond which the trunk leans for an arm, and how softly that begins, as a fraction of the
-/// length.
+/// The fraction of its length beyond which the trunk leans for an arm.
 const REACH: f32 = 0.97;
+
+/// How softly that begins, as a fraction of the length.
 const CORNER: f32 = 0.01;
 
 /// The squared sine of the angle between arm and trunk below which leaning helps little.

@@ -25,14 +25,19 @@ const EASE: [f64; 2] = [0.15, 0.6];
 /// The time in seconds on both sides of a frame over which shifts are averaged.
 const SMOOTH: f64 = 0.1;
 
-/// How much longer the time becomes where the hand jerks, how much less the change, and the least of it.
+/// The ratio by which the time becomes longer where the hand jerks: five steps reach the longest time from the first.
 const LONGER: f64 = 1.35;
+
+/// The ratio by which the change becomes less where the longest time is not enough.
 const LESS: f32 = 0.8;
+
+/// The least part of a change that is kept: less does not bring a hand near to what it touches.
 const LEAST: f32 = 0.25;
 
-/// How far in metres fingers that are in the head push a hand away at most, of a body whose leg is [`LEG`] long, and in
-/// how many steps: the head is round.
+/// How far in metres fingers that are in the head push a hand away at most, of a body whose leg is [`LEG`] long.
 const PUSH: f32 = 0.15;
+
+/// The number of steps in which they push it: the head is round.
 const PUSHES: usize = 3;
 
 /// What a place on the source is on the target.

@@ -27,8 +27,10 @@ const HEAD: Vec3 = Vec3::new(0.078, 0.116, 0.097);
 /// From the joint of the head, below the ears, to its middle, in metres.
 const HEAD_MIDDLE: Vec3 = Vec3::new(0.0, 0.085, 0.02);
 
-/// Half the width and the depth of the hips and the chest in metres, from the same source.
+/// Half the width and the depth of the hips in metres, from the same source.
 const HIPS: Vec3 = Vec3::new(0.165, 0.11, 0.11);
+
+/// Half the width and the depth of the chest in metres, from the same source.
 const CHEST: Vec3 = Vec3::new(0.15, 0.12, 0.12);
 
 /// The waist above the joints of the thighs, in metres.
@@ -37,8 +39,10 @@ const WAIST: f32 = 0.16;
 /// The end of the chest below the joints of the upper arms, in metres.
 const BELOW_SHOULDERS: f32 = 0.1;
 
-/// The radii in metres of a thigh at the hip and the knee, and of a shin at the knee and the ankle.
+/// The radii in metres of a thigh at the hip and the knee, from the same source.
 const THIGH: [f32; 2] = [0.085, 0.058];
+
+/// The radii in metres of a shin at the knee and the ankle, from the same source.
 const SHIN: [f32; 2] = [0.055, 0.04];
 
 /// The least vertices of the skin that show how large a part is.
@@ -47,13 +51,16 @@ const SKIN: usize = 24;
 /// How much smaller or larger than by proportion a part of a skin may be.
 const SKIN_RANGE: [f32; 2] = [0.5, 3.0];
 
-/// The fraction of the vertices that are outside of a part: belts, and of a head single hairs, for most of its vertices
-/// are in its face.
+/// The fraction of the vertices that are outside of a part, such as belts.
 const OUTSIDE: f64 = 0.03;
+
+/// The fraction of the vertices that are outside of a head: single hairs, for most of its vertices are in its face.
 const OUTSIDE_OF_HEAD: f64 = 0.005;
 
-/// Directions in which the outline of a head is measured: every 18 degrees.
+/// The number of directions from top to bottom in which the outline of a head is measured: every 18 degrees.
 const ROWS: usize = 11;
+
+/// The number of directions around it: every 18 degrees.
 const COLUMNS: usize = 20;
 
 /// The most vertices of a hand that are kept out of the head.
@@ -62,8 +69,10 @@ const HAND_VERTICES: usize = 240;
 /// The ends of a limb, as fractions of its length, where its radii are measured.
 const AT_ENDS: [[f32; 2]; 2] = [[0.15, 0.4], [0.75, 1.0]];
 
-/// Where the knee begins along a thigh, and the cosine of the angle up to which a place is in front of the thigh.
+/// The fraction of a thigh at which the knee begins.
 const KNEE: f32 = 0.75;
+
+/// The cosine of the angle up to which a place is in front of the thigh.
 const IN_FRONT: f32 = 0.5;
 
 /// A part of a body.

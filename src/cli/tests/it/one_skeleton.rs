@@ -57,11 +57,11 @@ fn import(folder: &Folder, file: &str) -> Scene {
 #[test]
 fn files_of_a_folder_with_one_skeleton_have_one_t_pose() {
     let folder = folder();
-    folder.succeeds("retarget in --character hero.gltf -o out/ --feet free");
+    folder.succeeds("retarget in --character hero.gltf -o out/ --feet free --hands free");
     let (whole, part) = (import(&folder, "out/whole.gltf"), import(&folder, "out/part.gltf"));
     let together = off(&whole, (&part, 0));
     assert!(together < LAW, "{together} degrees");
-    folder.succeeds("retarget in/part.bvh hero.gltf -o alone.gltf --feet free");
+    folder.succeeds("retarget in/part.bvh hero.gltf -o alone.gltf --feet free --hands free");
     let alone = off(&whole, (&import(&folder, "alone.gltf"), 0));
     assert!(alone > 45.0, "the part alone shows as much: {alone} degrees");
 }
@@ -85,7 +85,7 @@ fn a_shard_looks_at_all_files_of_the_folder() {
 #[test]
 fn motions_of_one_output_with_one_skeleton_have_one_t_pose() {
     let folder = folder();
-    folder.succeeds("retarget in/part.bvh in/whole.bvh --character hero.gltf -o both.gltf --feet free");
+    folder.succeeds("retarget in/part.bvh in/whole.bvh --character hero.gltf -o both.gltf --feet free --hands free");
     let both = import(&folder, "both.gltf");
     assert_eq!(both.animations[0].name, "part");
     let mut whole = both.clone();

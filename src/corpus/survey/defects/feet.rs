@@ -41,8 +41,9 @@ const STEP: f32 = 0.35;
 /// The longest path of the hips in the window, in lengths of the leg: who walks on a floor goes farther.
 const STAYS: f32 = 0.45;
 
-/// The same in a loop of a walk in place, which is shorter than the window.
+/// The longest path of the hips in a loop of a walk in place, in lengths of the leg: it is shorter than the window.
 const STAYS_IN_LOOP: f32 = 0.15;
+
 /// The median speed at which the lower foot goes backwards, or forwards, in the window, in metres per second: that of
 /// the belt. The feet of one who dances on the spot stand.
 const BELT: f32 = 0.25;

@@ -42,11 +42,11 @@ fn a_map_says_the_same_in_a_file_in_a_report_and_in_a_job() {
 fn a_bone_that_there_is_not_is_answered_with_the_nearest() {
     assert_eq!(
         refusal(r#"{"bones": {"lefthand": "Hand"}}"#),
-        r#"unknown bone "lefthand"; did you mean "leftHand"?"#
+        r#"unknown bone "lefthand"; did you mean "leftHand"? at line 1 column 21"#
     );
     assert_eq!(
         refusal(r#"{"bones": {"tentacle": "Arm9"}}"#),
-        r#"unknown bone "tentacle": bones have the names of VRM, such as "leftUpperLeg""#
+        r#"unknown bone "tentacle": bones have the names of VRM, such as "leftUpperLeg" at line 1 column 21"#
     );
     assert!(refusal("{}").starts_with(r#"there is no object "bones""#));
 }

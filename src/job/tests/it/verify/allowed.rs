@@ -423,13 +423,15 @@ fn is_pair(a: &Choice, b: &Choice) -> bool {
     if [a, b].iter().any(|choice| SLOW.contains(&choice.option.as_str())) {
         return false;
     }
-    // With three channels the joint below a root that is added loses the motion of its position: `docs` says so.
+    // With three channels the joint below a root that is added, and those of a second body, lose the motion of their
+    // positions, which a warning says.
     let is = |option: &str, value: Value| {
         [a, b]
             .iter()
             .any(|choice| choice.option == option && choice.value == value)
     };
-    if is("write.bvh.channels", "3".into()) && is("source.frames.root", "extract".into()) {
+    let concat = || is("steps", json!(["concat:within=0.5"]));
+    if is("write.bvh.channels", "3".into()) && (is("source.frames.root", "extract".into()) || concat()) {
         return false;
     }
     // A motion is put on one body, and each option of it is tried with those of reading and writing.
