@@ -68,7 +68,7 @@ function read({ path, truth }) {
  */
 function retarget(path, character, count, seconds, feet = "lock") {
   const out = join(folder, "out.gltf");
-  const done = spawnSync(MOCAP, ["retarget", path, "--character", character.path, "-o", out, "--feet", feet, "--json", "--force"], { encoding: "utf8", maxBuffer: 1 << 28 });
+  const done = spawnSync(MOCAP, ["retarget", path, "--character", character.path, "-o", out, "--feet", feet, "--hands", "free", "--json", "--force"], { encoding: "utf8", maxBuffer: 1 << 28 });
   if (done.status !== 0) return { refused: done.stderr.trim().split("\n").at(0) };
   const report = JSON.parse(done.stdout);
   const { verdict } = report.at(-1);
