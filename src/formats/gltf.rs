@@ -55,7 +55,7 @@ pub(crate) mod write;
 use mocap_scene::scene::Format;
 use mocap_scene::scene::report::DataKind;
 
-use crate::{Carriage, FormatInfo, WriteOption};
+use crate::{Carriage, FormatInfo, WriteOption, ledger};
 
 #[cfg(feature = "gltf")]
 #[doc(hidden)]
@@ -101,21 +101,14 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],
-    carried: &[
-        (DataKind::Clips, Carriage::Kept),
-        (DataKind::MovingJoints, Carriage::Kept),
-        (DataKind::ScaleCurves, Carriage::Kept),
-        (DataKind::Meshes, Carriage::Kept),
-        (DataKind::Skins, Carriage::Kept),
-        (DataKind::UvSets, Carriage::Kept),
-        (DataKind::Materials, Carriage::Kept),
-        (DataKind::Textures, Carriage::Kept),
-        (DataKind::FaceCurves, Carriage::PassedThrough),
-        (DataKind::VertexColors, Carriage::PassedThrough),
-        (DataKind::MorphTargets, Carriage::PassedThrough),
-        (DataKind::Cameras, Carriage::PassedThrough),
-        (DataKind::Lights, Carriage::PassedThrough),
-        (DataKind::Extras, Carriage::PassedThrough),
+    carried: ledger::OF_CHARACTERS,
+    passed_through: &[
+        DataKind::FaceCurves,
+        DataKind::VertexColors,
+        DataKind::MorphTargets,
+        DataKind::Cameras,
+        DataKind::Lights,
+        DataKind::Extras,
     ],
     states_origin: true,
     keeps_characters: true,

@@ -92,6 +92,9 @@ impl FormatInfo {
     /// What becomes of a kind of data in the files of this format.
     #[doc(hidden)]
     pub fn carriage(&self, kind: DataKind) -> Carriage {
+        if self.passed_through.contains(&kind) {
+            return Carriage::PassedThrough;
+        }
         let mut rows = self.carried.iter();
         let row = rows.find(|(carried, _)| *carried == kind);
         row.map_or(Carriage::Lost, |(_, carriage)| *carriage)

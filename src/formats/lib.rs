@@ -153,6 +153,8 @@ pub struct FormatInfo {
     pub options: &'static [WriteOption],
     /// What becomes of each kind of data in its files; kinds that are not here are lost.
     pub(crate) carried: ledger::Carried,
+    /// The kinds of data that stay where a file of the format gets another motion.
+    pub(crate) passed_through: &'static [DataKind],
     /// Whether a file has one animation at most, and so only the first of a scene.
     pub has_one_clip: bool,
     /// Whether a file has the meshes of the file that the motion was read from, with skins and textures. Where `false`
@@ -241,6 +243,7 @@ impl FormatInfo {
             (DataKind::Clips, Carriage::Kept),
             (DataKind::MovingJoints, Carriage::Kept),
         ],
+        passed_through: &[],
         has_one_clip: false,
         has_file_meshes: false,
         states_bones: false,

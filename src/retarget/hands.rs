@@ -70,8 +70,8 @@ pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Opt
     if contacts.is_empty() {
         return None;
     }
+    hands.apply(&contacts);
     for round in 0..=ROUNDS {
-        hands.apply(&contacts);
         let mut changed = false;
         for contact in &mut contacts {
             if contact.strength > 0.0 && hands.jerk_ratio(contact) > JERK {
@@ -82,17 +82,14 @@ pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Opt
         if !changed {
             break;
         }
+        hands.apply(&contacts);
     }
-    hands.apply(&contacts);
-    let given_up = contacts.len();
-    let errors: Vec<[f32; 2]> = contacts.iter().map(|contact| hands.errors(contact)).collect();
-    let mut index = 0;
+    let found = contacts.len();
     contacts.retain(|contact| {
-        index += 1;
-        let [before, after] = errors[index - 1];
+        let [before, after] = hands.errors(contact);
         contact.strength > 0.0 && after < before
     });
-    let given_up = given_up - contacts.len();
+    let given_up = found - contacts.len();
     if contacts.is_empty() {
         return None;
     }

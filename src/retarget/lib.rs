@@ -77,10 +77,10 @@ use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::rig::Rig;
 use mocap_figure::ticks::ticks;
-use mocap_figure::{Figure, Humanoid};
+use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::options::setters;
-use mocap_scene::pose::Pose;
+use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::report::{AppliedStep, SecondMotion};
 use mocap_scene::scene::{Animation, NodeId, Scene};
 
@@ -247,10 +247,10 @@ impl PoseRetargeter {
     pub(crate) fn lost_bones(&self, source: &Scene, animation: &Animation) -> u64 {
         let is_lost =
             |bone| self.target.joint(bone).is_none() && self.plan.unmapped.iter().any(|lack| lack.bone == bone);
-        let joints = mocap_figure::HumanoidBone::ALL.iter().filter(|bone| is_lost(**bone));
+        let joints = HumanoidBone::ALL.iter().filter(|bone| is_lost(**bone));
         let joints: Vec<NodeId> = joints.filter_map(|bone| self.source.joint(*bone)).collect();
         let moves = |channel: usize| animation.channels[channel].moves();
-        let binding = mocap_scene::pose::Binding::new(source, animation);
+        let binding = Binding::new(source, animation);
         let lost = binding
             .driven()
             .filter(|(node, channel)| joints.contains(node) && moves(*channel));
