@@ -1,13 +1,10 @@
-//! Animals whose joints have no names of bodies, by their rest pose alone; and people in long clothes, who are none.
+//! The rest pose alone tells animals from people in long clothes: no joint has the name of a bone.
 
-use glam::{Mat4, Vec3};
-use mocap::Scene;
 use mocap::figure::{Creature, Humanoid, HumanoidBone};
-use mocap::scene::{Node, NodeId, NodeKind};
 
-type Joint = (&'static str, Option<usize>, [f32; 3]);
+use crate::placed_joints::{Joint, scene};
 
-/// The cat of Quaternius (CC0): its joints with their parents, and where they are at rest. IK controls are left out.
+/// The joints of a cat by Quaternius (CC0), without IK controls.
 const CAT: [Joint; 26] = [
     ("CatArmature", None, [0.0, 0.0, 0.0]),
     ("Bone", Some(0), [-1.3, 2.22, 0.0]),
@@ -129,21 +126,6 @@ const PERSON: [Joint; 28] = [
     ("Cape1", Some(25), [0.1, 0.8, -0.2]),
     ("Cape2", Some(26), [0.1, 0.1, -0.2]),
 ];
-
-fn scene(joints: &[Joint]) -> Scene {
-    let at = |joint: usize| Vec3::from(joints[joint].2);
-    let nodes = joints.iter().enumerate().map(|(index, (name, parent, _))| Node {
-        name: (*name).to_owned(),
-        parent: parent.map(NodeId::new),
-        transform: Mat4::from_translation(at(index) - parent.map_or(Vec3::ZERO, at)),
-        kind: NodeKind::Joint,
-        ..Node::default()
-    });
-    Scene {
-        nodes: nodes.collect(),
-        ..Scene::default()
-    }
-}
 
 #[test]
 fn a_cat_and_a_dog_without_names_stand_on_four_legs() {

@@ -10,6 +10,7 @@ mod ground;
 mod humanoid;
 mod maps;
 mod names;
+mod placed_joints;
 mod rig;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]

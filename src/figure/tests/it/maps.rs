@@ -1,12 +1,13 @@
 //! Maps of bones: joints that follow others, and figures that are refused without a map.
 
-use glam::{Mat4, Vec3};
 use mocap::Scene;
 use mocap::figure::{Creature, Humanoid, HumanoidBone as Bone, HumanoidMap};
-use mocap::scene::{Node, NodeId, NodeKind};
+use mocap::scene::NodeId;
+
+use crate::placed_joints::{Joint, scene};
 
 /// Joints with their parents and where they are: a person with a tail and names that say nothing.
-const FIGURE: [(&str, Option<usize>, [f32; 3]); 23] = [
+const FIGURE: [Joint; 23] = [
     ("J00", None, [0.0, 0.0, 0.0]),
     ("J01", Some(0), [0.0, 0.50, 0.0]),
     ("J02", Some(1), [0.0, 0.70, 0.0]),
@@ -31,21 +32,6 @@ const FIGURE: [(&str, Option<usize>, [f32; 3]); 23] = [
     ("Tail2", Some(20), [0.0, 0.50, -0.2]),
     ("Tail3", Some(21), [0.0, 0.50, -0.3]),
 ];
-
-fn scene(joints: &[(&str, Option<usize>, [f32; 3])]) -> Scene {
-    let at = |joint: usize| Vec3::from(joints[joint].2);
-    let nodes = joints.iter().enumerate().map(|(index, (name, parent, _))| Node {
-        name: (*name).to_owned(),
-        parent: parent.map(NodeId::new),
-        transform: Mat4::from_translation(at(index) - parent.map_or(Vec3::ZERO, at)),
-        kind: NodeKind::Joint,
-        ..Node::default()
-    });
-    Scene {
-        nodes: nodes.collect(),
-        ..Scene::default()
-    }
-}
 
 fn map(json: &str) -> HumanoidMap {
     serde_json::from_str(json).unwrap()
