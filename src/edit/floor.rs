@@ -139,8 +139,8 @@ impl Floor {
     }
 }
 
-/// The errors of the floor: its slope in degrees, the drift over the ground in metres, both as [`level`] removes them,
-/// and the drift of its height in metres.
+/// The slope of the floor in degrees, the drift over the ground in metres, and the drift in height in metres. [`level`]
+/// removes the first two.
 pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 3] {
     let in_height = height_drift(&tracks_of_feet(work), work.up, work.metres, work.frames.rate);
     let feet = Feet::new(work);

@@ -152,9 +152,9 @@ impl Humanoid {
         required.filter(|bone| !self.bones.contains_key(bone)).collect()
     }
 
-    /// The same with what a map says: other joints for some bones, no joint for a bone, or another joint that a joint
-    /// follows. A joint is one bone: another bone that was found at a joint of the map has none then. A skeleton with a
-    /// joint for each required bone is a humanoid. Where a skeleton is refused, the bones that the map leaves out are
+    /// The humanoid that a map states. It may name another joint for a bone, or none, or what a joint follows.
+    /// A joint is one bone: another bone that was found at a joint of the map has none then. A skeleton with a joint
+    /// for each required bone is a humanoid. Where a skeleton is refused, the bones that the map leaves out are
     /// searched for around those that it names.
     ///
     /// # Errors

@@ -58,7 +58,7 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Finds everything else, in a motion of which `frames` are those of the clip.
+    /// Finds the defects of moving frames. `frames` has the frame of the clip for each frame of `motion`.
     pub(super) fn find_moving(&mut self, motion: &Motion, errors: &MotionErrors, frames: Option<&[usize]>) {
         let count = motion.frames - motion.first.min(motion.frames);
         if count <= POSES || motion.is_still() || motion.rate <= 0.0 {

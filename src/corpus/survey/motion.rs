@@ -14,7 +14,7 @@ use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, Node, NodeId, NodeKind, Scene};
 
-/// The largest step of a position of a node that does not move, in metres: what is left of text with four decimals.
+/// The largest step in metres of a node at rest: text with four decimals rounds by as much.
 const STILL: f32 = 2e-5;
 
 /// The motion of one clip.

@@ -9,7 +9,7 @@ use mocap_scene::scene::{Animation, Keys, Scene};
 use super::defects;
 use super::motion::Motion;
 
-/// The longest time in seconds for which a frame is repeated that is left as it is: it may be a doubled frame.
+/// Repeats of a frame up to this time in seconds stay: they may be doubled frames.
 const LONGEST: f64 = 0.1;
 
 /// The fewest frames that are a motion.

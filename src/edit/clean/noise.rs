@@ -243,7 +243,7 @@ impl<'a> Spans<'a> {
         found
     }
 
-    /// The same by the differences of an order.
+    /// The noise that the differences of one order show.
     fn of_order(&self, order: usize, differences: &[DVec3]) -> Vec<f64> {
         // The variance that the difference makes of white noise of variance 1: (2 n)! / (n!)^2.
         let of_white: f64 = (1..=order)

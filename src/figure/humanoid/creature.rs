@@ -45,8 +45,8 @@ impl Creature {
 /// How far the ends of four legs are from one plane at most, as a fraction of their length.
 const LEVEL: f32 = 0.2;
 
-/// How far the first joints of front and hind legs are apart at least, as a fraction of their length. Those of a skirt
-/// or a cape spring from above the legs.
+/// The least distance between the tops of front and hind legs, as a fraction of their length. A skirt or a cape begins
+/// above the legs.
 const LEGS_APART: f32 = 0.5;
 
 /// The length of a front or hind leg at least, as a fraction of thigh and shin of the reading: fingers are shorter.

@@ -24,7 +24,7 @@ struct Contents {
     extensions: Extensions,
 }
 
-/// A part of a file, as far as it is counted.
+/// A part of a file, with what is counted of it.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Item {

@@ -1,4 +1,4 @@
-//! Verdicts: what lowers them, what does not, and changes of a file that must not change them. Files are changed as text.
+//! What lowers a verdict, what does not, and which changes of a file leave it. Files are changed as text.
 
 use mocap::survey::report::{ClipRow, Quality};
 use mocap::survey::{DefectKind, Thresholds};
