@@ -1,5 +1,7 @@
 //! Mixes two motions.
 
+mod path;
+
 use std::fmt;
 use std::ops::RangeInclusive;
 
@@ -8,11 +10,12 @@ use mocap_scene::pose::Trs;
 use mocap_scene::scene::Scene;
 use serde::{Deserialize, Serialize};
 
+use self::path::Path;
 use super::alike::Alikeness;
 use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::fit::Fit;
-use super::frames::{Frames, between, lost_weights};
+use super::frames::{Frames, lost_weights};
 use super::pair::pair;
 use super::pose_distance::Poses;
 use super::quantity::centimetres;
@@ -22,7 +25,8 @@ use super::{Step, StepInput, StepKey, ValueKind};
 step! {
     /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
     /// aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result is as long
-    /// as its fraction of both. Poses that are mixed and are more than 45 degrees or 30 cm apart, wherever the figures
+    /// as its fraction of both. Its steps over the ground are mixed as each figure sees them from where it looks, so two
+    /// walks in different directions are a walk in one between. Poses that are mixed and are more than 45 degrees or 30 cm apart, wherever the figures
     /// stand, are a warning of the scene, [`Code::PosesApart`]. `within` lets one of the two begin later, and one end
     /// earlier, where the two are more alike: by the distance of [motion graphs](crate::graph), of windows of a third
     /// of a second. The second motion then begins where the first does, and looks where it looks.
@@ -224,6 +228,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
         (first, second, report) = parts_alike(&alikeness, (&first, &second), &carrier);
     }
     let path = align(&first, &second, &carrier);
+    let mut ground = Path::new(&carrier);
     let times = times(&path, weight, [first.rate, second.rate]);
     let (last_a, last_b) = ((first.len() - 1) as f64, (second.len() - 1) as f64);
     let count = first.up_to(times[times.len() - 1] * first.rate + 1e-6, &[&second])?;
@@ -255,14 +260,16 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
             _ => (whole(a), whole(b)),
         };
         taken.push((a, b, weight.at(time) as f32));
-        rows.push(match weight.at(time) {
-            0.0 => first.row_at(a),
-            1.0 => second.row_at(b),
+        rows.push(match weight {
+            BlendWeight::Constant(0.0) => first.row_at(a),
+            BlendWeight::Constant(1.0) => second.row_at(b),
             weight => {
+                let weight = weight.at(time) as f32;
                 let (row, other) = (first.row_at(a), second.row_at(b));
-                fit.see_poses(&carrier, &row, &other, frame);
-                let pairs = row.iter().zip(&other);
-                pairs.map(|(a, b)| between(*a, *b, weight as f32)).collect()
+                if weight > 0.0 && weight < 1.0 {
+                    fit.see_poses(&carrier, &row, &other, frame);
+                }
+                ground.mix(&row, &other, weight)
             }
         });
     }

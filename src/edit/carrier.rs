@@ -61,10 +61,15 @@ impl Carrier {
         self.pose(row).0
     }
 
+    /// The rotation about the up axis from where the figure of `from` looks to where that of `to` looks.
+    pub(super) fn turn(&self, from: &[Trs], to: &[Trs]) -> Quat {
+        twist(self.pose(to).1 * self.pose(from).1.inverse(), self.up)
+    }
+
     /// The motion over the ground that brings the figure of `from` to where that of `to` stands and looks.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
-        let ((from, turned), (to, turned_to)) = (self.pose(from), self.pose(to));
-        let rotation = twist(turned_to * turned.inverse(), self.up);
+        let rotation = self.turn(from, to);
+        let (from, to) = (self.position(from), self.position(to));
         Placement {
             rotation,
             from,

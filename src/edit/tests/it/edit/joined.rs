@@ -4,7 +4,7 @@ use glam::Quat;
 use mocap::edit::report::{BlendReport, ConcatReport, WarpReport, WarpTimeReport};
 use mocap::edit::{
     Blend, BlendWeight, Concat, InBetween, KeyInterpolation, Layer, LayerPart, Loop, Mirror, Smooth, Step, StepInput,
-    Warp,
+    Turn, Warp,
 };
 use mocap::figure::{Humanoid, HumanoidBone};
 
@@ -259,15 +259,14 @@ fn a_weight_may_change_over_time() {
             .fold(0.0, f32::max);
         assert!(off < 1e-5, "{off} in frame {frame}");
     }
-    // At the end the second alone, which is also there at its end.
+    // At the end the second alone, wherever the steps have led.
     let (end, expected) = (positions(&scene), positions(&second));
     let (end, expected) = (end.last().unwrap(), expected.last().unwrap());
-    let off = end
-        .iter()
-        .zip(expected)
-        .map(|(a, b)| a.distance(*b))
-        .fold(0.0, f32::max);
-    assert!(off < 0.02, "{off}");
+    for (place, expected_place) in end.iter().zip(expected) {
+        let (from_hips, expected) = (place.distance(end[0]), expected_place.distance(expected[0]));
+        assert!((from_hips - expected).abs() < 0.02, "{from_hips} {expected}");
+        assert!((place.y - expected_place.y).abs() < 0.02, "{place} {expected_place}");
+    }
     // A curve that does not change is a constant weight.
     let (mut flat, mut constant) = (first.clone(), first.clone());
     blend(&mut flat, &second, curve(&[(0.0, 0.25), (9.0, 0.25)])).unwrap();
@@ -289,6 +288,39 @@ fn a_weight_may_change_over_time() {
         let error = blend(&mut scene, &second, weight).unwrap_err();
         assert_eq!(error.diagnostic().message, message);
         assert!(scene == first);
+    }
+}
+
+/// One walk in two directions is that walk in a direction between, as fast, and without a jump. At 180 degrees the mean
+/// of the positions would not move at all.
+#[test]
+fn walks_in_different_directions_are_mixed_as_each_figure_sees_them() {
+    let first = part(&import(WALK), 0, 300);
+    let was_at = positions(&first);
+    let length = was_at[0][0].distance(was_at[300][0]);
+    for by in [30.0, 90.0, 150.0, -170.0] {
+        let mut second = first.clone();
+        Turn::new().by(Some(by)).apply(&mut second, &StepInput::new()).unwrap();
+        let curve = BlendWeight::Curve(vec![(0.5, 0.0), (2.0, 1.0)]);
+        for (weight, straight) in [(BlendWeight::from(0.5), true), (curve, false)] {
+            let mut scene = first.clone();
+            blend(&mut scene, &second, weight).unwrap();
+            let at = positions(&scene);
+            let far = at[0][0].distance(at[300][0]);
+            assert!(!straight || (far - length).abs() < 0.01, "{by}: {far} m, not {length}");
+            for node in 0..scene.nodes.len() {
+                let fastest = |at: &[Vec<glam::Vec3>]| {
+                    let steps = at.windows(2).map(|pair| pair[0][node].distance(pair[1][node]));
+                    steps.fold(0.0, f32::max)
+                };
+                let (now, before) = (fastest(&at), fastest(&was_at));
+                assert!(
+                    now < 1.15 * before + 1e-3,
+                    "{by}: {}: {now} {before}",
+                    scene.nodes[node].name
+                );
+            }
+        }
     }
 }
 
