@@ -71,17 +71,6 @@ impl Axis {
     }
 
     /// The opposite direction.
-    pub(super) const fn opposite(self) -> Self {
-        match self {
-            Self::X => Self::NegX,
-            Self::Y => Self::NegY,
-            Self::Z => Self::NegZ,
-            Self::NegX => Self::X,
-            Self::NegY => Self::Y,
-            Self::NegZ => Self::Z,
-            Self::Unknown => Self::Unknown,
-        }
-    }
 
     /// Its name, as `-y`.
     pub const fn as_str(self) -> &'static str {

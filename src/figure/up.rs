@@ -1,190 +1,190 @@
-//! The axis that points up, from the rest pose and from a few poses of the motion.
+//! The axis that points up, from the rest pose, a few poses of the motion, and how often files have each axis up.
 
 use glam::Vec3;
 use mocap_scene::math::median::median;
-use mocap_scene::scene::{HumanoidBone as Bone, NodeId};
+use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 use super::Confidence;
 use super::axis::Axis;
 use super::measure::Measures;
 use mocap_scene::scene::report::Guess;
 
+/// The axes that may point up.
+const AXES: [Axis; 4] = [Axis::Y, Axis::Z, Axis::NegY, Axis::NegZ];
+
+/// What an axis scores, in natural logarithms of likelihoods. The weights are near those of a logistic regression over
+/// 261 clips of 25 makers and 150 made motions (crawls, lies, handstands, sit-ups, walks), each turned to all axes and
+/// counted by how often files have the axis up.
+///
+/// Y and -Y: more than nine of ten BVH files are Y up.
+const IS_Y: f32 = 2.1;
+
+/// Y and Z, against -Y and -Z.
+const IS_POSITIVE: f32 = 3.5;
+
+/// The cosine of the angle to the mean direction from the feet to the head.
+const TO_HEAD: f32 = 3.0;
+
+/// The same cosine where it is below 0: nobody is on the head all the time.
+const UPSIDE_DOWN: f32 = 2.5;
+
+/// How far the lowest joint goes up and down: a body on the ground stays on it, however it moves.
+const WANDER: f32 = -6.9;
+
+/// The most of that which counts, as a fraction of the figure: who jumps goes up and down too.
+const MOST_WANDER: f32 = 0.6;
+
+/// A body that lies on a floor at height 0.
+const LIES: f32 = 5.3;
+
+/// The cosine of the angle to the trunk of a rest pose that stands.
+const REST: f32 = 7.7;
+
+/// The fraction of joints at the height of the lowest: what touches the ground lies in one plane.
+const CONTACT: f32 = 4.5;
+
+/// The height of the hips above the lowest joint, as a fraction of the figure.
+const HIPS: f32 = 6.4;
+
+/// A ground far below 0, where the origin would be in the air.
+const BELOW: f32 = -2.5;
+
+/// A joint is in contact up to this height above the lowest, as a fraction of the figure.
+const TOUCHES: f32 = 0.06;
+
+/// The height below which a ground is far below 0, as a fraction of the figure.
+const FAR_BELOW: f32 = -0.2;
+
 /// Heights of the lowest joint of a body that lies on a floor at height 0, as fractions of the figure: joints are in
 /// the middle of a lying limb.
-const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.06;
+const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.07;
 
 /// Heights of its hips, as fractions of the figure, which are above it. A body that stands above the origin has its
 /// hips at 0, and joints behind it.
 const LYING_HIPS: std::ops::RangeInclusive<f32> = 0.02..=0.2;
 
+/// The probability of an axis above which it is sure.
+const SURE: f32 = 0.99;
+/// Likewise likely: no motion at all leaves Y a probability of 0.87.
+const LIKELY: f32 = 0.9;
+
+/// The cosine of the largest angle between up and the mean direction from the feet to the head of a body that stands.
+const UPRIGHT: f32 = 0.9;
+
+/// The joints whose heights are looked at, on the left: no fingers, and no joints that are inside the body.
+const PARTS: [Bone; 10] = [
+    Bone::Hips,
+    Bone::Neck,
+    Bone::Head,
+    Bone::LeftUpperArm,
+    Bone::LeftLowerArm,
+    Bone::LeftHand,
+    Bone::LeftUpperLeg,
+    Bone::LeftLowerLeg,
+    Bone::LeftFoot,
+    Bone::LeftToes,
+];
+
 impl Measures<'_> {
     /// The axis that points up.
     pub(super) fn up(&self) -> Option<Guess<Axis>> {
-        let guess = |value, confidence, reason: String| {
-            Some(Guess {
-                value,
-                confidence,
-                reason,
-            })
-        };
-        let rest = self.rest_up().map(Axis::nearest).filter(|(_, cosine)| *cosine > 0.8);
+        let rest = self.rest_up();
+        let stands = |axis: Axis| rest.is_some_and(|rest| rest.dot(axis.direction().unwrap_or_default()) > 0.8);
         let Some(motion) = self.motion_up() else {
-            return match rest {
-                Some((axis, _)) => guess(axis, Confidence::Likely, "the rest pose stands along it".to_owned()),
-                None => None,
-            };
+            let axis = rest.map(|rest| Axis::nearest(rest).0).filter(|axis| stands(*axis))?;
+            return Some(Guess {
+                value: axis,
+                confidence: Confidence::Likely,
+                reason: "the rest pose stands along it".to_owned(),
+            });
         };
-        let direction = motion.mean;
+        let scores = AXES.map(|axis| motion.score(axis, rest));
+        let best = scores.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let axis = AXES.into_iter().zip(scores).find(|(_, score)| *score == best)?.0;
+        let probability = scores.iter().map(|score| (score - best).exp()).sum::<f32>().recip();
+        let mean = motion.mean;
         let words = format!(
             "from the feet to the head it is {:.2} {:.2} {:.2} of the distance",
-            direction.x, direction.y, direction.z
+            mean.x, mean.y, mean.z
         );
-        let (axis, cosine) = Axis::nearest(direction);
-        let is_vertical = !matches!(axis, Axis::X | Axis::NegX);
-        let is_clear = direction.length() > 0.85 && cosine > 0.9 && is_vertical && motion.extended > 0.75;
-        match rest {
-            Some((rest, _)) if rest == axis && cosine > 0.7 => guess(
-                axis,
-                Confidence::Sure,
-                format!("{words}, and the rest pose stands along it"),
-            ),
-            Some((rest, _)) if is_clear && motion.frames > 1 => {
-                // Standing feet come back to one height along the up axis; a lying body lies near 0 along the other.
-                let (of_motion, of_rest) = (motion.floor(axis), motion.floor(rest));
-                if of_rest.abs() < 0.06 && of_motion.abs() > 0.1 {
-                    let reason = format!("the rest pose stands along it, and the body lies on the floor ({words})");
-                    guess(rest, Confidence::Likely, reason)
-                } else {
-                    let reason = format!("{words}, although the rest pose stands along {}", rest.as_str());
-                    guess(axis, Confidence::Likely, reason)
-                }
-            }
-            Some((rest, _)) => guess(
-                rest,
-                Confidence::Likely,
-                format!("the rest pose stands along it; in motion {words}"),
-            ),
-            // The hands of a handstand are on the floor.
-            None if matches!(axis, Axis::NegY | Axis::NegZ)
-                && motion.floor(axis.opposite()).abs() < 0.06
-                && motion.floor(axis).abs() > 0.1 =>
-            {
-                let reason = format!("the body stands on its head on the floor ({words})");
-                guess(axis.opposite(), Confidence::Likely, reason)
-            }
-            // A figure that stands has its feet on the floor; one that lies has all of it there.
-            None if is_clear && motion.floor(axis).abs() < 0.15 => {
-                let reason = format!("{words}, and the feet are on a floor below");
-                guess(axis, Confidence::Sure, reason)
-            }
-            None if is_clear => {
-                let other = if matches!(axis, Axis::Z | Axis::NegZ) {
-                    Axis::Y
-                } else {
-                    Axis::Z
-                };
-                let lies = LYING.contains(&motion.floor(other)) && LYING_HIPS.contains(&motion.hips(other));
-                // One who stands may be there by chance, and is not all the time.
-                if lies && motion.wander(other) < motion.wander(axis) {
-                    guess(
-                        other,
-                        Confidence::Likely,
-                        format!("the body lies on the floor ({words})"),
-                    )
-                } else {
-                    guess(axis, Confidence::Likely, words)
-                }
-            }
-            None if is_vertical && cosine > 0.7 => guess(axis, Confidence::Likely, words),
-            None => {
-                // What is left of a path along X is noise.
-                let is_z = direction.z.abs() > direction.y.abs() && direction.z.abs() > 0.3 * direction.length();
-                let axis = if is_z { Axis::Z } else { Axis::Y };
-                guess(axis, Confidence::Unsure, words)
-            }
-        }
+        let reason = match (stands(axis), Axis::nearest(mean).0 == axis) {
+            (true, true) => format!("{words}, and the rest pose stands along it"),
+            (true, false) => format!("the rest pose stands along it; in motion {words}"),
+            (false, true) => words,
+            (false, false) => format!("the body is on the ground ({words})"),
+        };
+        // Nothing but a body that stands is beyond doubt.
+        let is_upright = stands(axis) || mean.dot(axis.direction().unwrap_or_default()) > UPRIGHT;
+        let confidence = match probability {
+            probability if probability > SURE && is_upright => Confidence::Sure,
+            probability if probability > LIKELY => Confidence::Likely,
+            _ => Confidence::Unsure,
+        };
+        Some(Guess {
+            value: axis,
+            confidence,
+            reason,
+        })
     }
 
     fn motion_up(&self) -> Option<Motion> {
         self.scene.animations.first()?;
         let feet = self.feet()?;
         let head = self.joint(Bone::Head).or(self.joint(Bone::Neck))?;
-        let length = self.bone_length()? as f32;
-        let poses = self.poses();
-        let mut motion = Motion {
-            mean: Vec3::ZERO,
-            extended: 0.0,
-            lowest: Vec::new(),
-            highest: Vec::new(),
-            hips: Vec::new(),
-            length,
-            frames: self.scene.animations[0].frame_count(),
-        };
-        let weight = 1.0 / poses.len() as f32;
-        for pose in poses {
-            let at = |node: usize| pose.position(NodeId::new(node));
-            let direction = at(head) - 0.5 * (at(feet[0]) + at(feet[1]));
-            motion.mean += weight * direction.normalize_or_zero();
-            motion.extended += weight * direction.length() / length;
-            let positions = || self.humanoid.bones.values().map(|joint| pose.position(joint.joint));
-            motion.lowest.extend(positions().reduce(Vec3::min));
-            motion.highest.extend(positions().reduce(Vec3::max));
-            motion.hips.extend(self.joint(Bone::Hips).map(at));
+        let hips = self.joint(Bone::Hips)?;
+        let scale = (self.bone_length()? as f32).recip();
+        let sides = [Side::Left, Side::Right].into_iter();
+        let mut parts: Vec<usize> = sides
+            .flat_map(|side| PARTS.into_iter().filter_map(move |part| self.joint(part.on(side))))
+            .collect();
+        parts.sort_unstable();
+        parts.dedup();
+        let mut mean = Vec3::ZERO;
+        let mut frames = Vec::new();
+        for pose in self.poses() {
+            let at = |node: usize| scale * pose.position(NodeId::new(node));
+            mean += (at(head) - 0.5 * (at(feet[0]) + at(feet[1]))).normalize_or_zero();
+            frames.push((at(hips), parts.iter().map(|part| at(*part)).collect()));
         }
-        motion.mean.is_finite().then_some(motion)
+        let mean = mean / frames.len() as f32;
+        mean.is_finite().then_some(Motion { mean, frames })
     }
 }
 
-/// Measurements of a few poses.
+/// A few poses.
 struct Motion {
     /// The mean of the directions from the feet to the head.
     mean: Vec3,
-    /// The distance from the feet to the head, as a fraction of the length of bone.
-    extended: f32,
-    lowest: Vec<Vec3>,
-    highest: Vec<Vec3>,
-    hips: Vec<Vec3>,
-    length: f32,
-    frames: usize,
+    /// The hips and all parts, as fractions of the figure.
+    frames: Vec<(Vec3, Vec<Vec3>)>,
 }
 
 impl Motion {
-    /// The height of the lowest joint along an axis, in the median, as a fraction of the figure.
-    fn floor(&self, axis: Axis) -> f32 {
-        self.median(std::iter::zip(&self.lowest, &self.highest), axis)
-    }
-
-    /// How far the lowest joint goes up and down an axis, as a fraction of the figure: what stands or lies on a floor
-    /// does so along the other axes.
-    fn wander(&self, axis: Axis) -> f32 {
-        let mut heights = Self::heights(std::iter::zip(&self.lowest, &self.highest), axis);
-        heights.sort_by(f32::total_cmp);
-        let at = |fraction: f32| heights.get(((heights.len() as f32 - 1.0) * fraction) as usize);
-        at(0.9)
-            .zip(at(0.1))
-            .map_or(0.0, |(high, low)| (high - low) / self.length)
-    }
-
-    /// Likewise of the hips.
-    fn hips(&self, axis: Axis) -> f32 {
-        self.median(self.hips.iter().map(|hips| (hips, hips)), axis)
-    }
-
-    /// The median along an axis of points; each is given by its least and its largest coordinates.
-    fn median<'a>(&self, points: impl Iterator<Item = (&'a Vec3, &'a Vec3)>, axis: Axis) -> f32 {
-        median(&mut Self::heights(points, axis)).map_or(0.0, |height| height / self.length)
-    }
-
-    fn heights<'a>(points: impl Iterator<Item = (&'a Vec3, &'a Vec3)>, axis: Axis) -> Vec<f32> {
-        points
-            .map(|(low, high)| match axis {
-                Axis::X => low.x,
-                Axis::Y => low.y,
-                Axis::Z | Axis::Unknown => low.z,
-                Axis::NegX => -high.x,
-                Axis::NegY => -high.y,
-                Axis::NegZ => -high.z,
-            })
-            .collect()
+    /// The logarithm of the likelihood of an axis, beside those of others. `rest` is up in a rest pose that stands.
+    fn score(&self, axis: Axis, rest: Option<Vec3>) -> f32 {
+        let up = axis.direction().unwrap_or_default();
+        let lowest = |parts: &[Vec3]| parts.iter().map(|part| part.dot(up)).fold(f32::INFINITY, f32::min);
+        let mut low: Vec<f32> = self.frames.iter().map(|(_, parts)| lowest(parts)).collect();
+        low.sort_by(f32::total_cmp);
+        let at = |fraction: f32| low[((low.len() - 1) as f32 * fraction) as usize];
+        let (wander, ground) = (at(0.9) - at(0.1), at(0.5));
+        let joints = self.frames.iter().flat_map(|(_, parts)| parts);
+        let touches = joints.clone().filter(|part| part.dot(up) - ground < TOUCHES).count();
+        let heights = self.frames.iter().map(|(hips, _)| hips.dot(up));
+        let above = std::iter::zip(heights.clone(), &self.frames).map(|(hips, (_, parts))| hips - lowest(parts));
+        let above = above.sum::<f32>() / self.frames.len() as f32;
+        let hips = median(&mut heights.collect::<Vec<_>>()).unwrap_or_default();
+        let to_head = self.mean.dot(up);
+        let when = |holds: bool, score: f32| if holds { score } else { 0.0 };
+        when(up.y != 0.0, IS_Y)
+            + when(up.y + up.z > 0.0, IS_POSITIVE)
+            + TO_HEAD * to_head
+            + UPSIDE_DOWN * to_head.min(0.0)
+            + WANDER * wander.min(MOST_WANDER)
+            + when(LYING.contains(&ground) && LYING_HIPS.contains(&hips), LIES)
+            + REST * rest.map_or(0.0, |rest| rest.dot(up))
+            + CONTACT * touches as f32 / joints.count().max(1) as f32
+            + HIPS * above
+            + when(ground < FAR_BELOW, BELOW)
     }
 }

@@ -16,3 +16,4 @@ mod rig;
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;
 mod truth;
+mod up;
