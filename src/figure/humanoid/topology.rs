@@ -214,7 +214,7 @@ pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
     pairs
 }
 
-/// The fraction of all nodes that are below one child of a node, from which on the node only carries it.
+/// The fraction of the nodes below a node that are in one of its limbs, from which on the node only carries that limb.
 const CARRIES: f32 = 0.9;
 
 /// The topmost node that more hangs on than one other with all that is below it. Those above it only place the figure:
@@ -226,8 +226,8 @@ fn trunk_of(tree: &Tree) -> usize {
             below[parent] += below[node];
         }
     }
-    let most = CARRIES * below.first().copied().unwrap_or(0) as f32;
     let carried = |node: usize| {
+        let most = CARRIES * (*below.get(node)? - 1) as f32;
         let mut children = tree.children.get(node)?.iter().copied();
         children.find(|child| below[*child] as f32 >= most)
     };

@@ -179,18 +179,24 @@ fn a_forefoot_is_not_the_foot() {
     });
 }
 
-/// The OFFSET of the hips is where somebody stood: 4.5 m from the origin, and more.
+/// The OFFSET of the hips is where somebody stood: 4.5 m from the origin, and more. Nodes above them, as in FBX, place
+/// the figure too.
 #[test]
 fn hips_far_from_the_root_are_those_of_a_body() {
-    bones_stay("far", |_, scene, _| {
-        let mut made = with_joints(&scene, |_, index| (index == 0).then(|| ("joint_Root".to_owned(), 0.0)));
-        let lengths = scene
-            .nodes
-            .iter()
-            .skip(1)
-            .map(|node| node.transform.w_axis.truncate().length());
-        let size: f32 = lengths.sum();
-        made.nodes[1].transform.w_axis += (Vec3::new(1.0, 2.0, 3.0) * size).extend(0.0);
-        made
-    });
+    for above in [&["joint_Root"][..], &["joint_Root", "Armature", "RootNode"]] {
+        bones_stay("far", |_, scene, _| {
+            let lengths = scene
+                .nodes
+                .iter()
+                .skip(1)
+                .map(|node| node.transform.w_axis.truncate().length());
+            let size: f32 = lengths.sum();
+            let mut made = scene;
+            for name in above {
+                made = with_joints(&made, |_, index| (index == 0).then(|| ((*name).to_owned(), 0.0)));
+            }
+            made.nodes[above.len()].transform.w_axis += (Vec3::new(1.0, 2.0, 3.0) * size).extend(0.0);
+            made
+        });
+    }
 }
