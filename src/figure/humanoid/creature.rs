@@ -72,6 +72,9 @@ const NECK_OF_BIRD: f32 = 0.6;
 /// of 0.06, and 0.8 to 1.1 for dogs, cats and horses.
 const FRONT_LEGS: f32 = 0.78;
 
+/// The same where no names say that they are arms: 0.78 for a dog whose hind legs have four bones.
+const FRONT_LEGS_WITHOUT_NAMES: f32 = 0.7;
+
 /// What the best reading of a skeleton is instead of a humanoid, and why.
 pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature, String)> {
     let name = |node: usize| &scene.nodes[node].name;
@@ -188,7 +191,12 @@ fn has_two_pairs_of_legs(tree: &Tree, body: &Body) -> bool {
 /// are of nearly one length. A rest pose whose bones are laid along axes says nothing; then the motion decides alone.
 fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
     let Some(arms) = &body.arms else { return false };
-    if arms.long_bones < FRONT_LEGS * body.legs.long_bones {
+    let least = if arms.names >= NAMED {
+        FRONT_LEGS
+    } else {
+        FRONT_LEGS_WITHOUT_NAMES
+    };
+    if arms.long_bones < least * body.legs.long_bones {
         return false;
     }
     let stands_on_four = |at: &dyn Fn(usize) -> Vec3| {

@@ -381,6 +381,7 @@ pub(crate) const HELPERS: &[&str] = &[
     "metacarpal",
     "jiggle",
     "breast",
+    "sleeve",
     "pectoral",
     "hair",
     "skirt",

@@ -1,8 +1,10 @@
 //! The rest pose alone tells animals from people in long clothes: no joint has the name of a bone.
 
 use mocap::figure::{Creature, Humanoid, HumanoidBone};
+use mocap::glam::{Quat, Vec3};
 
 use crate::placed_joints::{Joint, scene};
+use crate::up::{Posture, bvh, mirrored};
 
 /// The joints of a cat by Quaternius (CC0), without IK controls.
 const CAT: [Joint; 26] = [
@@ -137,6 +139,47 @@ fn a_cat_and_a_dog_without_names_stand_on_four_legs() {
         let found = Humanoid::of(&scene(&animal));
         assert_eq!(found.creature, Some(Creature::FourLegged), "{}", found.reason);
     }
+}
+
+/// On straight legs and arms, with the trunk level.
+fn on_four_legs(seconds: f32) -> Posture {
+    let step = 0.2 * (4.0 * seconds).sin();
+    let down = Vec3::new(0.0, -1.0, step);
+    Posture {
+        left: Vec3::X,
+        trunk: Vec3::Z,
+        head: Vec3::new(0.0, 0.5, 1.0),
+        limbs: [
+            mirrored(down),
+            mirrored(down),
+            mirrored(down),
+            mirrored(down),
+            mirrored(Vec3::new(0.0, -0.5, 1.0)),
+        ],
+        travel: 0.5 * seconds * Vec3::Z,
+    }
+}
+
+/// A dog of Tencent's lifelike-agility-and-play (MIT) has front legs of 0.78 of its hind legs, bones along one axis at
+/// rest, and no joint with a name. Arms of 0.65 of the legs are those of a person.
+#[test]
+fn who_walks_on_four_legs_without_names_is_an_animal() {
+    let body = bvh(on_four_legs, Quat::IDENTITY, 0.0);
+    let mut text = String::new();
+    for (number, line) in body.lines().enumerate() {
+        match line.split_once(' ') {
+            Some((kind @ ("ROOT" | "JOINT"), _)) => text += &format!("{kind} Bone.{number:03}\n"),
+            _ => text += &format!("{line}\n"),
+        }
+    }
+    let read = |text: &str| Humanoid::of(&mocap::Importer::new().read(text.as_bytes(), "dog.bvh").unwrap());
+    let person = read(&text);
+    assert_eq!(person.creature, None, "{}", person.reason);
+    let dog = text
+        .replace("OFFSET 0.43 0 0", "OFFSET 0.36 0 0")
+        .replace("OFFSET 0.42 0 0", "OFFSET 0.36 0 0");
+    let dog = read(&dog);
+    assert_eq!(dog.creature, Some(Creature::FourLegged), "{}", dog.reason);
 }
 
 #[test]

@@ -75,6 +75,7 @@ fn helpers_and_names_without_a_meaning() {
         "左足D",
         "__Clavicle_L",
         "LeftHandEnd",
+        "Sleeve_L",
     ] {
         assert!(Name::read(helper).is_helper, "{helper}");
     }
