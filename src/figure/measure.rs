@@ -20,10 +20,11 @@ const LOPSIDED: f32 = 18.0;
 
 /// The asymmetry in degrees beyond which a rest pose must lie along the axes of its world. Those of the fixtures do
 /// exactly; the few moments of motions that look like a T-pose, mirrored to less than 18 degrees, are 6 to 10 degrees
-/// off.
+/// off. The hip joints of SMPL's bodies are 7 degrees from level, and their shoulders are level.
 const SLANTING: f32 = 6.0;
 
-/// The angle in degrees between the line of the hips and an axis within which the pose lies along it: half of that.
+/// The angle in degrees between the line of hips or shoulders and an axis within which the pose lies along it: half of
+/// that.
 const ALONG_AN_AXIS: f32 = 3.0;
 
 /// Nor is one bound with elbows that are bent by more than this, in degrees: MakeHuman's, bent most of the fixtures,
@@ -131,7 +132,7 @@ impl<'a> Measures<'a> {
     /// Why the rest pose is one that a body passes through, and not one that a skeleton is bound in.
     fn is_a_moment(&self) -> Option<String> {
         let lopsided = self.lopsided().unwrap_or(0.0).to_degrees();
-        if lopsided > LOPSIDED || lopsided > SLANTING && self.hips_off_axes() > Some(ALONG_AN_AXIS) {
+        if lopsided > LOPSIDED || lopsided > SLANTING && self.off_axes() > Some(ALONG_AN_AXIS) {
             return Some(format!(
                 "left and right are {lopsided:.0} degrees from mirrored, as in a moment of a motion"
             ));
@@ -149,15 +150,22 @@ impl<'a> Measures<'a> {
         ))
     }
 
-    /// How far the line of the hips is from the nearest axis of the world at rest, in degrees.
-    fn hips_off_axes(&self) -> Option<f32> {
-        let across = (self.at(Bone::LeftUpperLeg)? - self.at(Bone::RightUpperLeg)?).try_normalize()?;
-        Some(across.abs().max_element().min(1.0).acos().to_degrees())
+    /// How far the line of the hips or of the shoulders is from the nearest axis of the world at rest, in degrees: the
+    /// less of both.
+    fn off_axes(&self) -> Option<f32> {
+        let off = |bone: Bone| {
+            let across = (self.at(bone)? - self.at(bone.on(Side::Right))?).try_normalize()?;
+            Some(across.abs().max_element().min(1.0).acos().to_degrees())
+        };
+        let lines = [Bone::LeftUpperLeg, Bone::LeftUpperArm].into_iter();
+        lines.filter_map(off).reduce(f32::min)
     }
 
     /// The largest angle at rest between a bone of an arm or a leg and the mirrored bone of the other side.
     fn lopsided(&self) -> Option<f32> {
-        let across = (self.at(Bone::LeftUpperLeg)? - self.at(Bone::RightUpperLeg)?).try_normalize()?;
+        let line = |bone: Bone| (self.at(bone)? - self.at(bone.on(Side::Right))?).try_normalize();
+        let hips = line(Bone::LeftUpperLeg)?;
+        let across = (hips + line(Bone::LeftUpperArm).unwrap_or(hips)).try_normalize()?;
         let angle = |(upper, end): (Bone, Bone)| {
             let limb = |side| Some(self.at(end.on(side))? - self.at(upper.on(side))?);
             let right = limb(Side::Right)?;
