@@ -37,6 +37,9 @@ const FEWEST: usize = 5;
 /// lower bone is turned as the upper one.
 const FARTHEST: f32 = 1.05;
 
+/// The error of a hinge in radians above which it is a guess: 3 degrees.
+const VAGUE: f32 = 0.05;
+
 /// The choice between quarter turns is clear up to this angle between an axis of the lower joint and the average axis
 /// of the hinge, in the frame of the joint: the cosine of 25 degrees.
 const CLEAR: f32 = 0.906;
@@ -72,6 +75,8 @@ pub(super) struct Shown {
     hinges: BTreeMap<Bone, (NodeId, Vec3)>,
     /// Bones whose hinge is not the mirror image of the other side's.
     contradicted: BTreeSet<Bone>,
+    /// Bones with a hinge that other frames of the motion would show elsewhere.
+    vague: BTreeSet<Bone>,
     /// For a bone that never bends: the joint, and the axes in its frame that mirror the hinge of the other side.
     mirrored: BTreeMap<Bone, (NodeId, Vec<Vec3>)>,
     /// For a shin or forearm whose joint twists it too: the joint, the hinge of the bone above in its frame, and
@@ -79,6 +84,8 @@ pub(super) struct Shown {
     loose_hinges: BTreeMap<Bone, (NodeId, Vec3, bool)>,
     /// From joints of the trunk, and of limbs at their beginnings, to left, up and forward.
     averages: BTreeMap<NodeId, Quat>,
+    /// Joints of the trunk whose frames have the axes of the body, which the average shows and does not measure.
+    exact: BTreeSet<NodeId>,
     /// From hands to the joints of their forearms, on the average.
     hands: BTreeMap<Bone, (NodeId, Quat)>,
     /// Joints of the pelvis, the spine, the neck and the head, from below.
@@ -149,15 +156,18 @@ impl Shown {
             false => BTreeSet::new(),
         };
         let head = bones.get(&Bone::Head);
+        let mut exact = BTreeSet::new();
         let average = |joint: &TrunkAngle| {
             let average = joint.value()?;
             let limit = if Some(&joint.node) == head { HEAD_AGREES } else { AGREES };
-            let of_body = || nearest_exchange(average, limit).filter(|_| laid_along.contains(&joint.node));
-            Some((joint.node, of_body().unwrap_or(average)))
+            let of_body = nearest_exchange(average, limit).filter(|_| laid_along.contains(&joint.node));
+            exact.extend(of_body.map(|_| joint.node));
+            Some((joint.node, of_body.unwrap_or(average)))
         };
         let averages: BTreeMap<NodeId, Quat> = averages.iter().filter_map(average).collect();
         let mut shown = Self {
             averages,
+            exact,
             hands: hands
                 .into_iter()
                 .filter_map(|(bone, _, forearm, mean)| Some((bone, (forearm, mean.value()?))))
@@ -191,6 +201,10 @@ impl Shown {
     fn take(&mut self, limb: &Limb, lower: &Mean) {
         let [upper_hinge, lower_hinge] = limb.hinges();
         let at = |index: usize, axis: Vec3| (limb.bones[index], (limb.turned[index], axis));
+        for (bone, hinge) in std::iter::zip(limb.bones, [upper_hinge, lower_hinge]) {
+            self.vague
+                .extend(hinge.filter(|hinge| hinge.error > VAGUE).map(|_| bone));
+        }
         self.hinges.extend(upper_hinge.map(|hinge| at(0, hinge.axis)));
         self.hinges.extend(lower_hinge.map(|hinge| at(1, hinge.axis)));
         if let (Some(upper), None, Some(lower)) = (upper_hinge, lower_hinge, lower.value()) {
@@ -216,6 +230,8 @@ impl Shown {
                 None => {
                     let axes = limb.mirrored(other, index, of_other);
                     self.mirrored.insert(bone, (limb.turned[index], axes));
+                    self.vague
+                        .extend(self.vague.contains(&other.bones[index]).then_some(bone));
                 }
             }
         }
@@ -282,6 +298,16 @@ impl Shown {
     pub(super) fn to_knuckle(&self, node: NodeId, rotation: impl Fn(NodeId) -> Quat) -> Option<Vec3> {
         let (hand, offset) = self.knuckles.get(&node)?;
         Some(rotation(*hand) * *offset)
+    }
+
+    /// Whether other frames of the motion would show the hinge of a bone elsewhere.
+    pub(super) fn is_vague(&self, bone: Bone) -> bool {
+        self.vague.contains(&bone)
+    }
+
+    /// Whether the frame of a joint of the trunk has the axes of the body.
+    pub(super) fn is_exact(&self, node: NodeId) -> bool {
+        self.exact.contains(&node)
     }
 
     /// The rotation in the world of a joint of the trunk in the T-pose.

@@ -8,6 +8,7 @@ use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{NodeId, NodeKind, Scene, Side, Topic};
 
+use crate::axes::bend_axis;
 use crate::hierarchy::Hierarchy;
 use crate::knuckles::Knuckles;
 use crate::report::{TPoseBone, TPoseReason, TPoseSource};
@@ -218,30 +219,29 @@ impl Body {
         is_unsure && self.figure.humanoid.sides_confidence == Confidence::Unsure
     }
 
-    /// Bones of which nothing says for sure how they are turned about themselves, with the reason: limbs that never
-    /// bend, and where few frames are the only witness, what is taken from their average.
+    /// Bones of which nothing says for sure how they are turned about themselves, with the reason: limbs, hands, neck
+    /// and head of which only an average says it; where few frames are the only witness, hips and feet too.
     pub fn guessed(&self) -> Vec<(Bone, String)> {
         if !self.is_computed() {
             return Vec::new();
         }
-        let is_limb = |bone: &Bone| matches!(bone.on(Side::Left), Bone::LeftUpperArm | Bone::LeftUpperLeg);
-        let unsure = self.t_pose.bones.iter();
-        let unsure = unsure.filter(|(bone, found)| is_limb(bone) && found.confidence == Confidence::Unsure);
-        let never_bends = |(bone, found): (&Bone, &TPoseBone)| {
-            let reason = found.reason.as_str();
-            (
-                *bone,
-                format!("turned about itself {reason}: the motion does not bend it"),
-            )
-        };
         let frames = self.t_pose.frames;
-        let few = [Bone::Hips, Bone::Head, Bone::LeftFoot, Bone::RightFoot].into_iter();
-        let few = few.filter(|bone| frames < FEW_FRAMES && self.bones.contains_key(bone));
-        let by_few = |bone| {
-            (
-                bone,
-                format!("turned as on the average of {frames} frames, which are few"),
-            )
+        let guess = |(&bone, found): (&Bone, &TPoseBone)| {
+            let is_limb = bend_axis(bone).is_some();
+            let is_end = matches!(bone.on(Side::Left), Bone::LeftHand | Bone::Neck | Bone::Head);
+            let is_base = matches!(bone.on(Side::Left), Bone::Hips | Bone::LeftFoot);
+            let (is_unsure, how) = (found.confidence == Confidence::Unsure, found.reason.as_str());
+            let reason = match frames < FEW_FRAMES {
+                true if is_limb || is_end || is_base => {
+                    format!("turned as on the average of {frames} frames, which are few")
+                }
+                false if is_unsure && is_limb => {
+                    format!("turned about itself {how}: the motion does not bend it enough")
+                }
+                false if is_unsure && is_end => format!("turned about itself {how}: nothing else shows it"),
+                _ => return None,
+            };
+            Some((bone, reason))
         };
         let up = self.unsure_up.iter().map(|up| {
             let reason = format!("turned as if {up} were up, which is not sure: state it");
@@ -251,10 +251,8 @@ impl Body {
             let reason = &self.figure.humanoid.sides_reason;
             (Bone::Hips, format!("left and right may be exchanged: {reason}"))
         });
-        up.chain(sides)
-            .chain(unsure.map(never_bends))
-            .chain(few.map(by_few))
-            .collect()
+        let turned = self.t_pose.bones.iter().filter_map(guess);
+        up.chain(sides).chain(turned).collect()
     }
 
     /// Up in the world.

@@ -212,9 +212,9 @@ pub struct RetargetReport {
     pub by_names: Option<ByNames>,
     /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair
     /// within 3, poor where they are farther off or nothing could be compared. No more than fair where a roll or a
-    /// line of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a thigh or an upper arm
-    /// is turned about itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90,
-    /// the feet are below the floor in more than half of the frames and deeper than 20 cm, or how the body is turned as
+    /// line of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a bone is turned about
+    /// itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90, the feet are
+    /// below the floor in more than half of the frames and deeper than 20 cm, or how the body is turned as
     /// a whole is guessed: up, left, or all of it from less than 5 frames. No more than fair where an edge of the skin
     /// is longer than at rest by more than 5 % of the height, or the skin is below the floor by more than 4 %; poor
     /// where these are more than 10 %.

@@ -71,11 +71,11 @@ function retarget(path, character, count, seconds, feet = "lock") {
   const done = spawnSync(MOCAP, ["retarget", path, "--character", character.path, "-o", out, "--feet", feet, "--hands", "free", "--json", "--force"], { encoding: "utf8", maxBuffer: 1 << 28 });
   if (done.status !== 0) return { refused: done.stderr.trim().split("\n").at(0) };
   const report = JSON.parse(done.stdout);
-  const { verdict } = report.at(-1);
+  const { verdict, guessed } = report.at(-1);
   const scene = readGltf(out);
   const end = Math.max(0, ...scene.tracks.map(({ times }) => times.at(-1)));
   const first = Math.round(end / seconds) + 1 === count - 1 ? 1 : 0;
-  return { verdict, first, poseOf: (row) => poseAt(scene, (row - first) * seconds) };
+  return { verdict, guessed: guessed.map(({ bone }) => bone), first, poseOf: (row) => poseAt(scene, (row - first) * seconds) };
 }
 
 function rowsOf({ poses }) {
@@ -126,6 +126,11 @@ function part(name, runs) {
   totals.push(counts);
 }
 
+/** Whether a report says that a bone is turned by guess: of the trunk it names the hips. */
+function isGuessed(bone, guessed) {
+  return guessed.has(/spine|chest/i.test(bone) ? "hips" : bone);
+}
+
 /** Judges whether other files of a motion come to the same motion of a character. */
 function law(name, runs) {
   if (!isChosen(name)) return;
@@ -146,10 +151,11 @@ function law(name, runs) {
     const rows = rowsOf(motion).filter((row) => row + first >= one.first && row >= other.first);
     const poses = [rows.map((row) => one.poseOf(row + first)), rows.map(other.poseOf)];
     const bones = difference(...poses, chosen.bones);
-    const worst = bones[0].degrees;
+    const guessed = new Set([...one.guessed, ...other.guessed]);
+    const worst = bones.find(({ bone }) => !isGuessed(bone, guessed))?.degrees ?? 0;
     counts.held += worst <= LAW ? 1 : 0;
     counts.beyond += worst > SILENT ? 1 : 0;
-    const words = bones.slice(0, WORST).map(({ bone, degrees }) => `${bone} ${degrees.toFixed(1)}`);
+    const words = bones.slice(0, WORST).map(({ bone, degrees }) => `${bone} ${degrees.toFixed(1)}${isGuessed(bone, guessed) ? " (guessed)" : ""}`);
     if (isLoud || worst > LAW) console.log(`${label.padEnd(58)} ${one.verdict} ${other.verdict} ${words.join(", ")}`);
   }
   totals.push(counts);

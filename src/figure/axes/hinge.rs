@@ -40,12 +40,17 @@ const MIRRORED: f32 = 0.1;
 /// The largest angle between the axes of both sides, mirrored, with which they agree, in radians.
 const AGREES: f32 = 0.6;
 
+/// So many frames in a row are one bend, and say as much as one frame.
+const ALIKE: f32 = 20.0;
+
 /// The axis of a hinge in the frame of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hinge {
     pub(super) axis: Vec3,
     /// How far the axis is from its mean, in the mean, in radians.
     spread: f32,
+    /// How far the mean may be off, in radians: other frames have another mean.
+    pub(super) error: f32,
 }
 
 /// The axis of coordinates nearest to a direction, where it is that near: the cosine.
@@ -159,8 +164,13 @@ impl Limb {
         let at = |segment: usize| {
             let hinge = hinge(&self.seen[segment])?;
             let cosine = [ON_AXIS, LOWER_ON_AXIS][segment];
-            let axis = self.axis_of_joint(segment, hinge.axis, cosine).unwrap_or(hinge.axis);
-            Some(Hinge { axis, ..hinge })
+            let of_joint = self.axis_of_joint(segment, hinge.axis, cosine);
+            let exact = |axis: Vec3| Hinge {
+                axis,
+                error: 0.0,
+                ..hinge
+            };
+            Some(of_joint.map_or(hinge, exact))
         };
         [
             at(0).filter(|hinge| hinge.spread <= WIDEST),
@@ -218,8 +228,10 @@ fn hinge(seen: &[(Vec3, f32)]) -> Option<Hinge> {
         mean = sum.try_normalize()?;
     }
     let off = seen.iter().map(|(axis, weight)| weight * axis.angle_between(mean));
+    let spread = off.sum::<f32>() / all;
     Some(Hinge {
         axis: mean,
-        spread: off.sum::<f32>() / all,
+        spread,
+        error: spread * (ALIKE / seen.len() as f32).sqrt(),
     })
 }

@@ -119,19 +119,20 @@ impl Builder {
             _ => (facing, TPoseReason::Stands),
         };
         let is_small = rotation.angle_between(facing) <= SMALL_TURN;
+        let is_exact = self.shown.as_ref().is_some_and(|shown| shown.is_exact(joint));
+        let is_vague = self.shown.as_ref().is_some_and(|shown| shown.is_vague(bone));
+        let is_shown = |reason| {
+            matches!(
+                reason,
+                TPoseReason::Hinge | TPoseReason::OtherSide | TPoseReason::Knuckles
+            )
+        };
         TPoseRotation {
             rotation: rotation.normalize(),
             confidence: match self.source {
                 TPoseSource::RestPose if is_small => Confidence::Sure,
                 TPoseSource::RestPose | TPoseSource::FirstFrame => Confidence::Likely,
-                TPoseSource::Computed
-                    if matches!(
-                        reason,
-                        TPoseReason::Hinge | TPoseReason::OtherSide | TPoseReason::Knuckles
-                    ) =>
-                {
-                    Confidence::Likely
-                }
+                TPoseSource::Computed if is_shown(reason) && !is_vague || is_exact => Confidence::Likely,
                 TPoseSource::Computed => Confidence::Unsure,
             },
             reason,

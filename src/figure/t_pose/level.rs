@@ -58,10 +58,14 @@ impl Builder {
         (self.axes.inverse() * self.reference_to_t_pose(bone) * self.rotations[joint.index()]).normalize()
     }
 
-    /// Notes that the motion says how a bone is turned.
+    /// Notes that the motion says how a bone is turned: an average says little.
     fn because(&mut self, bone: Bone, reason: TPoseReason) {
+        let confidence = match reason {
+            TPoseReason::AverageOfMotion => Confidence::Unsure,
+            _ => Confidence::Likely,
+        };
         if let Some(to_t_pose) = self.to_t_pose.get_mut(&bone) {
-            (to_t_pose.reason, to_t_pose.confidence) = (reason, Confidence::Likely);
+            (to_t_pose.reason, to_t_pose.confidence) = (reason, confidence);
         }
     }
 

@@ -144,6 +144,52 @@ fn few_frames_are_said_to_be_few() {
     }
 }
 
+/// A part of a motion whose rest pose says nothing has other averages: what hangs on them is said to be guessed.
+#[test]
+fn a_part_is_as_the_whole_or_says_that_it_is_guessed() {
+    let target = character("human_game_engine");
+    let bones = [
+        Bone::Neck,
+        Bone::Head,
+        Bone::LeftUpperArm,
+        Bone::LeftLowerArm,
+        Bone::LeftHand,
+        Bone::RightUpperArm,
+        Bone::RightLowerArm,
+        Bone::RightHand,
+        Bone::LeftUpperLeg,
+        Bone::LeftLowerLeg,
+        Bone::RightUpperLeg,
+        Bone::RightLowerLeg,
+    ];
+    let mut guesses = 0;
+    for file in ["vicon_sword_attack", "accad_run_turn"] {
+        let source = motion(&format!("skeletons/{file}.bvh"));
+        for [first, last] in [[0.0, 20.0], [20.0, 60.0]] {
+            let mut part = source.clone();
+            part.trim(first, last);
+            let ticks: Vec<f64> = (0..5).map(|step| f64::from(step) * (last - first) / 5.0).collect();
+            let of_whole: Vec<f64> = ticks.iter().map(|tick| first + tick).collect();
+            let whole = rotations(&source, &target, &bones, &of_whole);
+            let cut = rotations(&part, &target, &bones, &ticks);
+            let mut retargeter = PoseRetargeter::new(&part, &target, &PoseRetargetOptions::default()).unwrap();
+            let (_, report) = retargeter.clip(&part, 0, &target, false).unwrap();
+            for (index, bone) in bones.into_iter().enumerate() {
+                let angles = std::iter::zip(&whole, &cut).map(|(was, is)| was[index].angle_between(is[index]));
+                let mean = angles.sum::<f32>().to_degrees() / whole.len() as f32;
+                let is_guessed = report.guessed.iter().any(|guess| guess.bone == bone);
+                guesses += usize::from(is_guessed);
+                assert!(
+                    is_guessed || mean < 2.0,
+                    "{file} from {first} on: {} is {mean} degrees off",
+                    bone.as_str()
+                );
+            }
+        }
+    }
+    assert!(guesses > 0);
+}
+
 /// A hand that the source lacks goes with its forearm, palm down in the T-pose, also on a character that rests with its
 /// palms up.
 #[test]
