@@ -134,8 +134,11 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let upright = |point: glam::DVec3| turned(point.as_vec3(), up.0).as_dvec3();
     take.rotate(upright);
     chosen.take.rotate(upright);
-    for (_, centre) in chosen.centres.iter_mut().flatten() {
-        *centre = upright(*centre);
+    for centres in &mut chosen.centres {
+        let joints = centres.joints.iter_mut().map(|(_, centre)| centre);
+        joints
+            .chain([&mut centres.pelvis_up])
+            .for_each(|vector| *vector = upright(*vector));
     }
     let points = body::points(&set, &chosen.centres, &chosen.take);
     let rules = rules::Rules::new(&set, &points);
@@ -149,6 +152,11 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         .first()
         .map_or(0.0, |animation| animation.ticks_per_second);
     let known_joints = calibrate(&mut model, &mut frames, noise::of(&take.tracks, rate));
+    // Refinement moves markers on the pelvis: its axes are theirs again.
+    let offset = |name: &str| Some(model.markers[take.landmarks.iter().position(|own| own.name == name)?].offset);
+    if let Some(axes) = centres::pelvis_axes(offset) {
+        model.turn_root(axes, frames.iter_mut().map(|frame| &mut frame.pose));
+    }
     let tracked = track::track(&model, &take.tracks, (chosen.frames[0], &frames[0].pose));
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
@@ -184,6 +192,7 @@ fn moving_root(set: &JointSet, roots: &[glam::DVec3], metres: f32) -> Points {
         frames: roots.len(),
         tracks: set.joints.iter().map(track).collect(),
         all: Vec::new(),
+        pelvis_up: Vec::new(),
         warnings: Vec::new(),
     }
 }
@@ -217,13 +226,22 @@ fn chosen(take: &Take, standing: Option<&Take>) -> Result<FrameChoice> {
     let indices: Vec<usize> = (0..all.len()).collect();
     let filled = clean.filled(&indices, standing);
     let found: Vec<Option<Centres>> = (0..all.len()).map(|frame| centres(&filled, frame)).collect();
-    let most = found.iter().flatten().map(Vec::len).max().unwrap_or(0);
+    let most = found
+        .iter()
+        .flatten()
+        .map(|centres| centres.joints.len())
+        .max()
+        .unwrap_or(0);
     let whole: Vec<usize> = (0..all.len())
-        .filter(|frame| found[*frame].as_ref().is_some_and(|centres| centres.len() == most))
+        .filter(|frame| {
+            found[*frame]
+                .as_ref()
+                .is_some_and(|centres| centres.joints.len() == most)
+        })
         .collect();
     let has = |bone: Bone| {
         let first = whole.first().and_then(|frame| found[*frame].as_ref());
-        first.is_some_and(|centres| centres.iter().any(|(own, _)| *own == bone))
+        first.is_some_and(|centres| centres.has(bone))
     };
     if !has(Bone::LeftFoot) || !has(Bone::RightFoot) {
         return Err(report::missing(take, standing).into());

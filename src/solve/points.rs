@@ -16,6 +16,8 @@ pub(super) struct Points {
     pub(super) tracks: Vec<Vec<Vec3>>,
     /// Of each point of the set.
     pub(super) all: Vec<Vec<Vec3>>,
+    /// Up of the pelvis in each frame, where more than joints tells it; else empty.
+    pub(super) pelvis_up: Vec<Vec3>,
     pub(super) warnings: Vec<Diagnostic>,
 }
 
@@ -35,6 +37,7 @@ impl Points {
             frames,
             tracks: Vec::new(),
             all: Vec::with_capacity(found.len()),
+            pelvis_up: Vec::new(),
             warnings: Vec::new(),
         };
         for (name, node) in std::iter::zip(&set.points, found) {
@@ -75,7 +78,7 @@ impl Points {
         Ok(points)
     }
 
-    /// The axis along which the spine points on the average.
+    /// The axis along which the spine points on the average, or without a spine the legs.
     pub(super) fn up(&self, set: &JointSet) -> (UpAxis, Confidence) {
         let hips = set
             .joint(Bone::Hips)
@@ -83,14 +86,19 @@ impl Points {
         let top = [Bone::Neck, Bone::Head, Bone::UpperChest, Bone::Chest, Bone::Spine]
             .into_iter()
             .find_map(|bone| set.joint(bone));
-        let (Some(hips), Some(top)) = (hips, top) else {
-            return (UpAxis::Y, Confidence::Unsure);
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| set.joint(bone));
+        let lines = match (hips, top, feet) {
+            (Some(hips), Some(top), _) => vec![(hips, top)],
+            (Some(hips), None, [Some(left), Some(right)]) => vec![(left, hips), (right, hips)],
+            _ => return (UpAxis::Y, Confidence::Unsure),
         };
-        let spines = std::iter::zip(&self.tracks[hips], &self.tracks[top]);
-        let mean = spines
-            .map(|(hips, top)| (*top - *hips).normalize_or_zero())
-            .sum::<Vec3>()
-            / self.frames.max(1) as f32;
+        let line = |(low, high): &(usize, usize)| {
+            let lines = std::iter::zip(&self.tracks[*low], &self.tracks[*high]);
+            lines
+                .map(|(low, high)| (*high - *low).normalize_or_zero())
+                .sum::<Vec3>()
+        };
+        let mean = lines.iter().map(line).sum::<Vec3>() / (lines.len() * self.frames.max(1)) as f32;
         let best = UpAxis::ALL.into_iter().fold(UpAxis::Y, |best, up| {
             if turned(mean, up).y > turned(mean, best).y {
                 up
@@ -108,7 +116,8 @@ impl Points {
 
     /// Brings what points up to +Y.
     pub(super) fn turn(&mut self, (up, _): (UpAxis, Confidence)) {
-        for point in self.tracks.iter_mut().chain(&mut self.all).flatten() {
+        let tracks = self.tracks.iter_mut().chain(&mut self.all).flatten();
+        for point in tracks.chain(&mut self.pelvis_up) {
             *point = turned(*point, up);
         }
     }

@@ -11,6 +11,8 @@ use super::set::{JointSet, Mark};
 pub(super) enum Up {
     /// From a joint to another.
     Line(usize, usize),
+    /// Up of the pelvis.
+    Pelvis,
     /// From the middle of the line across to the joint.
     FromMiddle,
     /// From the joint to the middle of the line across.
@@ -119,6 +121,7 @@ fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Opt
         own.distance(left.midpoint(right)) / left.distance(right).max(f32::MIN_POSITIVE)
     });
     let up = match (above.filter(is_far), set.joints[joint].parent) {
+        (_, None) if !points.pelvis_up.is_empty() => Up::Pelvis,
         (Some(above), _) => Up::Line(joint, above),
         // Shoulders far above their joint turn with it, and what is below may not.
         (None, Some(_)) if to_middle > FAR => Up::ToMiddle,

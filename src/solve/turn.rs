@@ -115,6 +115,7 @@ impl Solver<'_> {
             let to_joint = || vector(self.points, left, joint, frame) + vector(self.points, right, joint, frame);
             let up = match up {
                 Up::Line(from, to) => vector(self.points, from, to, frame),
+                Up::Pelvis => self.points.pelvis_up[frame],
                 Up::FromMiddle => to_joint(),
                 Up::ToMiddle => -to_joint(),
             };

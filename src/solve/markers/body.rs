@@ -19,7 +19,6 @@ const KNUCKLES: [&str; 2] = ["leftKnuckles", "rightKnuckles"];
 
 /// The joints that the landmarks tell, parents first.
 pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSet {
-    let has = |bone: Bone| centres.iter().any(|(own, _)| *own == bone);
     let mut set = JointSet {
         name,
         points: Vec::new(),
@@ -38,7 +37,7 @@ pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSe
     };
     let mut chain = |bones: &[Bone], parent: Option<usize>| {
         let mut parent = parent;
-        for bone in bones.iter().filter(|bone| has(**bone)) {
+        for bone in bones.iter().filter(|bone| centres.has(**bone)) {
             parent = Some(add(bone.as_str(), Some(*bone), parent));
         }
         parent
@@ -56,7 +55,7 @@ pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSe
         ]
         .map(|bone| bone.on(side));
         let end = chain(&arm, chest);
-        hands.extend(end.filter(|_| has(arm[3])));
+        hands.extend(end.filter(|_| centres.has(arm[3])));
         let leg = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes];
         chain(&leg.map(|bone| bone.on(side)), hips);
     }
@@ -108,7 +107,7 @@ fn marks(set: &mut JointSet, take: &Take) {
 pub(super) fn points(set: &JointSet, centres: &[Centres], take: &Take) -> Points {
     let track = |joint: &SetJoint| -> Vec<Vec3> {
         let bone = |frame: usize| {
-            let own = centres[frame].iter().find(|(bone, _)| Some(*bone) == joint.bone);
+            let own = centres[frame].joints.iter().find(|(bone, _)| Some(*bone) == joint.bone);
             own.map(|(_, at)| *at)
         };
         let finger = |frame: usize| take.at(if joint.name == KNUCKLES[0] { "LFIN" } else { "RFIN" }, frame);
@@ -132,6 +131,7 @@ pub(super) fn points(set: &JointSet, centres: &[Centres], take: &Take) -> Points
         frames: centres.len(),
         tracks: set.joints.iter().map(track).collect(),
         all: set.points.iter().map(point).collect(),
+        pelvis_up: centres.iter().map(|centres| centres.pelvis_up.as_vec3()).collect(),
         warnings: Vec::new(),
     }
 }

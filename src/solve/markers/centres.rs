@@ -1,7 +1,7 @@
 //! Centres of joints from landmarks, frame by frame: where the refinement begins, and where it stays for joints that do
 //! not move.
 
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::take::Take;
@@ -42,18 +42,39 @@ const SHOULDER_DOWN: f64 = 0.17;
 const TELLS: f64 = 0.4;
 
 /// The centres of the joints of a frame.
-pub(super) type Centres = Vec<(Bone, DVec3)>;
+#[derive(Clone, Debug)]
+pub(super) struct Centres {
+    pub(super) joints: Vec<(Bone, DVec3)>,
+    /// Up of the pelvis, as CGM and the ISB (Wu et al., J. Biomech. 35, 2002) have it: at right angles to the plane of
+    /// its spines.
+    pub(super) pelvis_up: DVec3,
+}
+
+/// The axes of the pelvis, left, up and forward, where its spines are there.
+pub(super) fn pelvis_axes(at: impl Fn(&str) -> Option<DVec3>) -> Option<DQuat> {
+    let Pelvis { left, up, forward, .. } = Pelvis::of(&at)?;
+    Some(DQuat::from_mat3(&DMat3::from_cols(left, up, forward)).normalize())
+}
+
+impl Centres {
+    pub(super) fn has(&self, bone: Bone) -> bool {
+        self.joints.iter().any(|(own, _)| *own == bone)
+    }
+}
 
 /// The joints whose landmarks are there; `None` without a pelvis.
 pub(super) fn centres(take: &Take, frame: usize) -> Option<Centres> {
     let at = |name: &str| take.at(name, frame);
     let pelvis = Pelvis::of(&at)?;
-    let mut found = vec![(Bone::Hips, pelvis.hip(Side::Left).midpoint(pelvis.hip(Side::Right)))];
+    let mut joints = vec![(Bone::Hips, pelvis.hip(Side::Left).midpoint(pelvis.hip(Side::Right)))];
     for side in [Side::Left, Side::Right] {
-        leg(&at, &pelvis, side, &mut found);
+        leg(&at, &pelvis, side, &mut joints);
     }
-    trunk(&at, &pelvis, &mut found);
-    Some(found)
+    trunk(&at, &pelvis, &mut joints);
+    Some(Centres {
+        joints,
+        pelvis_up: pelvis.up,
+    })
 }
 
 struct Pelvis {
@@ -115,7 +136,7 @@ fn sided(side: Side, name: &str) -> String {
     format!("{}{name}", if side == Side::Left { "L" } else { "R" })
 }
 
-fn leg(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, side: Side, found: &mut Centres) {
+fn leg(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, side: Side, found: &mut Vec<(Bone, DVec3)>) {
     let own = |name: &str| at(&sided(side, name));
     let hip = pelvis.hip(side);
     found.push((Bone::LeftUpperLeg.on(side), hip));
@@ -147,7 +168,7 @@ fn axis(normal: DVec3, other: DVec3) -> DVec3 {
     normal.normalize_or_zero() * tells + other * (1.0 - tells)
 }
 
-fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Centres) {
+fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Vec<(Bone, DVec3)>) {
     // Without a marker on the acromion one before the shoulder and one behind it say where it is.
     let shoulder = |side: Side| {
         let own = |name: &str| at(&sided(side, name));
@@ -190,7 +211,13 @@ fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Centr
     }
 }
 
-fn arm(at: &impl Fn(&str) -> Option<DVec3>, side: Side, shoulder: DVec3, across: DVec3, found: &mut Centres) {
+fn arm(
+    at: &impl Fn(&str) -> Option<DVec3>,
+    side: Side,
+    shoulder: DVec3,
+    across: DVec3,
+    found: &mut Vec<(Bone, DVec3)>,
+) {
     let own = |name: &str| at(&sided(side, name));
     let wrist = match (own("WRA"), own("WRB")) {
         (Some(inner), Some(outer)) => Some(inner.midpoint(outer)),

@@ -248,6 +248,18 @@ pub fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String>
     }
 }
 
+/// Whether a key is that of a point that Plug-in Gait computes, and no marker: the origin of a bone or the tip of one of
+/// its axes, `LTIO`, `LTIA`, `LTIL` and `LTIP`, of which a file has all four.
+pub(super) fn is_axis(key: &str, keys: &[String]) -> bool {
+    const ENDS: [char; 4] = ['o', 'a', 'l', 'p'];
+    let is_there = |bone: &str, end: char| {
+        keys.iter()
+            .any(|own| own.strip_prefix(bone).is_some_and(|own| own.chars().eq([end])))
+    };
+    key.strip_suffix(ENDS)
+        .is_some_and(|bone| ENDS.into_iter().all(|end| is_there(bone, end)))
+}
+
 /// All landmarks by the keys of their names.
 pub fn by_key() -> HashMap<String, Landmark> {
     let mut found = HashMap::new();

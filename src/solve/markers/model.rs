@@ -237,6 +237,23 @@ impl Model {
         }
     }
 
+    /// Gives the root other axes, which stand so in its own: bodies and poses stay where they are.
+    pub(super) fn turn_root<'p>(&mut self, axes: DQuat, poses: impl Iterator<Item = &'p mut Pose>) {
+        let back = axes.inverse();
+        let is_below: Vec<bool> = self.joints.iter().map(|joint| joint.parent == Some(0)).collect();
+        let joints = self.joints.iter_mut().filter(|joint| joint.parent == Some(0));
+        let markers = self.markers.iter_mut().filter(|marker| marker.joint == 0);
+        let offsets = joints.map(|joint| &mut joint.offset);
+        offsets
+            .chain(markers.map(|marker| &mut marker.offset))
+            .for_each(|offset| *offset = back * *offset);
+        for pose in poses {
+            pose.local[0] = (pose.local[0] * axes).normalize();
+            let below = std::iter::zip(&mut pose.local, &is_below).filter(|(_, is_below)| **is_below);
+            below.for_each(|(local, _)| *local = (back * *local).normalize());
+        }
+    }
+
     /// Moves a pose by a step of its unknowns.
     pub(super) fn step(&self, pose: &mut Pose, world: &World, step: &[f64]) {
         pose.root += DVec3::from_slice(&step[self.root..]);

@@ -65,8 +65,9 @@ impl Take {
             .map(|index| track(animation, NodeId::new(*index), frames))
             .collect();
         let keys = landmarks::keys(&labels, &known);
-        let by_label = std::iter::zip(&labels, &keys)
-            .map(|(label, key)| asked.landmark(label).or_else(|| known.get(key)).cloned());
+        let by_name = |key: &String| known.get(key).filter(|_| !landmarks::is_axis(key, &keys));
+        let by_label =
+            std::iter::zip(&labels, &keys).map(|(label, key)| asked.landmark(label).or_else(|| by_name(key)).cloned());
         let mut by_label: Vec<Option<Landmark>> = by_label.collect();
         let mut guess = None;
         if may_guess && by_label.iter().flatten().count() < KNOWN {

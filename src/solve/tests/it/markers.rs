@@ -2,6 +2,7 @@
 //! `tools/markers` judges more, with kinematics of its own.
 
 mod landmarks;
+mod lower_body;
 mod noise;
 
 use std::sync::OnceLock;

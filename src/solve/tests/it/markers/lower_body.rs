@@ -1,0 +1,151 @@
+//! A trial of the lower body, which has no shoulders to tell where the pelvis looks.
+
+use std::fmt::Write;
+
+use mocap::glam::Vec3;
+use mocap::{Importer, Pose, Scene};
+
+use super::{FRAMES, trc};
+
+/// The markers of the lower body in CMU's set.
+const LOWER: &[&str] = &[
+    "LFWT", "RFWT", "LBWT", "RBWT", "LTHI", "RTHI", "LKNE", "RKNE", "LSHN", "RSHN", "LANK", "RANK", "LHEE", "RHEE",
+    "LTOE", "RTOE", "LMT5", "RMT5",
+];
+
+/// Where markers are, frame by frame, of the text of a TRC file of millimetres.
+struct Markers {
+    labels: Vec<String>,
+    frames: Vec<Vec<Vec3>>,
+}
+
+impl Markers {
+    /// Those of the lower body of the take, turned.
+    fn lower(turned: impl Fn(Vec3) -> Vec3) -> Self {
+        let text = trc();
+        let lines: Vec<&str> = text.lines().collect();
+        let labels: Vec<&str> = lines[3].split('\t').skip(2).step_by(3).collect();
+        let is_lower = |index: &usize| LOWER.contains(&labels[*index]);
+        let kept: Vec<usize> = (0..labels.len()).filter(is_lower).collect();
+        let frame = |line: &&str| -> Vec<Vec3> {
+            let cells: Vec<f32> = line.split('\t').skip(2).filter_map(|cell| cell.parse().ok()).collect();
+            kept.iter()
+                .map(|index| turned(Vec3::from_slice(&cells[3 * index..])))
+                .collect()
+        };
+        Self {
+            labels: kept.iter().map(|index| labels[*index].to_owned()).collect(),
+            frames: lines[lines.len() - FRAMES..].iter().map(frame).collect(),
+        }
+    }
+
+    fn at(&self, label: &str, frame: usize) -> Vec3 {
+        self.frames[frame][self.labels.iter().position(|own| own == label).unwrap()]
+    }
+
+    fn solved(&self) -> Scene {
+        let count = self.labels.len();
+        let mut text = format!(
+            "PathFileType\t4\t(X/Y/Z)\tlower.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n6\t{FRAMES}\t{count}\tmm\nFrame#\tTime\t{}\n\n",
+            self.labels.join("\t\t\t")
+        );
+        for (index, frame) in self.frames.iter().enumerate() {
+            write!(text, "{}\t{}", index + 1, index as f32 / 6.0).unwrap();
+            for Vec3 { x, y, z } in frame {
+                write!(text, "\t{x}\t{y}\t{z}").unwrap();
+            }
+            text.push('\n');
+        }
+        Importer::new()
+            .markers("auto")
+            .read(text.as_bytes(), "lower.trc")
+            .unwrap()
+    }
+}
+
+/// The angles in degrees between two lines, of all frames.
+fn angles(line: impl Fn(usize) -> (Vec3, Vec3)) -> impl Iterator<Item = f32> {
+    (0..FRAMES).map(move |frame| {
+        let (a, b) = line(frame);
+        a.angle_between(b).to_degrees()
+    })
+}
+
+fn most(angles: impl Iterator<Item = f32>) -> f32 {
+    angles.fold(0.0, f32::max)
+}
+
+#[test]
+fn the_pelvis_looks_where_its_markers_are_however_the_laboratory_stands() {
+    // The output has +Y up: what stands up on other axes is turned there.
+    type Turn = fn(Vec3) -> Vec3;
+    let same: Turn = |point| point;
+    let z_up: Turn = |Vec3 { x, y, z }| Vec3::new(x, -z, y);
+    let aside: Turn = |Vec3 { x, y, z }| Vec3::new(0.6 * x + 0.8 * z, y, 0.6 * z - 0.8 * x);
+    for (turned, in_output) in [(same, same), (z_up, same), (aside, aside)] {
+        let (scene, markers) = (Markers::lower(turned).solved(), Markers::lower(in_output));
+        let at = |name: &str, frame: usize| {
+            let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
+            let pose = Pose::at_tick(&scene, 0, frame as f64).unwrap();
+            let (_, rotation, position) = pose.node_to_world[node].to_scale_rotation_translation();
+            (position, rotation)
+        };
+        let hips = |frame: usize| at("hips", frame).1;
+        let line = |frame: usize| at("leftUpperLeg", frame).0 - at("rightUpperLeg", frame).0;
+        let off = most(angles(|frame| (hips(frame) * Vec3::X, line(frame))));
+        assert!(off < 3.0, "left of the hips is {off} degrees off the line of the hips");
+        // As the markers themselves have it.
+        let spines =
+            |frame: usize, names: [&str; 2]| names.map(|name| markers.at(name, frame)).into_iter().sum::<Vec3>();
+        let across = |frame: usize| markers.at("LFWT", frame) - markers.at("RFWT", frame);
+        let off = most(angles(|frame| (hips(frame) * Vec3::X, across(frame))));
+        assert!(off < 3.0, "left of the hips is {off} degrees off its front spines");
+        let forward = |frame: usize| spines(frame, ["LFWT", "RFWT"]) - spines(frame, ["LBWT", "RBWT"]);
+        // The belt slides by a centimetre in some frames, which pitches it by some degrees.
+        let off = angles(|frame| (hips(frame) * Vec3::Z, forward(frame).reject_from(across(frame)))).sum::<f32>()
+            / FRAMES as f32;
+        assert!(
+            off < 3.0,
+            "forward of the hips is {off} degrees off its spines in the mean"
+        );
+        // The rest pose is a body that looks to +Z, with its left at +X.
+        let rest = |name: &str| {
+            scene
+                .nodes
+                .iter()
+                .find(|node| node.name == name)
+                .unwrap()
+                .transform
+                .w_axis
+        };
+        let (left, right) = (rest("leftUpperLeg"), rest("rightUpperLeg"));
+        assert!(
+            left.x > 50.0 && right.x < -50.0 && (left - right).z.abs() < 10.0,
+            "{left} {right}"
+        );
+        assert!(rest("leftFoot").y < -300.0 && rest("rightToes").z > 50.0);
+    }
+}
+
+#[test]
+fn points_that_plug_in_gait_computes_are_no_markers() {
+    let mut markers = Markers::lower(|point| point);
+    let alone = markers.solved();
+    // The axes of a shank, the tip of the last of which has the name of the tip of a toe.
+    for label in ["LTIO", "LTIA", "LTIL", "LTIP", "RTIO", "RTIA", "RTIL", "RTIP"] {
+        markers.labels.push(label.to_owned());
+        markers
+            .frames
+            .iter_mut()
+            .for_each(|frame| frame.push(frame[10] + Vec3::Y * 200.0));
+    }
+    let scene = markers.solved();
+    assert_eq!(scene.nodes, alone.nodes);
+    assert!(scene.animations == alone.animations);
+    // Without the others it is the tip of a toe.
+    markers.labels[LOWER.len()..]
+        .iter_mut()
+        .for_each(|label| label.insert_str(1, "X"));
+    markers.labels[LOWER.len() + 3] = "LTIP".to_owned();
+    assert!(markers.solved().animations != alone.animations);
+}
