@@ -1,9 +1,10 @@
 //! The events of a walk, and the table that a gait laboratory makes of them.
 //!
-//! Events are those of Zeni, Richards and Higginson (2008): the heel strikes when the foot is farthest before the
-//! pelvis, and the toes leave the ground when they are farthest behind it. That holds on a treadmill too. The heel is
-//! seen at the ankle, the toes at the ball of the foot. Where the file itself has the events, as C3D files of
-//! laboratories do, they are taken instead.
+//! Each step is found as Zeni, Richards and Higginson (2008) do: the foot is farthest before the pelvis, and then its
+//! toes farthest behind it, which is when they leave the ground. That holds on a treadmill too. The foot strikes some
+//! hundredths of a second after it was farthest before: when it is lowered fastest, as O'Connor and others (2007) have
+//! it. Its middle is that of ankle and ball. Where the file itself has the events, as C3D files of laboratories do, they
+//! are taken instead.
 //!
 //! Lengths and widths of steps are those of Huxham and others (2006): a stride goes from a strike of a foot to its next
 //! one, and the strike of the other foot between them divides it; its distance from the line of the stride is the
@@ -34,6 +35,14 @@ const LONGEST_STRIDE: f64 = 2.5;
 
 /// Slower than this, in metres per second, the pelvis stays where it is: the motion is in place, or on a treadmill.
 const STAYS: f64 = 0.15;
+
+/// The time in seconds within which a foot strikes after it was farthest before the pelvis: a quarter of the swing of a
+/// slow walk. The foot is lowered once more in the swing, after its toes passed over the ground.
+const STRIKES_WITHIN: f64 = 0.15;
+
+/// Half of the time in seconds over which heights of a foot are averaged, twice: so as to pass 7 Hz, as O'Connor and
+/// others (2007) filter them.
+const HEIGHTS_OVER: f64 = 0.025;
 
 /// From a heel strike of a foot to its next one.
 ///
@@ -254,7 +263,12 @@ impl<'a> Foot<'a> {
         }
         let (strikes, toe_offs) = match events {
             Some(events) => (events.strikes[index].clone(), events.toe_offs[index].clone()),
-            None => (times(turns_of(ankle).0), times(turns_of(ball).1)),
+            None => {
+                let heights = std::iter::zip(ankle, ball).map(|(ankle, ball)| ankle.midpoint(*ball).y);
+                let farthest = turns_of(ankle).0;
+                let strikes = landings(heights.collect(), &farthest, segments.frame_rate);
+                (times(strikes), times(turns_of(ball).1))
+            }
         };
         Some(Self {
             side,
@@ -328,6 +342,36 @@ fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
         (sums[to] - sums[from]).normalize_or(DVec2::X)
     };
     Some((0..rotations.len()).map(mean).collect())
+}
+
+/// The frames in which a foot of these heights is lowered fastest, each soon after one in which it is farthest before
+/// the pelvis; that one where the foot is not lowered then.
+pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> Vec<usize> {
+    for _ in 0..2 {
+        heights = averaged(&heights, (HEIGHTS_OVER * frame_rate).round() as usize);
+    }
+    let fall = |frame: usize| heights[frame - 1] - heights[frame + 1];
+    let is_fastest = |frame: &usize| {
+        let own = fall(*frame);
+        own > 0.0 && own > fall(frame - 1) && own >= fall(frame + 1)
+    };
+    let within = (STRIKES_WITHIN * frame_rate).round() as usize;
+    let landing = |&farthest: &usize| {
+        let after = (farthest.max(2)..heights.len().saturating_sub(2)).take(within + 1);
+        let fastest = after.filter(is_fastest).max_by(|a, b| fall(*a).total_cmp(&fall(*b)));
+        fastest.unwrap_or(farthest)
+    };
+    farthest.iter().map(landing).collect()
+}
+
+/// The mean of each value and those around it, fewer near the ends, so that it stays in the middle of them.
+fn averaged(values: &[f64], half: usize) -> Vec<f64> {
+    let mean = |index: usize| {
+        let half = half.min(index).min(values.len() - 1 - index);
+        let around = &values[index - half..=index + half];
+        around.iter().sum::<f64>() / around.len() as f64
+    };
+    (0..values.len()).map(mean).collect()
 }
 
 /// The frames in which the values turn from rising to falling, and from falling to rising, after a change of at least

@@ -1,6 +1,6 @@
-//! Extremes of an angle.
+//! Extremes of an angle, and when feet land.
 
-use mocap_solve::internals::turns;
+use mocap_solve::internals::{landings, turns};
 
 #[test]
 fn turns_of_a_sine_are_its_extremes_and_noise_has_none() {
@@ -11,4 +11,22 @@ fn turns_of_a_sine_are_its_extremes_and_noise_has_none() {
     assert_eq!(lowest, [94, 220, 346]);
     assert_eq!(turns(&sine, 5.0), (Vec::new(), Vec::new()));
     assert_eq!(turns(&[], 0.5), (Vec::new(), Vec::new()));
+}
+
+#[test]
+fn a_foot_lands_when_it_falls_fastest_soon_after_it_was_farthest_before() {
+    const RATE: f64 = 100.0;
+    // It falls by 30 mm within 100 ms, fastest in frame 60, and in the swing before more than that, in frame 30.
+    let fall = |frame: f64, middle: f64, size: f64| size / (1.0 + ((frame - middle) / 2.5).exp());
+    let height = |frame: u32| fall(f64::from(frame), 60.0, 0.03) + fall(f64::from(frame), 30.0, 0.06);
+    let heights = |noise: f64| -> Vec<f64> {
+        let sign = |frame: u32| if frame % 2 == 0 { noise } else { -noise };
+        (0..120).map(|frame| height(frame) + sign(frame)).collect()
+    };
+    assert_eq!(landings(heights(0.0), &[54], RATE), [60]);
+    assert_eq!(landings(heights(0.001), &[54], RATE), [60]);
+    // Where it was farthest long before, or does not fall, that frame stays; near the ends too.
+    assert_eq!(landings(heights(0.0), &[40, 80, 0, 119], RATE)[..2], [40, 80]);
+    assert_eq!(landings(vec![0.0; 3], &[0, 2], RATE), [0, 2]);
+    assert_eq!(landings(vec![0.0; 0], &[], RATE), [0; 0]);
 }
