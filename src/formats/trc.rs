@@ -8,9 +8,9 @@
 //! | 5 | `X1`, `Y1`, `Z1`, `X2`, ... |
 //! | others | a frame: its number, its time, three numbers of each marker; empty cells where it was not seen |
 //!
-//! Columns are separated by tabs; files of other programs have blanks, and then no empty cells. Positions are in the
-//! unit of the file and keep their axes: it does not say which is up. A marker that jumps to 0, 0, 0 was not seen
-//! there.
+//! Columns are separated by tabs; files of other programs have blanks, in the header alone or everywhere, and then no
+//! empty cells. Positions are in the unit of the file and keep their axes: it does not say which is up. A marker that
+//! jumps to 0, 0, 0 was not seen there.
 //!
 //! Written are the positions of all joints, or of the markers of a file that has them, in millimetres. Each column has
 //! a name, each name once, with `_` for tabs and other control characters; an empty one is `Joint`.

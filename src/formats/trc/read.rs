@@ -8,7 +8,7 @@ use mocap_scene::scene::{Format, Scene};
 use super::FIRST_WORD;
 use crate::points::{self, Track};
 use crate::text::table::{Table, cells, words};
-use crate::text::{Word, decode, decode_name, is_binary, number};
+use crate::text::{Cursor, Word, decode, decode_name, is_binary, number};
 use crate::warnings::{Warnings, cut_row};
 use crate::{Failure, ReadOptions, Source};
 
@@ -38,7 +38,11 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         table: Table::new(&text),
     };
     let first = lines.table.next_line().unwrap_or(Word { bytes: b"", offset: 0 });
-    if !words(first).first().is_some_and(|word| word.is(FIRST_WORD)) {
+    // The word after it may follow blanks where tabs separate the others.
+    if !Cursor::new(first.bytes)
+        .next_word()
+        .is_some_and(|word| word.is(FIRST_WORD))
+    {
         return Err(lines.table.refused(first, "the file is not TRC", FIRST_WORD));
     }
     let header = lines.header()?;
@@ -82,6 +86,12 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
     Ok(scene)
 }
 
+/// The words of a line, between blanks as between tabs.
+fn all_words<'a>(line: Word<'a>) -> Vec<Word<'a>> {
+    let mut cursor = Cursor::new(line.bytes);
+    std::iter::from_fn(|| cursor.next_word()).collect()
+}
+
 /// The lines of a TRC file.
 struct Lines<'a> {
     table: Table<'a>,
@@ -90,8 +100,12 @@ struct Lines<'a> {
 impl<'a> Lines<'a> {
     fn header(&mut self) -> Result<Header, Failure> {
         let keys = self.table.header_line("DataRate, NumFrames, NumMarkers, Units")?;
-        let values = words(self.table.header_line("the values of the header")?);
-        let keys_found = words(keys);
+        let line = self.table.header_line("the values of the header")?;
+        let (mut keys_found, mut values) = (words(keys), words(line));
+        if !keys_found.iter().any(|word| word.is("NumMarkers")) {
+            // Blanks separate some of the keys, and tabs others.
+            (keys_found, values) = (all_words(keys), all_words(line));
+        }
         let value = |key: &str| {
             let column = keys_found.iter().position(|word| word.is(key))?;
             values.get(column).copied()

@@ -55,6 +55,27 @@ fn blanks_as_separators_no_line_of_axes_and_the_rate_of_the_times() {
 }
 
 #[test]
+fn blanks_among_tabs_in_the_header_are_read() {
+    let row = "1\t0\t1\t2\t3\t4\t5\t6\n";
+    let plain = read(&format!("{HEADER}{row}")).unwrap();
+    // As a file of OpenSim has it; and as an editor leaves it that makes blanks of some tabs.
+    for (from, to) in [
+        ("PathFileType\t", "PathFileType  "),
+        ("\tNumMarkers\t", "  NumMarkers "),
+    ] {
+        assert!(HEADER.contains(from), "{from:?}");
+        let scene = read(&format!("{}{row}", HEADER.replacen(from, to, 1))).unwrap();
+        assert!(
+            scene.nodes == plain.nodes && scene.animations == plain.animations,
+            "{from:?}"
+        );
+        assert_eq!(scene.metadata.metres_per_unit, plain.metadata.metres_per_unit);
+    }
+    let error = read(&HEADER.replacen("PathFileType", "PathFileTypes", 1)).unwrap_err();
+    assert_eq!(error.code(), Code::MissingKeyword);
+}
+
+#[test]
 fn errors_name_their_place() {
     let place = |text: &str, code: Code| {
         let error = read(text).unwrap_err();
