@@ -13,6 +13,7 @@ mod calibrate;
 mod centres;
 mod cloud;
 mod fit;
+mod functional;
 mod guess;
 pub(crate) mod landmarks;
 mod model;
@@ -123,7 +124,11 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         None => None,
     };
     known.check(&[Some(&take), standing.as_ref()])?;
-    let mut chosen = chosen(&take, standing.as_ref())?;
+    let functional = match standing {
+        None => functional::standing(&take),
+        Some(_) => None,
+    };
+    let mut chosen = chosen(&take, standing.as_ref().or(functional.as_ref()))?;
     let name = match take.set {
         Some(set) => format!("{} markers of {set}", take.landmarks.len()),
         None if take.guess.is_some() => format!("{} markers that were guessed", take.landmarks.len()),
@@ -160,6 +165,9 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let tracked = track::track(&model, &take.tracks, (chosen.frames[0], &frames[0].pose));
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
+    if functional.is_some() {
+        report::say_functional(scene);
+    }
     scene.metadata.solved = Some(Arc::new(solved));
 
     let metres = take.metres as f32;

@@ -26,10 +26,10 @@ const SHANK: f64 = 0.423;
 
 /// The distance in metres from the marker beside a knee to its centre: half the width of an adult's knee, and the 7 mm
 /// of a marker's radius.
-const KNEE: f64 = 0.06;
+pub(super) const KNEE: f64 = 0.06;
 
 /// The same distance in metres of an ankle: half of its width, and the radius.
-const ANKLE: f64 = 0.043;
+pub(super) const ANKLE: f64 = 0.043;
 
 /// The same distance in metres of an elbow: half of its width, and the radius.
 const ELBOW: f64 = 0.042;
@@ -54,6 +54,11 @@ pub(super) struct Centres {
 pub(super) fn pelvis_axes(at: impl Fn(&str) -> Option<DVec3>) -> Option<DQuat> {
     let Pelvis { left, up, forward, .. } = Pelvis::of(&at)?;
     Some(DQuat::from_mat3(&DMat3::from_cols(left, up, forward)).normalize())
+}
+
+/// The centre of a hip, where the spines of the pelvis are there.
+pub(super) fn hip(at: impl Fn(&str) -> Option<DVec3>, side: Side) -> Option<DVec3> {
+    Some(Pelvis::of(&at)?.hip(side))
 }
 
 impl Centres {
@@ -128,11 +133,11 @@ fn size(at: &impl Fn(&str) -> Option<DVec3>) -> f64 {
 }
 
 /// Positive to the left.
-fn sign(side: Side) -> f64 {
+pub(super) fn sign(side: Side) -> f64 {
     if side == Side::Left { 1.0 } else { -1.0 }
 }
 
-fn sided(side: Side, name: &str) -> String {
+pub(super) fn sided(side: Side, name: &str) -> String {
     format!("{}{name}", if side == Side::Left { "L" } else { "R" })
 }
 

@@ -34,13 +34,13 @@ const ROWS: &[Row] = &[
         "*KNE",
         Bone::LeftUpperLeg,
         Hard,
-        "*kne *kneelat *kneelateral *kneeout *latknee *fle *lk *le *lek *knee",
+        "*kne *kneelat *kneelateral *kneeout *latknee *fle *lfc *lk *le *lek *knee",
     ),
     (
         "*KNM",
         Bone::LeftUpperLeg,
         Hard,
-        "*knm *kneemed *kneemedial *kneein *medknee *mkne *fme *me *kni *mek *mknee",
+        "*knm *kneemed *kneemedial *kneein *medknee *mkne *fme *mfc *me *kni *mek *mknee",
     ),
     ("*GTR", Bone::LeftUpperLeg, Soft, "*gtr *gt *gtro *ftc"),
     (
@@ -56,13 +56,13 @@ const ROWS: &[Row] = &[
         "*ANK",
         Bone::LeftLowerLeg,
         Hard,
-        "*ank *anklelat *anklelateral *ankleout *latankle *fal *lm *ankle",
+        "*ank *anklelat *anklelateral *ankleout *latankle *fal *lmal *lm *ankle",
     ),
     (
         "*ANM",
         Bone::LeftLowerLeg,
         Hard,
-        "*anm *anklemed *anklemedial *anklein *medankle *mma *tam *mm *mankle",
+        "*anm *anklemed *anklemedial *anklein *medankle *mma *tam *mmal *mm *mankle",
     ),
     (
         "*TIB",
@@ -103,8 +103,8 @@ const ROWS: &[Row] = &[
         Hard,
         "*sho *acromium *acromion *acr *shouldertop *sae *caj *shoulder",
     ),
-    ("*SHF", Bone::LeftShoulder, Soft, "*fsh *shoulderfront"),
-    ("*SHB", Bone::LeftShoulder, Soft, "*bsh *shoulderback"),
+    ("*SHF", Bone::LeftShoulder, Soft, "*fsh *ash *shoulderfront"),
+    ("*SHB", Bone::LeftShoulder, Soft, "*bsh *psh *shoulderback"),
     (
         "*UPA",
         Bone::LeftUpperArm,
@@ -115,13 +115,13 @@ const ROWS: &[Row] = &[
         "*ELB",
         Bone::LeftUpperArm,
         Hard,
-        "*elb *elbow *elbowlat *elbowlateral *elbowout *hle *lee *lelbow",
+        "*elb *elbow *elbowlat *elbowlateral *elbowout *hle *lel *lee *lelbow",
     ),
     (
         "*ELM",
         Bone::LeftUpperArm,
         Hard,
-        "*elm *elbowmed *elbowmedial *elbowin *hme *melb *iel *mee *melbow",
+        "*elm *elbowmed *elbowmedial *elbowin *hme *melb *mel *iel *mee *melbow",
     ),
     ("*FRM", Bone::LeftLowerArm, Soft, "*frm *fra *forearm *farm"),
     (

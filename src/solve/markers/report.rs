@@ -272,6 +272,16 @@ fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
     });
 }
 
+/// Says that no markers stand beside some joints.
+pub(super) fn say_functional(scene: &mut Scene) {
+    scene.metadata.assumptions.push(Assumption {
+        topic: Topic::Markers,
+        choice: "knees and ankles are where the markers of both segments turn about".to_owned(),
+        reason: "no marker is beside some of them".to_owned(),
+        confidence: Some(Confidence::Likely),
+    });
+}
+
 /// The error for markers from which no legs can be found.
 pub(super) fn missing(take: &Take, standing: Option<&Take>) -> Diagnostic {
     const WANTED: [&str; 8] = ["LASI", "RASI", "LPSI", "RPSI", "LKNE", "RKNE", "LANK", "RANK"];

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::math::median::median;
@@ -141,7 +141,7 @@ impl Take {
     }
 
     /// The frame in which the most landmarks are seen.
-    fn fullest(&self) -> usize {
+    pub(super) fn fullest(&self) -> usize {
         let seen = |frame: &usize| self.tracks.iter().filter(|track| track[*frame].is_some()).count();
         (0..self.frames).rev().max_by_key(seen).unwrap_or(0)
     }
@@ -176,7 +176,7 @@ impl Take {
                         let pairs = mates
                             .iter()
                             .filter_map(|(from, name)| Some((*from, self.at(name, frames[frame])?)));
-                        carried(&pairs.collect::<Vec<_>>(), own)
+                        Some(rigid(&pairs.collect::<Vec<_>>(), 3)?.transform_point3(own))
                     })
                 })
                 .collect();
@@ -191,6 +191,16 @@ impl Take {
             }
         }
         take
+    }
+
+    /// Adds a landmark to a take of one frame.
+    pub(super) fn add(&mut self, name: &str, position: DVec3) {
+        if let Some(landmark) = landmarks::named(name) {
+            self.name(std::iter::once((
+                (name.to_owned(), vec![Some(position)]),
+                Some(landmark),
+            )));
+        }
     }
 
     /// Leaves the landmarks after so many out.
@@ -233,9 +243,9 @@ fn track(animation: &Animation, node: NodeId, frames: usize) -> Track {
     track
 }
 
-/// Where a point of a rigid body is, of which three points or more are known before and now.
-fn carried(pairs: &[(DVec3, DVec3)], point: DVec3) -> Option<DVec3> {
-    if pairs.len() < 3 {
+/// How a rigid body moved, of which so many points or more are known before and now.
+pub(super) fn rigid(pairs: &[(DVec3, DVec3)], least: usize) -> Option<DAffine3> {
+    if pairs.len() < least {
         return None;
     }
     let count = pairs.len() as f64;
@@ -246,7 +256,8 @@ fn carried(pairs: &[(DVec3, DVec3)], point: DVec3) -> Option<DVec3> {
         let (a, b) = (*a - from, *b - to);
         sums += DMat3::from_cols(a * b.x, a * b.y, a * b.z);
     }
-    Some(to + best_rotation(&sums) * (point - from))
+    let rotation = best_rotation(&sums);
+    Some(DAffine3::from_rotation_translation(rotation, to - rotation * from))
 }
 
 /// The rotation that brings points nearest to others (B. Horn, J. Opt. Soc. Am. A 4, 1987), by iterating the largest

@@ -1,6 +1,7 @@
 //! Markers into a skeleton: CMU's markers beside the joints of its AMC, which CMU's own system made of them.
 //! `tools/markers` judges more, with kinematics of its own.
 
+mod clusters;
 mod landmarks;
 mod lower_body;
 mod noise;

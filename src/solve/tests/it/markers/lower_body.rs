@@ -14,9 +14,9 @@ const LOWER: &[&str] = &[
 ];
 
 /// Where markers are, frame by frame, of the text of a TRC file of millimetres.
-struct Markers {
-    labels: Vec<String>,
-    frames: Vec<Vec<Vec3>>,
+pub(super) struct Markers {
+    pub(super) labels: Vec<String>,
+    pub(super) frames: Vec<Vec<Vec3>>,
 }
 
 impl Markers {
@@ -43,10 +43,15 @@ impl Markers {
         self.frames[frame][self.labels.iter().position(|own| own == label).unwrap()]
     }
 
-    fn solved(&self) -> Scene {
+    pub(super) fn solved(&self) -> Scene {
+        self.read().unwrap()
+    }
+
+    pub(super) fn read(&self) -> mocap::Result<Scene> {
+        let frames = self.frames.len();
         let count = self.labels.len();
         let mut text = format!(
-            "PathFileType\t4\t(X/Y/Z)\tlower.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n6\t{FRAMES}\t{count}\tmm\nFrame#\tTime\t{}\n\n",
+            "PathFileType\t4\t(X/Y/Z)\tlower.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n6\t{frames}\t{count}\tmm\nFrame#\tTime\t{}\n\n",
             self.labels.join("\t\t\t")
         );
         for (index, frame) in self.frames.iter().enumerate() {
@@ -56,10 +61,7 @@ impl Markers {
             }
             text.push('\n');
         }
-        Importer::new()
-            .markers("auto")
-            .read(text.as_bytes(), "lower.trc")
-            .unwrap()
+        Importer::new().markers("auto").read(text.as_bytes(), "lower.trc")
     }
 }
 
