@@ -2,9 +2,9 @@
 //!
 //! Each step is found as Zeni, Richards and Higginson (2008) do: the foot is farthest before the pelvis, and then its
 //! toes farthest behind it, which is when they leave the ground. That holds on a treadmill too. The foot strikes some
-//! hundredths of a second after it was farthest before: when it is lowered fastest, as O'Connor and others (2007) have
-//! it. Its middle is that of ankle and ball. Where the file itself has the events, as C3D files of laboratories do, they
-//! are taken instead.
+//! hundredths of a second after it was farthest before: when the middle of ankle and ball is lowered fastest, as
+//! O'Connor and others (2007) have it. Where the file itself has the events, as C3D files of laboratories do, they are
+//! taken instead.
 //!
 //! Lengths and widths of steps are those of Huxham and others (2006): a stride goes from a strike of a foot to its next
 //! one, and the strike of the other foot between them divides it; its distance from the line of the stride is the

@@ -16,7 +16,7 @@ const CLUSTER: usize = 3;
 /// The mean of 2 - 2 cos of the angles of a joint from which on they tell its axis: that of 10 degrees.
 const LEAST_MOTION: f64 = 0.03;
 
-/// How much harder a centre moves along the axis than across it: nothing tells where on its axis a hinge is.
+/// The factor by which a centre moves harder along the axis than across it: nothing tells where on its axis a hinge is.
 const STAYS_ALONG: f64 = 1e3;
 
 /// Steps of the inverse power method, which bound the time.
@@ -76,9 +76,9 @@ fn motions(take: &Take, bone: Bone, reference: usize, frames: &[usize]) -> Vec<O
     frames.iter().map(moved).collect()
 }
 
-/// The point that two segments share in all frames (as the symmetric centre of rotation of Ehrig et al., J. Biomech. 39,
-/// 2006), and the axis about which they turn (J. Biomech. 40, 2007), which points as `along` does: both in the frame of
-/// reference. On the axis the point is that nearest to `near`.
+/// The point that two segments share in all frames (as the symmetric centre of rotation of Ehrig et al., J. Biomech.
+/// 39, 2006), and the axis about which they turn (J. Biomech. 40, 2007), which points as `along` does: both in the
+/// frame of reference. On the axis the point is that nearest to `near`.
 fn turning(
     above: &[Option<DAffine3>],
     below: &[Option<DAffine3>],

@@ -12,7 +12,7 @@ const MILLIMETRES: f32 = 25.4 / 0.45;
 /// Every so many frames of the walk, which are 24 a second then.
 const EVERY: usize = 5;
 
-/// A marker: the joint that moves it, the joint that it is beside, and millimetres from there, outwards, up and forward.
+/// A marker: the joint that moves it, the joint that it is beside, and millimetres from there: outwards, up, forward.
 const PLANTED: &[(&str, &str, &str, [f32; 3])] = &[
     ("ASI", "Hips", "UpLeg", [30.0, 90.0, 90.0]),
     ("PSI", "Hips", "UpLeg", [-40.0, 90.0, -110.0]),
