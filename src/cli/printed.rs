@@ -142,6 +142,9 @@ pub(crate) struct AnglesReport<'a> {
     /// What is odd about the motion.
     #[serde(skip)]
     pub(crate) note: Option<String>,
+    /// The angles beside those of the file.
+    #[serde(skip)]
+    pub(crate) beside: Vec<String>,
 }
 
 impl fmt::Display for AnglesReport<'_> {
@@ -152,7 +155,8 @@ impl fmt::Display for AnglesReport<'_> {
             f,
             "{input} -> {output}: {frames} frames of {columns} columns, in degrees and metres"
         )?;
-        self.note.iter().try_for_each(|note| write!(f, "\n{note}"))
+        let mut lines = self.note.iter().chain(&self.beside);
+        lines.try_for_each(|line| write!(f, "\n{line}"))
     }
 }
 

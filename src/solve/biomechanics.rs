@@ -6,6 +6,7 @@
 //! [`TimeSeries`] has analog channels and ground reaction forces.
 
 mod angles;
+mod beside;
 pub(crate) mod events;
 mod forces;
 pub(crate) mod gait;

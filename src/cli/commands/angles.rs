@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use mocap::biomechanics::report::{MeanAndDeviation, SideOfGait};
+use mocap::biomechanics::report::{MeanAndDeviation, OutputDifference, SideOfGait};
 use mocap::biomechanics::{Gait, JointAngles};
 use mocap::figure::Side;
 use serde::Serialize;
@@ -35,8 +35,27 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
         frames: angles.frames(),
         columns: &angles.columns,
         note: faces_aside(&angles),
+        beside: beside(&angles.beside_outputs(&scene)),
     };
     print_report(&found, args.json, Place::Message)
+}
+
+/// Angles beside the model outputs of the file, a line each.
+fn beside(differences: &[OutputDifference]) -> Vec<String> {
+    let title = "beside the model outputs of the file, in degrees: mean difference +- its deviation".to_owned();
+    let line = |difference: &OutputDifference| {
+        let OutputDifference {
+            output,
+            column,
+            mean,
+            deviation,
+            correlation,
+            ..
+        } = difference;
+        format!("{column:18} {output:18} {mean:7.1} +- {deviation:4.1}, correlation {correlation:.2}")
+    };
+    let title = Some(title).filter(|_| !differences.is_empty());
+    title.into_iter().chain(differences.iter().map(line)).collect()
 }
 
 /// What to say of a pelvis that faces aside of the laboratory's forward, about whose axes it tilts.
@@ -68,6 +87,9 @@ pub(crate) struct GaitReport<'a> {
     file: String,
     #[serde(flatten)]
     gait: &'a Gait,
+    /// The joint angles beside those of the file.
+    #[serde(skip)]
+    beside: Vec<String>,
 }
 
 pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
@@ -76,8 +98,19 @@ pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
     args.source.state(&mut scene);
     let figure = mapped_figure(&scene, &args.map)?;
     let gait = Gait::of_figure(&scene, &figure).map_err(|error| error.with_path(&args.file))?;
-    let file = args.file.display().to_string();
-    print_report(&GaitReport { file, gait: &gait }, args.json, Place::Result)
+    let has_outputs = scene
+        .metadata
+        .recorded
+        .as_ref()
+        .is_some_and(|recorded| !recorded.outputs.is_empty());
+    let angles = has_outputs.then(|| JointAngles::of_figure(&scene, &figure)).transpose();
+    let angles = angles.map_err(|error| error.with_path(&args.file))?;
+    let found = GaitReport {
+        file: args.file.display().to_string(),
+        gait: &gait,
+        beside: angles.map_or_else(Vec::new, |angles| beside(&angles.beside_outputs(&scene))),
+    };
+    print_report(&found, args.json, Place::Result)
 }
 
 /// A row of the table: what it is called, its unit, and the measure of a side.
@@ -127,7 +160,7 @@ impl fmt::Display for GaitReport<'_> {
         for (time, side, event) in events(gait) {
             writeln!(f, "{time:9.3} s  {side:5}  {event}")?;
         }
-        Ok(())
+        self.beside.iter().try_for_each(|line| writeln!(f, "{line}"))
     }
 }
 

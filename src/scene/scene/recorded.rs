@@ -29,6 +29,10 @@ pub struct Recording {
     pub channels: Vec<AnalogChannel>,
     /// Force plates.
     pub plates: Vec<ForcePlate>,
+    /// What a model computed of the markers, such as joint angles: x, y and z of each frame of the file, one after the
+    /// other, in the axes and the unit of the file; NaN where they are not there.
+    #[serde(skip)]
+    pub outputs: Vec<AnalogChannel>,
 }
 
 /// A moment that somebody, or a program, named.

@@ -51,6 +51,7 @@ pub(super) fn read(
         samples_per_frame: per_frame,
         plates: plates(parameters, header, &channels, warnings),
         channels,
+        outputs: Vec::new(),
     };
     (recorded != Recording::default()).then_some(recorded)
 }

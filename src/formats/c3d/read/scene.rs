@@ -1,9 +1,10 @@
 //! Makes nodes and channels of points.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use mocap_scene::math::up_axis::to_y_up;
-use mocap_scene::scene::{Assumption, FileSpace, Format, Recording, Scene, Topic, UpAxis};
+use mocap_scene::scene::{AnalogChannel, Assumption, FileSpace, Format, Recording, Scene, Topic, UpAxis};
 
 use super::Header;
 use super::parameters::Parameters;
@@ -15,8 +16,8 @@ use crate::warnings::Warnings;
 pub(super) fn build(
     parameters: &Parameters,
     header: &Header,
-    points: Points,
-    recorded: Option<Recording>,
+    mut points: Points,
+    mut recorded: Option<Recording>,
     warnings: &mut Warnings,
 ) -> Scene {
     let mut scene = Scene::default();
@@ -40,12 +41,16 @@ pub(super) fn build(
     if up == UpAxis::Z {
         assume(Topic::UpAxis, "+Z was up, and is +Y now", reason);
     }
+    let mut names = names(parameters, points.tracks.len());
+    let outputs = outputs(parameters, &mut names, &mut points);
+    if !outputs.is_empty() {
+        recorded.get_or_insert_default().outputs = outputs;
+    }
     if let Some(recorded) = &recorded {
         say(recorded, assume);
     }
     scene.metadata.recorded = recorded.map(Arc::new);
 
-    let names = names(parameters, points.tracks.len());
     let tracks = std::iter::zip(names, points.tracks).map(|(name, track)| {
         let positions = track.positions.iter();
         let mut found = points::Track {
@@ -65,6 +70,46 @@ pub(super) fn build(
     scene
 }
 
+/// Takes the points out that are no places, but what a model computed.
+fn outputs(parameters: &Parameters, names: &mut Vec<String>, points: &mut Points) -> Vec<AnalogChannel> {
+    /// Parameters with the labels of such points, and with their unit (Vicon's manual of C3D files).
+    const KINDS: [[&str; 2]; 4] = [
+        ["ANGLES", "ANGLE_UNITS"],
+        ["FORCES", "FORCE_UNITS"],
+        ["MOMENTS", "MOMENT_UNITS"],
+        ["POWERS", "POWER_UNITS"],
+    ];
+    let mut units = HashMap::new();
+    for [labels, unit] in KINDS {
+        let unit = parameters.text("POINT", unit).unwrap_or_default();
+        units.extend(
+            parameters
+                .all_texts("POINT", labels)
+                .into_iter()
+                .map(|label| (label, unit)),
+        );
+    }
+    let mut found = Vec::new();
+    let is_place: Vec<bool> = names.iter().map(|name| !units.contains_key(name.as_str())).collect();
+    for (name, track) in std::iter::zip(&*names, &points.tracks) {
+        let Some(unit) = units.get(name.as_str()) else { continue };
+        let mut values = vec![f32::NAN; 3 * points.frames];
+        for (tick, value) in std::iter::zip(&track.ticks, &track.positions) {
+            values[3 * *tick as usize..][..3].copy_from_slice(&value.as_vec3().to_array());
+        }
+        found.push(AnalogChannel {
+            name: name.clone(),
+            unit: (*unit).to_owned(),
+            values,
+        });
+    }
+    let mut keep = is_place.iter();
+    names.retain(|_| keep.next().is_none_or(|is_place| *is_place));
+    let mut keep = is_place.iter();
+    points.tracks.retain(|_| keep.next().is_none_or(|is_place| *is_place));
+    found
+}
+
 /// Says what is there beside motion, which outputs of motion cannot hold.
 fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
     let (channels, plates) = (recorded.channels.len(), recorded.plates.len());
@@ -72,6 +117,15 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
         let rate = recorded.analog_rate;
         let choice = format!("{channels} analog channels at {rate} Hz, {plates} force plates");
         let reason = "outputs of motion cannot hold them: mocap analog and mocap forces write them";
+        assume(Topic::Analog, &choice, reason);
+    }
+    if !recorded.outputs.is_empty() {
+        let choice = format!(
+            "{} model outputs, such as {}",
+            recorded.outputs.len(),
+            recorded.outputs[0].name
+        );
+        let reason = "they are no markers: mocap angles and mocap gait compare joint angles with them";
         assume(Topic::Analog, &choice, reason);
     }
     if !recorded.events.is_empty() {

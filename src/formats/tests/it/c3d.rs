@@ -144,6 +144,8 @@ struct Sample {
     processor: Processor,
     is_real: bool,
     y_screen: &'static [u8],
+    /// The label of a point that is no marker, but angles.
+    angles: &'static [u8],
 }
 
 const POSITIONS: [[[f32; 3]; 2]; 3] = [
@@ -215,6 +217,10 @@ impl Sample {
         parameters.extend(self.parameter(1, "LABELS", -1, &[4, 2], b"HEADLeg "));
         parameters.extend(self.parameter(1, "UNITS", -1, &[2], b"cm"));
         parameters.extend(self.parameter(1, "Y_SCREEN", -1, &[2], self.y_screen));
+        if !self.angles.is_empty() {
+            parameters.extend(self.parameter(1, "ANGLES", -1, &[self.angles.len() as u8, 1], self.angles));
+            parameters.extend(self.parameter(1, "ANGLE_UNITS", -1, &[3], b"deg"));
+        }
         parameters.resize(512, 0);
 
         let mut data = Vec::new();
@@ -246,6 +252,7 @@ const SAMPLE: Sample = Sample {
     processor: Processor::Intel,
     is_real: true,
     y_screen: b"+Z",
+    angles: b"",
 };
 
 fn read(bytes: &[u8]) -> mocap::Result<Scene> {
@@ -395,6 +402,39 @@ fn frames_behind_those_that_are_stated_are_read() {
     let limits = Limits::new().max_values(17);
     let refused = Importer::new().limits(limits).read(&one, "a.c3d").unwrap_err();
     assert_eq!(refused.code(), Code::LimitExceeded);
+}
+
+#[test]
+fn angles_of_a_model_are_no_markers() {
+    let sample = Sample {
+        angles: b"Leg",
+        ..SAMPLE
+    };
+    let scene = read(&sample.bytes()).unwrap();
+    let names: Vec<&str> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
+    assert_eq!(names, ["Markers", "HEAD"]);
+    let outputs = &scene.metadata.recorded.as_ref().unwrap().outputs;
+    assert_eq!(
+        (outputs.len(), outputs[0].name.as_str(), outputs[0].unit.as_str()),
+        (1, "Leg", "deg")
+    );
+    // Not turned as positions are.
+    let values = &outputs[0].values;
+    assert_eq!(
+        (&values[..3], &values[6..]),
+        (&POSITIONS[0][1][..], &POSITIONS[2][1][..])
+    );
+    assert!(values[3..6].iter().all(|value| value.is_nan()));
+    // A label that no point has changes nothing.
+    let sample = Sample {
+        angles: b"Arm",
+        ..SAMPLE
+    };
+    let (scene, plain) = (read(&sample.bytes()).unwrap(), read(&SAMPLE.bytes()).unwrap());
+    assert_eq!(
+        (scene.nodes, scene.metadata.recorded),
+        (plain.nodes, plain.metadata.recorded)
+    );
 }
 
 /// Where a label is never seen, some systems write zeros with the residual 0. Cameras that measure have a residual.

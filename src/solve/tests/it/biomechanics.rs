@@ -6,7 +6,9 @@ mod series;
 
 use mocap::biomechanics::{Gait, JointAngles};
 use mocap::edit::ContactOptions;
+
 use mocap::figure::{Humanoid, HumanoidBone as Bone, Side};
+use mocap::scene::{AnalogChannel, Recording};
 use mocap::{Code, Conversion, Format, Importer, Pose, Scene};
 
 /// Joints of a body in T-pose that faces +Z, its left at +X: name, parent, OFFSET in centimetres.
@@ -245,6 +247,45 @@ fn broken_motion_files_of_opensim_are_errors() {
             "{value}"
         );
     }
+}
+
+#[test]
+fn angles_are_compared_with_those_of_the_file() {
+    // The hip is flexed by 0, 30 and 30 degrees.
+    let mut scene = bent(&[("LeftUpLeg", [0.0, -30.0, 0.0])]);
+    let output = |name: &str, flexion: [f32; 3]| AnalogChannel {
+        name: name.to_owned(),
+        unit: "deg".to_owned(),
+        values: flexion.iter().flat_map(|flexion| [*flexion, 0.0, 0.0]).collect(),
+    };
+    let outputs = vec![
+        output("Anna:LHipAnglesV", [1.0, 33.0, f32::NAN]),
+        output("RKneePower", [1.0, 2.0, 3.0]),
+        output("LHipAngles", [360.0, 390.0, 390.0]),
+    ];
+    scene.metadata.recorded = Some(std::sync::Arc::new(Recording {
+        outputs,
+        ..Recording::default()
+    }));
+    let angles = JointAngles::of(&scene).unwrap();
+    let found = angles.beside_outputs(&scene);
+    let of = |output: &str| {
+        let found = found
+            .iter()
+            .find(|found| found.output == output && found.column == "hip_flexion_l")
+            .unwrap();
+        [found.mean, found.deviation, found.correlation]
+    };
+    // Means of 15 and 17, from which both are 15 and 16 off; and a whole revolution, which is none.
+    for (output, expected) in [("Anna:LHipAnglesV", [-2.0, 1.0, 1.0]), ("LHipAngles", [0.0, 0.0, 1.0])] {
+        let off = std::iter::zip(of(output), expected).map(|(own, expected)| (own - expected).abs());
+        assert!(off.fold(0.0, f64::max) < 0.01, "{output}: {:?}", of(output));
+    }
+    assert!(found.iter().all(|found| found.output != "RKneePower"));
+    // Frames that were cut are not compared.
+    Conversion::new().frame_rate(50.0).apply(&mut scene).unwrap();
+    let angles = JointAngles::of(&scene).unwrap();
+    assert_eq!(angles.beside_outputs(&scene), []);
 }
 
 #[test]

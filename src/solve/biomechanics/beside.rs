@@ -1,0 +1,92 @@
+//! Joint angles beside those that the program of a laboratory wrote into the file.
+
+use mocap_scene::scene::Scene;
+use mocap_scene::scene::report::AppliedStep;
+
+use super::JointAngles;
+
+/// The names of Plug-in Gait's joint angles after the letter of the side, and the columns of their x, y and z; an empty
+/// one has no other that is defined in the same way.
+const JOINTS: [(&str, [&str; 3]); 3] = [
+    ("HipAngles", ["hip_flexion", "hip_adduction", "hip_rotation"]),
+    ("KneeAngles", ["knee_angle", "knee_adduction", "knee_rotation"]),
+    ("AnkleAngles", ["ankle_angle", "", "ankle_rotation"]),
+];
+
+/// An angle beside one that the file has, in degrees.
+///
+/// [`JointAngles::beside_outputs`] has an example.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct OutputDifference {
+    /// The label of the model output in the file.
+    pub output: String,
+    /// The column of [`JointAngles`].
+    pub column: String,
+    /// The mean of this angle less that of the file.
+    pub mean: f64,
+    /// The RMS of the difference about its mean.
+    pub deviation: f64,
+    /// The correlation of both.
+    pub correlation: f64,
+}
+
+impl JointAngles {
+    /// How far angles are from those that Plug-in Gait wrote into the file, where the scene was read from one that has
+    /// them and keeps its frames.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::biomechanics::JointAngles;
+    ///
+    /// let scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// assert!(JointAngles::of(&scene)?.beside_outputs(&scene).is_empty()); // BVH has no outputs of a model
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn beside_outputs(&self, scene: &Scene) -> Vec<OutputDifference> {
+        let keeps_frames =
+            |step: &AppliedStep| matches!(step, AppliedStep::ConvertUnits { .. } | AppliedStep::Retime { .. });
+        let recorded = scene.metadata.recorded.as_deref();
+        let outputs = recorded.filter(|_| scene.metadata.steps.iter().all(keeps_frames));
+        let mut found = Vec::new();
+        for output in outputs.iter().flat_map(|recorded| &recorded.outputs) {
+            let label = output.name.rsplit(':').next().unwrap_or_default();
+            let (Some(side), Some(name)) = (label.get(..1), label.get(1..)) else {
+                continue;
+            };
+            let joint = JOINTS.iter().find(|(start, _)| name.starts_with(start));
+            let columns = joint.map_or([""; 3], |(_, columns)| *columns);
+            for (axis, column) in columns.iter().enumerate().filter(|(_, column)| !column.is_empty()) {
+                let column = format!("{column}_{}", side.to_lowercase());
+                let theirs = output.values.chunks_exact(3).map(|values| f64::from(values[axis]));
+                let Some(own) = self.column(&column).filter(|_| theirs.len() == self.frames()) else {
+                    continue;
+                };
+                let pairs: Vec<(f64, f64)> = own.zip(theirs).filter(|(_, theirs)| !theirs.is_nan()).collect();
+                found.extend(difference(&output.name, column, &pairs));
+            }
+        }
+        found
+    }
+}
+
+/// Of pairs of angles, which may be whole revolutions apart.
+fn difference(output: &str, column: String, pairs: &[(f64, f64)]) -> Option<OutputDifference> {
+    let count = pairs.len() as f64;
+    let (first_own, first_their) = *pairs.first()?;
+    let turns = ((first_own - first_their) / 360.0).round() * 360.0;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+    let (own, their) = (mean(&|pair| pair.0 - turns), mean(&|pair| pair.1));
+    let product = |a: &dyn Fn(&(f64, f64)) -> f64, b: &dyn Fn(&(f64, f64)) -> f64| mean(&|pair| a(pair) * b(pair));
+    let off_own = |pair: &(f64, f64)| pair.0 - turns - own;
+    let off_their = |pair: &(f64, f64)| pair.1 - their;
+    let off = |pair: &(f64, f64)| off_own(pair) - off_their(pair);
+    let sizes = product(&off_own, &off_own) * product(&off_their, &off_their);
+    Some(OutputDifference {
+        output: output.to_owned(),
+        column,
+        mean: own - their,
+        deviation: product(&off, &off).sqrt(),
+        correlation: product(&off_own, &off_their) / sizes.sqrt().max(f64::MIN_POSITIVE),
+    })
+}
