@@ -1,8 +1,10 @@
 //! How programs call the joints of a humanoid.
 //!
 //! The names are those of VRM 1.0's humanoid, of the skeletons that Mixamo puts into characters, of Unreal's mannequin
-//! (`SK_Mannequin`), and of the BVH files that Bruce Hahne made of the motions of Carnegie Mellon University.
+//! (`SK_Mannequin`), of the BVH files that Bruce Hahne made of the motions of Carnegie Mellon University, of Godot's
+//! `SkeletonProfileHumanoid`, of Unity's `HumanBodyBones` (Mecanim), and of the skeletons of MHR and SOMA.
 
+use mocap_scene::scene::joint_tables::{Joint, mhr, soma};
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +33,14 @@ pub enum BoneNames {
     Unreal,
     /// BVH files of the CMU database, such as `LeftUpLeg`, with `LowerBack` as the spine.
     Cmu,
+    /// Godot's humanoid profile, such as `LeftUpperLeg`.
+    Godot,
+    /// Unity's humanoid avatars, such as `LeftUpperLeg`.
+    Unity,
+    /// The Momentum Human Rig, such as `l_upleg`.
+    Mhr,
+    /// SOMA, such as `LeftLeg`.
+    Soma,
 }
 
 /// What stands before every name of Mixamo.
@@ -72,9 +82,35 @@ const NAMES: [(Bone, [&str; 3]); 31] = [
     (Bone::LeftLittleDistal, ["*HandPinky3", "pinky_03_*", ""]),
 ];
 
+/// The joints of SOMA's full set.
+const SOMA_JOINTS: usize = 77;
+
+fn capitalized(name: &str) -> String {
+    let mut name = name.to_owned();
+    if let Some(first) = name.get_mut(..1) {
+        first.make_ascii_uppercase();
+    }
+    name
+}
+
+/// The name of the joint that is a bone.
+fn name_in(joints: Vec<Joint>, bone: Bone) -> Option<String> {
+    let mut joints = joints.into_iter();
+    joints.find(|joint| joint.bone == Some(bone)).map(|joint| joint.name)
+}
+
 impl BoneNames {
     /// Every one.
-    pub const ALL: [Self; 4] = [Self::Vrm, Self::Mixamo, Self::Unreal, Self::Cmu];
+    pub const ALL: [Self; 8] = [
+        Self::Vrm,
+        Self::Mixamo,
+        Self::Unreal,
+        Self::Cmu,
+        Self::Godot,
+        Self::Unity,
+        Self::Mhr,
+        Self::Soma,
+    ];
 
     /// The name that users type.
     pub const fn as_str(self) -> &'static str {
@@ -83,6 +119,10 @@ impl BoneNames {
             Self::Mixamo => "mixamo",
             Self::Unreal => "unreal",
             Self::Cmu => "cmu",
+            Self::Godot => "godot",
+            Self::Unity => "unity",
+            Self::Mhr => "mhr",
+            Self::Soma => "soma",
         }
     }
 
@@ -95,6 +135,15 @@ impl BoneNames {
     pub fn name_of(self, bone: Bone) -> Option<String> {
         let column = match self {
             Self::Vrm => return Some(bone.as_str().to_owned()),
+            Self::Godot => return Some(capitalized(bone.as_str())),
+            // Unity counts the joints of a thumb as those of a finger.
+            Self::Unity => {
+                let name = capitalized(bone.as_str());
+                let name = name.replace("ThumbProximal", "ThumbIntermediate");
+                return Some(name.replace("ThumbMetacarpal", "ThumbProximal"));
+            }
+            Self::Mhr => return name_in(mhr(), bone),
+            Self::Soma => return name_in(soma(SOMA_JOINTS).unwrap_or_default(), bone),
             Self::Mixamo => 0,
             Self::Unreal => 1,
             Self::Cmu => 2,

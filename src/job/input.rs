@@ -50,7 +50,7 @@ pub struct InputOptions {
     #[serde(skip_serializing_if = "is_default")]
     pub clip: Clips,
     /// The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
-    /// openpose25, or a JSON file [default: an array with the joints of SMPL is solved]
+    /// openpose25, mhr70, mhr127, or a JSON file [default: an array with the joints of SMPL is solved]
     #[cfg_attr(feature = "clap", arg(id = "joint-set", long, value_name = "SET|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub joints: Option<String>,

@@ -30,7 +30,7 @@ use super::source::BoneMap;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
-    expecting = "vrm, mixamo, unreal, cmu, the name of a file, or an object with the name of each bone"
+    expecting = "vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, the name of a file, or an object with the name of each bone"
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]

@@ -67,8 +67,8 @@ pub struct OutputOptions {
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub keep_constant: bool,
-    /// Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME",
-    /// ...}}, as `mocap skeleton --json` prints [default: those of the input]
+    /// Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or those of a JSON file:
+    /// {"bones": {"hips": "NAME", ...}}, as `mocap skeleton --json` prints [default: those of the input]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", value_parser = parse_names))]
     #[serde(skip_serializing_if = "is_default")]
     pub names: Option<JointNames>,

@@ -20,6 +20,7 @@ pub mod biomechanics;
 pub mod internals;
 #[doc(hidden)]
 pub mod markers;
+mod mhr70;
 mod points;
 mod rest;
 mod roll;

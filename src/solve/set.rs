@@ -6,6 +6,8 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::HumanoidBone as Bone;
 use mocap_scene::scene::joint_tables;
 
+use super::mhr70::{MHR70, Table, hand_points, hand_rows};
+
 /// The joints of a skeleton that is made from points.
 ///
 /// The [module](crate) says what is made of it; [`JointSet::solve`](crate::JointSet::solve) has an
@@ -62,10 +64,16 @@ pub(super) struct Mark {
 }
 
 /// The names of the sets that are built in.
-const NAMES: [&str; 6] = ["smpl22", "smpl24", "coco17", "h36m", "mediapipe33", "openpose25"];
-
-/// The points of a set in their order; then its joints as `name parent bone points`; then marks as `joint from to`.
-type Table = (&'static str, &'static [&'static str], &'static [[&'static str; 3]]);
+const NAMES: [&str; 8] = [
+    "smpl22",
+    "smpl24",
+    "coco17",
+    "h36m",
+    "mediapipe33",
+    "openpose25",
+    "mhr70",
+    "mhr127",
+];
 
 const COCO: Table = (
     "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow right_elbow left_wrist \
@@ -196,23 +204,40 @@ struct Stated {
 }
 
 impl JointSet {
-    /// A set that is built in: smpl22, smpl24, coco17, h36m, mediapipe33 or openpose25.
+    /// A set that is built in: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, mhr70 or mhr127.
     ///
     /// ```
     /// assert!(mocap::solve::JointSet::named("coco17").is_some());
     /// ```
     pub fn named(name: &str) -> Option<Self> {
         let table = match name {
-            "smpl22" => return Self::smpl(name, 22),
-            "smpl24" => return Self::smpl(name, 24),
+            "smpl22" => return Some(Self::of_table(name, joint_tables::smpl(22)?, |_| true)),
+            "smpl24" => return Some(Self::of_table(name, joint_tables::smpl(24)?, |_| true)),
+            // The first joint of the rig is the origin, and the helpers of a twist have no place of their own.
+            "mhr127" => {
+                let is_joint = |name: &str| name != "body_world" && !name.ends_with("_proc");
+                return Some(Self::of_table(name, joint_tables::mhr(), is_joint));
+            }
+            "mhr70" => MHR70,
             "coco17" => COCO,
             "h36m" => H36M,
             "mediapipe33" => MEDIAPIPE,
             "openpose25" => OPENPOSE,
             _ => return None,
         };
-        let points: Vec<String> = table.0.split_whitespace().map(str::to_owned).collect();
-        let joints = table.1.iter().filter_map(|row| {
+        let points = table
+            .0
+            .split_whitespace()
+            .flat_map(|point| match point.strip_suffix("_hand") {
+                Some(side) => hand_points(side),
+                None => vec![point.to_owned()],
+            });
+        let points: Vec<String> = points.collect();
+        let rows = table.1.iter().flat_map(|row| match row.strip_suffix("_hand") {
+            Some(side) => hand_rows(side),
+            None => vec![(*row).to_owned()],
+        });
+        let joints = rows.filter_map(|row| {
             let mut words = row.split(' ');
             let mut word = || words.next().filter(|word| *word != "-").map(str::to_owned);
             let (name, parent, bone, of) = (word()?, word(), word(), word()?);
@@ -318,22 +343,31 @@ impl JointSet {
         }
     }
 
-    fn smpl(name: &str, count: usize) -> Option<Self> {
-        let joints = joint_tables::smpl(count)?;
-        Some(Self {
+    /// The joints of a table for which `is_joint` holds, each at the point of its name.
+    fn of_table(name: &str, table: Vec<joint_tables::Joint>, is_joint: impl Fn(&str) -> bool) -> Self {
+        let points: Vec<String> = table.iter().map(|joint| joint.name.clone()).collect();
+        let places: Vec<usize> = (0..table.len()).filter(|index| is_joint(&points[*index])).collect();
+        let place_of = |index: usize| places.iter().position(|place| *place == index);
+        let joints = places.iter().map(|index| SetJoint {
+            name: points[*index].clone(),
+            parent: table[*index].parent.and_then(place_of),
+            bone: table[*index].bone,
+            of: vec![*index],
+        });
+        Self {
             name: name.to_owned(),
-            points: joints.iter().map(|joint| joint.name.clone()).collect(),
-            joints: (joints.into_iter().enumerate())
-                .map(|(index, joint)| SetJoint {
-                    name: joint.name,
-                    parent: joint.parent,
-                    bone: joint.bone,
-                    of: vec![index],
-                })
-                .collect(),
+            joints: joints.collect(),
+            points,
             marks: Vec::new(),
             lengths: Lengths::Median,
-        })
+        }
+    }
+
+    /// The names of the sets that have so many points.
+    #[doc(hidden)]
+    pub fn of_count(count: usize) -> Vec<&'static str> {
+        let has_count = |name: &&str| Self::named(name).is_some_and(|set| set.points.len() == count);
+        NAMES.into_iter().filter(has_count).collect()
     }
 
     /// The names of the sets that are built in, in a sentence.

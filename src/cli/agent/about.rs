@@ -17,7 +17,10 @@ pub const ABOUT: &[(&str, &str)] = &[
     ("max-angle", "Set problem where a limb is farther off, in degrees"),
     ("max-error", "Compress within this distance of every joint: 1mm"),
     ("mirror", "Add every motion mirrored too, for match"),
-    ("names", "Names of joints: vrm, mixamo, unreal, cmu, or a JSON file"),
+    (
+        "names",
+        "Names of joints: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or a JSON file",
+    ),
     ("pack", "Put the motions into the database, within 0.1 mm"),
     (
         "passes",

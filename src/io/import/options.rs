@@ -135,8 +135,8 @@ impl Importer {
     }
 
     /// The joints of a file of positions, from which rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
-    /// openpose25, or a JSON file, as [`JointSet::from_json`](mocap_solve::JointSet::from_json) takes it. Default: an
-    /// array with the joints of SMPL is solved, and other positions are points without a skeleton.
+    /// openpose25, mhr70, mhr127, or a JSON file, as [`JointSet::from_json`](mocap_solve::JointSet::from_json) takes
+    /// it. Default: an array with the joints of SMPL is solved, and other positions are points without a skeleton.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

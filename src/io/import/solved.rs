@@ -29,7 +29,10 @@ impl Importer {
             (Some(set), lengths, _) => set.lengths(lengths.unwrap_or_default()).solve(scene),
             (None, Some(_), _) => Err(needless_lengths()),
             (None, None, Some(names)) => self.solve_markers(scene, names, source),
-            (None, None, None) => Ok(()),
+            (None, None, None) => {
+                scene.warnings.extend(unsolved(scene).filter(|_| is_array(scene)));
+                Ok(())
+            }
         }
     }
 
@@ -124,6 +127,17 @@ fn is_points(scene: &Scene) -> bool {
 /// Whether all that the scene has stands in one group.
 fn is_group(scene: &Scene) -> bool {
     scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
+}
+
+/// The warning of points that have no skeleton, where sets of joints have as many.
+fn unsolved(scene: &Scene) -> Option<Diagnostic> {
+    let count = scene.nodes.len().checked_sub(1).filter(|_| is_points(scene))?;
+    let sets = JointSet::of_count(count);
+    if sets.is_empty() {
+        return None;
+    }
+    let message = format!("{count} points without a skeleton: as many as {}", sets.join(" and "));
+    Some(Diagnostic::new(Code::NotHumanoid, message).help("name the set of their joints: {joints}"))
 }
 
 /// The set whose joints have the names of the points.

@@ -288,7 +288,7 @@ def test_convert_gives_a_rest_pose_and_names(walk: Path, tmp_path: Path) -> None
     assert mocap.read(tmp_path / "own.bvh").nodes[0].name == "Pelvis"
     with pytest.raises(ValueError, match="^rest: \"x-pose\": expected zero, t-pose, a-pose or frame:N$"):
         mocap.convert(walk, tmp_path / "no.bvh", rest="x-pose")
-    with pytest.raises(ValueError, match="names: neither vrm, mixamo, unreal, cmu nor a file"):
+    with pytest.raises(ValueError, match="names: neither vrm, mixamo, unreal, cmu, godot, unity, mhr, soma nor a file"):
         mocap.convert(walk, tmp_path / "no.bvh", names="mixanu")
     with pytest.raises(ValueError, match="rest has no effect on a VRM animation"):
         mocap.convert(walk, tmp_path / "no.vrma", rest="t-pose")

@@ -16,8 +16,8 @@ export interface InputCallOptions {
   /** Format of the input. Default: found from its contents, or else from its extension. */
   format?: Format;
   /**
-   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or
-   * a JSON file. Default: an array with the joints of SMPL is solved.
+   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25,
+   * mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
    */
   joints?: string;
   /**
@@ -159,8 +159,12 @@ export type BoneMap = string | Record<string, string | null | Record<string, str
  * `"mixamo"`: The skeletons of Mixamo, such as `mixamorig:LeftUpLeg`.
  * `"unreal"`: The mannequin of Unreal Engine, such as `thigh_l`.
  * `"cmu"`: BVH files of the CMU database, such as `LeftUpLeg`, with `LowerBack` as the spine.
+ * `"godot"`: Godot's humanoid profile, such as `LeftUpperLeg`.
+ * `"unity"`: Unity's humanoid avatars, such as `LeftUpperLeg`.
+ * `"mhr"`: The Momentum Human Rig, such as `l_upleg`.
+ * `"soma"`: SOMA, such as `LeftLeg`.
  */
-export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu";
+export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu" | "godot" | "unity" | "mhr" | "soma";
 
 /** Options of BVH. */
 export interface BvhOutputOptions {
@@ -602,8 +606,8 @@ export interface InputOptions {
   /** Format of the input. Default: found from its contents, or else from its extension. */
   from?: Format | null;
   /**
-   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or
-   * a JSON file. Default: an array with the joints of SMPL is solved.
+   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25,
+   * mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
    */
   joints?: string | null;
   /**
@@ -799,8 +803,8 @@ export interface OutputOptions {
   /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
   mesh?: MeshStyle | null;
   /**
-   * Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME", ...}}, as
-   * `mocap skeleton --json` prints. Default: those of the input.
+   * Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or those of a JSON file: {"bones":
+   * {"hips": "NAME", ...}}, as `mocap skeleton --json` prints. Default: those of the input.
    */
   names?: JointNames | null;
   /**

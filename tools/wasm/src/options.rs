@@ -138,7 +138,7 @@ impl ConvertOptions {
     pub(crate) fn names(&self) -> Result<Option<HumanoidMap>, Failure> {
         match &self.own.names {
             Some(JointNames::File(name)) => Err(Failure::argument(format!(
-                "names must be vrm, mixamo, unreal, cmu or an object with the name of each bone, got {:?}",
+                "names must be vrm, mixamo, unreal, cmu, godot, unity, mhr, soma or an object with the name of each bone, got {:?}",
                 name.display().to_string()
             ))),
             names => Ok(names.as_ref().map(JointNames::names).transpose()?),

@@ -267,7 +267,7 @@ fn options_of_conversions_are_those_of_a_conversion() {
     assert_eq!(named(json!({"hips": "Base"})), Ok(json!("Base")));
     let error: Value = named(json!("names.json")).unwrap_err();
     assert!(
-        message(&error).starts_with("names must be vrm, mixamo, unreal, cmu or"),
+        message(&error).starts_with("names must be vrm, mixamo, unreal, cmu, godot, unity, mhr, soma or"),
         "{error}"
     );
 }

@@ -18,3 +18,25 @@ fn every_bone_has_a_row_and_no_name_is_given_twice() {
         assert_eq!(given.len(), all.len(), "{names:?}");
     }
 }
+
+/// As Unity's `HumanBodyBones` and Godot's `SkeletonProfileHumanoid` list them: they differ in the thumbs alone.
+#[test]
+fn engines_count_the_joints_of_thumbs_differently() {
+    let thumb = [
+        HumanoidBone::LeftThumbMetacarpal,
+        HumanoidBone::LeftThumbProximal,
+        HumanoidBone::LeftThumbDistal,
+    ];
+    let of = |names: BoneNames| thumb.map(|bone| names.name_of(bone).unwrap());
+    assert_eq!(
+        of(BoneNames::Unity),
+        ["LeftThumbProximal", "LeftThumbIntermediate", "LeftThumbDistal"]
+    );
+    assert_eq!(
+        of(BoneNames::Godot),
+        ["LeftThumbMetacarpal", "LeftThumbProximal", "LeftThumbDistal"]
+    );
+    let little = HumanoidBone::RightLittleProximal;
+    assert_eq!(BoneNames::Unity.name_of(little).unwrap(), "RightLittleProximal");
+    assert_eq!(BoneNames::Mhr.name_of(little).unwrap(), "r_pinky1");
+}

@@ -401,6 +401,8 @@ fn what_does_not_go_with_the_points_is_named() {
         ("h36m", 17),
         ("mediapipe33", 33),
         ("openpose25", 25),
+        ("mhr70", 70),
+        ("mhr127", 127),
         ("smpl24", 24),
     ] {
         let values: Vec<f32> = (0..3 * 2 * count).map(|value| (value as f32 * 0.7).sin()).collect();

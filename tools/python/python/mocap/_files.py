@@ -44,7 +44,7 @@ def read(
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
-            mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
+            mediapipe33, openpose25, mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
         lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
             that joints are where their positions are.
             ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
@@ -119,7 +119,7 @@ def read_bytes(
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
-            mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
+            mediapipe33, openpose25, mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
         lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
             that joints are where their positions are.
             ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
@@ -187,7 +187,7 @@ def convert(
     overwrite: bool = False,
     keep_constant: bool = False,
     mesh: Literal["segmented", "skinned", "none"] | None = None,
-    names: Literal["vrm", "mixamo", "unreal", "cmu"] | StrPath | Bones | None = None,
+    names: Literal["vrm", "mixamo", "unreal", "cmu", "godot", "unity", "mhr", "soma"] | StrPath | Bones | None = None,
     skeleton_only: bool = False,
     compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
     max_error: float | None = None,
@@ -272,8 +272,8 @@ def convert(
             ``"segmented"``: One mesh per node.
             ``"skinned"``: One mesh with bones.
             ``"none"``: No mesh.
-        names: Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips":
-            "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
+        names: Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or those of a JSON
+            file: {"bones": {"hips": "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
         skeleton_only: Leave out the meshes, the materials and all else that the input has beside its skeleton and
             its motion.
         compress: How to store the keys. Default with a largest error: int16, otherwise none.
@@ -302,7 +302,7 @@ def convert(
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
-            mediapipe33, openpose25, or a JSON file. Default: an array with the joints of SMPL is solved.
+            mediapipe33, openpose25, mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
         lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
             that joints are where their positions are.
             ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
@@ -402,7 +402,7 @@ def write(
     overwrite: bool = False,
     keep_constant: bool = False,
     mesh: Literal["segmented", "skinned", "none"] | None = None,
-    names: Literal["vrm", "mixamo", "unreal", "cmu"] | StrPath | Bones | None = None,
+    names: Literal["vrm", "mixamo", "unreal", "cmu", "godot", "unity", "mhr", "soma"] | StrPath | Bones | None = None,
     skeleton_only: bool = False,
     compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
     max_error: float | None = None,
@@ -458,8 +458,8 @@ def write(
             ``"segmented"``: One mesh per node.
             ``"skinned"``: One mesh with bones.
             ``"none"``: No mesh.
-        names: Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips":
-            "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
+        names: Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or those of a JSON
+            file: {"bones": {"hips": "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
         skeleton_only: Leave out the meshes, the materials and all else that the input has beside its skeleton and
             its motion.
         compress: How to store the keys. Default with a largest error: int16, otherwise none.
