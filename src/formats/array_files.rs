@@ -10,7 +10,7 @@
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and texts, and calls nothing |
 //!
 //! What the arrays mean is told by their names and shapes (`layouts`): AMASS, SMPL-X's dictionaries, GVHMR, GEM-X,
-//! Motion-X, PHUMA, Kimodo, joint angles of OpenSim, the arrays of this program, and positions alone, which are points
+//! Motion-X, PHUMA, Kimodo, SAM 3D Body, joint angles of OpenSim, the arrays of this program, and positions alone, which are points
 //! without a skeleton. Rotations without lengths are put on a body that is given (`body`), or else on one of our own
 //! (`proportions`): no file of a licensed model is needed, and nothing of one stands here. `docs/arrays.md` says what
 //! each layout is.
@@ -26,7 +26,7 @@ use crate::{Carriage, Contents, FormatInfo};
 
 #[cfg(feature = "arrays")]
 #[doc(hidden)]
-pub use self::read::{Body, SMPL_ROOT, body_model, humanml3d};
+pub use self::read::{Body, BodyFrames, MHR_ROOT_HEIGHT, SMPL_ROOT, body_model, humanml3d, mhr_frames};
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
 pub use self::read::{ParquetRows, parquet_rows};

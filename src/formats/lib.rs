@@ -95,7 +95,7 @@ use mocap_scene::scene::{Format, RootOffset, Scene};
 
 #[cfg(feature = "arrays")]
 #[doc(hidden)]
-pub use self::array_files::{Body, SMPL_ROOT, body_model, humanml3d};
+pub use self::array_files::{Body, BodyFrames, MHR_ROOT_HEIGHT, SMPL_ROOT, body_model, humanml3d, mhr_frames};
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
 pub use self::array_files::{ParquetRows, parquet_rows};

@@ -5,6 +5,8 @@ mod attribution;
 mod body;
 mod clips;
 mod contents;
+#[cfg(feature = "arrays")]
+mod frames;
 #[doc(hidden)]
 pub(crate) mod large;
 mod memory;
@@ -121,13 +123,18 @@ impl Importer {
         }
     }
 
-    /// Reads a file into a scene. A pipe or a device is read to its end, which must come within 1 GiB.
+    /// Reads a file into a scene. A pipe or a device is read to its end, which must come within 1 GiB. Of a folder the
+    /// files are the frames of one take, as SAM 3D Body writes them.
     ///
     /// # Errors
     /// [`Code::Io`] where the file, or a second file that it needs, cannot be opened; [`Code::UnknownFormat`] where the
     /// format is unknown; other codes where the contents are not valid.
     pub fn import(&self, path: impl AsRef<Path>) -> Result<Scene> {
         let path = path.as_ref();
+        #[cfg(feature = "arrays")]
+        if Self::reads_folder(path) {
+            return self.import_folder(path);
+        }
         let input = contents::open(path, &self.read.limits, self.format.is_some())?;
         let source = Source {
             bytes: match &input {

@@ -6,7 +6,7 @@ use mocap::files::ReplacePolicy;
 use mocap::gltf::Compression;
 use mocap::job::{JobOutput, MotionJob, Notice, SizeOptions};
 use mocap::scene::Animation;
-use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
+use mocap::{Diagnostic, Exporter, Format, FormatInfo, Importer, WriteOption};
 
 use super::{Place, TO_OF_FILE, made, many, print_job, print_report, unknown_extension, verify};
 use crate::args::{ArgumentSources, ConvertArgs, OutputFormat, refuse_options};
@@ -67,7 +67,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &ArgumentSources) -> Result<(&'a Path
             ));
         }
     };
-    if input.is_dir() {
+    if input.is_dir() && !Importer::reads_folder(input) {
         let message = format!("{} is a folder; name an output folder: -o FOLDER", input.display());
         return Err(Failure::Usage(message));
     }

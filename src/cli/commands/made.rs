@@ -7,7 +7,7 @@ use mocap::edit::report::WalkReport;
 use mocap::files::ReplacePolicy;
 use mocap::gltf::report::Deviation;
 use mocap::job::{JobOutput, Maker, MotionJob, Notice, WalkJob};
-use mocap::{Code, Error, Export};
+use mocap::{Code, Error, Export, Importer};
 
 use super::verify::millimetres;
 use crate::args::{ArgumentSources, refuse_options};
@@ -62,7 +62,12 @@ fn ready(
     if !streams::is_standard(output) {
         policy.check_inputs(output)?;
     }
-    if let Some(folder) = job.source.inputs.iter().find(|input| input.is_dir()) {
+    if let Some(folder) = job
+        .source
+        .inputs
+        .iter()
+        .find(|input| input.is_dir() && !Importer::reads_folder(input))
+    {
         let message = "is a folder, and each of its motions gets a file of its own: name an output folder, -o FOLDER/";
         return Err(Failure::Usage(format!("{} {message}", folder.display())));
     }

@@ -29,6 +29,8 @@ use mocap_scene::scene::{Format, Scene};
 #[doc(hidden)]
 pub use self::body::Body;
 pub(crate) use self::body::BodyModel;
+#[doc(hidden)]
+pub use self::layouts::mhr::{BodyFrames, MHR_ROOT_HEIGHT, frames as mhr_frames};
 use self::ndarray::{Bytes, Entries, NdArray};
 use self::npy::Npy;
 #[cfg(feature = "parquet")]
@@ -125,6 +127,39 @@ pub fn body_model(bytes: &[u8], limits: &Limits) -> Result<Option<BodyModel>> {
     found.map_err(|failure| (*failure).into())
 }
 
+impl BodyFrames {
+    /// Adds the persons of a file of a frame: an `.npz`, or a pickle alone or in an `.npy`.
+    ///
+    /// # Errors
+    /// Those of the container; [`Code::RowLength`] where the arrays are those of several frames.
+    #[doc(hidden)]
+    pub fn read(&mut self, frame: u64, bytes: &[u8], limits: &Limits) -> Result<()> {
+        let mut see = |entries: &Entries<'_>| self.add(frame, entries);
+        let read = match () {
+            () if is_pickle(bytes) => see_pickle(bytes, &mut see),
+            #[cfg(feature = "npz")]
+            () if is_npz(bytes) => see_npz_of(bytes, limits, &Self::reads, &mut see),
+            () => {
+                let mut entries = Entries::default();
+                add(&mut entries, "", Bytes::File(bytes), "of the file").and_then(|()| see(&entries))
+            }
+        };
+        read.map_err(|failure| (*failure).into())
+    }
+
+    /// The motion of the frames.
+    ///
+    /// # Errors
+    /// [`Code::FrameTime`] where neither a file nor the options state a frame rate.
+    #[doc(hidden)]
+    pub fn scene(self, options: &ReadOptions) -> Result<Scene> {
+        let mut warnings = Warnings::default();
+        let motion = self.motion(options, &mut warnings);
+        let scene = motion.map(|motion| motion.into_scene(Format::Npz, &mut warnings));
+        warnings.attach_to(scene)
+    }
+}
+
 fn no_storage() -> Failure {
     let message = "the pickle refers to tensors that it does not hold";
     Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("save it with torch.save, as a .pt"))
@@ -170,10 +205,21 @@ fn see_npz<T>(
     limits: &Limits,
     see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
+    see_npz_of(bytes, limits, &|_| true, see)
+}
+
+/// Shows those arrays of an archive whose names `reads` takes.
+#[cfg(feature = "npz")]
+fn see_npz_of<T>(
+    bytes: &[u8],
+    limits: &Limits,
+    reads: &dyn Fn(&str) -> bool,
+    see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
     let mut archive = archive::Archive::open(bytes, limits)?;
     let mut entries = Entries::default();
     for name in archive.names() {
-        let Some(own) = name.strip_suffix(".npy") else {
+        let Some(own) = name.strip_suffix(".npy").filter(|own| reads(own)) else {
             continue;
         };
         if let Some(bytes) = archive.entry(&name)? {

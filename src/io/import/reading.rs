@@ -129,7 +129,7 @@ impl Importer {
             .map_err(|error| error.with_path(source.name))
     }
 
-    fn check_rates(&self, source: &Source<'_>) -> Result<()> {
+    pub(super) fn check_rates(&self, source: &Source<'_>) -> Result<()> {
         for rate in [self.read.retime, self.read.sampling_rate].into_iter().flatten() {
             limits::frame_rate(Code::InvalidValue, rate)
                 .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;

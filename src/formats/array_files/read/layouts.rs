@@ -1,6 +1,8 @@
 //! What the arrays of a file mean: found from their names, and without names from their shapes.
 
 mod kimodo;
+#[doc(hidden)]
+pub(super) mod mhr;
 pub(super) mod opensim;
 mod own;
 mod points;
@@ -18,8 +20,8 @@ use crate::{Failure, ReadOptions};
 
 /// What helps where arrays are no motion.
 const KNOWN: &str = "arrays are known by their names: poses and trans (AMASS), global_orient and body_pose (SMPL-X, \
-                     GVHMR, GEM-X), posed_joints (Kimodo), those of mocap fk, one array of positions (frames, joints, 3), \
-                     or one of 69, 263 or 322 numbers a frame";
+                     GVHMR, GEM-X), posed_joints (Kimodo), pred_joint_coords (SAM 3D Body), those of mocap fk, one array \
+                     of positions (frames, joints, 3), or one of 69, 263 or 322 numbers a frame";
 
 /// The scene of the arrays of a file.
 pub(super) fn scene(
@@ -29,7 +31,7 @@ pub(super) fn scene(
     warnings: &mut Warnings,
 ) -> Result<Scene, Failure> {
     let reader = Reader { entries, options };
-    let has_lengths = own::is_own(entries) || entries.get("posed_joints").is_some();
+    let has_lengths = own::is_own(entries) || entries.get("posed_joints").is_some() || mhr::is_motion(entries);
     if has_lengths && options.body.is_some() {
         return Err(needless_body());
     }
@@ -38,6 +40,7 @@ pub(super) fn scene(
     }
     let motion = match () {
         () if entries.get("posed_joints").is_some() => kimodo::motion(&reader)?,
+        () if mhr::is_motion(entries) => mhr::motion(&reader, warnings)?,
         () if robot::is_motion(entries) => return robot::scene(&reader, format),
         () if smpl::is_poses(entries) => smpl::of_poses(&reader)?,
         () => match smpl::dictionary(entries) {
@@ -82,8 +85,8 @@ struct Reader<'r, 'a> {
 }
 
 impl<'a> Reader<'_, 'a> {
-    /// Frames per second as the file states them, or `usual`, which is then an assumption.
-    fn frame_rate(&self, usual: f64, motion: &mut Motion) -> Result<(), Failure> {
+    /// Frames per second as the file states them.
+    fn stated_rate(&self) -> Option<f64> {
         const NAMES: &[&str] = &[
             "mocap_framerate",
             "mocap_frame_rate",
@@ -92,7 +95,12 @@ impl<'a> Reader<'_, 'a> {
             "fps",
             "mocap_fps",
         ];
-        let stated = self.entries.first(NAMES).and_then(NdArray::scalar);
+        self.entries.first(NAMES).and_then(NdArray::scalar)
+    }
+
+    /// Frames per second as the file states them, or `usual`, which is then an assumption.
+    fn frame_rate(&self, usual: f64, motion: &mut Motion) -> Result<(), Failure> {
+        let stated = self.stated_rate();
         if stated.is_none() && self.options.retime.is_none() {
             let choice = format!("{usual} frames per second");
             motion.assume(

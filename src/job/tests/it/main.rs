@@ -26,6 +26,7 @@ mod rest_out;
 mod robot_files;
 #[path = "../../../retarget/tests/it/robot_walk.rs"]
 mod robot_walk;
+mod sam3d;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]
 mod sample;

@@ -1,0 +1,140 @@
+//! How the joints of the rig are turned in the T-pose, and hands whose rotations do not fit their positions.
+
+use glam::{DMat3, DQuat, DVec3, EulerRot};
+use mocap_scene::scene::joint_tables::Joint;
+
+use super::Sample;
+
+/// Joints whose axes differ from those of their parents in the T-pose: the angles about the fixed axes X, Y and Z in
+/// degrees that bring the parent's axes to theirs, as the joints of a body that stands upright have them. The
+/// right side is the mirror image of the left.
+const TURNED: [(&str, [f64; 3]); 15] = [
+    ("l_subtalar", [12.0, 1.0, 76.0]),
+    ("l_ball", [0.0, 12.5, 0.0]),
+    ("c_spine2", [0.0, 0.0, -9.0]),
+    ("l_clavicle", [38.0, -54.0, -53.0]),
+    ("l_wrist_twist", [90.0, 0.0, 0.0]),
+    ("l_thumb0", [78.0, 50.0, 47.0]),
+    ("l_thumb1", [18.0, -22.0, 10.0]),
+    ("l_thumb2", [-12.5, -3.5, 22.0]),
+    ("l_thumb3", [10.0, 6.5, 3.5]),
+    ("c_neck", [0.0, 0.0, 31.0]),
+    ("c_head", [0.0, 0.0, -22.0]),
+    ("c_tongue0", [-90.0, -64.0, 90.0]),
+    ("c_tongue1", [0.0, 0.0, -6.0]),
+    ("c_tongue2", [0.0, 0.0, -28.0]),
+    ("c_tongue3", [0.0, 0.0, -16.0]),
+];
+
+/// Joints whose axes are known in the T-pose itself, X, Y and Z of each: a thigh and the spine point along X and bend
+/// about Z, and so does an arm, whose forearm bends forward.
+fn stated(name: &str) -> Option<DMat3> {
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    match name {
+        "l_upleg" => Some(DMat3::from_cols(-y, -z, x)),
+        "c_spine0" => Some(DMat3::from_cols(y, z, x)),
+        "l_uparm" => Some(DMat3::from_cols(x, z, -y)),
+        "body_world" | "c_jaw" | "l_eye" | "r_eye" => Some(DMat3::IDENTITY),
+        _ => None,
+    }
+}
+
+/// The axes of each joint in the T-pose, from those of the world: left +X, up +Y, forward +Z.
+pub fn frames(joints: &[Joint]) -> Vec<DQuat> {
+    let mut frames: Vec<DQuat> = Vec::with_capacity(joints.len());
+    for joint in joints {
+        let own = match joint.name.strip_prefix("r_") {
+            Some(name) if !name.starts_with("eye") => mirrored(on_left(joints, &format!("l_{name}"))),
+            _ => on_left(joints, &joint.name),
+        };
+        frames.push(own);
+    }
+    frames
+}
+
+/// The axes of a joint in the middle or on the left.
+fn on_left(joints: &[Joint], name: &str) -> DQuat {
+    if let Some(axes) = stated(name) {
+        return DQuat::from_mat3(&axes);
+    }
+    let joint = joints.iter().find(|joint| joint.name == name);
+    let above = joint
+        .and_then(|joint| joint.parent)
+        .map_or(DQuat::IDENTITY, |parent| on_left(joints, &joints[parent].name));
+    let turned = TURNED.iter().find(|(turned, _)| *turned == name);
+    let [x, y, z] = turned.map_or([0.0; 3], |(_, angles)| angles.map(f64::to_radians));
+    match name {
+        // A finger is straight, and its metacarpal alone stands askew.
+        "l_pinky1" => on_left(joints, "l_wrist"),
+        _ => above * DQuat::from_euler(EulerRot::ZYX, z, y, x),
+    }
+}
+
+/// Axes of the right side: the image of the left in the plane of the spine, with all three axes reversed.
+fn mirrored(left: DQuat) -> DQuat {
+    DQuat::from_xyzw(left.x, -left.y, -left.z, left.w) * DQuat::from_rotation_x(std::f64::consts::PI)
+}
+
+/// Degrees by which the rotation of a wrist differs from that of its palm, and the middle finger from its axes, from
+/// which on rotations do not fit positions. Hands of other bodies differ by less.
+const MISFIT: f64 = 15.0;
+
+/// Turns hands and fingers as their positions say, where their rotations do not fit.
+pub(super) fn fit_hands(joints: &[Joint], sample: &mut Sample) {
+    for (letter, side) in [("l", 1.0), ("r", -1.0)] {
+        fit_hand(joints, sample, letter, side);
+    }
+}
+
+fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) {
+    /// From the wrist to the first joint of the middle finger, and from that of the ring finger to that of the index
+    /// finger, in the axes of a left wrist, in metres. No shape of a body changes their directions by a degree.
+    const PALM: [DVec3; 2] = [DVec3::new(0.0745, 0.003, 0.0), DVec3::new(0.006, 0.001, -0.039)];
+    let find = |name: &str| joints.iter().position(|joint| joint.name == format!("{letter}_{name}"));
+    let (Some(wrist), Some(middle), Some(index), Some(ring)) =
+        (find("wrist"), find("middle1"), find("index1"), find("ring1"))
+    else {
+        return;
+    };
+    let at = |joint: usize| sample.positions[joint];
+    let palm = axes(PALM[0] * side, PALM[1] * side);
+    let own = axes(at(middle) - at(wrist), at(index) - at(ring));
+    let (Some(palm), Some(own)) = (palm, own) else {
+        return;
+    };
+    let fitted = own * palm.inverse();
+    let names = ["middle1", "middle2", "middle3", "middle_null"].map(find);
+    let bends = names.windows(2).filter_map(|pair| {
+        let (joint, next) = (pair[0]?, pair[1]?);
+        let direction = (at(next) - at(joint)).try_normalize()?;
+        Some(direction.angle_between(sample.rotations[joint] * DVec3::X * side))
+    });
+    let bent = bends.fold(0.0, f64::max).to_degrees();
+    if fitted.angle_between(sample.rotations[wrist]).to_degrees() < MISFIT || bent < MISFIT {
+        return;
+    }
+    let turn = fitted * sample.rotations[wrist].inverse();
+    let below =
+        |joint: usize| std::iter::successors(Some(joint), |above| joints[*above].parent).any(|above| above == wrist);
+    for joint in (0..joints.len()).filter(|joint| below(*joint)) {
+        sample.rotations[joint] = turn * sample.rotations[joint];
+    }
+    // Each joint of a finger points to the next.
+    for joint in (wrist + 1..joints.len()).filter(|joint| below(*joint)) {
+        let Some(next) = joints.iter().position(|other| other.parent == Some(joint)) else {
+            continue;
+        };
+        let direction = (sample.positions[next] - sample.positions[joint]).try_normalize();
+        if let Some(direction) = direction {
+            let own = sample.rotations[joint] * DVec3::X * side;
+            sample.rotations[joint] = DQuat::from_rotation_arc(own, direction) * sample.rotations[joint];
+        }
+    }
+}
+
+/// The axes of which the first points along, and the second lies in the plane with `across`.
+fn axes(along: DVec3, across: DVec3) -> Option<DQuat> {
+    let x = along.try_normalize()?;
+    let y = (across - x * x.dot(across)).try_normalize()?;
+    Some(DQuat::from_mat3(&DMat3::from_cols(x, y, x.cross(y))))
+}

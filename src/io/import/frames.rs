@@ -1,0 +1,79 @@
+//! A folder with a file of arrays for each frame, as estimators of poses write them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use mocap_formats::{BodyFrames, Source};
+use mocap_scene::error::{Error, Result};
+use mocap_scene::files::check_confined;
+use mocap_scene::scene::Scene;
+
+use super::Importer;
+
+/// What follows the number of a frame in the name of a file with one of its persons.
+const PERSONS: [&str; 3] = ["subj", "person", "id"];
+
+/// Extensions of files of arrays.
+const EXTENSIONS: [&str; 3] = ["npz", "npy", "pkl"];
+
+impl Importer {
+    /// Whether a path is a folder with files of arrays, which are the frames of one take.
+    #[doc(hidden)]
+    pub fn reads_folder(path: &Path) -> bool {
+        path.is_dir() && files(path).is_ok_and(|files| !files.is_empty())
+    }
+
+    /// Reads the files of a folder as the frames of one take, in the order of the numbers in their names.
+    pub(super) fn import_folder(&self, folder: &Path) -> Result<Scene> {
+        let mut files = files(folder)?;
+        let has_numbers = files.iter().all(|(number, _)| number.is_some());
+        // Numbers before the names, and names where some have none.
+        files.sort();
+        let mut frames = BodyFrames::default();
+        for (place, (number, path)) in (0..).zip(&files) {
+            let frame = number.filter(|_| has_numbers).unwrap_or(place);
+            let read = frames.read(frame, &self.open(path)?, &self.read.limits);
+            read.map_err(|error| error.with_path(path))?;
+        }
+        let source = Source {
+            open: &|other| self.open(other),
+            ..Source::of_bytes(&[], folder)
+        };
+        self.check_rates(&source)?;
+        let scene = frames
+            .scene(&self.read)
+            .and_then(|scene| self.finish(scene, &source, String::new()));
+        scene.map_err(|error| error.with_path(folder))
+    }
+}
+
+/// The files of arrays in a folder, with the numbers of their frames.
+fn files(folder: &Path) -> Result<Vec<(Option<u64>, PathBuf)>> {
+    check_confined(folder)?;
+    let failed = |error| Error::io(folder, error);
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if EXTENSIONS.iter().any(|known| extension == *known) {
+            let number = path.file_stem().and_then(|stem| frame_number(&stem.to_string_lossy()));
+            files.push((number, path));
+        }
+    }
+    Ok(files)
+}
+
+/// The last number in a name, but for that of a person.
+fn frame_number(stem: &str) -> Option<u64> {
+    let is_digit = |letter: char| letter.is_ascii_digit();
+    let without = stem.trim_end_matches(is_digit);
+    let word = without.trim_end_matches(['_', '-', '.']).to_ascii_lowercase();
+    let person = PERSONS.iter().find(|person| word.ends_with(*person));
+    let named = match person {
+        Some(person) if without.len() < stem.len() => &word[..word.len() - person.len()],
+        _ => stem,
+    };
+    let end = named.trim_end_matches(|letter: char| !is_digit(letter));
+    let digits = end.len() - end.trim_end_matches(is_digit).len();
+    end[end.len() - digits..].parse().ok()
+}
