@@ -33,6 +33,8 @@ mod pickle;
 pub(crate) mod robot;
 mod rotation;
 mod rows;
+#[cfg(feature = "npz")]
+mod skeletons;
 #[cfg(feature = "arrow")]
 #[doc(hidden)]
 pub mod table;

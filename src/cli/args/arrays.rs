@@ -23,8 +23,8 @@ pub(crate) struct FkArgs {
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: csv]; or the layout of another program for the motion of a humanoid: amass,
-    /// smplx or kimodo as .npz, humanml3d as .npy
-    #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet", "amass", "smplx", "kimodo", "humanml3d"])]
+    /// smplx, kimodo, soma or mhr as .npz, humanml3d as .npy
+    #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet", "amass", "smplx", "kimodo", "soma", "mhr", "humanml3d"])]
     pub(crate) to: Option<String>,
     /// Print what was done as JSON
     #[arg(long)]

@@ -1,9 +1,9 @@
-//! Motions of humanoids in the layouts of others: AMASS, SMPL-X, Kimodo, HumanML3D.
+//! Motions of humanoids in the layouts of others: AMASS, SMPL-X, HumanML3D; `skeletons` has those of other joints.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3, Quat, Vec3};
 use mocap_figure::Humanoid;
 use mocap_figure::convert::Conversion;
 use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
@@ -13,7 +13,7 @@ use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::math::up_axis::turn_to_y_up;
 use mocap_scene::pose::Pose;
-use mocap_scene::scene::joint_tables::{Joint, smpl};
+use mocap_scene::scene::joint_tables::{Joint, smpl, soma};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene, UpAxis};
 
 use super::npz;
@@ -28,13 +28,24 @@ pub enum BodyLayout {
     Smplx,
     /// Kimodo: `posed_joints`, `global_rot_mats`, `local_rot_mats`, `root_positions` of the 22 joints of SMPL-X.
     Kimodo,
+    /// Kimodo's arrays of the 77 joints of SOMA.
+    Soma,
+    /// SAM 3D Body: `pred_joint_coords`, `pred_global_rots` and `pred_cam_t` of the 127 joints of MHR.
+    Mhr,
     /// HumanML3D: 263 numbers a frame, at 20 frames a second.
     HumanMl3d,
 }
 
 impl BodyLayout {
     /// Every layout.
-    pub const ALL: [Self; 4] = [Self::Amass, Self::Smplx, Self::Kimodo, Self::HumanMl3d];
+    pub const ALL: [Self; 6] = [
+        Self::Amass,
+        Self::Smplx,
+        Self::Kimodo,
+        Self::Soma,
+        Self::Mhr,
+        Self::HumanMl3d,
+    ];
 
     /// The name that users type.
     pub const fn as_str(self) -> &'static str {
@@ -42,6 +53,8 @@ impl BodyLayout {
             Self::Amass => "amass",
             Self::Smplx => "smplx",
             Self::Kimodo => "kimodo",
+            Self::Soma => "soma",
+            Self::Mhr => "mhr",
             Self::HumanMl3d => "humanml3d",
         }
     }
@@ -60,6 +73,8 @@ impl BodyLayout {
         match self {
             Self::Amass | Self::Smplx => ALL_JOINTS,
             Self::Kimodo | Self::HumanMl3d => BODY_JOINTS,
+            Self::Soma => SOMA_JOINTS,
+            Self::Mhr => MHR_JOINTS,
         }
     }
 
@@ -78,7 +93,7 @@ impl FromStr for BodyLayout {
             .find(|layout| layout.as_str() == name)
             .ok_or_else(|| {
                 Diagnostic::new(Code::InvalidValue, format!("\"{name}\" is no layout of arrays"))
-                    .expected_found("amass, smplx, kimodo or humanml3d", name)
+                    .expected_found("amass, smplx, kimodo, soma, mhr or humanml3d", name)
                     .into()
             })
     }
@@ -118,6 +133,12 @@ const ALL_JOINTS: usize = 55;
 
 /// The joints of its body: those of SMPL without hands.
 const BODY_JOINTS: usize = 22;
+
+/// The joints of SOMA's full set.
+const SOMA_JOINTS: usize = 77;
+
+/// The joints of the Momentum Human Rig.
+const MHR_JOINTS: usize = 127;
 
 impl BodyArrays {
     /// The first animation of a scene, in any unit and with any axis up.
@@ -188,7 +209,9 @@ impl BodyArrays {
         match layout {
             BodyLayout::Amass => Ok(self.amass()),
             BodyLayout::Smplx => Ok(self.smplx()),
-            BodyLayout::Kimodo => Ok(self.kimodo()),
+            BodyLayout::Kimodo => Ok(self.kimodo(smpl(BODY_JOINTS).unwrap_or_default())),
+            BodyLayout::Soma => Ok(self.kimodo(soma(SOMA_JOINTS).unwrap_or_default())),
+            BodyLayout::Mhr => Ok(self.mhr()),
             BodyLayout::HumanMl3d => self.humanml3d(),
         }
     }
@@ -197,12 +220,26 @@ impl BodyArrays {
         DVec3::from_slice(&self.poses[3 * (frame * ALL_JOINTS + joint)..][..3])
     }
 
-    fn rest(&self, joint: usize) -> DVec3 {
+    pub(super) fn rest(&self, joint: usize) -> DVec3 {
         DVec3::from_slice(&self.rest_joints[3 * joint..][..3])
     }
 
-    fn root_position(&self, frame: usize) -> DVec3 {
+    pub(super) fn root_position(&self, frame: usize) -> DVec3 {
         DVec3::from_slice(&self.root[3 * frame..][..3])
+    }
+
+    pub(super) fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// The rotation of every joint to the world in a frame.
+    pub(super) fn rotations_to_world(&self, frame: usize) -> Vec<DQuat> {
+        let mut world: Vec<DQuat> = Vec::with_capacity(self.joints.len());
+        for (index, joint) in self.joints.iter().enumerate() {
+            let above = joint.parent.map_or(DQuat::IDENTITY, |parent| world[parent]);
+            world.push(above * DQuat::from_scaled_axis(self.vector(frame, index)));
+        }
+        world
     }
 
     /// The columns of joints `first..last` in every frame.
@@ -262,42 +299,16 @@ impl BodyArrays {
         npz::of_doubles(&arrays, &[("gender", "neutral")])
     }
 
-    /// Rotations to the world and positions of the joints of the body in a frame.
-    fn posed(&self, frame: usize) -> ([DQuat; BODY_JOINTS], [DVec3; BODY_JOINTS]) {
-        let (mut world, mut positions) = ([DQuat::IDENTITY; BODY_JOINTS], [self.root_position(frame); BODY_JOINTS]);
+    /// The positions of the joints of the body in a frame.
+    fn posed(&self, frame: usize) -> [DVec3; BODY_JOINTS] {
+        let world = self.rotations_to_world(frame);
+        let mut positions = [self.root_position(frame); BODY_JOINTS];
         for joint in 0..BODY_JOINTS {
-            let own = DQuat::from_scaled_axis(self.vector(frame, joint));
-            match self.joints[joint].parent {
-                None => world[joint] = own,
-                Some(parent) => {
-                    world[joint] = world[parent] * own;
-                    positions[joint] = positions[parent] + world[parent] * (self.rest(joint) - self.rest(parent));
-                }
+            if let Some(parent) = self.joints[joint].parent {
+                positions[joint] = positions[parent] + world[parent] * (self.rest(joint) - self.rest(parent));
             }
         }
-        (world, positions)
-    }
-
-    fn kimodo(&self) -> Vec<u8> {
-        let matrix = |rotation: DQuat| DMat3::from_quat(rotation).transpose().to_cols_array();
-        let (mut joints, mut global, mut local) = (Vec::new(), Vec::new(), Vec::new());
-        for frame in 0..self.frames {
-            let (world, positions) = self.posed(frame);
-            joints.extend(positions.iter().flat_map(glam::DVec3::to_array));
-            global.extend(world.iter().flat_map(|rotation| matrix(*rotation)));
-            local.extend((0..BODY_JOINTS).flat_map(|joint| matrix(DQuat::from_scaled_axis(self.vector(frame, joint)))));
-        }
-        let frames = self.frames;
-        npz::of_doubles(
-            &[
-                ("posed_joints", &[frames, BODY_JOINTS, 3], &joints),
-                ("global_rot_mats", &[frames, BODY_JOINTS, 3, 3], &global),
-                ("local_rot_mats", &[frames, BODY_JOINTS, 3, 3], &local),
-                ("root_positions", &[frames, 3], &self.root),
-                ("fps", &[], &[self.frame_rate]),
-            ],
-            &[],
-        )
+        positions
     }
 
     /// At 20 frames a second: the frame nearest to each time.
@@ -305,7 +316,7 @@ impl BodyArrays {
         let step = self.frame_rate / humanml3d::RATE;
         let count = ((self.frames.max(1) - 1) as f64 / step) as usize + 1;
         let nearest = |index: usize| ((index as f64 * step).round() as usize).min(self.frames - 1);
-        let frames: Vec<[DVec3; BODY_JOINTS]> = (0..count).map(|index| self.posed(nearest(index)).1).collect();
+        let frames: Vec<[DVec3; BODY_JOINTS]> = (0..count).map(|index| self.posed(nearest(index))).collect();
         let rows = humanml3d::numbers(&frames);
         if rows.is_empty() {
             let message = "the numbers of HumanML3D are those from one frame to the next, and there is one frame";

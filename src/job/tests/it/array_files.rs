@@ -439,7 +439,10 @@ fn layouts_that_are_written_come_back() {
     mocap::Conversion::new().apply(&mut scene).unwrap();
     let truth = vrm_humanoid(&scene, None).unwrap();
     let body = BodyArrays::new(&scene).unwrap();
-    for layout in [BodyLayout::Amass, BodyLayout::Smplx, BodyLayout::Kimodo] {
+    for layout in BodyLayout::ALL {
+        if layout == BodyLayout::HumanMl3d {
+            continue; // it has no rotations
+        }
         let back = Importer::new().read(&body.write(layout).unwrap(), "a.npz").unwrap();
         assert_eq!(back.animations[0].frame_count(), 75);
         assert!((back.animations[0].ticks_per_second - scene.animations[0].ticks_per_second).abs() < 1e-9);
