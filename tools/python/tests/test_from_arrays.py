@@ -7,6 +7,8 @@ import mocap
 
 from conftest import REAL
 
+ARRAYS = REAL.parent / "arrays"
+
 
 def motion():
     """A chain of three joints that bends about Z."""
@@ -26,6 +28,16 @@ def test_arrays_come_back():
     back = scene.to_numpy(rot="matrix")
     assert np.abs(back.positions - positions).max() < 1e-6
     assert np.abs(back.rotations.reshape(rotations.shape) - rotations).max() < 1e-6
+
+
+def test_outputs_of_an_estimator_become_a_take():
+    with np.load(ARRAYS / "sam3d_body.npz") as file:
+        frame = dict(file)
+    take = mocap.from_arrays([frame | {"mask": None}] * 3, frame_rate=25)
+    assert take.frame_rate == 25 and len(take.to_numpy().positions) == 3
+    assert mocap.from_arrays(frame).to_numpy().positions.shape[0] == 1
+    with pytest.raises(ValueError, match="not both"):
+        mocap.from_arrays()
 
 
 def test_shapes_that_do_not_go_together_are_refused():
@@ -48,7 +60,7 @@ def test_a_body_comes_back_from_smpl(tmp_path):
     # The pelvis is where the translation and the joints at rest say.
     assert np.abs(back.pose(0)[0, :3, 3] - (arrays["transl"][0] + arrays["rest_joints"][0])).max() < 1e-5
     assert scene.to_smpl("humanml3d")["vectors"].shape[1] == 263
-    with pytest.raises(mocap.MocapError, match="layout must be 'smplx', 'amass', 'kimodo' or 'humanml3d', got 'mocap'"):
+    with pytest.raises(mocap.MocapError, match="layout must be 'smplx', 'amass', 'kimodo', 'soma', 'mhr' or 'humanml3d', got 'mocap'"):
         scene.to_smpl("mocap")
 
 

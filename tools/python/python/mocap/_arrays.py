@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,22 +18,25 @@ from ._scene import Scene
 
 @public
 def from_arrays(
+    arrays: Mapping[str, ArrayLike] | Sequence[Mapping[str, ArrayLike]] | None = None,
     *,
-    positions: ArrayLike,
+    positions: ArrayLike | None = None,
     rotations: ArrayLike | None = None,
     names: Sequence[str] | None = None,
     parents: Sequence[int] | None = None,
-    frame_rate: float = 30.0,
+    frame_rate: float | None = None,
 ) -> Scene:
     """A scene of a motion in NumPy arrays, in metres with +Y up.
 
     Args:
+        arrays: In the layout of another program, by their names, as `mocap.read` takes them in an ``.npz``; or a list with
+            such arrays of each frame, as SAM 3D Body gives them. What is no number is left out. Instead of positions.
         positions: Of the joints in the world, (frames, joints, 3).
         rotations: To the parent, as matrices (frames, joints, 3, 3) or as quaternions x, y, z, w (frames, joints, 4).
             Without them the joints are points, of which those named as SMPL's, or 22 or 24 without names, are solved.
         names: Of the joints.
         parents: Of each joint the index of the one above it, which stands before it, or -1. Needed with rotations.
-        frame_rate: Frames per second.
+        frame_rate: Frames per second. Default: those of the arrays; of positions 30.
 
     >>> scene = mocap.from_arrays(positions=np.load("joints.npy"), frame_rate=20)  # doctest: +SKIP
 
@@ -41,11 +44,36 @@ def from_arrays(
         ValueError: Where the shapes do not go together.
         MocapError: Where the numbers are no motion.
     """
-    return Scene(_mocap.read_bytes(_npz(positions, rotations, names, parents, frame_rate), "arrays.npz", ReadOptions()))
+    if (arrays is None) == (positions is None):
+        raise OptionError("arrays or positions must be given, and not both")
+    if arrays is not None:
+        file = _saved(_stacked(arrays, frame_rate))
+    else:
+        file = _npz(positions, rotations, names, parents, 30.0 if frame_rate is None else frame_rate)
+    return Scene(_mocap.read_bytes(file, "arrays.npz", ReadOptions()))
+
+
+def _stacked(
+    arrays: Mapping[str, ArrayLike] | Sequence[Mapping[str, ArrayLike]], frame_rate: float | None
+) -> dict[str, np.ndarray]:
+    """Arrays of numbers; those of frames along a first axis."""
+    if isinstance(arrays, Mapping):
+        named = {name: np.asarray(array) for name, array in arrays.items() if _is_number(array)}
+    else:
+        first = {name for name, array in arrays[0].items() if _is_number(array)} if len(arrays) else set()
+        common = first.intersection(*(frame.keys() for frame in arrays))
+        named = {name: np.stack([np.asarray(frame[name]) for frame in arrays]) for name in sorted(common)}
+    if frame_rate is not None:
+        named["fps"] = np.array(float(frame_rate))
+    return named
+
+
+def _is_number(array: ArrayLike) -> bool:
+    return array is not None and np.asarray(array).dtype.kind in "biuf"
 
 
 def _npz(
-    positions: ArrayLike,
+    positions: ArrayLike | None,
     rotations: ArrayLike | None,
     names: Sequence[str] | None,
     parents: Sequence[int] | None,
@@ -91,6 +119,10 @@ def _npz(
         arrays["parents"] = np.array(parents, np.int32)
         arrays["offsets"] = offsets
         arrays["header"] = np.array(json.dumps(header))
+    return _saved(arrays)
+
+
+def _saved(arrays: Mapping[str, np.ndarray]) -> bytes:
     out = io.BytesIO()
     # Its stubs take the names of arrays for its own options.
     save: Callable[..., None] = np.savez

@@ -301,8 +301,8 @@ class Scene:
         return Motion(**self._native.arrays(changed(options, changes).to_json()))
 
     @public
-    def to_smpl(self, layout: Literal["smplx", "amass", "kimodo", "humanml3d"] = "smplx") -> Columns:
-        """The motion of a humanoid in a layout of SMPL-X, as ``docs/arrays.md`` describes it.
+    def to_smpl(self, layout: Literal["smplx", "amass", "kimodo", "soma", "mhr", "humanml3d"] = "smplx") -> Columns:
+        """The motion of a humanoid in a layout of SMPL-X, SOMA or MHR, as ``docs/arrays.md`` describes it.
 
         Rotations are those from the T-pose, of 55 joints; fingers begin at a flat hand; ``rest_joints`` has the joints of
         the body itself. ``humanml3d`` has one array, ``"vectors"``: 263 numbers a frame, at 20 frames a second.
