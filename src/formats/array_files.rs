@@ -46,7 +46,13 @@ const ROW: FormatInfo = FormatInfo {
     contents: Contents::Arrays,
     carried: &[
         (DataKind::Clips, Carriage::Kept),
+        (DataKind::Frames, Carriage::AtFrames),
+        (DataKind::FrameRates, Carriage::Kept),
+        (DataKind::Durations, Carriage::AtFrames),
+        (DataKind::Units, Carriage::Converted),
         (DataKind::MovingJoints, Carriage::Kept),
+        (DataKind::PositionCurves, Carriage::Converted),
+        (DataKind::RestScales, Carriage::Converted),
         (DataKind::MarkerGaps, Carriage::Kept),
     ],
     ..FormatInfo::BASE

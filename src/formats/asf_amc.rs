@@ -44,6 +44,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reads: cfg!(feature = "acclaim"),
     read: reader!("acclaim", read::read),
     names_clips: false,
+    // Its files state no unit.
+    carried: &[],
     ..FormatInfo::BASE
 };
 

@@ -17,6 +17,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reads: false,
     read,
     names_clips: false,
+    // Its files state no unit.
+    carried: &[],
     ..FormatInfo::BASE
 };
 

@@ -136,7 +136,13 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     ],
     carried: &[
         (DataKind::Clips, Carriage::Kept),
+        (DataKind::Frames, Carriage::Kept),
+        (DataKind::FrameRates, Carriage::Kept),
+        (DataKind::Durations, Carriage::Kept),
+        (DataKind::Units, Carriage::Converted),
         (DataKind::MovingJoints, Carriage::Converted),
+        (DataKind::PositionCurves, Carriage::OfRoot),
+        (DataKind::RestScales, Carriage::Converted),
         (DataKind::FaceCurves, Carriage::Kept),
     ],
     states_bones: true,

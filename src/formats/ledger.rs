@@ -7,9 +7,16 @@ use std::collections::BTreeSet;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::pose::Binding;
 use mocap_scene::scene::report::{DataKind, DataLoss};
-use mocap_scene::scene::{Format, Node, NodeId, NodeKind, Scene};
+use mocap_scene::scene::{Animation, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
 
 use crate::FormatInfo;
+use crate::bvh::{BvhOptions, Channels};
+
+/// Frame rates nearer than this, as a fraction, are one: the rounding of a frame time with four digits.
+const SAME_RATE: f64 = 1e-4;
+
+/// Moments nearer than this to a frame, in frames, are at it.
+const AT_FRAME: f64 = 1e-3;
 
 /// What becomes of a kind of data in the files of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +26,10 @@ pub enum Carriage {
     Kept,
     /// The files have something else in its place, from which a program computes the same motion.
     Converted,
+    /// The files have a pose for each frame: keys between frames are lost, and a motion ends at a frame.
+    AtFrames,
+    /// The root has it in the files, and joints below it have not.
+    OfRoot,
     /// It is in the files where they are the file of the scene with another motion: [`Scene::original`].
     PassedThrough,
     /// It is not in the files, which a warning says.
@@ -32,6 +43,8 @@ impl Carriage {
         match self {
             Self::Kept => "kept",
             Self::Converted => "converted",
+            Self::AtFrames => "at frames",
+            Self::OfRoot => "of the root",
             Self::PassedThrough => "kept of glTF",
             Self::Lost => "lost",
         }
@@ -45,8 +58,14 @@ pub(crate) type Carried = &'static [(DataKind, Carriage)];
 /// The row of formats that hold characters: skeletons, motions and skinned meshes.
 pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Clips, Carriage::Kept),
+    (DataKind::Frames, Carriage::Kept),
+    (DataKind::FrameRates, Carriage::Kept),
+    (DataKind::Durations, Carriage::Kept),
+    (DataKind::Units, Carriage::Converted),
     (DataKind::MovingJoints, Carriage::Kept),
+    (DataKind::PositionCurves, Carriage::Kept),
     (DataKind::ScaleCurves, Carriage::Kept),
+    (DataKind::RestScales, Carriage::Kept),
     (DataKind::Meshes, Carriage::Kept),
     (DataKind::Skins, Carriage::Kept),
     (DataKind::UvSets, Carriage::Kept),
@@ -88,6 +107,52 @@ pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, D
     )
 }
 
+/// The joints below the hips whose position in their parent changes, which it does not in `humanoid`: what a format of
+/// certain bones has of a scene.
+pub(crate) fn positions_left_out(scene: &Scene, humanoid: &Scene) -> DataLoss {
+    let hips = humanoid.nodes.first().map(|hips| hips.name.as_str());
+    let hips = scene.nodes.iter().position(|node| Some(node.name.as_str()) == hips);
+    let is_below_hips = |node: &NodeId| {
+        let above = |node: &NodeId| scene.nodes[node.index()].parent;
+        std::iter::successors(above(node), above).any(|node| Some(node.index()) == hips)
+    };
+    let clip = scene.animations.first();
+    let curves = clip.map_or_else(Vec::new, |clip| scene.position_curves(clip));
+    let count = curves.iter().filter(|node| is_below_hips(node)).count();
+    DataLoss::new(DataKind::PositionCurves, count as u64)
+}
+
+fn is_between_frames(tick: f64, ticks_per_frame: f64) -> bool {
+    let frame = tick / ticks_per_frame;
+    (frame - frame.round()).abs() > AT_FRAME
+}
+
+/// How many moments with keys of a clip are between the frames of a file.
+fn frames_lost(clip: &Animation, ticks_per_frame: f64) -> usize {
+    fn times<T>(keys: &Keys<T>) -> (usize, &[f64]) {
+        (keys.len(), keys.ticks.as_deref().unwrap_or_default())
+    }
+    let tracks = || {
+        let channels = clip.channels.iter().flat_map(|channel| {
+            let [positions, scales] = [&channel.position_keys, &channel.scaling_keys].map(times);
+            [positions, times(&channel.rotation_keys), scales]
+        });
+        channels.filter(|(keys, _)| *keys > 1)
+    };
+    let every_tick = tracks()
+        .filter(|(_, ticks)| ticks.is_empty())
+        .map(|(keys, _)| keys)
+        .max();
+    let every_tick = every_tick.unwrap_or_default();
+    let is_lost = |tick: &f64| is_between_frames(*tick, ticks_per_frame);
+    let is_further = |tick: &f64| tick.fract() != 0.0 || *tick >= every_tick as f64;
+    let timed = tracks().flat_map(|(_, ticks)| ticks.iter().copied());
+    let mut lost: Vec<f64> = timed.filter(|tick| is_further(tick) && is_lost(tick)).collect();
+    lost.sort_by(f64::total_cmp);
+    lost.dedup();
+    lost.len() + (0..every_tick).filter(|tick| is_lost(&(*tick as f64))).count()
+}
+
 impl FormatInfo {
     /// What becomes of a kind of data in the files of this format.
     #[doc(hidden)]
@@ -100,16 +165,67 @@ impl FormatInfo {
         row.map_or(Carriage::Lost, |(_, carriage)| *carriage)
     }
 
-    /// What is lost where a scene is written in this format, with what the reader of the scene left out.
-    #[doc(hidden)]
-    pub fn losses(&self, scene: &Scene) -> Vec<DataLoss> {
+    /// The clips of a scene that are in a file of this format.
+    fn clips<'a>(&self, scene: &'a Scene) -> &'a [Animation] {
+        let count = if self.has_one_clip { 1 } else { usize::MAX };
+        &scene.animations[..count.min(scene.animations.len())]
+    }
+
+    /// How many clips of a file have another frame rate in it.
+    fn lost_rates(&self, scene: &Scene) -> usize {
+        let rates = || self.clips(scene).iter().map(|clip| clip.ticks_per_second);
+        let fastest = self.has_one_rate.then(|| rates().fold(0.0, f64::max));
+        let is_other = |rate: f64| {
+            let written = self.rate.or(fastest).unwrap_or(rate);
+            (rate - written).abs() > SAME_RATE * written
+        };
+        rates().filter(|rate| is_other(*rate)).count()
+    }
+
+    /// What of a kind is lost of what a scene has.
+    fn lost_of(&self, kind: DataKind, scene: &Scene, bvh: &BvhOptions) -> u64 {
         let is_passed = self.keeps_characters && scene.original.is_some();
-        let read = |kind: DataKind| match self.carriage(kind) {
-            Carriage::Lost => kind.count(scene),
-            Carriage::PassedThrough if !is_passed => kind.count(scene),
-            Carriage::Kept if kind == DataKind::Clips && self.has_one_clip => kind.count(scene).saturating_sub(1),
+        let clips = || self.clips(scene).iter();
+        let count = match (self.carriage(kind), kind) {
+            (_, DataKind::FrameRates) => self.lost_rates(scene),
+            (Carriage::AtFrames, DataKind::Durations) => {
+                let is_lost = |clip: &&Animation| is_between_frames(clip.duration, self.ticks_per_frame(clip));
+                clips().filter(is_lost).count()
+            }
+            (Carriage::AtFrames, _) => clips().map(|clip| frames_lost(clip, self.ticks_per_frame(clip))).sum(),
+            (Carriage::Lost, DataKind::Units) => {
+                let stated = scene
+                    .metadata
+                    .format
+                    .map(|format| FormatInfo::of(format).carriage(kind));
+                let is_guessed = scene
+                    .metadata
+                    .assumptions
+                    .iter()
+                    .any(|guess| guess.topic == Topic::Unit);
+                let is_stated = !is_guessed && stated.is_some_and(|carriage| carriage != Carriage::Lost);
+                usize::from(is_stated && !(self.has_sidecar && bvh.sidecar))
+            }
+            (Carriage::Kept, DataKind::PositionCurves) if bvh.channels == Channels::Three && self.has_sidecar => {
+                clips().map(|clip| scene.position_curves(clip).len()).sum()
+            }
+            (Carriage::Lost, _) => return kind.count(scene),
+            (Carriage::PassedThrough, _) if !is_passed => return kind.count(scene),
+            (Carriage::Kept, DataKind::Clips) => scene.animations.len() - clips().len(),
             _ => 0,
         };
+        count as u64
+    }
+
+    /// How many ticks of a clip a frame of a file lasts.
+    fn ticks_per_frame(&self, clip: &Animation) -> f64 {
+        self.rate.map_or(1.0, |rate| clip.ticks_per_second / rate)
+    }
+
+    /// What is lost where a scene is written in this format, with what the reader of the scene left out.
+    #[doc(hidden)]
+    pub fn losses(&self, scene: &Scene, bvh: &BvhOptions) -> Vec<DataLoss> {
+        let is_passed = self.keeps_characters && scene.original.is_some();
         // The model that a VMD is for has them.
         let is_of_model = self.format == Format::Vmd && scene.metadata.mmd.is_some();
         let unread = |kind: DataKind| -> u64 {
@@ -122,7 +238,7 @@ impl FormatInfo {
         };
         let losses = DataKind::ALL
             .iter()
-            .map(|&kind| DataLoss::new(kind, read(kind) + unread(kind)));
+            .map(|&kind| DataLoss::new(kind, self.lost_of(kind, scene, bvh) + unread(kind)));
         losses.filter(|loss| loss.count > 0).collect()
     }
 
@@ -139,6 +255,15 @@ impl FormatInfo {
             DataKind::ForcePlates => warning.help("`mocap forces` writes their forces"),
             DataKind::Events => warning.help("`mocap info` lists them"),
             DataKind::Clips => warning.help("{clip} takes another"),
+            DataKind::Units => warning.help("{sidecar} writes it beside the file"),
+            DataKind::PositionCurves if self.has_sidecar => warning.help("leave out {channels}, or write 6"),
+            DataKind::PositionCurves => warning.help("limbs point where they do, and keep their lengths"),
+            DataKind::Frames | DataKind::FrameRates | DataKind::Durations => match self.rate {
+                Some(rate) => warning.help(format!(
+                    "a file has {rate} frames a second; {{fps}} resamples a motion before"
+                )),
+                None => warning.help("{fps} with a higher rate keeps more of it"),
+            },
             _ => warning,
         }
     }

@@ -189,6 +189,8 @@ pub struct FormatInfo {
     /// Whether all clips have one frame rate, which is whole where it is next to a whole one.
     #[doc(hidden)]
     pub has_one_rate: bool,
+    /// The frames a second of all of its files, where the format says it.
+    pub(crate) rate: Option<f64>,
     /// Whether its files are packed clips: only this program writes them, their joints have the axes of the source, and
     /// the bound on their error holds for positions.
     #[doc(hidden)]
@@ -241,7 +243,13 @@ impl FormatInfo {
         options: &[],
         carried: &[
             (DataKind::Clips, Carriage::Kept),
+            (DataKind::Frames, Carriage::Kept),
+            (DataKind::FrameRates, Carriage::Kept),
+            (DataKind::Durations, Carriage::Kept),
+            (DataKind::Units, Carriage::Converted),
             (DataKind::MovingJoints, Carriage::Kept),
+            (DataKind::PositionCurves, Carriage::Kept),
+            (DataKind::RestScales, Carriage::Kept),
         ],
         passed_through: &[],
         has_one_clip: false,
@@ -256,6 +264,7 @@ impl FormatInfo {
         names_clips: true,
         has_key_times: false,
         has_one_rate: false,
+        rate: None,
         is_packed: false,
         provenance: |_| None,
         inspect: |_, _| Ok(None),

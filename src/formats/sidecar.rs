@@ -13,8 +13,8 @@ use mocap_scene::visible_json;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::ExportFile;
 use super::provenance::Provenance;
+use super::{ExportFile, FormatInfo, WriteOptions};
 
 /// What the file says.
 #[derive(Serialize, Deserialize)]
@@ -28,14 +28,20 @@ pub struct Sidecar {
 }
 
 impl Sidecar {
-    /// The file beside `name`, which has these bytes.
-    pub(super) fn of(scene: &Scene, name: &str, bytes: &[u8]) -> ExportFile {
+    /// The file beside the file of `options`, which has these bytes.
+    pub(super) fn of(scene: &Scene, options: &WriteOptions, bytes: &[u8]) -> ExportFile {
         let sidecar = Self {
-            mocap: Provenance::in_file(scene, Format::Bvh),
+            mocap: Provenance {
+                losses: FormatInfo::of(Format::Bvh).losses(scene, &options.bvh),
+                ..Provenance::of(scene)
+            },
             sha256: sum(bytes),
         };
         let text = serde_json::to_string_pretty(&sidecar).expect("a provenance has no map without text as keys");
-        ExportFile::new(format!("{name}.json"), visible_json(&text).into_owned().into_bytes())
+        ExportFile::new(
+            format!("{}.json", options.name),
+            visible_json(&text).into_owned().into_bytes(),
+        )
     }
 
     /// Its name beside `path`.

@@ -334,7 +334,7 @@ impl Exporter {
         } else {
             scene.lost_weights(row.name, "write .glb or .gltf, which keep them")?
         };
-        let mut losses = row.losses(scene);
+        let mut losses = row.losses(scene, &options.bvh);
         let written = match is_at_rest_for(scene, row) {
             true => row.write(scene, &options),
             false => {

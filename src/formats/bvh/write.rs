@@ -30,12 +30,10 @@ pub(crate) mod number;
 mod scale_warning;
 mod scales;
 
-use glam::Vec3;
-use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::pose::Binding;
-use mocap_scene::scene::{NodeKind, Scene};
+use mocap_scene::error::{Diagnostic, Result};
+use mocap_scene::scene::Scene;
 
-use super::{BvhOptions, Channels};
+use super::BvhOptions;
 use crate::{Export, ExportFile, Sidecar, WriteOptions};
 
 impl BvhOptions {
@@ -77,39 +75,12 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let beside = options
         .bvh
         .sidecar
-        .then(|| Sidecar::of(scene, &options.name, text.as_bytes()));
+        .then(|| Sidecar::of(scene, options, text.as_bytes()));
     let main = ExportFile::new(&options.name, text.into_bytes());
     Ok(Export {
-        warnings: Vec::from_iter(
-            options
-                .bvh
-                .scale_warning(scene)?
-                .into_iter()
-                .chain(options.bvh.lost_positions(scene)),
-        ),
+        warnings: Vec::from_iter(options.bvh.scale_warning(scene)?),
         renamed,
         nodes: scene.nodes.len(),
         ..Export::of(beside.into_iter().chain([main]).collect())
     })
-}
-
-impl BvhOptions {
-    /// Says so where joints move in their parents, and only the root is to have position channels.
-    fn lost_positions(&self, scene: &Scene) -> Option<Diagnostic> {
-        /// What is no motion, as a fraction of the position: the rounding of products.
-        const ROUNDING: f32 = 1e-5;
-        let animation = scene.animations.first().filter(|_| self.channels == Channels::Three)?;
-        let binding = Binding::new(scene, animation);
-        let lost = binding.driven().filter(|(node, channel)| {
-            let joint = &scene.nodes[node.index()];
-            let positions = &animation.channels[*channel].position_keys.values;
-            let moves = |position: &Vec3| position.distance(positions[0]) > ROUNDING * positions[0].length();
-            joint.kind == NodeKind::Joint && joint.parent.is_some() && positions.iter().any(moves)
-        });
-        let count = lost.count();
-        (count > 0).then(|| {
-            let message = format!("{count} joints move in their parents, and with {{channels}} 3 they do not");
-            Diagnostic::new(Code::NotCarriedOver, message).help("leave out {channels}, or write 6")
-        })
-    }
 }

@@ -24,10 +24,10 @@ use mocap_figure::vrm_humanoid::vrm_humanoid_shown;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::options::setters;
 use mocap_scene::scene::report::DataLoss;
-use mocap_scene::scene::{Channel, HumanoidBone, NodeId, Scene};
+use mocap_scene::scene::{HumanoidBone, NodeId, Scene};
 
 use super::write::{Document, GltfOptions, GltfReport};
-use crate::ledger::joints_left_out;
+use crate::ledger::{joints_left_out, positions_left_out};
 use crate::{Export, WriteOptions};
 
 /// Options of the writer.
@@ -83,10 +83,10 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
         humanoid: options.humanoid.clone(),
         gltf: GltfOptions::of(options),
     };
-    let (document, report, notes, lost) = document(scene, options.whole.as_deref(), &vrma)?;
+    let (document, report, notes, losses) = document(scene, options.whole.as_deref(), &vrma)?;
     let mut written = Export {
         files: vec![document.into_glb_file(&options.name)?],
-        losses: Vec::from_iter((lost.count > 0).then_some(lost)),
+        losses: losses.into_iter().filter(|loss| loss.count > 0).collect(),
         ..report.written()
     };
     written.notes.extend(notes);
@@ -107,9 +107,6 @@ const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
 
 /// The smallest angle in degrees by which a part of the body is off that is worth a word.
 const WORTH_A_WORD: f32 = 1.0;
-
-/// A joint whose position in its parent changes by more than this, in metres, is said to move.
-const MOVES: f32 = 0.001;
 
 /// How far parts of the body are off on a character without bones that VRM does not require, where a player leaves out
 /// their rotations, as a sentence.
@@ -153,35 +150,13 @@ fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
     Some((angles.iter().copied().fold(0.0, f32::max), mean))
 }
 
-/// Joints whose positions move, which those of a VRM animation do not: the hips and what is above them aside.
-fn joints_that_move(scene: &Scene, humanoid: &Scene) -> Option<String> {
-    let hips = humanoid.nodes.first().map(|hips| hips.name.as_str());
-    let hips = scene.nodes.iter().position(|node| Some(node.name.as_str()) == hips)?;
-    let is_below_hips = |node: NodeId| {
-        let above = |node: &NodeId| scene.nodes[node.index()].parent;
-        std::iter::successors(above(&node), above).any(|node| node.index() == hips)
-    };
-    let moves = |channel: &&Channel| {
-        let positions = &channel.position_keys.values;
-        let is_far = |position: &Vec3| position.distance(positions[0]) > MOVES;
-        channel.node.is_some_and(is_below_hips) && positions.iter().any(is_far)
-    };
-    let count = scene.animations.first()?.channels.iter().filter(moves).count();
-    (count > 0).then(|| {
-        format!(
-            "positions: {count} joints move in their parents by more than 1 mm, and bones of VRM do not; limbs point where \
-             they do, and keep their lengths"
-        )
-    })
-}
-
-/// The document, what there is to say about it, what a player of it loses, and how many joints move that it has not.
+/// The document, what there is to say about it, what a player of it loses, and what of the joints it has not.
 /// `whole` has other frames of the motion, which show the T-pose.
 fn document(
     scene: &Scene,
     whole: Option<&Scene>,
     options: &VrmaOptions,
-) -> Result<(Document, GltfReport, Vec<String>, DataLoss)> {
+) -> Result<(Document, GltfReport, Vec<String>, [DataLoss; 2])> {
     if scene.animations.is_empty() {
         let message = "there is no motion in it, and a VRM animation is nothing else";
         return Err(Diagnostic::new(Code::NoMotion, message)
@@ -190,16 +165,16 @@ fn document(
     }
     let mut humanoid = vrm_humanoid_shown(scene, whole, options.humanoid.clone())?;
     let (left_out, lost) = joints_left_out(scene, &humanoid);
-    humanoid.lose(lost.kind, lost.count as usize);
+    let losses = [lost, positions_left_out(scene, &humanoid)];
+    for loss in losses {
+        humanoid.lose(loss.kind, loss.count as usize);
+    }
     let document = Document::of_vrm_animation(&humanoid, &options.gltf)?;
     let report = GltfReport {
         left_out,
         joints: humanoid.nodes.iter().filter(|node| node.face.is_none()).count(),
         ..document.report().clone()
     };
-    let notes = [
-        off_without_optional_bones(&humanoid),
-        joints_that_move(scene, &humanoid),
-    ];
-    Ok((document, report, notes.into_iter().flatten().collect(), lost))
+    let notes = off_without_optional_bones(&humanoid);
+    Ok((document, report, notes.into_iter().collect(), losses))
 }

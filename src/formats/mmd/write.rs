@@ -19,7 +19,7 @@ use mocap_scene::scene::{Animation, Channel, Face, Format, Scene};
 
 use self::bones::Bones;
 use super::{FRAME_RATE, METRES_PER_UNIT, generic, names};
-use crate::ledger::joints_left_out;
+use crate::ledger::{joints_left_out, positions_left_out};
 use crate::written::unit_warning;
 use crate::{Export, ExportFile, WriteOptions, numbers};
 
@@ -58,7 +58,8 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
         None => {
             humanoid = vrm_humanoid_shown(scene, options.whole.as_deref(), options.humanoid.clone())?;
             let (left_out, lost) = joints_left_out(scene, &humanoid);
-            written.losses.extend((lost.count > 0).then_some(lost));
+            let losses = [lost, positions_left_out(scene, &humanoid)];
+            written.losses.extend(losses.into_iter().filter(|loss| loss.count > 0));
             written.notes.extend((!left_out.is_empty()).then(|| {
                 format!(
                     "joints: {} left out, because no usual bone of MMD is such",
@@ -77,12 +78,6 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     taken.clear();
     morphs.retain(|track| is_writable(&track.name, &mut taken, &mut written));
     written.nodes = tracks.len();
-    let rate = animation.ticks_per_second;
-    if (rate - FRAME_RATE).abs() > 1e-6 * FRAME_RATE {
-        written
-            .notes
-            .push(format!("rate: {FRAME_RATE} frames a second, from {rate}"));
-    }
     let bytes = bytes::file(&bones.model, &tracks, &morphs, &bones.ik)?;
     written.files = vec![ExportFile::new(&options.name, bytes)];
     Ok(written)

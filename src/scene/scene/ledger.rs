@@ -3,9 +3,14 @@
 use std::collections::HashSet;
 use std::fmt;
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Channel, Keys, SKELETON_MATERIAL, Scene};
+use super::{Animation, Channel, Keys, Node, NodeId, NodeKind, SKELETON_MATERIAL, Scene};
+use crate::pose::{Binding, Trs};
+
+/// What is no change of a position or a scale, as a fraction of it: the rounding of products and of text.
+const ROUNDING: f32 = 1e-4;
 
 /// Declares [`DataKind`] from one line for each: its documentation, the variant, its name in JSON, and what one and
 /// several are called.
@@ -42,10 +47,22 @@ macro_rules! kinds {
 kinds! {
     /// Animations.
     Clips "clips" "clip" "clips"
+    /// Moments at which curves of joints have keys.
+    Frames "frames" "frame" "frames"
+    /// Frame rates of clips.
+    FrameRates "frame-rates" "frame rate" "frame rates"
+    /// Lengths of clips in seconds.
+    Durations "durations" "duration" "durations"
+    /// The unit of length that a file states.
+    Units "units" "unit of length" "units of length"
     /// Joints and markers that move in any clip.
     MovingJoints "moving-joints" "moving joint" "moving joints"
+    /// Joints below other joints whose position in their parent changes in any clip.
+    PositionCurves "position-curves" "curve of a joint's position" "curves of joints' positions"
     /// Joints whose scale changes in any clip.
     ScaleCurves "scale-curves" "curve of a joint's scale" "curves of joints' scales"
+    /// Joints with a scale at rest.
+    RestScales "rest-scales" "scale of a joint at rest" "scales of joints at rest"
     /// Expressions, and weights of morph targets, that change in any clip.
     FaceCurves "face-curves" "face curve" "face curves"
     /// Markers that are not seen in every frame.
@@ -126,6 +143,20 @@ impl DataKind {
         let count = match self {
             Self::Clips => scene.animations.len(),
             Self::MovingJoints => nodes(scene, false, Channel::moves),
+            Self::Frames => scene.animations.iter().map(Animation::frame_count).sum(),
+            Self::FrameRates | Self::Durations => scene.animations.len(),
+            Self::Units => usize::from(scene.metadata.metres_per_unit.is_some()),
+            Self::PositionCurves => {
+                let curves = |animation| scene.position_curves(animation);
+                scene.animations.iter().flat_map(curves).collect::<HashSet<_>>().len()
+            }
+            Self::RestScales => {
+                let is_scaled = |node: &&Node| {
+                    let scale = Trs::from_matrix(node.transform).scale;
+                    node.kind == NodeKind::Joint && !scale.abs_diff_eq(Vec3::ONE, ROUNDING)
+                };
+                scene.nodes.iter().filter(is_scaled).count()
+            }
             Self::ScaleCurves => nodes(scene, false, |channel| varies(&channel.scaling_keys)),
             Self::FaceCurves => scene.weight_curves() + nodes(scene, true, |channel| varies(&channel.position_keys)),
             Self::MarkerGaps => {
@@ -186,7 +217,32 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// The joints below other joints whose position in their parent changes.
+    #[doc(hidden)]
+    pub fn position_curves(&self, animation: &Animation) -> Vec<NodeId> {
+        let binding = Binding::new(self, animation);
+        let is_curve = |(node, channel): &(NodeId, usize)| {
+            let joint = &self.nodes[node.index()];
+            let parent = |node: &Node| node.parent.map(|parent| &self.nodes[parent.index()]);
+            let mut above = std::iter::successors(parent(joint), |node| parent(node));
+            joint.kind == NodeKind::Joint
+                && joint.face.is_none()
+                && above.any(|node| node.kind == NodeKind::Joint)
+                && animation.channels[*channel].goes()
+        };
+        binding.driven().filter(is_curve).map(|(node, _)| node).collect()
+    }
+}
+
 impl Channel {
+    /// Whether the position of its node changes by more than a rounding.
+    fn goes(&self) -> bool {
+        let positions = &self.position_keys.values;
+        let is_elsewhere = |position: &Vec3| position.distance(positions[0]) > ROUNDING * positions[0].length();
+        positions.iter().any(is_elsewhere)
+    }
+
     /// Whether its node turns or goes anywhere.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {

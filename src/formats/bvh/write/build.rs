@@ -12,7 +12,7 @@ use super::angles::Angles;
 use super::motion::Motion;
 use super::number::{push, push_single, shortest};
 use super::scales::places;
-use super::{BvhOptions, Channels};
+use crate::bvh::{BvhOptions, Channels};
 use crate::report::NodeRename;
 use crate::unique_names::{UniqueNames, is_separator};
 

@@ -446,12 +446,11 @@ fn any_humanoid_is_written_for_the_usual_bones() {
             .unwrap()
             .contains("retarget INPUT MODEL.pmx")
     );
+    // Of 120 frames a second.
     assert!(
-        said.notes
-            .iter()
-            .any(|note| note.starts_with("rate: 30 frames a second, from 120")),
+        said.losses.contains(&DataLoss::new(DataKind::FrameRates, 1)),
         "{:?}",
-        said.notes
+        said.losses
     );
     let mut again = Importer::new().read(&bytes, "walk.vmd").unwrap();
     Conversion::new().apply(&mut again).unwrap();

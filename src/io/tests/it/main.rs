@@ -5,6 +5,7 @@ mod faces;
 mod large;
 mod limits;
 mod losses;
+mod losses_of_time;
 mod numbers;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../../tests/it/sample.rs"]

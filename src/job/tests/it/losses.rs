@@ -13,8 +13,43 @@ fn job(input: &str, onto: &Value, output: &str, strict: bool) -> mocap::Result<V
     if !onto.is_null() {
         job["target"] = onto.clone();
     }
+    // A VMD has no other rate, which is a loss of its own.
+    if output.ends_with(".vmd") {
+        job["read"]["retime"] = json!(30);
+    }
+    losses(&job)
+}
+
+fn losses(job: &Value) -> mocap::Result<Vec<DataLoss>> {
     let (_, report) = Job::from_json(&job.to_string())?.make(&[])?;
     Ok(report.losses)
+}
+
+/// What a user chooses, and a rate that a format fixes, are losses too: strict jobs refuse them. In the columns of the
+/// first file the positions of `JOINTS` joints below the root change; of the frames of the second every fourth stays.
+#[test]
+fn positions_and_frames_that_are_left_out_are_counted() {
+    const JOINTS: u64 = 20;
+    const POSITIONS: &str = "../../fixtures/real/perception_neuron_moving_positions.bvh";
+    const WALK: &str = "../../fixtures/real/cmu_short.bvh";
+    let three = json!({"output": "a.bvh", "bvh": {"channels": "3"}});
+    let positions = [DataLoss::new(DataKind::PositionCurves, JOINTS)];
+    // 75 frames at 120 a second; the joints of hands have no bones of MMD.
+    let times = [
+        DataLoss::new(DataKind::Frames, 56),
+        DataLoss::new(DataKind::FrameRates, 1),
+        DataLoss::new(DataKind::Durations, 1),
+        DataLoss::new(DataKind::MovingJoints, 4),
+    ];
+    for (input, write, lost) in [
+        (POSITIONS, three, &positions[..]),
+        (WALK, json!({"output": "a.vmd"}), &times[..]),
+    ] {
+        let mut job = json!({"source": {"inputs": [input]}, "write": write});
+        assert_eq!(losses(&job).unwrap(), lost, "{input}");
+        job["read"] = json!({"strict": true});
+        assert_eq!(losses(&job).unwrap_err().code(), Code::NotCarriedOver, "{input}");
+    }
 }
 
 /// Of a performer with fingers on bodies without any. The columns of the file show that 17 of the 30 joints of fingers
