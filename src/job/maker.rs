@@ -346,8 +346,7 @@ impl<'a> Maker<'a> {
 
     fn convert(&self, mut scene: Scene, motion: &Path, hear: Listener<'_>) -> Result<SourceMotion> {
         let frames = &self.job.source.frames;
-        let of_reader = scene.metadata.assumptions.iter();
-        of_reader.for_each(|assumption| hear(Notice::Note(&assumption.to_string())));
+        say_all(&scene.metadata.assumptions, hear);
         self.job.source.space.state(&mut scene);
         let conversion = self.conversion();
         conversion.check()?;

@@ -57,7 +57,9 @@ pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Listener<'_>) {
 }
 
 pub(super) fn say_all(assumptions: &[Assumption], hear: Listener<'_>) {
-    let sentences = assumptions.iter().map(Assumption::to_string);
+    // The ledger of losses counts what is beside the motion.
+    let is_of_motion = |assumption: &&Assumption| !matches!(assumption.topic, Topic::Analog | Topic::Events);
+    let sentences = assumptions.iter().filter(is_of_motion).map(Assumption::to_string);
     sentences.for_each(|sentence| hear(Notice::Note(&sentence)));
 }
 
