@@ -85,9 +85,9 @@ fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
 }
 
 /// Prints the warnings of a scene, and says which animation of several is taken.
-fn told(scene: Scene, file: &Path) -> Scene {
+fn told(mut scene: Scene, file: &Path) -> Scene {
     report::warnings(Some(file), &scene.warnings);
-    report::clip_taken(&scene);
+    report::clip_taken(&mut scene);
     scene
 }
 

@@ -136,11 +136,14 @@ pub(crate) fn caution(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
 }
 
-/// Says which animation of several a command uses that needs one: the first that was imported.
-pub(crate) fn clip_taken(scene: &mocap::Scene) {
-    if let [first, _, ..] = scene.animations.as_slice() {
-        let count = scene.animations.len();
-        say(&format!("clip: 0 \"{}\" of {count}; --clip takes another", first.name));
+/// Says which animation of several a command uses that needs one, and puts it before the others: the first that was
+/// imported in which joints move.
+pub(crate) fn clip_taken(scene: &mut mocap::Scene) {
+    let (index, count) = (scene.main_clip(), scene.animations.len());
+    if count > 1 {
+        let name = &scene.animations[index].name;
+        say(&format!("clip: {index} \"{name}\" of {count}; --clip takes another"));
+        scene.put_main_clip_first();
     }
 }
 

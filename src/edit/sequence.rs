@@ -2,6 +2,7 @@
 
 use mocap_figure::{Humanoid, HumanoidMap};
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{Node, NodeId, Scene};
 
 use super::report::EditReport;
@@ -39,9 +40,6 @@ fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
     (scene.nodes.len() > before.len()).then(|| NodeId::new(first))
 }
 
-/// Why a second motion that is retargeted loses its face.
-const OTHER_FACE: &str = "take both motions from one character";
-
 impl EditStep {
     /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too. Of
     /// `others`, one with another skeleton than the scene is brought onto it by `fit`.
@@ -55,6 +53,7 @@ impl EditStep {
     ) -> Result<(Vec<EditReport>, Humanoid)> {
         let seconds = Self::second_motions(steps, &names_of(others))?;
         let mut reports = Vec::new();
+        let moved = scene.moves();
         for (step, second) in std::iter::zip(steps, seconds) {
             let before: Vec<String> = scene.nodes.iter().map(|node| node.name.clone()).collect();
             let other = second.map(|index| others[index]);
@@ -68,9 +67,7 @@ impl EditStep {
             };
             let mut report = step.apply(scene, &input)?;
             if let (Some(_), Some(other)) = (&fitted, other) {
-                scene
-                    .warnings
-                    .extend(other.lost_weights("a retargeted motion", OTHER_FACE)?);
+                scene.lose(DataKind::FaceCurves, other.weight_curves());
             }
             report.retargeted = fitted.map(|fitted| fitted.quality);
             reports.push(report);
@@ -78,7 +75,16 @@ impl EditStep {
             stated = stated.map(|stated| stated.after(inserted));
             found = found.after(inserted);
         }
-        Ok((reports, found))
+        // Who trims a motion to one frame wants a pose.
+        let is_pose = scene.animations.iter().all(|clip| clip.frame_count() == 1);
+        match moved && !is_pose && !scene.moves() {
+            true => Err(
+                Diagnostic::new(Code::NoMotion, "nothing moves after the steps, and it moved before")
+                    .help("leave out the step that stops it")
+                    .into(),
+            ),
+            false => Ok((reports, found)),
+        }
     }
 
     /// Refuses second motions where there are no steps.

@@ -209,8 +209,14 @@ impl FormatInfo {
             (Carriage::Kept, DataKind::PositionCurves) if bvh.channels == Channels::Three && self.has_sidecar => {
                 clips().map(|clip| scene.position_curves(clip).len()).sum()
             }
+            // Without position channels the joints below stay.
+            (Carriage::Converted, DataKind::ScaleCurves) if bvh.channels == Channels::Three && self.has_sidecar => {
+                return kind.count(scene);
+            }
             (Carriage::Lost, _) => return kind.count(scene),
             (Carriage::PassedThrough, _) if !is_passed => return kind.count(scene),
+            // Those of expressions are channels of nodes.
+            (Carriage::Kept, DataKind::FaceCurves) => scene.weight_curves(),
             (Carriage::Kept, DataKind::Clips) => scene.animations.len() - clips().len(),
             _ => 0,
         };
@@ -255,6 +261,7 @@ impl FormatInfo {
             DataKind::ForcePlates => warning.help("`mocap forces` writes their forces"),
             DataKind::Events => warning.help("`mocap info` lists them"),
             DataKind::Clips => warning.help("{clip} takes another"),
+            DataKind::FaceCurves => warning.help("write .glb or .gltf, which keep curves of morph targets"),
             DataKind::Units => warning.help("{sidecar} writes it beside the file"),
             DataKind::PositionCurves if self.has_sidecar => warning.help("leave out {channels}, or write 6"),
             DataKind::PositionCurves => warning.help("limbs point where they do, and keep their lengths"),

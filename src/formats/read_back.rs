@@ -33,31 +33,10 @@ pub fn check<'a>(
     animations: impl Iterator<Item = &'a Animation> + Clone,
 ) -> Result<()> {
     let bytes: usize = files.iter().map(ExportFile::len).sum();
-    let Some(main) = files.last() else { return Ok(()) };
     if !(is_near_in_nodes(nodes) || is_near_in_animations(animations, nodes.len(), bytes)) {
         return Ok(());
     }
-    let open = |path: &Path| {
-        let beside = files.iter().find(|file| path.ends_with(file.name()));
-        let missing = || Diagnostic::new(Code::MissingFile, "the file is not one of the output");
-        Ok(beside.ok_or_else(missing)?.bytes().into_owned())
-    };
-    let options = ReadOptions {
-        without_meshes: true,
-        ..ReadOptions::default()
-    };
-    let again = read(
-        &Source {
-            bytes: &main.bytes(),
-            blocks: None,
-            name: Path::new(main.name()),
-            release: &|_| {},
-            open: &open,
-            list: &|_| Vec::new(),
-        },
-        &options,
-    );
-    match again.and_then(|scene| numbers::check(&scene)) {
+    match read_again(read, files).and_then(|scene| numbers::check(&scene)) {
         Err(error) if error.code() != Code::MissingFile => {
             let mut refusal = error.diagnostic().clone();
             refusal.message = format!("the file would be refused when it is read: {}", refusal.message);
@@ -68,6 +47,37 @@ pub fn check<'a>(
         }
         _ => Ok(()),
     }
+}
+
+/// Whether nothing moves in files that `read` reads.
+pub fn is_still(read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>, files: &[ExportFile]) -> bool {
+    read_again(read, files).is_ok_and(|again| !again.moves())
+}
+
+fn read_again(read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>, files: &[ExportFile]) -> Result<Scene> {
+    let Some(main) = files.last() else {
+        return Err(Diagnostic::new(Code::MissingFile, "there are no files").into());
+    };
+    let open = |path: &Path| {
+        let beside = files.iter().find(|file| path.ends_with(file.name()));
+        let missing = || Diagnostic::new(Code::MissingFile, "the file is not one of the output");
+        Ok(beside.ok_or_else(missing)?.bytes().into_owned())
+    };
+    let options = ReadOptions {
+        without_meshes: true,
+        ..ReadOptions::default()
+    };
+    read(
+        &Source {
+            bytes: &main.bytes(),
+            blocks: None,
+            name: Path::new(main.name()),
+            release: &|_| {},
+            open: &open,
+            list: &|_| Vec::new(),
+        },
+        &options,
+    )
 }
 
 fn is_near_in_nodes(nodes: &[Node]) -> bool {

@@ -12,7 +12,7 @@ use mocap_figure::{Figure, Humanoid};
 use mocap_formats::bvh::BvhOptions;
 use mocap_formats::fbx::FbxOptions;
 use mocap_formats::gltf::{BufferPlace, Compression};
-use mocap_formats::{Export, FormatInfo, WriteOptions, read_back};
+use mocap_formats::{Export, FormatInfo, ReadOptions, Source, WriteOptions, read_back};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::pose::Trs;
@@ -328,12 +328,12 @@ impl Exporter {
         let is_lost = !row.keeps_shear && scene.original.is_none();
         let unsheared = is_lost.then(|| process::take_shear_out(scene)).flatten();
         let scene = unsheared.as_ref().map_or(scene, |unsheared| &unsheared.scene);
-        let keeps_weights = row.format == Format::Gltf && scene.original.is_some();
-        let lost_weights = if keeps_weights {
-            None
-        } else {
-            scene.lost_weights(row.name, "write .glb or .gltf, which keep them")?
-        };
+        let in_order = (row.has_one_clip && scene.main_clip() > 0).then(|| {
+            let mut in_order = scene.clone();
+            in_order.put_main_clip_first();
+            in_order
+        });
+        let scene = in_order.as_ref().unwrap_or(scene);
         let mut losses = row.losses(scene, &options.bvh);
         let written = match is_at_rest_for(scene, row) {
             true => row.write(scene, &options),
@@ -354,21 +354,35 @@ impl Exporter {
                 None => losses.push(loss),
             }
         }
-        // Its own warning says more of the curves of morph targets.
-        let is_said = |loss: &&DataLoss| lost_weights.is_some() && loss.kind == DataKind::FaceCurves;
-        let told = losses.iter().filter(|loss| !is_said(loss));
-        let told: Vec<Diagnostic> = told.map(|loss| row.loss_warning(*loss)).collect();
-        written.warnings.extend(told);
-        written.warnings.extend(lost_weights);
+        let read = |source: &Source<'_>, options: &ReadOptions| row.read(source, options);
+        let is_moving = scene.moves() || losses.iter().any(|loss| loss.kind == DataKind::FaceCurves);
+        if is_moving && losses.iter().any(|loss| loss.kind.is_motion()) && read_back::is_still(&read, &written.files) {
+            return Err(Error::from(nothing_moves(row, &losses)).with_path(path));
+        }
+        written
+            .warnings
+            .extend(losses.iter().map(|loss| row.loss_warning(*loss)));
         written.losses = losses;
-        read_back::check(
-            &|source, options| row.read(source, options),
-            &written.files,
-            &scene.nodes,
-            scene.animations.iter(),
-        )
-        .map_err(|error| error.with_path(path))?;
+        read_back::check(&read, &written.files, &scene.nodes, scene.animations.iter())
+            .map_err(|error| error.with_path(path))?;
         Ok(written)
+    }
+}
+
+/// The error of an output that would stand still, although its source moves.
+fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
+    let of_motion = || losses.iter().filter(|loss| loss.kind.is_motion());
+    let lost: Vec<String> = of_motion().map(ToString::to_string).collect();
+    let message = format!(
+        "nothing would move in the output, {}, which has no place for {}",
+        row.name,
+        lost.join(", ")
+    );
+    let help = of_motion().find_map(|loss| row.loss_warning(*loss).help);
+    let error = Diagnostic::new(Code::Unrepresentable, message);
+    match help {
+        Some(help) => error.help(help),
+        None => error.help("write another format, such as .glb"),
     }
 }
 

@@ -316,8 +316,9 @@ impl<'a> Maker<'a> {
         }
         if takes_one && let Some(note) = clip_taken(&scene, None) {
             hear(Notice::Note(&note));
-            scene.animations.truncate(1);
-            scene.metadata.steps.push(AppliedStep::SelectClip { index: 0 });
+            let index = scene.main_clip();
+            scene.keep_animation(index);
+            scene.metadata.steps.push(AppliedStep::SelectClip { index });
         }
         meshes::keep_or_drop(&self.job, self.format(), &mut scene, motion, hear)?;
         Ok(scene)

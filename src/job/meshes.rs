@@ -5,7 +5,7 @@ use std::path::Path;
 use mocap_formats::FormatInfo;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::report::AppliedStep;
+use mocap_scene::scene::report::{AppliedStep, DataKind, DataLoss};
 use mocap_scene::scene::{Format, Scene};
 
 use super::MotionJob;
@@ -37,24 +37,21 @@ pub(super) fn keep_or_drop(
     hear: Listener<'_>,
 ) -> Result<()> {
     let is_gltf = row.is_some_and(|row| row.format == Format::Gltf);
-    let loses_weights = match (&job.target, job.write.skeleton_only) {
-        (Some(_), _) => Some((
-            "a retargeted motion",
-            "the targets of one face are not those of another",
-        )),
-        (None, true) => Some(("a skeleton alone", "leave out {skeleton-only}, and write .glb or .gltf")),
-        (None, false) => None,
-    };
-    if let Some((output, help)) = loses_weights {
-        let lost = scene
-            .lost_weights(output, help)
-            .map_err(|error| error.with_path(motion))?;
-        if let Some(lost) = lost {
-            hear(Notice::Warnings(motion, &[lost]));
-        }
-    }
     if job.write.skeleton_only {
         scene.metadata.lost.clear();
+    }
+    // One face has not the targets of another, and a skeleton has none.
+    if job.target.is_some() || job.write.skeleton_only {
+        let lost = scene.weight_curves();
+        scene.lose(DataKind::FaceCurves, lost);
+        if lost > 0 && job.target.is_some() {
+            let lost = DataLoss::new(DataKind::FaceCurves, lost as u64);
+            let message = format!("left out: {lost}, because the targets of one face are not those of another");
+            hear(Notice::Warnings(
+                motion,
+                &[Diagnostic::new(Code::NotCarriedOver, message)],
+            ));
+        }
     }
     if job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
         hear(Notice::Note(

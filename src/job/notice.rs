@@ -63,15 +63,16 @@ pub(super) fn say_all(assumptions: &[Assumption], hear: Listener<'_>) {
     sentences.for_each(|sentence| hear(Notice::Note(&sentence)));
 }
 
-/// Which animation of several is taken, the first; `only` is a format that has one.
+/// Which animation of several is taken, the first that moves; `only` is a format that has one.
 pub(super) fn clip_taken(scene: &Scene, only: Option<&str>) -> Option<String> {
-    let [first, _, ..] = scene.animations.as_slice() else {
+    if scene.animations.len() < 2 {
         return None;
-    };
-    let (name, count) = (&first.name, scene.animations.len());
+    }
+    let (index, count) = (scene.main_clip(), scene.animations.len());
+    let name = &scene.animations[index].name;
     let because = only.map(|format| format!(", because {format} has one"));
     let note = format!(
-        "clip: 0 \"{name}\" of {count}{}; {{clip}} takes another",
+        "clip: {index} \"{name}\" of {count}{}; {{clip}} takes another",
         because.unwrap_or_default()
     );
     Some(spelled(&note).into_owned())

@@ -184,6 +184,23 @@ impl Retargeter {
                 }
             }
         }
+        let is_moving =
+            |clip: &RetargetedClip| clip.animation.moves() || self.figure.is_some() && !clip.face.is_empty();
+        let is_lost = source.scene.moves()
+            || source
+                .scene
+                .metadata
+                .lost
+                .iter()
+                .any(|loss| loss.kind == DataKind::FaceCurves);
+        if is_lost && !self.clips[first..].iter().any(is_moving) {
+            self.clips.truncate(first);
+            self.names = names;
+            let message = "nothing would move: the target has no place for what moves in the source";
+            return Err(Diagnostic::new(Code::NoMotion, message)
+                .help("retarget onto a body that has these joints")
+                .into());
+        }
         moving.clips = first..self.clips.len();
         self.sources.push(moving);
         Ok(&self.sources[self.sources.len() - 1].source)

@@ -16,10 +16,10 @@ pub(crate) fn run(args: &FkArgs, given: &ArgumentSources) -> Result<(), Failure>
     args.arrays.check(&args.source, given)?;
     check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force.force)?;
-    let scene = import(args)?;
+    let mut scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::warnings(Some(&args.input), &args.source.contradictions(&scene));
-    report::clip_taken(&scene);
+    report::clip_taken(&mut scene);
     let motion = Arrays::of(&scene, &args.arrays.options(&args.source, &args.map))
         .map_err(|error| error.with_path(&args.input))?;
     let notes = motion
@@ -88,9 +88,9 @@ fn body(args: &FkArgs, given: &ArgumentSources, layout: BodyLayout) -> Result<()
     }
     check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force.force)?;
-    let scene = import(args)?;
+    let mut scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
-    report::clip_taken(&scene);
+    report::clip_taken(&mut scene);
     let written = BodyArrays::new(&scene).and_then(|body| Ok((body.write(layout)?, body.frames)));
     let (bytes, frames) = written.map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &bytes)?;

@@ -57,9 +57,9 @@ fn write(args: &SeriesArgs, of_scene: fn(&Scene) -> mocap::Result<TimeSeries>) -
     check_json(args.json, &args.output)?;
     streams::check_output(&[&args.input], &args.output, args.force.force)?;
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
-    let scene = streams::import(&importer, &args.input)?;
+    let mut scene = streams::import(&importer, &args.input)?;
     report::warnings(Some(&args.input), &scene.warnings);
-    report::clip_taken(&scene);
+    report::clip_taken(&mut scene);
     let series = of_scene(&scene).map_err(|error| error.with_path(&args.input))?;
     streams::write(&args.output, &to_bytes(&series)?)?;
     let found = SeriesReport {

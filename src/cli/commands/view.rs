@@ -99,7 +99,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
     for file in files {
         let mut read = read(args, file)?;
         report::warnings(Some(file), &read.scene.warnings);
-        report::clip_taken(&read.scene);
+        report::clip_taken(&mut read.scene);
         match &body {
             Some(body) => {
                 let moved = on_body(&mut read, body, file)?;

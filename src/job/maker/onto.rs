@@ -10,7 +10,6 @@ use mocap_formats::{Export, FormatInfo};
 use mocap_retarget::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::report::DataLoss;
 use mocap_scene::scene::{Format, Scene};
 
 use super::skeletons::up_of_others;
@@ -121,7 +120,9 @@ impl Maker<'_> {
         let row = match self.form {
             Form::Robot(format) => {
                 let mut written = format.write(target)?;
-                say_lost_faces(target.lost_faces("a robot"), &mut written);
+                let lost = target.lost_faces("a robot");
+                written.losses.extend(lost.as_ref().map(|(loss, _)| *loss));
+                written.notes.extend(lost.map(|(_, said)| said));
                 return Ok((written, None));
             }
             Form::Character => {
@@ -151,6 +152,10 @@ impl Maker<'_> {
             }
             false => target.lost_faces(row.name),
         };
+        // The exporter accounts for them.
+        if let Some((lost, _)) = &lost_faces {
+            scene.lose(lost.kind, lost.count as usize);
+        }
         let mut exporter = write.exporter();
         if let Some(bones) = target.humanoid().filter(|_| row.states_bones) {
             exporter = exporter.humanoid(bones.clone());
@@ -160,7 +165,7 @@ impl Maker<'_> {
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();
         let mut written = exporter.write_as(&scene, write.name_of(output))?;
-        say_lost_faces(lost_faces, &mut written);
+        written.notes.extend(lost_faces.map(|(_, said)| said));
         naming
             .iter()
             .for_each(|naming| names::tell(naming, &scene, &mut written));
@@ -209,10 +214,4 @@ pub(super) fn import_onto(
     let form = Form::onto(&job.write, named, &target, files.has_disk)?;
     let target = Retargeter::onto(target, options).map_err(|error| error.with_path(file))?;
     Ok((form, target))
-}
-
-/// Says of an output that it has no face.
-fn say_lost_faces(lost: Option<(DataLoss, String)>, written: &mut Export) {
-    written.losses.extend(lost.as_ref().map(|(loss, _)| *loss));
-    written.notes.extend(lost.map(|(_, said)| said));
 }

@@ -60,31 +60,38 @@ impl Maker<'_> {
             true => names::name(scene, self.names.as_ref(), humanoid)?,
             false => None,
         };
-        let (mut written, one_clip) = match (self.form, &self.robot) {
+        let one_clip = match (self.form, &self.robot) {
+            (Form::Arrays(_), _) => Some("an array"),
+            (Form::Robot(_), Some(_)) => Some("the file of a robot"),
+            _ => row.filter(|row| row.has_one_clip).map(|row| row.name),
+        };
+        let taken = one_clip.and_then(|what| clip_taken(scene, Some(what)));
+        if one_clip.is_some() {
+            scene.put_main_clip_first();
+        }
+        let mut written = match (self.form, &self.robot) {
             (Form::Arrays(layout), _) => {
                 let mut written = layout.write(scene, humanoid, whole.as_deref(), motion)?;
                 add_losses(&mut written, scene, FormatInfo::of(Format::Npz));
-                (written, Some("an array"))
+                written
             }
             (Form::Robot(format), Some(robot)) => {
                 let moved = RobotMotion::of_scene(robot, scene)?;
                 let mut written = format.write_motion(&moved, robot, &Provenance::of(scene))?;
                 written.nodes = robot.links.len();
-                (written, Some("the file of a robot"))
+                written
             }
             _ => {
                 let mut exporter = self.job.write.exporter().t_pose_shown_by(whole);
                 if self.names.is_some() || states_bones {
                     exporter = exporter.humanoid(humanoid.clone());
                 }
-                let written = exporter.write_as(scene, self.job.write.name_of(output))?;
-                (written, row.filter(|row| row.has_one_clip).map(|row| row.name))
+                exporter.write_as(scene, self.job.write.name_of(output))?
             }
         };
         naming
             .iter()
             .for_each(|naming| names::tell(naming, scene, &mut written));
-        let taken = one_clip.and_then(|what| clip_taken(scene, Some(what)));
         written.notes.extend(taken);
         Ok(written)
     }

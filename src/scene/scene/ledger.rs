@@ -135,6 +135,21 @@ impl fmt::Display for DataLoss {
 }
 
 impl DataKind {
+    /// Whether an output without it may stand still.
+    #[doc(hidden)]
+    pub const fn is_motion(self) -> bool {
+        matches!(
+            self,
+            Self::Clips
+                | Self::Frames
+                | Self::Durations
+                | Self::MovingJoints
+                | Self::PositionCurves
+                | Self::ScaleCurves
+                | Self::FaceCurves
+        )
+    }
+
     /// How many a scene holds.
     #[doc(hidden)]
     pub fn count(self, scene: &Scene) -> u64 {
@@ -218,6 +233,18 @@ impl Scene {
 }
 
 impl Scene {
+    /// Whether anything moves in any clip: joints, markers, scales, expressions or weights of morph targets.
+    #[doc(hidden)]
+    pub fn moves(&self) -> bool {
+        self.animations.iter().any(Animation::moves) || self.weight_curves() > 0
+    }
+
+    /// The clip that stands for the motion: the first in which joints move, else the first.
+    #[doc(hidden)]
+    pub fn main_clip(&self) -> usize {
+        self.animations.iter().position(Animation::moves).unwrap_or_default()
+    }
+
     /// The joints below other joints whose position in their parent changes.
     #[doc(hidden)]
     pub fn position_curves(&self, animation: &Animation) -> Vec<NodeId> {
@@ -232,6 +259,15 @@ impl Scene {
                 && animation.channels[*channel].goes()
         };
         binding.driven().filter(is_curve).map(|(node, _)| node).collect()
+    }
+}
+
+impl Animation {
+    /// Whether any of its channels changes.
+    #[doc(hidden)]
+    pub fn moves(&self) -> bool {
+        let mut channels = self.channels.iter();
+        channels.any(|channel| channel.moves() || varies(&channel.scaling_keys))
     }
 }
 

@@ -1,7 +1,6 @@
 //! The weights of all morph targets over time: of the meshes of a scene, and of the file that is passed through.
 
-use super::{Channel, Keys, Scene};
-use crate::error::{Code, Diagnostic, Result};
+use super::{Keys, Scene};
 
 impl Scene {
     /// Of each morph target its weights in all animations, also of those in [`Scene::original`].
@@ -40,27 +39,17 @@ impl Scene {
             .count()
     }
 
-    /// The warning of an output that is no place for curves of morph targets; `output` begins the sentence.
-    ///
-    /// # Errors
-    /// [`Code::Unrepresentable`] where nothing else moves: the output would stand still.
+    /// Puts the clip that stands for the motion before the others, for an output that has one clip.
     #[doc(hidden)]
-    pub fn lost_weights(&self, output: &str, help: &str) -> Result<Option<Diagnostic>> {
-        let curves = self.weight_curves();
-        if curves == 0 {
-            return Ok(None);
+    pub fn put_main_clip_first(&mut self) {
+        let index = self.main_clip();
+        if index == 0 {
+            return;
         }
-        let message = format!("{output} cannot hold curves of morph targets; left out: {curves}");
-        let mut lost = Diagnostic::new(Code::Unrepresentable, message).help(help);
-        let moves = |channel: &Channel| {
-            channel.position_keys.len() > 1 || channel.rotation_keys.len() > 1 || channel.scaling_keys.len() > 1
-        };
-        let mut channels = self.animations.iter().flat_map(|animation| &animation.channels);
-        if channels.any(moves) {
-            return Ok(Some(lost));
+        self.animations[..=index].rotate_right(1);
+        for animations in self.weight_keys().filter(|animations| index < animations.len()) {
+            animations[..=index].rotate_right(1);
         }
-        lost.message.push_str(", and nothing else moves");
-        Err(lost.into())
     }
 
     /// Leaves one animation.

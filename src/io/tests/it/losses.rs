@@ -3,8 +3,9 @@
 use std::fs;
 use std::sync::Arc;
 
+use mocap::bvh::{BvhOptions, Channels};
 use mocap::fbx::{FbxOptions, FbxTextures};
-use mocap::glam::{Mat4, Vec3};
+use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::report::{DataKind, DataLoss};
 use mocap::scene::{AnalogChannel, Channel, Event, Face, ForcePlate, Keys, MorphTarget, Node, NodeId, Recording};
 use mocap::{Carriage, Code, Conversion, Exporter, Format, FormatInfo, Importer, Pose, Scene, SkeletonMesh};
@@ -35,6 +36,26 @@ pub(crate) fn channel_of<'a>(scene: &'a mut Scene, joint: &str) -> &'a mut Chann
     let node = scene.find_node(joint);
     let mut channels = scene.animations[0].channels.iter_mut();
     channels.find(|channel| channel.node == node).unwrap()
+}
+
+/// Adds an expression that changes.
+fn add_face(scene: &mut Scene) {
+    let end = scene.animations[0].duration;
+    let id = NodeId::new(scene.nodes.len());
+    scene.nodes.push(Node {
+        name: "happy".to_owned(),
+        parent: Some(NodeId(0)),
+        transform: Mat4::IDENTITY,
+        face: Some(Face::Preset("happy".to_owned())),
+        ..Node::default()
+    });
+    scene.animations[0].channels.push(Channel {
+        node_name: "happy".to_owned(),
+        node: Some(id),
+        position_keys: Keys::at_ticks(vec![Vec3::ZERO, Vec3::X], vec![0.0, end]),
+        rotation_keys: Keys::constant(mocap::glam::Quat::IDENTITY),
+        scaling_keys: Keys::constant(Vec3::ONE),
+    });
 }
 
 /// A scene with data of a kind, and how many.
@@ -76,21 +97,7 @@ fn planted(kind: DataKind) -> (Scene, u64) {
             1
         }
         DataKind::FaceCurves => {
-            let id = NodeId::new(scene.nodes.len());
-            scene.nodes.push(Node {
-                name: "happy".to_owned(),
-                parent: Some(NodeId(0)),
-                transform: Mat4::IDENTITY,
-                face: Some(Face::Preset("happy".to_owned())),
-                ..Node::default()
-            });
-            scene.animations[0].channels.push(Channel {
-                node_name: "happy".to_owned(),
-                node: Some(id),
-                position_keys: Keys::at_ticks(vec![Vec3::ZERO, Vec3::X], vec![0.0, end]),
-                rotation_keys: Keys::constant(mocap::glam::Quat::IDENTITY),
-                scaling_keys: Keys::constant(Vec3::ONE),
-            });
+            add_face(&mut scene);
             1
         }
         DataKind::MarkerGaps => {
@@ -327,4 +334,85 @@ fn the_table_of_losses_is_that_of_the_rows() {
         written == text,
         "MOCAP_WRITE=1 cargo test -p mocap-io losses writes {DOCUMENT}"
     );
+}
+
+/// A scene in which one kind of motion alone is left: a joint that turns, the root, a scale, a position.
+/// `faces.rs` has those of faces.
+fn still_but_for(kind: &str) -> Scene {
+    let mut scene = figure();
+    let end = scene.animations[0].duration;
+    for channel in &mut scene.animations[0].channels {
+        channel.position_keys.values.truncate(1);
+        channel.rotation_keys.values.truncate(1);
+    }
+    let root = scene.animations[0].channels[0].node_name.clone();
+    match kind {
+        "joint" => {
+            let turns = [0.0, 1.0].map(Quat::from_rotation_z).to_vec();
+            channel_of(&mut scene, "LeftForeArm").rotation_keys = Keys::at_ticks(turns, vec![0.0, end]);
+        }
+        "root" | "position" => {
+            let channel = channel_of(&mut scene, if kind == "root" { &root } else { "LeftHandIndex1" });
+            let offset = channel.position_keys.values[0];
+            channel.position_keys = Keys::at_ticks(vec![offset, 2.0 * offset], vec![0.0, end]);
+        }
+        _ => {
+            let scales = vec![Vec3::ONE, Vec3::splat(2.0)];
+            channel_of(&mut scene, "LeftForeArm").scaling_keys = Keys::at_ticks(scales, vec![0.0, end]);
+        }
+    }
+    scene
+}
+
+/// An output that is written moves, whatever alone moves in its source.
+#[test]
+fn no_output_of_a_moving_source_stands_still() {
+    let channels = BvhOptions::new().channels(Channels::Three);
+    for (kind, refused) in [
+        ("joint", &[][..]),
+        ("root", &[]),
+        // Packed clips refuse every scale that changes.
+        ("scale", &["bvh", "vrma", "mclip", "vmd"]),
+        ("position", &["bvh", "vrma", "vmd"]),
+    ] {
+        let scene = still_but_for(kind);
+        let mut refusing = Vec::new();
+        for row in written() {
+            let exporter = Exporter::new().bvh(channels.clone());
+            match exporter.write(&scene, row.format) {
+                Ok(output) => {
+                    let bytes = output.files.last().unwrap().bytes().into_owned();
+                    let again = Importer::new()
+                        .read(&bytes, format!("a.{}", row.extensions[0]))
+                        .unwrap();
+                    assert!(again.moves(), "{kind} .{}", row.extensions[0]);
+                }
+                Err(error) => {
+                    assert_eq!(error.code(), Code::Unrepresentable, "{error}");
+                    refusing.push(row.extensions[0]);
+                }
+            }
+        }
+        assert_eq!(refusing, refused, "{kind}");
+    }
+}
+
+/// A still clip is not the motion of a file that has another clip.
+#[test]
+fn a_format_of_one_clip_takes_one_that_moves() {
+    let mut scene = figure();
+    let mut still = scene.animations[0].clone();
+    for channel in &mut still.channels {
+        channel.position_keys.values.truncate(1);
+        channel.rotation_keys.values.truncate(1);
+    }
+    scene.animations.insert(0, still);
+    for row in written().into_iter().filter(|row| row.has_one_clip) {
+        let output = Exporter::new().write(&scene, row.format).unwrap();
+        let bytes = output.files.last().unwrap().bytes().into_owned();
+        let again = Importer::new()
+            .read(&bytes, format!("a.{}", row.extensions[0]))
+            .unwrap();
+        assert!(DataKind::MovingJoints.count(&again) > 10, "{}", row.name);
+    }
 }
