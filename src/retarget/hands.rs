@@ -22,7 +22,8 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
 use glam::{Quat, Vec3};
 
-use self::arm::{Arm, WristGoal};
+pub(super) use self::arm::Arm;
+use self::arm::WristGoal;
 use self::contact::{Contact, Places};
 use super::hand_report::{HandContact, HandsReport};
 use super::measure::Moving;
@@ -311,30 +312,30 @@ impl<'a> Hands<'a> {
             for frame in 1..rotations.len() {
                 rotations[frame] = in_hemisphere_of(rotations[frame - 1], rotations[frame]);
             }
-            self.channel(&mut animation, joint).rotation_keys = at.rotation_keys(rotations);
+            channel(self.target.body, &mut animation, joint).rotation_keys = at.rotation_keys(rotations);
         }
         animation
     }
+}
 
-    /// The channel of a joint, which gets one where it has none.
-    fn channel<'b>(&self, animation: &'b mut Animation, joint: NodeId) -> &'b mut Channel {
-        let found = animation
-            .channels
-            .iter()
-            .position(|channel| channel.node == Some(joint));
-        let index = found.unwrap_or_else(|| {
-            let rest = self.target.body.rest[joint.index()];
-            animation.channels.push(Channel {
-                node_name: self.target.body.names[joint.index()].clone(),
-                node: Some(joint),
-                position_keys: Keys::constant(rest.translation),
-                rotation_keys: Keys::constant(rest.rotation),
-                scaling_keys: Keys::constant(rest.scale),
-            });
-            animation.channels.len() - 1
+/// The channel of a joint, which gets one where it has none.
+pub(super) fn channel<'a>(body: &Body, animation: &'a mut Animation, joint: NodeId) -> &'a mut Channel {
+    let found = animation
+        .channels
+        .iter()
+        .position(|channel| channel.node == Some(joint));
+    let index = found.unwrap_or_else(|| {
+        let rest = body.rest[joint.index()];
+        animation.channels.push(Channel {
+            node_name: body.names[joint.index()].clone(),
+            node: Some(joint),
+            position_keys: Keys::constant(rest.translation),
+            rotation_keys: Keys::constant(rest.rotation),
+            scaling_keys: Keys::constant(rest.scale),
         });
-        &mut animation.channels[index]
-    }
+        animation.channels.len() - 1
+    });
+    &mut animation.channels[index]
 }
 
 /// The shifts that several contacts ask of one hand.

@@ -43,6 +43,7 @@
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
+mod above_floor;
 mod by_names;
 mod clip;
 mod feet;
@@ -84,10 +85,12 @@ use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::report::{AppliedStep, SecondMotion};
 use mocap_scene::scene::{Animation, NodeId, Scene};
 
+use self::above_floor::Surface;
 pub(crate) use self::by_names::CreatureRetargeter;
 pub use self::files::{RetargetOptions, Retargeter, Target};
 #[doc(hidden)]
 pub use self::files::{SourceMotion, apply_steps, apply_steps_with_bones, second_motion, whole};
+use self::hands::Arm;
 use self::measure::Moving;
 use self::plan::Plan;
 use self::plan::UnmappedBone;
@@ -426,8 +429,8 @@ impl PoseRetargeter {
 
     /// An animation of `source`, by its index, on the skeleton of `target`, and how like the source it is. With
     /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are
-    /// better so. Hands are kept on what those of the source touch, unless
-    /// [`free_hands`](PoseRetargetOptions::free_hands) says otherwise.
+    /// better so, and what of the skin is below the floor is raised. Hands are kept on what those of the source touch,
+    /// unless [`free_hands`](PoseRetargetOptions::free_hands) says otherwise.
     ///
     /// # Errors
     /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] where there is no such animation.
@@ -443,6 +446,16 @@ impl PoseRetargeter {
         };
         let target = self.skeleton(target);
         let mut moved = self.animation_in_rig(source, animation);
+        let (from, to) = self.moving(source, animation, target, &moved);
+        let floor = Surface::new(&to, self.root.target_ankle).filter(|_| lock_feet);
+        let floor = floor.map(|surface| (surface, above_floor::allowed(&from, &self.root)));
+        let raise = |moved: &mut Animation| {
+            let (surface, allowed) = floor.as_ref()?;
+            let (_, to) = self.moving(source, animation, target, moved);
+            *moved = above_floor::raise_body(&to, surface, &self.root, allowed)?;
+            Some(())
+        };
+        raise(&mut moved);
         let mut report = self.measure_in_rig(source, animation, target, &moved);
         let mut lock = None;
         if lock_feet && report.feet.is_some() && !report.feet_move_alike() {
@@ -455,17 +468,33 @@ impl PoseRetargeter {
                 (moved, report, lock) = (locked, after, Some(found));
             }
         }
+        let mut is_changed = false;
         let (from, to) = self.moving(source, animation, target, &moved);
         let kept = (!self.free_hands)
             .then(|| hands::keep(&from, &to, &self.root))
             .flatten();
-        if let Some((kept, hands)) = kept {
-            let mut after = self.measure_in_rig(source, animation, target, &kept);
+        let hands = kept.map(|(kept, hands)| {
+            (moved, is_changed) = (kept, true);
+            hands
+        });
+        if let Some((surface, allowed)) = &floor {
+            let (_, to) = self.moving(source, animation, target, &moved);
+            let may_raise = |limb: &Arm| !(self.free_hands && limb.is_arm);
+            if let Some(raised) = above_floor::raise_ends(&to, surface, allowed, may_raise) {
+                (moved, is_changed) = (raised, true);
+            }
+            // A knee may be lower where its foot is higher.
+            is_changed |= raise(&mut moved).is_some();
+        }
+        if is_changed {
+            let mut after = self.measure_in_rig(source, animation, target, &moved);
             if let Some(lock) = &lock {
                 after = after.with_lock(lock);
             }
-            after.keep_hands(hands, &report);
-            (moved, report) = (kept, after);
+            if let Some(hands) = hands {
+                after.keep_hands(hands, &report);
+            }
+            report = after;
         }
         Ok((self.in_file(moved), report))
     }

@@ -43,6 +43,13 @@ pub(super) struct Track {
 const FOOT: [Bone; 4] = [Bone::LeftFoot, Bone::LeftToes, Bone::RightFoot, Bone::RightToes];
 
 impl Moving<'_> {
+    /// The height of the lowest joint.
+    pub(super) fn lowest_joint(&self, pose: &Pose) -> f32 {
+        let joints = self.body.bones.values();
+        let heights = joints.map(|joint| pose.position(*joint).dot(self.body.up()));
+        heights.fold(f32::INFINITY, f32::min)
+    }
+
     /// With the `soles` of the skin, where these are looked at.
     pub(super) fn track(&self, ticks: &[f64], soles: Option<&Soles>) -> Track {
         let limb = |bone: Bone| {

@@ -83,4 +83,9 @@ impl Root {
             .map(|axis| Points::all((self.figure_to_parent * axis).truncate().to_array()));
         x * position.x + y * position.y + z * position.z + origin
     }
+
+    /// The vector that raises the hips by this much, in the axes of their parent.
+    pub(super) fn up(&self, height: f32) -> Vec3 {
+        self.figure_to_parent.transform_vector3(Vec3::Y * height)
+    }
 }

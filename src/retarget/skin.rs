@@ -52,6 +52,32 @@ impl Vertex {
     }
 }
 
+/// The vertices of a mesh, each `of` the joint with which it moves most.
+pub(super) fn vertices(mesh: &Mesh, pose: &Pose) -> impl Iterator<Item = Vertex> {
+    let mut parts: Vec<Vec<(NodeId, f32, Vec3)>> = vec![Vec::new(); mesh.vertices.len()];
+    for bone in &mesh.bones {
+        for weight in bone.weights.iter().filter(|weight| weight.weight > 0.0) {
+            let vertex = weight.vertex_id as usize;
+            if let (Some(parts), Some(at)) = (parts.get_mut(vertex), mesh.vertices.get(vertex)) {
+                parts.push((bone.node, weight.weight, bone.offset_matrix.transform_point3(*at)));
+            }
+        }
+    }
+    let vertex = |mut parts: Vec<(NodeId, f32, Vec3)>| {
+        let whole: f32 = parts.iter().map(|(_, weight, _)| weight).sum();
+        parts.iter_mut().for_each(|(_, weight, _)| *weight /= whole);
+        let (of, ..) = *parts.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let mut vertex = Vertex {
+            at_rest: Vec3::ZERO,
+            parts,
+            of,
+        };
+        vertex.at_rest = vertex.at(pose);
+        vertex.at_rest.is_finite().then_some(vertex)
+    };
+    parts.into_iter().filter_map(vertex)
+}
+
 impl Skin {
     /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes.
     pub(super) fn sole(&self, body: &Body, scene: &Scene) -> Vec<Vertex> {

@@ -53,17 +53,18 @@ const WRIST: f32 = 1.4;
 
 /// Where a wrist goes, in the world.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct WristGoal {
+pub(crate) struct WristGoal {
     position: Vec3,
     rotation: Quat,
 }
 
-/// An arm of a body.
+/// An arm of a body, or a leg.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arm {
+pub(crate) struct Arm {
     pub(super) side: Side,
+    pub(crate) is_arm: bool,
     /// Upper arm, forearm and hand.
-    pub(super) joints: [NodeId; 3],
+    pub(crate) joints: [NodeId; 3],
     /// The axis about which the elbow bends, in the frame of the upper arm's joint.
     hinge: Vec3,
     /// From the wrist to the palm, in the frame of the hand's joint.
@@ -71,16 +72,36 @@ pub(super) struct Arm {
 }
 
 impl Arm {
-    pub(super) fn new(body: &Body, side: Side) -> Option<Self> {
-        let bones = [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand].map(|bone| bone.on(side));
-        let joints = [body.joint(bones[0])?, body.joint(bones[1])?, body.joint(bones[2])?];
+    pub(crate) fn new(body: &Body, side: Side) -> Option<Self> {
         let outwards = match side {
             Side::Left => Vec3::X,
             Side::Right => Vec3::NEG_X,
         };
+        Self::of_bones(
+            body,
+            side,
+            [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
+            outwards,
+        )
+    }
+
+    /// A leg, whose sole is its palm.
+    pub(crate) fn leg(body: &Body, side: Side) -> Option<Self> {
+        Self::of_bones(
+            body,
+            side,
+            [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot],
+            Vec3::NEG_Y,
+        )
+    }
+
+    fn of_bones(body: &Body, side: Side, bones: [Bone; 3], outwards: Vec3) -> Option<Self> {
+        let bones = bones.map(|bone| bone.on(side));
+        let joints = [body.joint(bones[0])?, body.joint(bones[1])?, body.joint(bones[2])?];
         let in_joint = |bone: usize| body.frame_to_joint(bones[bone], joints[bone]).inverse();
         Some(Self {
             side,
+            is_arm: bones[2].on(Side::Left) == Bone::LeftHand,
             joints,
             hinge: in_joint(0) * bend_axis(bones[0])?,
             palm: in_joint(2) * outwards * (PALM * body.leg / LEG),
@@ -98,7 +119,7 @@ impl Arm {
     }
 
     /// Where the wrist goes that is shifted. The hand keeps its rotation in the world.
-    pub(super) fn goal(&self, pose: &Pose, shift: Vec3) -> WristGoal {
+    pub(crate) fn goal(&self, pose: &Pose, shift: Vec3) -> WristGoal {
         WristGoal {
             position: pose.position(self.joints[2]) + shift,
             rotation: rotation_of(&pose.node_to_world[self.joints[2].index()]),
@@ -123,7 +144,7 @@ impl Arm {
 
     /// Moves the hand, as far as the arm reaches. It keeps its rotation in the world, unless the wrist would bend too
     /// far. The plane of the arm goes along by the shortest rotation; a straight arm bends about its hinge.
-    pub(super) fn bring(&self, pose: &mut Pose, goal: WristGoal) {
+    pub(crate) fn bring(&self, pose: &mut Pose, goal: WristGoal) {
         let [start, middle, end] = self.joints.map(|joint| pose.position(joint));
         let shift = goal.position - end;
         let (_, bend_before) = self.wrist(pose);

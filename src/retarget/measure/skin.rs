@@ -116,7 +116,7 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
             }
             count += skin.edges.len();
         }
-        let heights = lowest_joint(source, &was);
+        let heights = source.lowest_joint(&was);
         let below_of_source = (floor_of_source - heights).max(0.0) * root.height_scale;
         let below = metres * f64::from(floor + sole - lowest - below_of_source);
         if below > report.below_floor {
@@ -153,16 +153,6 @@ fn uneven_joint(target: &Moving<'_>) -> Option<String> {
         .enumerate()
         .find(|(index, node)| is_uneven(&node.transform) && carries(*index));
     uneven.map(|(_, node)| node.name.clone())
-}
-
-/// The height of the lowest joint of a body.
-fn lowest_joint(moving: &Moving<'_>, pose: &Pose) -> f32 {
-    let heights = moving
-        .body
-        .bones
-        .values()
-        .map(|joint| pose.position(*joint).dot(moving.body.up()));
-    heights.fold(f32::INFINITY, f32::min)
 }
 
 /// The name of the joint that moves a vertex most.

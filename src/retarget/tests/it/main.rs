@@ -1,5 +1,6 @@
 //! The integration tests of retargeting: one program, because linking is slow, with one module per subject.
 
+mod above_floor;
 mod armatures;
 mod characters;
 mod constant;

@@ -1,0 +1,234 @@
+//! Keeps the skin of the target above its floor where the source kneels, crawls, lies or falls.
+//!
+//! Equal directions on other proportions put knees, back and head below the floor, and a thicker body is deeper. The
+//! body is raised as a whole by as much as anything but the ends of its limbs is too deep; hands and feet are raised by
+//! two-bone inverse kinematics. Where joints or skin of the source are below its own floor, the skin may be as deep. A
+//! raise covers the deepest frame around it and comes and goes smoothly.
+
+use std::collections::BTreeMap;
+use std::f32::consts::PI;
+
+use glam::{Quat, Vec3};
+use mocap_figure::Side;
+use mocap_figure::ground;
+use mocap_figure::ticks::{Ticks, ticks};
+use mocap_scene::math::directions::rotation_of;
+use mocap_scene::math::quaternion::in_hemisphere_of;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, NodeId};
+
+use super::hands::{Arm, channel};
+use super::measure::Moving;
+use super::root::Root;
+use super::skin::{Vertex, vertices};
+
+/// The depth that is not seen, as a fraction of the leg: half a centimetre.
+const UNSEEN: f32 = 0.006;
+
+/// The most by which anything is raised, as a fraction of the leg. What is deeper is no matter of proportions.
+const MOST: f32 = 0.5;
+
+/// The time in seconds before and after the deepest frame in which a raise comes and goes.
+const EASE: f64 = 0.2;
+
+/// Directions in which the outermost vertices of a joint are looked for: all of a grid of steps from -2 to 2, which are
+/// at most 15 degrees from the next.
+const STEPS: i8 = 2;
+
+/// The skin of a body that may be below the floor.
+pub(super) struct Surface {
+    parts: Vec<Part>,
+    /// Arms and legs that have hands and feet.
+    limbs: Vec<Arm>,
+    /// The height of the floor; of the skin at rest, if that is lower.
+    floor: f32,
+}
+
+/// The outermost vertices that move with a joint for the most part.
+struct Part {
+    joint: NodeId,
+    /// The limb of which it is the end; `None` for what is raised with the whole body.
+    end_of: Option<usize>,
+    /// How far they are from the joint at most.
+    reach: f32,
+    vertices: Vec<Vertex>,
+}
+
+impl Surface {
+    /// The skin of a body whose ankles are as high as `ankle` when it stands; `None` without a skin.
+    pub(super) fn new(moving: &Moving<'_>, ankle: f32) -> Option<Self> {
+        let (body, scene) = (moving.body, moving.scene);
+        let limbs = Side::ALL.into_iter();
+        let limbs = limbs.flat_map(|side| [Arm::new(body, side), Arm::leg(body, side)]);
+        let limbs: Vec<Arm> = limbs.flatten().collect();
+        let rest = Pose::rest(scene);
+        let mut of_joints: BTreeMap<(NodeId, Option<usize>), Vec<Vertex>> = BTreeMap::new();
+        for vertex in scene.own_meshes().flat_map(|mesh| vertices(mesh, &rest)) {
+            let is_at_end = |limb: &Arm| {
+                let [_, middle, end] = limb.joints;
+                let distance = |joint: NodeId| rest.position(joint).distance(vertex.at_rest);
+                (vertex.of == middle || body.depends_on(vertex.of, middle)) && distance(end) < distance(middle)
+            };
+            let end_of = limbs.iter().position(is_at_end);
+            of_joints.entry((vertex.of, end_of)).or_default().push(vertex);
+        }
+        let part = |((joint, end_of), vertices): ((NodeId, Option<usize>), Vec<Vertex>)| {
+            let vertices = outermost(&vertices);
+            let reach = |vertex: &Vertex| vertex.at_rest.distance(rest.position(joint));
+            let reach = vertices.iter().map(reach).fold(0.0, f32::max);
+            Part {
+                joint,
+                end_of,
+                reach,
+                vertices,
+            }
+        };
+        let parts: Vec<Part> = of_joints.into_iter().map(part).collect();
+        let heights = parts.iter().flat_map(|part| &part.vertices);
+        let lowest = heights.map(|vertex| vertex.at_rest.dot(body.up())).reduce(f32::min)?;
+        let sole = (lowest - ground::floor(body)).min(0.0);
+        Some(Self {
+            parts,
+            limbs,
+            floor: ankle - ground::ankle(body) + sole,
+        })
+    }
+
+    /// How far below the floor the ends of a limb are, or what is raised with the whole body.
+    fn depth(&self, pose: &Pose, up: Vec3, of: Option<usize>) -> f32 {
+        let mut lowest = self.floor;
+        for part in self.parts.iter().filter(|part| part.end_of == of) {
+            if pose.position(part.joint).dot(up) - part.reach < lowest {
+                let heights = part.vertices.iter().map(|vertex| vertex.at(pose).dot(up));
+                lowest = heights.fold(lowest, f32::min);
+            }
+        }
+        self.floor - lowest
+    }
+
+    /// How far below the floor any of it is.
+    fn deepest(&self, pose: &Pose, up: Vec3) -> f32 {
+        let limbs = (0..self.limbs.len()).map(|limb| self.depth(pose, up, Some(limb)));
+        limbs.fold(self.depth(pose, up, None), f32::max)
+    }
+}
+
+/// The vertices that are the farthest in some direction.
+fn outermost(vertices: &[Vertex]) -> Vec<Vertex> {
+    let steps = || -STEPS..=STEPS;
+    let mut found = Vec::new();
+    for (x, y, z) in steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| (x, y, z)))) {
+        // Only the shell of the grid: what is inside repeats directions.
+        if x.abs().max(y.abs()).max(z.abs()) == STEPS {
+            let out = Vec3::new(f32::from(x), f32::from(y), f32::from(z));
+            let far = |vertex: &usize| vertices[*vertex].at_rest.dot(out);
+            found.extend((0..vertices.len()).max_by(|a, b| far(a).total_cmp(&far(b))));
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found.into_iter().map(|vertex| vertices[vertex].clone()).collect()
+}
+
+/// How deep the skin may be in each frame: as deep as joints and skin of the source.
+pub(super) fn allowed(source: &Moving<'_>, root: &Root) -> Vec<f32> {
+    let floor = root.source_ankle - ground::ankle(source.body);
+    let surface = Surface::new(source, root.source_ankle);
+    let binding = Binding::new(source.scene, source.animation);
+    let mut pose = Pose::rest(source.scene);
+    let depth = |tick: f64| {
+        pose.sample(&binding, source.animation, tick);
+        let of_joints = (floor - source.lowest_joint(&pose)).max(0.0);
+        let of_skin = surface
+            .as_ref()
+            .map_or(0.0, |surface| surface.deepest(&pose, source.body.up()));
+        of_joints.max(of_skin) * root.height_scale
+    };
+    ticks(source.animation).into_iter().map(depth).collect()
+}
+
+/// The animation with the whole body raised; `None` where nothing is too deep.
+pub(super) fn raise_body(target: &Moving<'_>, surface: &Surface, root: &Root, allowed: &[f32]) -> Option<Animation> {
+    let ticks = ticks(target.animation);
+    let raises = raises(target, surface, allowed, &ticks, None)?;
+    let mut animation = target.animation.clone();
+    let keys = &mut channel(target.body, &mut animation, target.body.hips).position_keys;
+    let raised = ticks.iter().zip(&raises);
+    let raised = raised.map(|(tick, raise)| keys.sample(*tick).unwrap_or_default() + root.up(*raise));
+    *keys = Ticks::new(&ticks).keys(raised.collect());
+    Some(animation)
+}
+
+/// The animation with hands and feet raised, as far as they may be; `None` where none is too deep.
+pub(super) fn raise_ends(
+    target: &Moving<'_>,
+    surface: &Surface,
+    allowed: &[f32],
+    may_raise: impl Fn(&Arm) -> bool,
+) -> Option<Animation> {
+    let ticks = ticks(target.animation);
+    let mut animation = target.animation.clone();
+    let mut is_raised = false;
+    for (index, limb) in surface.limbs.iter().enumerate().filter(|(_, limb)| may_raise(limb)) {
+        let Some(raises) = raises(target, surface, allowed, &ticks, Some(index)) else {
+            continue;
+        };
+        is_raised = true;
+        let binding = Binding::new(target.scene, target.animation);
+        let mut pose = Pose::rest(target.scene);
+        let mut rotations: [Vec<Quat>; 3] = Default::default();
+        for (tick, raise) in ticks.iter().zip(&raises) {
+            pose.sample(&binding, target.animation, *tick);
+            if *raise > 0.0 {
+                let goal = limb.goal(&pose, target.body.up() * *raise);
+                limb.bring(&mut pose, goal);
+            }
+            for (rotations, joint) in rotations.iter_mut().zip(limb.joints) {
+                let rotation = rotation_of(&pose.node_to_parent[joint.index()]);
+                let before = rotations.last().copied().unwrap_or(rotation);
+                rotations.push(in_hemisphere_of(before, rotation));
+            }
+        }
+        for (rotations, joint) in rotations.into_iter().zip(limb.joints) {
+            channel(target.body, &mut animation, joint).rotation_keys = Ticks::new(&ticks).rotation_keys(rotations);
+        }
+    }
+    is_raised.then_some(animation)
+}
+
+/// By how much the end of a limb, or the whole body, is to be raised in each frame; `None` where it is high enough.
+fn raises(
+    target: &Moving<'_>,
+    surface: &Surface,
+    allowed: &[f32],
+    ticks: &[f64],
+    of: Option<usize>,
+) -> Option<Vec<f32>> {
+    let binding = Binding::new(target.scene, target.animation);
+    let mut pose = Pose::rest(target.scene);
+    let depth = |(tick, allowed): (&f64, &f32)| {
+        pose.sample(&binding, target.animation, *tick);
+        let depth = surface.depth(&pose, target.body.up(), of) - allowed;
+        depth.clamp(0.0, MOST * target.body.leg)
+    };
+    let depths: Vec<f32> = ticks.iter().zip(allowed).map(depth).collect();
+    let is_seen = |depth: &f32| *depth > UNSEEN * target.body.leg;
+    let ease = (EASE * target.animation.ticks_per_second).round() as usize;
+    depths.iter().any(is_seen).then(|| covering(&depths, ease))
+}
+
+/// A smooth curve that is nowhere below these values: the largest within `ease` frames, averaged over as many.
+fn covering(values: &[f32], ease: usize) -> Vec<f32> {
+    let around = |frame: usize| frame.saturating_sub(ease)..(frame + ease + 1).min(values.len());
+    let largest = |frame: usize| values[around(frame)].iter().copied().fold(0.0, f32::max);
+    let largest: Vec<f32> = (0..values.len()).map(largest).collect();
+    let weight = |from: usize, to: usize| 1.0 + (PI * from.abs_diff(to) as f32 / (ease + 1) as f32).cos();
+    let mean = |frame: usize| {
+        let weighted = around(frame).map(|other| (weight(frame, other), largest[other]));
+        let (sum, whole) = weighted.fold((0.0, 0.0), |(sum, whole), (weight, value)| {
+            (sum + weight * value, whole + weight)
+        });
+        sum / whole
+    };
+    (0..values.len()).map(mean).collect()
+}
