@@ -31,6 +31,10 @@ const MOST: f32 = 0.5;
 /// The time in seconds before and after the deepest frame in which a raise comes and goes.
 const EASE: f64 = 0.2;
 
+/// The cosines of the angle of a leg to straight down from which on its foot is raised less, and not at all: where it
+/// stands its knee would bend far.
+const STANDING: [f32; 2] = [0.75, 0.9];
+
 /// Directions in which the outermost vertices of a joint are looked for: all of a grid of steps from -2 to 2, which are
 /// at most 15 degrees from the next.
 const STEPS: i8 = 2;
@@ -73,7 +77,7 @@ impl Surface {
             of_joints.entry((vertex.of, end_of)).or_default().push(vertex);
         }
         let part = |((joint, end_of), vertices): ((NodeId, Option<usize>), Vec<Vertex>)| {
-            let vertices = outermost(&vertices);
+            let vertices = outermost(&vertices, body.axes);
             let reach = |vertex: &Vertex| vertex.at_rest.distance(rest.position(joint));
             let reach = vertices.iter().map(reach).fold(0.0, f32::max);
             Part {
@@ -114,13 +118,13 @@ impl Surface {
 }
 
 /// The vertices that are the farthest in some direction.
-fn outermost(vertices: &[Vertex]) -> Vec<Vertex> {
+fn outermost(vertices: &[Vertex], axes: Quat) -> Vec<Vertex> {
     let steps = || -STEPS..=STEPS;
     let mut found = Vec::new();
     for (x, y, z) in steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| (x, y, z)))) {
         // Only the shell of the grid: what is inside repeats directions.
         if x.abs().max(y.abs()).max(z.abs()) == STEPS {
-            let out = Vec3::new(f32::from(x), f32::from(y), f32::from(z));
+            let out = axes * Vec3::new(f32::from(x), f32::from(y), f32::from(z));
             let far = |vertex: &usize| vertices[*vertex].at_rest.dot(out);
             found.extend((0..vertices.len()).max_by(|a, b| far(a).total_cmp(&far(b))));
         }
@@ -179,8 +183,14 @@ pub(super) fn raise_ends(
         let mut rotations: [Vec<Quat>; 3] = Default::default();
         for (tick, raise) in ticks.iter().zip(&raises) {
             pose.sample(&binding, target.animation, *tick);
-            if *raise > 0.0 {
-                let goal = limb.goal(&pose, target.body.up() * *raise);
+            let raise = *raise
+                * if limb.is_arm {
+                    1.0
+                } else {
+                    lies(&pose, limb, target.body.up())
+                };
+            if raise > 0.0 {
+                let goal = limb.goal(&pose, target.body.up() * raise);
                 limb.bring(&mut pose, goal);
             }
             for (rotations, joint) in rotations.iter_mut().zip(limb.joints) {
@@ -194,6 +204,14 @@ pub(super) fn raise_ends(
         }
     }
     is_raised.then_some(animation)
+}
+
+/// 0 for a leg that stands, 1 for one that does not.
+fn lies(pose: &Pose, leg: &Arm, up: Vec3) -> f32 {
+    let [hip, _, ankle] = leg.joints.map(|joint| pose.position(joint));
+    let [slanting, upright] = STANDING;
+    let down = (hip - ankle).normalize_or_zero().dot(up);
+    ((upright - down) / (upright - slanting)).clamp(0.0, 1.0)
 }
 
 /// By how much the end of a limb, or the whole body, is to be raised in each frame; `None` where it is high enough.
