@@ -19,6 +19,7 @@ DRIFT_CM = (6.0, 3.0)  # over the ground and in height, over a clip
 TILT_DEGREES = 3.0
 HELD, LOST = 0.02, 0.01  # fractions of the frames that are held; that are dropped, as many being doubled elsewhere
 FLIPS, SPIKES = 3, 3  # runs of 5 to 20 frames, single frames
+SPIKE_CM = 43.0  # of the root, in single frames
 HEIGHT_CM = 165.0
 SIDES = ("Left", "Right")  # how the names of left and right joints begin
 DEPTH_JITTER_CM, DEPTH_WAVER_CM = 2.5, 4.0  # along the axis of a camera: standard deviations, white and of 0.4 to 1 Hz
@@ -51,14 +52,15 @@ def load(source, rate):
     return motion
 
 
-def clips(folders, count, seed, only=None):
-    """Clean cuts of 3 to 8 seconds, half of them at 30 frames a second, half at 60: of the sources for one set, or else of
-    those for all."""
+def clips(folders, count, seed, only=None, rates=(30, 60)):
+    """Clean cuts of 3 to 8 seconds, as many of them at each rate: of the sources for one set, or else of those for all."""
     random = np.random.default_rng(seed)
     found = [source for source in sources(folders) if source.get("only") == only]
+    if len(rates) == 1:
+        found = [source for source in found if bvh.read(source["path"]).rate > 0.9 * rates[0]]
     loaded = {}
     for index in range(count):
-        source, rate = found[index % len(found)], (30, 60)[index // len(found) % 2]
+        source, rate = found[index % len(found)], rates[index // len(found) % len(rates)]
         key = (source["file"], rate)
         if key not in loaded:
             loaded[key] = load(source, rate)
@@ -71,12 +73,43 @@ def clips(folders, count, seed, only=None):
         yield source, clip, np.random.default_rng([seed, index])
 
 
-def add_noise(motion, random):
+def add_noise(motion, random, correlation=0.0):
+    """Noise of all rotations and of the root. It is white, or that of Ornstein and Uhlenbeck with a time in seconds in which
+    its correlation falls to 1/e."""
+    frames, joints = motion.turns.shape[:2]
     per_axis = np.radians(NOISE_DEGREES) / np.sqrt(3)
-    turns = Rotation.from_rotvec(random.normal(0, per_axis, (motion.turns.size // 4, 3)))
-    noisy = Rotation.from_quat(motion.turns.reshape(-1, 4)) * turns
+    turns, of_root = random.normal(size=(frames, joints, 3)), random.uniform(*NOISE_ROOT_CM)
+    root = random.normal(size=(frames, 3))
+    if correlation:
+        keep = np.exp(-1 / (correlation * motion.rate))
+        for noise in (turns, root):
+            for frame in range(1, frames):
+                noise[frame] = keep * noise[frame - 1] + np.sqrt(1 - keep**2) * noise[frame]
+    noisy = Rotation.from_quat(motion.turns.reshape(-1, 4)) * Rotation.from_rotvec(per_axis * turns.reshape(-1, 3))
     motion.turns = noisy.as_quat().reshape(motion.turns.shape)
-    motion.root = motion.root + random.normal(0, random.uniform(*NOISE_ROOT_CM), motion.root.shape)
+    motion.root = motion.root + of_root * root
+
+
+def add_root_spikes(motion, random):
+    """Single frames in which the root is far off."""
+    for frame in random.choice(np.arange(4, len(motion.root) - 4), SPIKES, replace=False):
+        way = random.normal(size=3)
+        motion.root[frame] += SPIKE_CM * way / np.linalg.norm(way)
+
+
+def interpolated(motion, times):
+    """The motion with so many frames for one: rotations and the root go straight from one to the next."""
+    frames = len(motion.root)
+    part = (np.arange((frames - 1) * times + 1) / times)[:, None]
+    before = np.minimum(part[:, 0].astype(int), frames - 2)
+    part = part - before[:, None]
+    longer = motion.take(before)
+    longer.root = motion.root[before] + part * (motion.root[before + 1] - motion.root[before])
+    for joint in range(motion.turns.shape[1]):
+        start, end = (Rotation.from_quat(motion.turns[before + step, joint]) for step in (0, 1))
+        longer.turns[:, joint] = (start * Rotation.from_rotvec(part * (start.inv() * end).as_rotvec())).as_quat()
+    longer.rate = motion.rate * times
+    return longer
 
 
 def add_flips(motion, source, random):
