@@ -23,8 +23,10 @@ pub use self::live::LiveClean;
 pub use self::measures::CleanMeasures;
 pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
 
+use glam::Vec3;
 use mocap_figure::Figure;
 use mocap_scene::error::Result;
+use mocap_scene::pose::Trs;
 use mocap_scene::scene::{NodeId, Scene};
 
 use self::hands::Meetings;
@@ -270,13 +272,18 @@ impl Clean {
 }
 
 /// How many times the jerk of the first try is allowed, try by try: a smoother that allows more cuts less of the peaks.
-const TRIES: [f64; 3] = [1.0, 2.0, 8.0];
+const TRIES: [f64; 4] = [1.0, 2.0, 8.0, 64.0];
 
 /// Takes the noise out, as strongly as the peaks allow, and says what was done. Finds what the hands meet before.
 fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanReport) -> String {
     let mut depth = None;
+    let own = time::interpolated(work);
+    let every = pace::frames_for_one(work.frames.rate, own);
     if work.is_humanoid() {
-        let [strong, weaker, _] = TRIES.map(|times| pace::Bank::new(work.frames.rate, times * work.weights.smoothing));
+        let bank = |every: usize, times: f64| pace::Bank::new(work.frames.rate, every, times * work.weights.smoothing);
+        let strong = bank(every, TRIES[0]);
+        // A clap lasts for a frame or two: all of them are looked at.
+        let weaker = bank(if own > 1 { every } else { 1 }, TRIES[1]);
         *meetings = Meetings::new(work, &weaker);
         report.measure_hands(meetings, work);
         depth = depth::steady(work, &strong);
@@ -285,20 +292,20 @@ fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanRepo
         report.measure_steadied(work);
     }
     let steady = work.clone();
-    let mut what = remove_noise(work, work.weights.smoothing);
+    let mut what = remove_noise(work, every, work.weights.smoothing);
     for strength in TRIES[1..].iter().map(|times| times * steady.weights.smoothing) {
         if what.is_nothing() || !report.is_worse(CleanPart::Noise, work) {
             break;
         }
         *work = steady.clone();
-        what = remove_noise(work, strength);
+        what = remove_noise(work, every, strength);
     }
     noise::SmoothingOutcome { depth, ..what }.to_string()
 }
 
 /// Smooths the rotations of joints, and then where these are in the world, allowing so much jerk.
-fn remove_noise(work: &mut Work<'_>, strength: f64) -> noise::SmoothingOutcome {
-    let bank = pace::Bank::new(work.frames.rate, strength);
+fn remove_noise(work: &mut Work<'_>, every: usize, strength: f64) -> noise::SmoothingOutcome {
+    let bank = pace::Bank::new(work.frames.rate, every, strength);
     let noisy = work.frames.clone();
     let done = noise::remove(work, &bank);
     if !done.is_nothing() && work.has_no_scale() {
@@ -307,10 +314,16 @@ fn remove_noise(work: &mut Work<'_>, strength: f64) -> noise::SmoothingOutcome {
     done
 }
 
+/// The least jump of a position, in metres, that no body makes in one frame and back within 0.2 s: at 24 frames a
+/// second it would take 10 times gravity.
+const LEAST_SPIKE: f32 = 0.1;
+
 /// What was mended in all joints.
 #[derive(Default)]
 struct Flips {
     runs: usize,
+    /// Runs of positions that were elsewhere.
+    positions: usize,
     joints: usize,
     spread: usize,
     exchanged: usize,
@@ -325,6 +338,21 @@ fn mend_flips(work: &mut Work<'_>) -> Flips {
         done.runs += mended.runs;
         done.joints += usize::from(mended.runs > 0);
         done.spread += mended.spread;
+    }
+    for column in 0..work.frames.nodes().len() {
+        let mut track: Vec<Vec3> = work.frames.translations(column).collect();
+        let runs = flips::mend_positions(&mut track, LEAST_SPIKE / work.metres, work.frames.rate);
+        if runs > 0 {
+            done.positions += runs;
+            let positions = track.iter().zip(work.frames.track(column));
+            let track: Vec<Trs> = positions
+                .map(|(at, trs)| Trs {
+                    translation: *at,
+                    ..trs
+                })
+                .collect();
+            work.frames.set_track(column, &track);
+        }
     }
     done
 }

@@ -143,7 +143,14 @@ fn jumps(track: &[Quat]) -> Vec<usize> {
     if track.windows(2).all(|pair| pair[0].dot(pair[1]).abs() > near) {
         return Vec::new();
     }
-    let steps: Vec<f32> = track.windows(2).map(|pair| angle(pair[0], pair[1])).collect();
+    jumps_of(
+        &track.windows(2).map(|pair| angle(pair[0], pair[1])).collect::<Vec<_>>(),
+        least,
+    )
+}
+
+/// The frames to which a track jumps by `least` or more, from the sizes of its steps.
+fn jumps_of(steps: &[f32], least: f32) -> Vec<usize> {
     let is_jump = |step: &usize| {
         let here = steps[*step];
         if here < least {
@@ -158,6 +165,32 @@ fn jumps(track: &[Quat]) -> Vec<usize> {
         here > JUMP * usual && smaller < BESIDE * here
     };
     (0..steps.len()).filter(is_jump).map(|step| step + 1).collect()
+}
+
+/// Replaces runs of frames in which a track of positions is elsewhere by `least` or more, and gives their number: a
+/// body has no time to go there and back.
+pub(super) fn mend_positions(track: &mut [Vec3], least: f32, rate: f64) -> usize {
+    let steps: Vec<f32> = track.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
+    let jumps = jumps_of(&steps, least);
+    let longest = ((LONGEST_REPLACED * rate).round() as usize).clamp(1, MOST_FRAMES);
+    let (mut runs, mut after) = (0, 0);
+    for (index, &first) in jumps.iter().enumerate() {
+        let comes_back = |end: &&usize| {
+            let smaller = steps[first - 1].min(steps[**end - 1]);
+            track[first - 1].distance(track[**end]) < AGREE * smaller
+        };
+        let mut ends = jumps[index + 1..].iter().take_while(|end| **end - first <= longest);
+        let Some(&end) = (first >= after).then(|| ends.find(comes_back)).flatten() else {
+            continue;
+        };
+        let [from, to] = [first - 1, end].map(|frame| track[frame]);
+        for frame in first..end {
+            track[frame] = from.lerp(to, (frame + 1 - first) as f32 / (end + 1 - first) as f32);
+        }
+        runs += 1;
+        after = end + 1;
+    }
+    runs
 }
 
 /// Whether what lies between two frames, of which those between are not known, is a jump rather than a motion.

@@ -9,7 +9,7 @@ use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::Trs;
 
 use super::noise::{is_noise_of_angle, without_noise};
-use super::pace::Bank;
+use super::pace::{Bank, frames_for_one};
 use super::smoother::{Positions, Rotations};
 use crate::clean_weights::CleanWeights;
 
@@ -63,7 +63,7 @@ impl LiveClean {
             rate,
             delay: delay_frames,
             longest: (delay_frames + past).max(LEAST_FRAMES),
-            bank: Bank::new(rate, CleanWeights::default().smoothing),
+            bank: Bank::new(rate, frames_for_one(rate, 1), CleanWeights::default().smoothing),
             seen: VecDeque::new(),
             given: 0,
         })
@@ -108,7 +108,7 @@ impl LiveClean {
         let positions: Vec<DVec3> = track.map(|trs| trs.translation.as_dvec3()).collect();
         let (rate, bank) = (self.rate, &self.bank);
         let weights = CleanWeights::default();
-        let is_noise = |noise: f64| is_noise_of_angle(noise, &weights);
+        let is_noise = |noise: f64| is_noise_of_angle(noise, &weights, false);
         if let Some((smoothed, _)) = without_noise::<Rotations>(&rotations, &[], rate, bank, false, is_noise) {
             trs.rotation = in_hemisphere_of(trs.rotation, smoothed[frame].as_quat());
         }

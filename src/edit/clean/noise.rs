@@ -11,7 +11,7 @@ use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::NodeId;
 
-use super::pace::Bank;
+use super::pace::{Bank, Sampled};
 use super::smoother::{Positions, Rotations, Values, smooth};
 use crate::clean_weights::CleanWeights;
 use crate::work::Work;
@@ -38,6 +38,15 @@ const FLAT: f64 = 0.85;
 /// Of white noise less than all is found so, since the least of several estimates of a calm span counts: by this over
 /// the root of the frames of a span. Simulated with 60 draws each: 0.79 for 16 frames, 0.845 for 30, 0.887 for 60.
 const LESS: f64 = 0.85;
+
+/// The fractions of the joints that turn which are most of them, and nearly all.
+const MOST: f64 = 0.5;
+const NEARLY_ALL: f64 = 0.7;
+
+/// The least noise, as a fraction of that of one joint, where most joints have it. Noise of an estimate is correlated,
+/// and shows a third of its size in single frames.
+const OF_LEAST: f64 = 0.4;
+
 /// What was found and done.
 #[derive(Default)]
 pub(super) struct SmoothingOutcome {
@@ -66,35 +75,37 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
         let rotations = work.frames.rotations(column);
         let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
         // Of a motion, as most tracks are, no more is asked.
-        let level = |curve: Vec<DVec3>| Spans::new(&curve, work.frames.rate).level(true).noise(false);
-        let noise = curve::<Rotations>(&values).map(level);
+        let level = |curve: Sampled| Spans::new(&curve, work.frames.rate).level(true).noise(false);
+        let noise = curve::<Rotations>(&values, 1).map(level);
         (*node, noise.unwrap_or_default() * f64::from(work.reach(*node)))
     };
     nodes.map(level).collect()
 }
 
 /// The noise of the rotations of each column; `None` for one that does not turn.
-fn of_rotations(work: &Work<'_>) -> Vec<Option<Level>> {
+fn of_rotations(work: &Work<'_>, bank: &Bank) -> Vec<Option<Level>> {
     let level = |column: usize| {
         let rotations = work.frames.rotations(column);
         let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
-        Some(Level::new(&curve::<Rotations>(&values)?, work.frames.rate))
+        Some(Level::new(&curve::<Rotations>(&values, bank.every)?, work.frames.rate))
     };
     (0..work.frames.nodes().len()).map(level).collect()
 }
 
-/// Whether most joints that turn have noise: then a joint that looks calmer by chance has it too.
+/// Whether most joints that turn have noise: then a joint that looks calmer by chance has it too. Little noise must be
+/// in nearly all.
 fn is_in_most(levels: &[Option<Level>], weights: &CleanWeights) -> bool {
-    let turning = levels.iter().flatten();
-    let noisy = turning
-        .clone()
-        .filter(|level| is_noise_of_angle(level.noise(false), weights));
-    2 * noisy.count() > turning.count()
+    let turning = levels.iter().flatten().count() as f64;
+    let noisy = |is_shared: bool| {
+        let is_noisy = |level: &&Level| is_noise_of_angle(level.noise(false), weights, is_shared);
+        levels.iter().flatten().filter(is_noisy).count() as f64
+    };
+    noisy(false) > MOST * turning || noisy(true) > NEARLY_ALL * turning
 }
 
 /// Smooths every joint that has noise.
 pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> SmoothingOutcome {
-    let levels = of_rotations(work);
+    let levels = of_rotations(work, bank);
     let mut done = SmoothingOutcome {
         in_most: is_in_most(&levels, &work.weights),
         ..SmoothingOutcome::default()
@@ -135,13 +146,15 @@ fn rotations(
 ) -> Option<f64> {
     let reach = f64::from(work.reach(node));
     let least = level.noise(in_most);
-    if !is_noise_of_angle(least, &work.weights) || least * reach < work.weights.least_distance {
+    if !is_noise_of_angle(least, &work.weights, in_most) || !is_noise_of_distance(least * reach, &work.weights, in_most)
+    {
         return None;
     }
     let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
-    let curve = curve::<Rotations>(&values)?;
+    let curve = curve::<Rotations>(&values, bank.every)?;
     let noise = least / level.of_white;
-    let smoothed = smooth::<Rotations>(&values, &work.missing, noise * noise, &bank.jerk(&curve, noise * noise));
+    let jerk = bank.jerk(&curve, noise * noise);
+    let smoothed = smooth::<Rotations>(&values, &work.missing, curve.of_all(noise), &jerk);
     for (trs, rotation) in track.iter_mut().zip(smoothed) {
         trs.rotation = in_hemisphere_of(trs.rotation, rotation.as_quat());
     }
@@ -152,7 +165,7 @@ fn rotations(
 fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank, in_most: bool) -> Option<f64> {
     let values: Vec<DVec3> = track.iter().map(|trs| trs.translation.as_dvec3()).collect();
     let metres = f64::from(work.metres);
-    let is_noise = |noise: f64| noise * metres >= work.weights.least_distance;
+    let is_noise = |noise: f64| is_noise_of_distance(noise * metres, &work.weights, in_most);
     let (smoothed, noise) =
         without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, in_most, is_noise)?;
     for (trs, position) in track.iter_mut().zip(smoothed) {
@@ -161,9 +174,18 @@ fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank, in_most: bool) -> 
     Some(noise * metres)
 }
 
-/// Whether an angle in radians is more than the noise that is left.
-pub(super) fn is_noise_of_angle(noise: f64, weights: &CleanWeights) -> bool {
-    noise.to_degrees() >= weights.least_angle
+/// Whether an angle in radians is more than the noise that is left. `in_most` says whether most joints have noise.
+pub(super) fn is_noise_of_angle(noise: f64, weights: &CleanWeights, in_most: bool) -> bool {
+    noise.to_degrees() >= least(weights.least_angle, in_most)
+}
+
+/// Whether a distance in metres is more than the noise that is left. `in_most` says whether most joints have noise.
+pub(super) fn is_noise_of_distance(noise: f64, weights: &CleanWeights, in_most: bool) -> bool {
+    noise >= least(weights.least_distance, in_most)
+}
+
+fn least(weight: f64, in_most: bool) -> f64 {
+    if in_most { OF_LEAST * weight } else { weight }
 }
 
 /// Values without their noise, and its standard deviation per axis; `None` where `is_noise` says no of that. `in_most`
@@ -176,7 +198,7 @@ pub(super) fn without_noise<S: Values>(
     in_most: bool,
     is_noise: impl Fn(f64) -> bool,
 ) -> Option<(Vec<S::Value>, f64)> {
-    let curve = curve::<S>(values)?;
+    let curve = curve::<S>(values, bank.every)?;
     let level = Level::new(&curve, rate);
     let least = level.noise(in_most);
     if !is_noise(least) {
@@ -184,12 +206,12 @@ pub(super) fn without_noise<S: Values>(
     }
     let noise = least / level.of_white;
     let jerk = bank.jerk(&curve, noise * noise);
-    Some((smooth::<S>(values, missing, noise * noise, &jerk), noise))
+    Some((smooth::<S>(values, missing, curve.of_all(noise), &jerk), noise))
 }
 
-/// The sum of the steps of a track: a curve of vectors which changes as the track does. `None` where it does not
-/// change, or is too short to tell.
-fn curve<S: Values>(values: &[S::Value]) -> Option<Vec<DVec3>> {
+/// The sum of the steps of a track: a curve of vectors which changes as the track does, in one of `every` frames.
+/// `None` where it does not change, or is too short to tell.
+fn curve<S: Values>(values: &[S::Value], every: usize) -> Option<Sampled> {
     let mut sum = DVec3::ZERO;
     let mut curve = vec![sum];
     for pair in values.windows(2) {
@@ -197,7 +219,8 @@ fn curve<S: Values>(values: &[S::Value]) -> Option<Vec<DVec3>> {
         curve.push(sum);
     }
     let changes = curve.iter().any(|value| *value != DVec3::ZERO);
-    (changes && sum.is_finite() && curve.len() > SPAN_FRAMES).then_some(curve)
+    let sampled = (changes && sum.is_finite()).then(|| Sampled::new(&curve, every))?;
+    (sampled.curve.len() > SPAN_FRAMES).then_some(sampled)
 }
 
 /// The standard deviation of what may be noise in a curve, per axis, and whether it looks like noise, and not like a
@@ -218,7 +241,8 @@ struct Spans<'a> {
 }
 
 impl<'a> Spans<'a> {
-    fn new(curve: &'a [DVec3], rate: f64) -> Self {
+    fn new(sampled: &'a Sampled, rate: f64) -> Self {
+        let (curve, rate) = (&sampled.curve, rate / sampled.every as f64);
         let span = ((SPAN * rate).round() as usize).clamp(SPAN_FRAMES, curve.len());
         Self {
             curve,
@@ -289,7 +313,7 @@ impl<'a> Spans<'a> {
 }
 
 impl Level {
-    fn new(curve: &[DVec3], rate: f64) -> Self {
+    fn new(curve: &Sampled, rate: f64) -> Self {
         Spans::new(curve, rate).level(false)
     }
 

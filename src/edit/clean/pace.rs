@@ -9,6 +9,13 @@ use glam::DVec3;
 
 use super::smoother::Covariance;
 
+/// The rate in Hz at which noise and motion are told apart, whatever the rate of the take: that of a film. Noise of an
+/// estimate is correlated over some frames of a faster take, and an interpolated take has none between its own frames.
+const COMMON_RATE: f64 = 30.0;
+
+/// The slowest rate in Hz of a take that was interpolated: a slower one is the work of an animator, who sets few keys.
+const SLOWEST_OWN_RATE: f64 = 12.0;
+
 /// The lowest cut-off of the bank in Hz: a body that stands sways as slowly.
 const LOWEST: f64 = 0.4;
 
@@ -42,6 +49,8 @@ struct Member {
 /// The filters of a frame rate.
 #[derive(Clone, Debug)]
 pub(super) struct Bank {
+    /// One frame of so many is looked at.
+    pub(super) every: usize,
     members: Vec<Member>,
     /// How much less the likelihood of a frame counts for each frame of distance.
     decay: f64,
@@ -50,7 +59,9 @@ pub(super) struct Bank {
 }
 
 impl Bank {
-    pub(super) fn new(rate: f64, strength: f64) -> Self {
+    /// For a take of so many frames a second, one of `every` of which is looked at.
+    pub(super) fn new(rate: f64, every: usize, strength: f64) -> Self {
+        let rate = rate / every as f64;
         let mut cut_offs = vec![LOWEST.min(HIGHEST * rate)];
         while let Some(next) = cut_offs.last().map(|last| last * RATIO)
             && next <= HIGHEST * rate
@@ -60,14 +71,33 @@ impl Bank {
         // The smoother's response is 1 / (1 + w^6 noise / jerk), which is 1/2 at the cut-off.
         let member = |cut_off: f64| Member::new((std::f64::consts::TAU * cut_off / rate).powi(6));
         Self {
+            every,
             members: cut_offs.into_iter().map(member).collect(),
             decay: (-1.0 / (AROUND * rate).max(AROUND_FRAMES)).exp(),
             strength,
         }
     }
 
-    /// The density of the jerk in each frame of `curve`, whose noise has a variance per axis.
-    pub(super) fn jerk(&self, curve: &[DVec3], noise: f64) -> Vec<f64> {
+    /// The density of the jerk in each frame of the take. The noise has a variance per axis in the frames of `sampled`.
+    pub(super) fn jerk(&self, sampled: &Sampled, noise: f64) -> Vec<f64> {
+        let logarithms = self.logarithms(&sampled.curve, noise);
+        // A frame that is shorter by a factor has noise more by it, for the same noise in a hertz; the ratio of jerk
+        // to noise is by its sixth power less.
+        let scale = noise * self.strength * (self.every as f64).powi(-5);
+        let last = logarithms.len() - 1;
+        let at = |frame: usize| {
+            let at = (frame as f64 - sampled.first as f64) / self.every as f64;
+            let at = at.clamp(0.0, last as f64);
+            let before = at as usize;
+            let after = (before + 1).min(last);
+            let [from, to] = [before, after].map(|index| logarithms[index]);
+            scale * (from + (to - from) * at.fract()).exp()
+        };
+        (0..sampled.frames).map(at).collect()
+    }
+
+    /// The mean logarithm of the jerk by the likelihoods of the filters, for noise of variance 1.
+    fn logarithms(&self, curve: &[DVec3], noise: f64) -> Vec<f64> {
         let frames = curve.len();
         let mut best = vec![f64::NEG_INFINITY; frames];
         let mut all = Vec::with_capacity(self.members.len());
@@ -92,9 +122,46 @@ impl Bank {
                     weights += weight;
                 }
             }
-            noise * self.strength * (sum / weights).exp()
+            sum / weights
         };
         (0..frames).map(mean).collect()
+    }
+}
+
+/// Of how many frames of a take one is looked at. One of `own` is no interpolated one.
+pub(super) fn frames_for_one(rate: f64, own: usize) -> usize {
+    let is_estimate = rate >= SLOWEST_OWN_RATE * own as f64;
+    ((rate / COMMON_RATE).round() as usize).max(if is_estimate { own } else { 1 })
+}
+
+/// The frames of a curve at about the common rate.
+pub(super) struct Sampled {
+    pub(super) curve: Vec<DVec3>,
+    pub(super) every: usize,
+    first: usize,
+    frames: usize,
+}
+
+impl Sampled {
+    /// One frame of `every`. They begin where the curve bends most: interpolation bends a take in its own frames alone.
+    pub(super) fn new(curve: &[DVec3], every: usize) -> Self {
+        let mut bends = vec![0.0; every];
+        for (index, three) in curve.windows(3).enumerate() {
+            bends[(index + 1) % every] += (three[0] - 2.0 * three[1] + three[2]).length();
+        }
+        let first = (0..every).fold(0, |most, phase| if bends[phase] > bends[most] { phase } else { most });
+        Self {
+            curve: curve.iter().skip(first).step_by(every).copied().collect(),
+            every,
+            first,
+            frames: curve.len(),
+        }
+    }
+
+    /// The variance of white noise in all frames of the take which has as much in a hertz as one of this standard
+    /// deviation here.
+    pub(super) fn of_all(&self, deviation: f64) -> f64 {
+        deviation * deviation * self.every as f64
     }
 }
 

@@ -10,7 +10,7 @@ use mocap_scene::math::quaternion::exp;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::NodeId;
 
-use super::noise::without_noise;
+use super::noise::{is_noise_of_distance, without_noise};
 use super::pace::Bank;
 use super::smoother::Positions;
 use crate::frames::{Frames, tracks};
@@ -65,7 +65,7 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
 /// A track without its noise, where it has any.
 fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Vec<Vec3> {
     let values: Vec<DVec3> = track.iter().map(|position| position.as_dvec3()).collect();
-    let is_noise = |noise: f64| noise * f64::from(work.metres) >= work.weights.least_distance;
+    let is_noise = |noise: f64| is_noise_of_distance(noise * f64::from(work.metres), &work.weights, in_most);
     match without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, in_most, is_noise) {
         Some((smoothed, _)) => smoothed.into_iter().map(glam::DVec3::as_vec3).collect(),
         None => track,

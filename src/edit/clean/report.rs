@@ -228,6 +228,7 @@ impl CleanReport {
         // A foot that comes to rest has more of it than one that was smoothed to a stop, which is little beside noise.
         let (by, least) = match part {
             CleanPart::Contacts => (1.0, (OF_NOISE * came.jitter).max(5.0)),
+            CleanPart::Noise => (0.0, 0.0),
             _ => (0.25, 5.0),
         };
         if more(jitter, after.jitter, by, least) {
@@ -288,6 +289,9 @@ impl fmt::Display for Flips {
                 counted(self.runs, "run"),
                 counted(self.joints, "joint")
             ));
+        }
+        if self.positions > 0 {
+            done.push(format!("{} of positions replaced", counted(self.positions, "spike")));
         }
         if self.spread > 0 {
             done.push(format!(

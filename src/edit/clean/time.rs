@@ -21,6 +21,21 @@ const LONGEST_DOUBLED: usize = 4;
 /// A step in which nothing moves by more than this, in radians and in fractions of the body, is none.
 const STILL: f32 = 2e-6;
 
+/// The fraction of the frames that may be dropped beside those in pairs: where more seem to be, their steps tell of
+/// noise, or of a take that was resampled.
+const MOST_DROPPED: f64 = 0.02;
+/// So many frames may always be dropped.
+const LEAST_MOST_DROPPED: f64 = 4.0;
+
+/// The most frames that interpolation makes of one: 15 frames a second in a file of 120.
+const MOST_OF_ONE: usize = 8;
+/// The fraction of all bends of an interpolated take that is in its own frames.
+const IN_OWN_FRAMES: f32 = 0.9;
+
+/// So many frames tell whether a take is interpolated, and so many of its own at least.
+const LOOKED_AT: usize = 4000;
+const LEAST_OWN_FRAMES: usize = 10;
+
 /// What was found and done, in frames.
 #[derive(Default)]
 pub(super) struct TimeRepair {
@@ -124,6 +139,11 @@ fn find(work: &Work<'_>) -> (Vec<Row>, TimeRepair) {
         seen[*index] == seen[*index - 1] + 1 && (0..steps.parts()).any(is_moving)
     });
     balance(&mut excess, &mut dropped, work.weights.least_evidence as f32);
+    let most = (MOST_DROPPED * held.len() as f64).max(LEAST_MOST_DROPPED);
+    let alone = dropped.len().saturating_sub(excess.len());
+    if alone as f64 > most || (alone > 0 && steps.interpolated() > 1) {
+        dropped.truncate(excess.len());
+    }
     for (run, _) in excess {
         done.filled -= run.len();
         done.removed += run.len();
@@ -160,6 +180,11 @@ pub(super) fn held(work: &Work<'_>) -> usize {
         .iter()
         .filter(|held| **held)
         .count()
+}
+
+/// Of how many frames a take goes straight from one to the next, as one that was interpolated: 1 where it does not.
+pub(super) fn interpolated(work: &Work<'_>) -> usize {
+    Steps::new(work).interpolated()
 }
 
 /// What a frame of the input is.
@@ -250,6 +275,23 @@ impl<'a> Steps<'a> {
             0 => log(from.rotation.inverse() * to.rotation),
             _ => (to.translation - from.translation) * self.per_unit,
         }
+    }
+
+    /// Of how many frames the body goes straight from one to the next: 1 where it does not.
+    fn interpolated(&self) -> usize {
+        let bend = |frame: usize| {
+            let bend = |part: usize| (self.part(frame + 1, part) - self.part(frame, part)).length();
+            (0..self.parts()).map(bend).sum::<f32>()
+        };
+        let frames = self.frames.len().min(LOOKED_AT);
+        let bends: Vec<f32> = (1..frames.saturating_sub(1)).map(bend).collect();
+        let all: f32 = bends.iter().sum();
+        let is_interpolated = |every: &usize| {
+            let own = |first: usize| bends[first..].iter().step_by(*every).sum::<f32>();
+            (0..*every).any(|first| own(first) > IN_OWN_FRAMES * all)
+        };
+        let most = MOST_OF_ONE.min(bends.len() / LEAST_OWN_FRAMES);
+        (2..=most).rev().find(is_interpolated).unwrap_or(1)
     }
 
     /// For each frame whether it has what the frame before has.

@@ -1,6 +1,7 @@
 //! `clean`: planted defects on cut fixtures, each part alone, and what is clean stays.
 
 mod gaps;
+mod rates;
 
 use std::f32::consts::PI;
 
