@@ -642,7 +642,7 @@ def mirrored(rng, bvh):
     # Where the frames of joints stand otherwise, exchanged numbers are no mirrored motion.
     made, _ = bvh.world()
     off = np.abs(made - places[:, [other[joint] for joint in range(len(names))]] * [-1, 1, 1])
-    if off.max() > 0.03 * np.ptp(places.reshape(-1, 3), axis=0).max():
+    if off.max() > 0.01 * np.ptp(places.reshape(-1, 3), axis=0).max():
         raise Planted
 
 
@@ -711,13 +711,28 @@ def resampled(rng, bvh):
     bvh.frame_time = 1 / rate
 
 
+def vertical(bvh):
+    """The axis along which the trunk is longest, at rest and in the median of the frames."""
+    rest = bvh.copy()
+    rest.rows = np.zeros((1, bvh.rows.shape[1]))
+    axes = set()
+    for body in Body(rest, 1.0), Body(bvh, 1.0):
+        if body.neck is None:
+            raise Planted
+        trunk = np.median(np.abs(body.places[:, body.neck] - body.places[:, body.hips]), axis=0)
+        axes.add(int(trunk.argmax()))
+    if len(axes) > 1:
+        raise Planted
+    return axes.pop()
+
+
 def elsewhere(rng, bvh):
-    """Turned about the vertical and moved, from the first frame on; the vertical is the file's +Y."""
-    x, y, z = root_columns(bvh)
-    turn = rotation_about(np.array([0.0, 1.0, 0.0]), rng.uniform(-math.pi, math.pi))
+    """Turned about the vertical and moved, from the first frame on."""
+    columns, axis = root_columns(bvh), vertical(bvh)
+    turn = rotation_about(np.eye(3)[axis], rng.uniform(-math.pi, math.pi))
     _, turns = bvh.world()
-    bvh.rows[:, [x, y, z]] = bvh.rows[:, [x, y, z]] @ turn.T
-    bvh.rows[:, [x, z]] += [rng.uniform(-50, 50), rng.uniform(-50, 50)]
+    bvh.rows[:, columns] = bvh.rows[:, columns] @ turn.T
+    bvh.rows[:, [column for column in columns if column != columns[axis]]] += [rng.uniform(-50, 50), rng.uniform(-50, 50)]
     for frame in range(len(bvh.rows)):
         bvh.set_local(0, frame, turn @ turns[frame, 0])
 

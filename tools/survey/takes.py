@@ -48,10 +48,13 @@ def read(path):
     if bvh.rows.ndim != 2 or not 0 < bvh.frame_time < 0.2:
         return None
     bvh.rows = bvh.rows[: round(MOST_SECONDS / bvh.frame_time)]
+    return bvh if is_enough(bvh, LEAST_SECONDS) else None
+
+
+def is_enough(bvh, seconds):
+    """Whether a clip has so many seconds, and moves enough to be recognised."""
     moves = np.abs(np.diff(bvh.rows[:, 3:], axis=0)).max(axis=1, initial=0).sum()
-    if len(bvh.rows) * bvh.frame_time < LEAST_SECONDS or moves < LEAST_DEGREES:
-        return None
-    return bvh
+    return len(bvh.rows) * bvh.frame_time >= seconds and not moves < LEAST_DEGREES
 
 
 def plant(rng, paths, count, folder):
@@ -73,6 +76,8 @@ def plant(rng, paths, count, folder):
             try:
                 TWINS[kind](rng, clip)
             except (Planted, IndexError, KeyError, ValueError):
+                continue
+            if not is_enough(clip, 0.0):
                 continue
             file = f"{index:04}_variant{number:05}_{kind}.bvh"
             (folder / file).write_text(clip.text())
