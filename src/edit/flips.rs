@@ -184,8 +184,8 @@ pub(super) fn mend_positions(track: &mut [Vec3], least: f32, rate: f64) -> usize
             continue;
         };
         let [from, to] = [first - 1, end].map(|frame| track[frame]);
-        for frame in first..end {
-            track[frame] = from.lerp(to, (frame + 1 - first) as f32 / (end + 1 - first) as f32);
+        for (index, position) in track[first..end].iter_mut().enumerate() {
+            *position = from.lerp(to, (index + 1) as f32 / (end + 1 - first) as f32);
         }
         runs += 1;
         after = end + 1;
