@@ -70,8 +70,6 @@ impl Axis {
         }
     }
 
-    /// The opposite direction.
-
     /// Its name, as `-y`.
     pub const fn as_str(self) -> &'static str {
         match self {
