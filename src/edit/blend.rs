@@ -25,11 +25,12 @@ use super::{Step, StepInput, StepKey, ValueKind};
 step! {
     /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
     /// aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result is as long
-    /// as its fraction of both. Its steps over the ground are mixed as each figure sees them from where it looks, so two
-    /// walks in different directions are a walk in one between. Poses that are mixed and are more than 45 degrees or 30 cm apart, wherever the figures
-    /// stand, are a warning of the scene, [`Code::PosesApart`]. `within` lets one of the two begin later, and one end
-    /// earlier, where the two are more alike: by the distance of [motion graphs](crate::graph), of windows of a third
-    /// of a second. The second motion then begins where the first does, and looks where it looks.
+    /// as its fraction of both. Its steps over the ground are mixed as each figure sees them from where it looks, so
+    /// two walks in different directions are a walk in one between. Poses that are mixed and are more than 45 degrees
+    /// or 30 cm apart, wherever the figures stand, are a warning of the scene, [`Code::PosesApart`]. `within` lets one
+    /// of the two begin later, and one end earlier, where the two are more alike: by the distance of
+    /// [motion graphs](crate::graph), of windows of a third of a second. The second motion then begins where the first
+    /// does, and looks where it looks.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -19,7 +19,7 @@ const AXES: [Axis; 4] = [Axis::Y, Axis::Z, Axis::NegY, Axis::NegZ];
 /// Y and -Y: more than nine of ten BVH files are Y up.
 const IS_Y: f32 = 2.1;
 
-/// Y and Z, against -Y and -Z.
+/// Y and Z, against -Y and -Z: a difference of scores.
 const IS_POSITIVE: f32 = 3.5;
 
 /// The cosine of the angle to the mean direction from the feet to the head.
@@ -28,7 +28,7 @@ const TO_HEAD: f32 = 3.0;
 /// The same cosine where it is below 0: nobody is on the head all the time.
 const UPSIDE_DOWN: f32 = 2.5;
 
-/// How far the lowest joint goes up and down: a body on the ground stays on it, however it moves.
+/// For each length of the figure that the lowest joint goes up and down: a body on the ground stays on it.
 const WANDER: f32 = -6.9;
 
 /// The most of that which counts, as a fraction of the figure: who jumps goes up and down too.
@@ -46,7 +46,7 @@ const CONTACT: f32 = 4.5;
 /// The height of the hips above the lowest joint, as a fraction of the figure.
 const HIPS: f32 = 6.4;
 
-/// A ground far below 0, where the origin would be in the air.
+/// The score of a ground far below 0, where the origin would be in the air.
 const BELOW: f32 = -2.5;
 
 /// A joint is in contact up to this height above the lowest, as a fraction of the figure.
@@ -63,9 +63,9 @@ const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.07;
 /// hips at 0, and joints behind it.
 const LYING_HIPS: std::ops::RangeInclusive<f32> = 0.02..=0.2;
 
-/// The probability of an axis above which it is sure.
+/// The probability of an axis, a fraction, above which it is sure: one of a hundred may be wrong.
 const SURE: f32 = 0.99;
-/// Likewise likely: no motion at all leaves Y a probability of 0.87.
+/// Likewise likely: no motion at all leaves Y a fraction of 0.87.
 const LIKELY: f32 = 0.9;
 
 /// The cosine of the largest angle between up and the mean direction from the feet to the head of a body that stands.

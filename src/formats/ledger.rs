@@ -10,7 +10,6 @@ use mocap_scene::scene::report::{DataKind, DataLoss};
 use mocap_scene::scene::{Animation, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
 
 use crate::FormatInfo;
-use crate::bvh::{BvhOptions, Channels};
 
 /// Frame rates nearer than this, as a fraction, are one: the rounding of a frame time with four digits.
 const SAME_RATE: f64 = 1e-4;
@@ -153,6 +152,16 @@ fn frames_lost(clip: &Animation, ticks_per_frame: f64) -> usize {
     lost.len() + (0..every_tick).filter(|tick| is_lost(&(*tick as f64))).count()
 }
 
+/// What a writer was told that changes what it loses.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LedgerOptions {
+    /// Joints below the root have no position channels.
+    pub rotations_only: bool,
+    /// The unit of length stands in a file beside the output.
+    pub sidecar: bool,
+}
+
 impl FormatInfo {
     /// What becomes of a kind of data in the files of this format.
     #[doc(hidden)]
@@ -183,7 +192,7 @@ impl FormatInfo {
     }
 
     /// What of a kind is lost of what a scene has.
-    fn lost_of(&self, kind: DataKind, scene: &Scene, bvh: &BvhOptions) -> u64 {
+    fn lost_of(&self, kind: DataKind, scene: &Scene, chosen: LedgerOptions) -> u64 {
         let is_passed = self.keeps_characters && scene.original.is_some();
         let clips = || self.clips(scene).iter();
         let count = match (self.carriage(kind), kind) {
@@ -204,13 +213,13 @@ impl FormatInfo {
                     .iter()
                     .any(|guess| guess.topic == Topic::Unit);
                 let is_stated = !is_guessed && stated.is_some_and(|carriage| carriage != Carriage::Lost);
-                usize::from(is_stated && !(self.has_sidecar && bvh.sidecar))
+                usize::from(is_stated && !(self.has_sidecar && chosen.sidecar))
             }
-            (Carriage::Kept, DataKind::PositionCurves) if bvh.channels == Channels::Three && self.has_sidecar => {
+            (Carriage::Kept, DataKind::PositionCurves) if chosen.rotations_only && self.has_sidecar => {
                 clips().map(|clip| scene.position_curves(clip).len()).sum()
             }
             // Without position channels the joints below stay.
-            (Carriage::Converted, DataKind::ScaleCurves) if bvh.channels == Channels::Three && self.has_sidecar => {
+            (Carriage::Converted, DataKind::ScaleCurves) if chosen.rotations_only && self.has_sidecar => {
                 return kind.count(scene);
             }
             (Carriage::Lost, _) => return kind.count(scene),
@@ -230,7 +239,7 @@ impl FormatInfo {
 
     /// What is lost where a scene is written in this format, with what the reader of the scene left out.
     #[doc(hidden)]
-    pub fn losses(&self, scene: &Scene, bvh: &BvhOptions) -> Vec<DataLoss> {
+    pub fn losses(&self, scene: &Scene, chosen: LedgerOptions) -> Vec<DataLoss> {
         let is_passed = self.keeps_characters && scene.original.is_some();
         // The model that a VMD is for has them.
         let is_of_model = self.format == Format::Vmd && scene.metadata.mmd.is_some();
@@ -244,7 +253,7 @@ impl FormatInfo {
         };
         let losses = DataKind::ALL
             .iter()
-            .map(|&kind| DataLoss::new(kind, self.lost_of(kind, scene, bvh) + unread(kind)));
+            .map(|&kind| DataLoss::new(kind, self.lost_of(kind, scene, chosen) + unread(kind)));
         losses.filter(|loss| loss.count > 0).collect()
     }
 

@@ -104,6 +104,8 @@ pub use self::gltf::vrma;
 #[doc(hidden)]
 pub use self::ledger::Carriage;
 #[doc(hidden)]
+pub use self::ledger::LedgerOptions;
+#[doc(hidden)]
 pub use self::option::{WriteOption, words};
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;

@@ -7,7 +7,7 @@ use mocap_scene::scene::report::{Attribution, Origin};
 use mocap_scene::scene::{Animation, Assumption, Format, Scene, UpAxis, format_name};
 
 use crate::FormatInfo;
-use crate::bvh::BvhOptions;
+use crate::ledger::LedgerOptions;
 
 /// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
 /// the file of a character, a property of the scene in FBX.
@@ -81,7 +81,7 @@ impl Provenance {
     /// The provenance of `scene` in a file of a format, with what that file lacks.
     pub(crate) fn in_file(scene: &Scene, format: Format) -> Self {
         Self {
-            losses: FormatInfo::of(format).losses(scene, &BvhOptions::default()),
+            losses: FormatInfo::of(format).losses(scene, LedgerOptions::default()),
             ..Self::of(scene)
         }
     }
@@ -98,7 +98,7 @@ impl Provenance {
     /// The provenance of an animation in the file that its scene was read from. Which one it is, the file says.
     pub(crate) fn of_kept(scene: &Scene, index: usize) -> Self {
         Self {
-            losses: FormatInfo::of(Format::Gltf).losses(scene, &BvhOptions::default()),
+            losses: FormatInfo::of(Format::Gltf).losses(scene, LedgerOptions::default()),
             ..Self::of_animation(scene, scene.animations.get(index))
         }
     }

@@ -32,7 +32,7 @@ impl Sidecar {
     pub(super) fn of(scene: &Scene, options: &WriteOptions, bytes: &[u8]) -> ExportFile {
         let sidecar = Self {
             mocap: Provenance {
-                losses: FormatInfo::of(Format::Bvh).losses(scene, &options.bvh),
+                losses: FormatInfo::of(Format::Bvh).losses(scene, options.bvh.ledger()),
                 ..Provenance::of(scene)
             },
             sha256: sum(bytes),

@@ -334,7 +334,7 @@ impl Exporter {
             in_order
         });
         let scene = in_order.as_ref().unwrap_or(scene);
-        let mut losses = row.losses(scene, &options.bvh);
+        let mut losses = row.losses(scene, options.bvh.ledger());
         let written = match is_at_rest_for(scene, row) {
             true => row.write(scene, &options),
             false => {

@@ -133,6 +133,7 @@ impl BodyFrames {
     /// # Errors
     /// Those of the container; [`Code::RowLength`] where the arrays are those of several frames.
     #[doc(hidden)]
+    #[cfg_attr(not(feature = "npz"), allow(unused_variables, reason = "archives alone have limits"))]
     pub fn read(&mut self, frame: u64, bytes: &[u8], limits: &Limits) -> Result<()> {
         let mut see = |entries: &Entries<'_>| self.add(frame, entries);
         let read = match () {

@@ -1,5 +1,6 @@
 //! The options of the writer.
 
+use crate::ledger::LedgerOptions;
 use mocap_scene::options::setters;
 use mocap_scene::scene::RotationOrder;
 use serde::{Deserialize, Serialize};
@@ -60,5 +61,16 @@ setters! {
         digits: Option<usize>,
         channels: Channels,
         sidecar: bool,
+    }
+}
+
+impl BvhOptions {
+    /// What of it changes what is lost.
+    #[doc(hidden)]
+    pub fn ledger(&self) -> LedgerOptions {
+        LedgerOptions {
+            rotations_only: self.channels == Channels::Three,
+            sidecar: self.sidecar,
+        }
     }
 }

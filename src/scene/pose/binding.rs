@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use crate::pose::sample::{Moment, Moving, Trs};
-use crate::scene::{Animation, Channel, NodeId, NodeKind, Scene};
+use crate::scene::{Animation, Channel, Node, NodeId, NodeKind, Scene};
 
 /// The meaning of a tick outside of an animation.
 ///
@@ -229,4 +229,22 @@ fn is_root(scene: &Scene, node: NodeId) -> bool {
         .parent
         .and_then(|parent| scene.nodes.get(parent.index()));
     parent.is_none_or(|parent| parent.kind == NodeKind::Group)
+}
+
+impl Scene {
+    /// The joints below other joints whose position in their parent changes.
+    #[doc(hidden)]
+    pub fn position_curves(&self, animation: &Animation) -> Vec<NodeId> {
+        let binding = Binding::new(self, animation);
+        let is_curve = |(node, channel): &(NodeId, usize)| {
+            let joint = &self.nodes[node.index()];
+            let parent = |node: &Node| node.parent.map(|parent| &self.nodes[parent.index()]);
+            let mut above = std::iter::successors(parent(joint), |node| parent(node));
+            joint.kind == NodeKind::Joint
+                && joint.face.is_none()
+                && above.any(|node| node.kind == NodeKind::Joint)
+                && animation.channels[*channel].goes()
+        };
+        binding.driven().filter(is_curve).map(|(node, _)| node).collect()
+    }
 }

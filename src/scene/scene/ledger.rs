@@ -6,8 +6,7 @@ use std::fmt;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Animation, Channel, Keys, Node, NodeId, NodeKind, SKELETON_MATERIAL, Scene};
-use crate::pose::{Binding, Trs};
+use super::{Animation, Channel, Keys, Node, NodeKind, SKELETON_MATERIAL, Scene};
 
 /// What is no change of a position or a scale, as a fraction of it: the rounding of products and of text.
 const ROUNDING: f32 = 1e-4;
@@ -167,7 +166,7 @@ impl DataKind {
             }
             Self::RestScales => {
                 let is_scaled = |node: &&Node| {
-                    let scale = Trs::from_matrix(node.transform).scale;
+                    let (scale, ..) = node.transform.to_scale_rotation_translation();
                     node.kind == NodeKind::Joint && !scale.abs_diff_eq(Vec3::ONE, ROUNDING)
                 };
                 scene.nodes.iter().filter(is_scaled).count()
@@ -244,22 +243,6 @@ impl Scene {
     pub fn main_clip(&self) -> usize {
         self.animations.iter().position(Animation::moves).unwrap_or_default()
     }
-
-    /// The joints below other joints whose position in their parent changes.
-    #[doc(hidden)]
-    pub fn position_curves(&self, animation: &Animation) -> Vec<NodeId> {
-        let binding = Binding::new(self, animation);
-        let is_curve = |(node, channel): &(NodeId, usize)| {
-            let joint = &self.nodes[node.index()];
-            let parent = |node: &Node| node.parent.map(|parent| &self.nodes[parent.index()]);
-            let mut above = std::iter::successors(parent(joint), |node| parent(node));
-            joint.kind == NodeKind::Joint
-                && joint.face.is_none()
-                && above.any(|node| node.kind == NodeKind::Joint)
-                && animation.channels[*channel].goes()
-        };
-        binding.driven().filter(is_curve).map(|(node, _)| node).collect()
-    }
 }
 
 impl Animation {
@@ -273,7 +256,8 @@ impl Animation {
 
 impl Channel {
     /// Whether the position of its node changes by more than a rounding.
-    fn goes(&self) -> bool {
+    #[doc(hidden)]
+    pub fn goes(&self) -> bool {
         let positions = &self.position_keys.values;
         let is_elsewhere = |position: &Vec3| position.distance(positions[0]) > ROUNDING * positions[0].length();
         positions.iter().any(is_elsewhere)

@@ -1,5 +1,8 @@
 //! The up axis of bodies on the ground, whose rest pose says nothing: every bone lies along +X in it.
 
+/// The name of a motion, and its posture at a moment.
+type Kind = (&'static str, fn(f32) -> Posture);
+
 use std::f32::consts::{PI, TAU};
 
 use mocap::figure::{Axis, Confidence, Figure};
@@ -205,7 +208,7 @@ fn figure(posture: impl Fn(f32) -> Posture, world: Quat, lift: f32) -> Figure {
 /// with another axis up. What touches the ground lies in one plane, and most files are Y up.
 #[test]
 fn a_body_on_the_ground_has_the_up_axis_of_the_ground() {
-    let kinds: [(&str, fn(f32) -> Posture); 3] = [("crawl", crawl), ("lie", lie), ("sit-up", sit_up)];
+    let kinds: [Kind; 3] = [("crawl", crawl), ("lie", lie), ("sit-up", sit_up)];
     for (kind, posture) in kinds {
         for heading in [0.0, 0.25 * PI, 0.5 * PI, PI] {
             for lift in [0.0, 0.6] {
@@ -222,7 +225,7 @@ fn a_body_on_the_ground_has_the_up_axis_of_the_ground() {
 #[test]
 fn who_crawls_or_walks_with_z_up_is_found() {
     let z_up = Quat::from_rotation_x(0.5 * PI);
-    let kinds: [(&str, fn(f32) -> Posture); 2] = [("crawl", crawl), ("walk", walk)];
+    let kinds: [Kind; 2] = [("crawl", crawl), ("walk", walk)];
     for (kind, posture) in kinds {
         let up = figure(posture, z_up, 0.0).up;
         assert_eq!(up.value, Axis::Z, "{kind}: {}", up.reason);

@@ -277,8 +277,10 @@ fn of_person(
 ) -> Result<Motion, Failure> {
     let joints = mhr();
     let mut samples = fill(person, warnings)?;
-    let mut motion = Motion::default();
-    motion.frame_rate = rate(reader, stated_rate, samples.len())?;
+    let mut motion = Motion {
+        frame_rate: rate(reader, stated_rate, samples.len())?,
+        ..Motion::default()
+    };
     for sample in &mut samples {
         rest::fit_hands(&joints, sample);
     }

@@ -20,7 +20,7 @@ fn a_foot_lands_when_it_falls_fastest_soon_after_it_was_farthest_before() {
     let fall = |frame: f64, middle: f64, size: f64| size / (1.0 + ((frame - middle) / 2.5).exp());
     let height = |frame: u32| fall(f64::from(frame), 60.0, 0.03) + fall(f64::from(frame), 30.0, 0.06);
     let heights = |noise: f64| -> Vec<f64> {
-        let sign = |frame: u32| if frame % 2 == 0 { noise } else { -noise };
+        let sign = |frame: u32| if frame.is_multiple_of(2) { noise } else { -noise };
         (0..120).map(|frame| height(frame) + sign(frame)).collect()
     };
     assert_eq!(landings(heights(0.0), &[54], RATE), [60]);

@@ -147,7 +147,7 @@ fn points_that_plug_in_gait_computes_are_no_markers() {
     // Without the others it is the tip of a toe.
     markers.labels[LOWER.len()..]
         .iter_mut()
-        .for_each(|label| label.insert_str(1, "X"));
+        .for_each(|label| label.insert(1, 'X'));
     markers.labels[LOWER.len() + 3] = "LTIP".to_owned();
     assert!(markers.solved().animations != alone.animations);
 }
