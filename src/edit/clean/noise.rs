@@ -39,8 +39,10 @@ const FLAT: f64 = 0.85;
 /// the root of the frames of a span. Simulated with 60 draws each: 0.79 for 16 frames, 0.845 for 30, 0.887 for 60.
 const LESS: f64 = 0.85;
 
-/// The fractions of the joints that turn which are most of them, and nearly all.
+/// The fraction of the joints that turn which is most of them.
 const MOST: f64 = 0.5;
+
+/// The fraction of the joints that turn which is nearly all of them.
 const NEARLY_ALL: f64 = 0.7;
 
 /// The least noise, as a fraction of that of one joint, where most joints have it. Noise of an estimate is correlated,

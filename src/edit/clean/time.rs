@@ -24,7 +24,7 @@ const STILL: f32 = 2e-6;
 /// The fraction of the frames that may be dropped beside those in pairs: where more seem to be, their steps tell of
 /// noise, or of a take that was resampled.
 const MOST_DROPPED: f64 = 0.02;
-/// So many frames may always be dropped.
+/// So many frames may be dropped of any take, however short: a fraction of few frames is less than one.
 const LEAST_MOST_DROPPED: f64 = 4.0;
 
 /// The most frames that interpolation makes of one: 15 frames a second in a file of 120.
@@ -32,8 +32,10 @@ const MOST_OF_ONE: usize = 8;
 /// The fraction of all bends of an interpolated take that is in its own frames.
 const IN_OWN_FRAMES: f32 = 0.9;
 
-/// So many frames tell whether a take is interpolated, and so many of its own at least.
+/// So many frames tell whether a take is interpolated.
 const LOOKED_AT: usize = 4000;
+
+/// So many frames of its own an interpolated take has at least.
 const LEAST_OWN_FRAMES: usize = 10;
 
 /// What was found and done, in frames.

@@ -72,7 +72,7 @@ const NECK_OF_BIRD: f32 = 0.6;
 /// of 0.06, and 0.8 to 1.1 for dogs, cats and horses.
 const FRONT_LEGS: f32 = 0.78;
 
-/// The same where no names say that they are arms: 0.78 for a dog whose hind legs have four bones.
+/// The same ratio where no names say that they are arms: 0.78 for a dog whose hind legs have four bones.
 const FRONT_LEGS_WITHOUT_NAMES: f32 = 0.7;
 
 /// What the best reading of a skeleton is instead of a humanoid, and why.

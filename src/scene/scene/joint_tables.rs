@@ -1,6 +1,6 @@
 //! The joints of SMPL, SMPL-H, SMPL-X, SOMA and MHR: names, order, parents, and which bone each is. They are facts of
-//! the formats. No model of a body stands here: a file of motions says nothing of lengths, and where no body is given they
-//! are those of `array_files/proportions.rs` in `mocap-formats`.
+//! the formats. No model of a body stands here: a file of motions says nothing of lengths, and where no body is given
+//! they are those of `array_files/proportions.rs` in `mocap-formats`.
 
 mod mhr;
 
