@@ -104,8 +104,6 @@ pub use self::gltf::vrma;
 #[doc(hidden)]
 pub use self::ledger::Carriage;
 #[doc(hidden)]
-pub use self::ledger::LedgerOptions;
-#[doc(hidden)]
 pub use self::option::{WriteOption, words};
 #[doc(hidden)]
 pub use self::sidecar::Sidecar;

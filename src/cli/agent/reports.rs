@@ -19,7 +19,7 @@ use crate::Failure;
 const LONGEST: usize = 24_000;
 
 /// The longest part of a resource that the tool `read` answers with: the schema of a job is shorter.
-const LONGEST_READ: usize = 60_000;
+const LONGEST_READ: usize = 64_000;
 
 /// How many characters of reports are kept; the oldest go first.
 const MOST_KEPT: usize = 64 << 20;

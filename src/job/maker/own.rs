@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use mocap_figure::Humanoid;
-use mocap_formats::LedgerOptions;
 use mocap_formats::gltf::report::Provenance;
 use mocap_formats::{Export, FormatInfo};
 use mocap_io::export::is_at_rest_for;
@@ -99,7 +98,7 @@ impl Maker<'_> {
 
 /// Adds what of a scene is not in an output that no row writes; `row` says what its files hold.
 fn add_losses(written: &mut Export, scene: &Scene, row: &FormatInfo) {
-    let losses = row.losses(scene, LedgerOptions::default());
+    let losses = row.losses(scene, Default::default());
     written
         .warnings
         .extend(losses.iter().map(|loss| row.loss_warning(*loss)));
