@@ -18,7 +18,7 @@ from ._scene import Scene
 
 @public
 def from_arrays(
-    arrays: Mapping[str, ArrayLike] | Sequence[Mapping[str, ArrayLike]] | None = None,
+    arrays: Mapping[str, object] | Sequence[Mapping[str, object]] | None = None,
     *,
     positions: ArrayLike | None = None,
     rotations: ArrayLike | None = None,
@@ -54,7 +54,7 @@ def from_arrays(
 
 
 def _stacked(
-    arrays: Mapping[str, ArrayLike] | Sequence[Mapping[str, ArrayLike]], frame_rate: float | None
+    arrays: Mapping[str, object] | Sequence[Mapping[str, object]], frame_rate: float | None
 ) -> dict[str, np.ndarray]:
     """Arrays of numbers; those of frames along a first axis."""
     if isinstance(arrays, Mapping):
@@ -68,7 +68,7 @@ def _stacked(
     return named
 
 
-def _is_number(array: ArrayLike) -> bool:
+def _is_number(array: object) -> bool:
     return array is not None and np.asarray(array).dtype.kind in "biuf"
 
 

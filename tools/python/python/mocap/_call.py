@@ -198,7 +198,11 @@ def _kind_of_many(hint: Any) -> str:
     if words_of(hint):
         return described(hint)
     parts = _parts(hint)
-    return " or ".join(plain.get(part, f"{_kind(part)[2:]}s") for part in parts)
+    return " or ".join(plain.get(part, _plural(_kind(part)[2:])) for part in parts)
+
+
+def _plural(word: str) -> str:
+    return f"{word[:-1]}ies" if word.endswith("y") else f"{word}s"
 
 
 _KINDS: Mapping[Any, str] = {
