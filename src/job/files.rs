@@ -115,17 +115,12 @@ pub(super) fn policy<'a>(
     ReplacePolicy::new(inputs.iter().map(AsRef::as_ref).chain(others).chain(read.files()))
 }
 
-/// Whether an input is a folder of motions. The frames of one take may stand in a folder.
-pub(super) fn is_of_many(input: &Path) -> bool {
-    input.is_dir() && !Importer::reads_folder(input)
-}
-
 /// Refuses inputs that are no files.
 pub(super) fn check_inputs(inputs: &[PathBuf]) -> Result<()> {
     if inputs.is_empty() {
         return refuse("the job names no input", "name files in source.inputs");
     }
-    match inputs.iter().find(|input| is_of_many(input)) {
+    match inputs.iter().find(|input| Importer::is_of_many(input)) {
         Some(folder) => refuse(
             &format!("{} is a folder, and the job takes files", folder.display()),
             "name its files, or do the job with mocap run",

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use mocap_formats::Export;
-use mocap_io::import::MemoryFile;
+use mocap_io::import::{Importer, MemoryFile};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::ReplacePolicy;
 use mocap_scene::scene::Scene;
 
-use super::files::{Files, is_of_many};
+use super::files::Files;
 use super::{JobOutput, JobReport, Maker, MotionJob, OutputOptions, refuse};
 
 impl MotionJob {
@@ -103,7 +103,7 @@ pub(super) fn describe(report: &mut JobReport, maker: &Maker<'_>, made: &mut Job
 
 /// Refuses what is not one file on a disk.
 pub(super) fn check_one_file(inputs: &[PathBuf], write: &OutputOptions) -> Result<()> {
-    let many = inputs.iter().find(|input| is_of_many(input));
+    let many = inputs.iter().find(|input| Importer::is_of_many(input));
     let (message, help) = match many {
         _ if write.is_stream() => (
             "the job writes to standard output, which belongs to the program".to_owned(),

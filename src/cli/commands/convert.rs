@@ -67,7 +67,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &ArgumentSources) -> Result<(&'a Path
             ));
         }
     };
-    if input.is_dir() && !Importer::reads_folder(input) {
+    if Importer::is_of_many(input) {
         let message = format!("{} is a folder; name an output folder: -o FOLDER", input.display());
         return Err(Failure::Usage(message));
     }

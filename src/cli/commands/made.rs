@@ -62,12 +62,8 @@ fn ready(
     if !streams::is_standard(output) {
         policy.check_inputs(output)?;
     }
-    if let Some(folder) = job
-        .source
-        .inputs
-        .iter()
-        .find(|input| input.is_dir() && !Importer::reads_folder(input))
-    {
+    let mut inputs = job.source.inputs.iter();
+    if let Some(folder) = inputs.find(|input| Importer::is_of_many(input)) {
         let message = "is a folder, and each of its motions gets a file of its own: name an output folder, -o FOLDER/";
         return Err(Failure::Usage(format!("{} {message}", folder.display())));
     }

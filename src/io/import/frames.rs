@@ -17,9 +17,14 @@ const PERSONS: [&str; 3] = ["subj", "person", "id"];
 const EXTENSIONS: [&str; 3] = ["npz", "npy", "pkl"];
 
 impl Importer {
-    /// Whether a path is a folder with files of arrays, which are the frames of one take.
+    /// Whether a path is a folder of motions. The frames of one take may stand in a folder.
     #[doc(hidden)]
-    pub fn reads_folder(path: &Path) -> bool {
+    pub fn is_of_many(path: &Path) -> bool {
+        path.is_dir() && !Self::reads_folder(path)
+    }
+
+    /// Whether a path is a folder with files of arrays, which are the frames of one take.
+    pub(super) fn reads_folder(path: &Path) -> bool {
         path.is_dir() && files(path).is_ok_and(|files| !files.is_empty())
     }
 
