@@ -142,7 +142,7 @@ pub(crate) struct AnglesReport<'a> {
     /// What is odd about the motion.
     #[serde(skip)]
     pub(crate) note: Option<String>,
-    /// The angles beside those of the file.
+    /// How far the angles are from the model outputs of the file, a line each.
     #[serde(skip)]
     pub(crate) beside: Vec<String>,
 }

@@ -87,7 +87,7 @@ pub(crate) struct GaitReport<'a> {
     file: String,
     #[serde(flatten)]
     gait: &'a Gait,
-    /// The joint angles beside those of the file.
+    /// How far the angles are from the model outputs of the file, a line each.
     #[serde(skip)]
     beside: Vec<String>,
 }

@@ -6,8 +6,8 @@ use mocap_scene::pose::Trs;
 use crate::carrier::{Carrier, Placement};
 use crate::frames::between;
 
-/// The steps over the ground of both motions, mixed as each figure sees them from where it looks. Positions that are
-/// mixed as they are would bring a figure nowhere that walks one way in one motion and the opposite way in the other.
+/// The steps over the ground of both motions, each in the direction in which its figure looks, mixed by a weight. The
+/// mean of the positions would be wrong: where the motions walk in opposite directions, it does not move.
 pub(super) struct Path<'a> {
     carrier: &'a Carrier,
     last: Option<Moment>,
