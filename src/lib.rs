@@ -169,7 +169,8 @@ pub use mocap_solve::{self as solve, biomechanics};
 
 pub use glam;
 
-/// The README's example runs with the tests.
+/// The examples of the README and of the book run with the tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/library.md")]
+struct Pages;

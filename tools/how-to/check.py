@@ -22,12 +22,19 @@ FILES = {
     "hero.glb": "characters/human_game_engine.glb",
     "take.c3d": "markers/cmu_01_01.c3d",
     "walk.c3d": "made/plates.c3d",
+    "gvhmr.pt": "arrays/gvhmr.pt",
+    "sam3d_take.npz": "arrays/sam3d_take.npz",
+    "points_smpl22.npy": "arrays/points_smpl22.npy",
+    "amass.npz": "arrays/amass_smplh.npz",
+    "body_smplh.npz": "arrays/body_smplh.npz",
     "g1.urdf": "robots/g1_29dof_rev_1_0.urdf",
     "takes/a.bvh": "real/cmu_short.bvh",
     "takes/b.bvh": "real/mocopi_jump_six_channels.bvh",
     "takes/c.bvh": "real/makehuman_zombie_walk.bvh",
 }
-# Those of the README: it makes `take.bvh`, and its graph is of jumps that pass into each other.
+# The pages with commands that use the results of each other.
+README_PAGES = [ROOT / "README.md", ROOT / "docs/commands.md"]
+# Their files: one command makes `take.bvh`, and its graph is of jumps that pass into each other.
 README_FILES = {name: file for name, file in FILES.items() if name != "take.bvh" and not name.startswith("takes/")} | {
     "takes/a.bvh": "real/cmu_01_01.bvh",
 }
@@ -42,21 +49,40 @@ def printed(after):
     return after[2 : after.index("```", 2)]
 
 
+def commands(lines):
+    """The commands of a page: lines of a block, and cells of a table."""
+    for number, line in enumerate(lines):
+        if line.startswith(("    mocap ", "mocap ")) and not line.startswith(WAITS):
+            yield number, line
+        elif line.startswith("| ") and line.endswith("` |"):
+            cell = line.rsplit(" | `", 1)[-1].removesuffix("` |")
+            if cell.startswith("mocap "):
+                yield number, cell
+
+
+def keep(folder):
+    """Replaces the pictures of the pages by those that their commands have made."""
+    for name in ("fixtures/pictures", "docs/how-to"):
+        for picture in (ROOT / name).iterdir():
+            if Path(folder, picture.name).is_file() and picture.suffix in (".png", ".gif"):
+                shutil.copyfile(Path(folder, picture.name), picture)
+
+
 def main(pages):
     passed = failed = 0
-    for page in [ROOT / "README.md", *sorted((ROOT / "docs/how-to").glob("*.md"))]:
-        if pages and not any(name in page.name for name in pages):
+    pictures = "--pictures" in pages
+    pages = [name for name in pages if name != "--pictures"]
+    for page in [*README_PAGES, ROOT / "fixtures/README.md", *sorted((ROOT / "docs/how-to").glob("*.md"))]:
+        if pages and not any(name in str(page.relative_to(ROOT)) for name in pages):
             continue
         with tempfile.TemporaryDirectory() as folder:
-            files = README_FILES if page.name == "README.md" else FILES
+            files = README_FILES if page in README_PAGES else FILES
             for name, fixture in files.items():
                 path = Path(folder, name)
                 path.parent.mkdir(exist_ok=True)
                 shutil.copyfile(ROOT / "fixtures" / fixture, path)
             lines = page.read_text().splitlines()
-            for number, line in enumerate(lines):
-                if not line.startswith(("    mocap ", "mocap ")) or line.startswith(WAITS):
-                    continue
+            for number, line in commands(lines):
                 words = shlex.split(line, comments=True)[1:]
                 if words[0] == "view" and "-o" not in words:
                     words += ["-o", "view.html"]
@@ -71,6 +97,8 @@ def main(pages):
                         failed += 1
                         print(f"FAILED {page.name}: {line.strip()}: exit code {ran.returncode}\n{ran.stderr}")
                         print("".join(f"not printed: {wanted}\n" for wanted in missing), end="")
+            if pictures:
+                keep(folder)
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed else 0
 

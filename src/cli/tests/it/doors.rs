@@ -436,9 +436,9 @@ fn other_languages_call_what_the_table_tries() {
     }
 }
 
-/// The README's table of formats is made of their rows.
+/// The table of formats in the book is made of their rows.
 #[test]
-fn the_readme_has_the_table_of_formats() {
+fn the_book_has_the_table_of_formats() {
     let (start, end) = ("<!-- formats -->\n", "<!-- end of formats -->");
     let mut made = "| format | | read | written |\n|---|---|---|---|\n".to_owned();
     for row in FormatInfo::ALL {
@@ -449,12 +449,12 @@ fn the_readme_has_the_table_of_formats() {
         assert_eq!(row.writing.starts_with("no"), !row.writes(), "{name}");
         assert!(!row.reads || !row.reading.starts_with("no"), "{name}");
     }
-    let text = fs::read_to_string(at_root("README.md")).unwrap();
+    let text = fs::read_to_string(at_root("docs/formats.md")).unwrap();
     let (before, rest) = text.split_once(start).unwrap();
     let (_, after) = rest.split_once(end).unwrap();
     let whole = format!("{before}{start}{made}{end}{after}");
     if std::env::var_os("MOCAP_WRITE").is_some() {
-        fs::write(at_root("README.md"), &whole).unwrap();
+        fs::write(at_root("docs/formats.md"), &whole).unwrap();
     }
     assert!(
         text == whole || std::env::var_os("MOCAP_WRITE").is_some(),

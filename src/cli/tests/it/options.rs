@@ -383,11 +383,11 @@ fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
     folder.refuses("view lecture_Test.bvh -o new.html --fps 0", 2, "frame rate must be");
 }
 
-/// `dump --layout` takes every year that the README states.
+/// `dump --layout` takes every year that the book states.
 #[test]
 fn every_year_of_the_course_has_a_layout() {
-    let readme = std::fs::read_to_string(at_root("README.md")).unwrap();
-    assert!(readme.contains("(`--layout 2017` to `2024`)"));
+    let page = std::fs::read_to_string(at_root("docs/commands.md")).unwrap();
+    assert!(page.contains("(`--layout 2017` to `2024`)"));
     let folder = Folder::of_real(&["lecture_Test.bvh"]);
     let text = |year: u32| {
         let ran = folder.run(&format!("dump lecture_Test.bvh --layout {year}"));
