@@ -1,7 +1,7 @@
 //! Cleans motion that a camera or a generator made: time, flips, noise, lengths, floor and contacts, in this order.
 //!
 //! Each part measures first, changes only what is wrong, and is taken back where it made a measure worse.
-//! `docs/cleaning.md` has the methods and their sources.
+//! `docs/cleaning-algorithm.md` has the methods and their sources.
 
 mod contacts;
 mod depth;
