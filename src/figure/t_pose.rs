@@ -4,7 +4,7 @@
 //! It is made in three steps. The *reference pose* is a figure that stands: the rest pose where it stands, else the
 //! first frame of the motion where that is a T-pose, else one that is computed from the bones (`standing`). From it
 //! each bone is turned to its T-pose (`builder`). Feet, head and shoulders are then levelled as the motion
-//! shows them (`level`). `docs/retargeting.md` says what each bone keeps.
+//! shows them (`level`). `docs/retargeting-algorithm.md` says what each bone keeps.
 
 mod builder;
 mod level;
