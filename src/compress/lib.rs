@@ -3,7 +3,7 @@
 //!
 //! The algorithm is a variable bit rate quantizer with key frame reduction and in-place error compensation, after the
 //! Animation Compression Library (ACL) of Nicholas Frechette: <https://github.com/nfrechette/acl>.
-//! `docs/compression.md` explains it. In the order of use:
+//! `docs/compression-algorithm.md` explains it. In the order of use:
 //!
 //! 1. `raw_clip` samples the animation at every frame; `object_space` is where errors count.
 //! 2. `constant_tracks`: a track that hardly moves anything becomes constant.

@@ -1,6 +1,6 @@
 //! A packed clip: bytes from which a pose can be computed at any moment, without unpacking anything else.
 //!
-//! `docs/compression.md` has the layout, byte by byte. The frames stand in blocks of equal length. A track of a block
+//! `docs/packed-clip.md` has the layout, byte by byte. The frames stand in blocks of equal length. A track of a block
 //! has a straight line for each of its components, and a key is its distance from there in as few bits as the block
 //! needs. All tracks of a key frame stand together, so that a pose reads the headers of a block, and two key frames.
 

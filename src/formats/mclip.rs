@@ -1,6 +1,6 @@
 //! Packed clips of this crate, which play without being unpacked. Here they are unpacked, to be a scene like any other.
 //!
-//! `docs/compression.md` has their bytes; [`PackedClip`] checks them.
+//! `docs/packed-clip.md` has their bytes; [`PackedClip`] checks them.
 
 use mocap_compress::PackedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};

@@ -7,13 +7,13 @@ pub(super) const MAGIC: [u8; 4] = *b"MCLP";
 pub(super) const VERSION: u16 = 1;
 pub(super) const VERSION_WITH_REST: u16 = 2;
 
-/// Bytes of a node in the table of nodes, as `docs/compression.md` has them.
+/// Bytes of a node in the table of nodes, as `docs/packed-clip.md` has them.
 pub(super) const NODE: usize = 5;
 
-/// Bytes of a rotation track in its table, as `docs/compression.md` has them.
+/// Bytes of a rotation track in its table, as `docs/packed-clip.md` has them.
 pub(super) const ROTATION: usize = 2 + 6 + 6 + 6;
 
-/// Bytes of a translation track in its table, as `docs/compression.md` has them.
+/// Bytes of a translation track in its table, as `docs/packed-clip.md` has them.
 pub(super) const TRANSLATION: usize = 4 + 12 + 12 + 6;
 /// The parent of a node that has none.
 pub(super) const NO_PARENT: u16 = u16::MAX;

@@ -4,7 +4,7 @@ use fastrand::Rng;
 
 use super::number;
 
-/// Where the numbers of the header stand, and how many bytes they have. `docs/compression.md` has the layout.
+/// Where the numbers of the header stand, and how many bytes they have. `docs/packed-clip.md` has the layout.
 const HEADER: [(usize, usize); 12] = [
     (4, 2),
     (6, 2),

@@ -24,7 +24,7 @@ class PackedClip:
     >>> len(clip.data), clip.pose(12.5).shape                                                    # doctest: +SKIP
     (61824, (38, 4, 4))
 
-    ``docs/compression.md`` describes the bytes. ``mocap.read("walk.mclip")`` makes a :class:`Scene` of them.
+    ``docs/packed-clip.md`` describes the bytes. ``mocap.read("walk.mclip")`` makes a :class:`Scene` of them.
     """
 
     def __init__(self, data: bytes) -> None:
