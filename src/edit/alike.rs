@@ -1,5 +1,5 @@
 //! The moments of two motions that are most alike, near to where they are to meet, by the distance of motion graphs:
-//! `docs/motion-graphs.md`.
+//! `docs/motion-graphs-algorithm.md`.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
 //! Motion graphs: which moments of many clips are so alike that a figure can pass from one to the other, and walks over
-//! them. After Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs.md` has the words and formulas.
+//! them. After Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs-algorithm.md` has the formulas.
 //!
 //! A [`GraphBuilder`] takes clips of one skeleton, compares all their moments, and makes a [`MotionGraph`]: the clips
 //! and the transitions between them. Only the largest strongly connected component is kept, so that a walk can always

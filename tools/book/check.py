@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 LIMIT = 1500  # words on a page
 # Pages above the limit. Options, doors, verification and weights are generated tables.
-LONG = "doors editing motion-graphs options robots survey verification weights"
+LONG = "doors editing options robots survey verification weights"
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 
