@@ -115,7 +115,8 @@ impl<'a> Measures<'a> {
     pub(super) fn rest_up(&self) -> Option<Vec3> {
         let middle = |a, b| Some(0.5 * (self.at(a)? + self.at(b)?));
         let hips = middle(Bone::LeftUpperLeg, Bone::RightUpperLeg)?;
-        let above = self.at(Bone::Neck).or(self.at(Bone::Head))?;
+        let above = self.at(Bone::Neck).or(self.at(Bone::Head));
+        let above = above.or_else(|| middle(Bone::LeftUpperArm, Bone::RightUpperArm))?;
         let trunk = (above - hips).try_normalize()?;
         let stands = [
             (Bone::LeftUpperLeg, Bone::LeftFoot),

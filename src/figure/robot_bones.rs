@@ -6,6 +6,9 @@
 //! across the limb, else the fourth joint.
 
 mod feet;
+pub mod moving;
+pub mod sole;
+pub mod t_pose;
 
 use std::collections::BTreeMap;
 

@@ -27,7 +27,7 @@ pub mod fingers {
     pub use crate::robot::fingers::{FINGER, FingerBend, Fingers, Joint, curl};
 }
 pub mod sole {
-    pub use crate::robot::sole::{Sole, SoleBall, balls, on_the_floor};
+    pub use mocap_figure::robot_bones::sole::{Sole, SoleBall, balls, on_the_floor};
 }
 #[cfg(feature = "live")]
 pub mod vmc {

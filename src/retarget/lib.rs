@@ -67,6 +67,7 @@ mod sight;
 mod skin;
 mod skin_report;
 mod solve;
+mod trunk;
 
 use std::borrow::Cow;
 

@@ -50,8 +50,6 @@ pub(crate) mod retargeter;
 pub(crate) mod robot_report;
 mod smooth_stream;
 #[doc(hidden)]
-pub(crate) mod sole;
-#[doc(hidden)]
 pub(crate) mod solver;
 pub(crate) mod source_rotations;
 mod speed;

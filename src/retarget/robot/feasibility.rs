@@ -11,7 +11,7 @@ use super::cones::Cones;
 use super::dynamics::{Dynamics, GRAVITY, Rates, rates};
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
-use super::sole::SoleBall;
+use mocap_figure::robot_bones::sole::SoleBall;
 
 /// A point of a sole touches the floor where it is lower than this, in metres.
 const TOUCHING: f64 = 0.02;

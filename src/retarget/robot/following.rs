@@ -7,10 +7,10 @@ use mocap_scene::scene::robot::{Placement, Robot, RobotShape};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 
 use super::kinematics::{Kinematics, RobotPose};
-use super::sole::SoleBall;
 use super::terms::{Goals, Reach, RotationGoal};
 use super::twin::{StandIn, StandInBone};
 use super::weights::Weights;
+use mocap_figure::robot_bones::sole::SoleBall;
 
 /// The weight of the direction of a limb and of the rotation of the trunk, in 1/rad^2: the measure of all [`Weights`].
 const DIRECTION: f64 = 1.0;

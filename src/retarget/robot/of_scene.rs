@@ -1,14 +1,15 @@
 //! The motion of a robot from a scene of its links: the reverse of [`robot_clip`](mocap_figure::robot_clip).
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DQuat, DVec3};
 use mocap_edit::contacts_of;
 use mocap_figure::Figure;
+use mocap_figure::robot_bones::moving::scene_of_clip;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotJoint};
-use mocap_scene::scene::{NodeId, Scene};
+use mocap_scene::scene::{Animation, NodeId, Scene, UpAxis};
 
 use super::motion::RobotMotion;
 use super::retargeter::feet_at_rest;
@@ -16,6 +17,9 @@ use super::retargeter::feet_at_rest;
 /// Largest part of a rotation, as the vector of a unit quaternion, that is not about the axis of the joint: above the
 /// rounding of a scene, below what anybody sees.
 const OFF_AXIS: f64 = 1e-3;
+
+/// Largest difference of the rest poses of one robot, in metres and as a part of a rotation: the rounding of a scene.
+const SAME_REST: f32 = 1e-4;
 
 impl RobotMotion {
     /// The motion of a robot whose links are the nodes of `scene`, as the reader of a robot's joints makes it.
@@ -28,6 +32,32 @@ impl RobotMotion {
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
         };
+        let mut motion = Self::of_clip(robot, scene, animation, DQuat::IDENTITY)?;
+        if let Ok(found) = contacts_of(scene, animation, &Figure::new(scene)) {
+            motion.contacts = feet_at_rest(&found, motion.frames());
+        }
+        Ok(motion)
+    }
+
+    /// An animation of a scene in metres, where `robot` itself moves in it; `None` where another body does.
+    pub(super) fn of_same_robot(robot: &Robot, scene: &Scene, animation: &Animation) -> Option<Self> {
+        check_links(robot, scene).ok()?;
+        let own = scene_of_clip(robot, None);
+        let links = std::iter::zip(&own.nodes, &scene.nodes).skip(1);
+        let is_alike = links
+            .map(|(link, node)| (link.transform, node.transform))
+            .all(|(link, node)| link.abs_diff_eq(node, SAME_REST));
+        let to_world = match scene.metadata.up? {
+            UpAxis::Z => DQuat::IDENTITY,
+            UpAxis::Y => DQuat::from_rotation_x(FRAC_PI_2),
+            UpAxis::NegY | UpAxis::NegZ => return None,
+        };
+        let motion = Self::of_clip(robot, scene, animation, to_world);
+        motion.ok().filter(|_| is_alike)
+    }
+
+    /// An animation of a scene of the robot's links; `to_world` brings its axes to +Z up.
+    fn of_clip(robot: &Robot, scene: &Scene, animation: &Animation, to_world: DQuat) -> Result<Self> {
         check_links(robot, scene)?;
         let (frames, joints) = (animation.frame_count(), robot.moving_joints());
         let rest: Vec<Trs> = scene
@@ -36,7 +66,7 @@ impl RobotMotion {
             .map(|node| Trs::from_matrix(node.transform))
             .collect();
         let base = robot.links[0].joint.link_to_parent(0.0);
-        let begin = base.to_inner(rest[0].translation.as_dvec3());
+        let begin = base.to_inner(to_world * rest[0].translation.as_dvec3());
         let mut motion = Self {
             name: animation.name.clone(),
             fps: animation.ticks_per_second,
@@ -49,8 +79,8 @@ impl RobotMotion {
         for frame in 0..frames {
             let mut links = rest.clone();
             binding.sample(animation, frame as f64, |node, trs| links[node.index()] = trs);
-            let rotation = links[0].rotation.as_dquat().normalize();
-            let translation = links[0].translation.as_dvec3() - rotation * begin;
+            let rotation = (to_world * links[0].rotation.as_dquat()).normalize();
+            let translation = to_world * links[0].translation.as_dvec3() - rotation * begin;
             motion.root.push(Placement { rotation, translation });
             for (dof, &link) in joints.iter().enumerate() {
                 let joint = &robot.links[link].joint;
@@ -59,9 +89,6 @@ impl RobotMotion {
                 let position = position(joint, links[link].rotation.as_dquat(), moved, before.unwrap_or(0.0));
                 motion.dof_pos.push(position.ok_or_else(|| off_axis(joint, frame))?);
             }
-        }
-        if let Ok(found) = contacts_of(scene, animation, &Figure::new(scene)) {
-            motion.contacts = feet_at_rest(&found, frames);
         }
         Ok(motion)
     }

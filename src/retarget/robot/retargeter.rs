@@ -115,6 +115,12 @@ const FIRST_STEPS: usize = 120;
 /// Steps of the solver at most for each frame after the first: it begins at the frame before.
 const STEPS: usize = 8;
 
+/// Largest difference from 1 of the scale of a motion of the robot itself: the rounding of a scene.
+const SAME_SCALE: f64 = 1e-3;
+
+/// How far beyond a limit a motion of the robot itself may be, in radians or metres: the rounding of files.
+const SAME_POSITION: f64 = 1e-4;
+
 /// Puts the motions of one source on a robot.
 ///
 /// The [module](crate::robot) has an example.
@@ -192,6 +198,12 @@ impl RobotRetargeter {
         let contacts = self.contacts_of(source, animation);
         let mut goals = Vec::new();
         let mut motion = self.follow(&held, animation, contacts, &mut goals);
+        if let Some(mut given) = self.own_motion(source, animation) {
+            given.contacts = motion.contacts;
+            let rotations = SourceRotations::new(source, animation, &self.source_bones);
+            let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, given.fps);
+            return Ok(self.judged(source, animation, given, &goals, &steps));
+        }
         // The box of a frame is that of the frame before, where velocities are kept.
         if !self.options.velocity_limits {
             let free = Free {
@@ -223,11 +235,31 @@ impl RobotRetargeter {
             second,
         );
         second.1.passes = 2;
-        Ok(if second.1.is_worse_than(&first.1) {
-            first
-        } else {
-            second
-        })
+        Ok(
+            if second.1.is_worse_than(&first.1) && first.1.keeps_limits_as(&second.1) {
+                first
+            } else {
+                second
+            },
+        )
+    }
+
+    /// The motion as it is, where the robot itself moves in it within its limits, and steps keep their length.
+    fn own_motion(&self, source: &Scene, animation: &Animation) -> Option<RobotMotion> {
+        let given = RobotMotion::of_same_robot(&self.robot, source, animation);
+        let is_as_long = (self.retargeter.scale() - 1.0).abs() < SAME_SCALE;
+        let mut given = given.filter(|_| is_as_long && self.options.map.is_empty())?;
+        let limits = self.limits();
+        let joints = given.dof_names.len();
+        for (index, position) in given.dof_pos.iter_mut().enumerate() {
+            let (lower, upper) = (limits.lower[index % joints], limits.upper[index % joints]);
+            let kept = position.max(lower).min(upper);
+            if (kept - *position).abs() > SAME_POSITION {
+                return None;
+            }
+            *position = kept;
+        }
+        Some(given)
     }
 
     /// How far the limbs of the motion that was made last point from those of its source, frame by frame.
@@ -274,6 +306,9 @@ impl RobotRetargeter {
             roll,
             lying,
             jumps: steps.fraction_of_jumps(&self.kinematics, &motion),
+            trunk: self
+                .retargeter
+                .trunk_degrees(source, animation, (&self.twin.scene, &as_twin), self.twin.has_legs),
             unmeasured_limbs: self.twin.unmeasured_limbs(),
             guessed,
             // What the wheels of an upper body carry is not known.

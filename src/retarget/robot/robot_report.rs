@@ -86,6 +86,9 @@ pub struct RobotReport {
     /// How far thighs and upper arms, by which knees and elbows bend, are rolled about themselves against the source:
     /// the mean, in degrees.
     pub roll_degrees: Option<f64>,
+    /// How far the line of the hip joints or that of the shoulder joints is turned against the source: the larger mean,
+    /// in degrees.
+    pub trunk_degrees: Option<f64>,
     /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, where the limb of the source turns
     /// by less than half of that.
     pub fraction_of_jumps: f64,
@@ -138,6 +141,18 @@ impl RobotReport {
             .chain(of(Verdict::Poor))
             .chain(of(Verdict::Fair))
             .collect()
+    }
+
+    /// Whether no joint moves too fast or jumps more often than in `other`, and links collide as seldom.
+    pub(super) fn keeps_limits_as(&self, other: &Self) -> bool {
+        let broken = |report: &Self| {
+            [
+                report.fraction_too_fast,
+                report.fraction_of_jumps,
+                report.fraction_in_self_collision,
+            ]
+        };
+        std::iter::zip(broken(self), broken(other)).all(|(own, other)| own <= other)
     }
 
     /// Whether limbs or feet are clearly farther from those of the source than in `other`.
@@ -227,6 +242,8 @@ pub(super) struct ObservedFrames {
     pub(super) collisions: SelfCollision,
     pub(super) roll: Option<f64>,
     pub(super) lying: f64,
+    /// How far hips or shoulders are turned.
+    pub(super) trunk: Option<f64>,
     pub(super) jumps: f64,
     pub(super) unmeasured_limbs: usize,
     pub(super) guessed: Vec<String>,
@@ -251,6 +268,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
         mean_degrees: (!limbs.is_empty()).then_some(seen.found.mean_degrees),
         worst_limb_degrees: limbs.iter().map(|limb| limb.mean_degrees).reduce(f64::max),
         roll_degrees: seen.roll,
+        trunk_degrees: seen.trunk,
         jumps: seen.jumps,
         floating: fraction_floating,
         below_floor: fraction_below_floor,
@@ -284,6 +302,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
         fraction_too_fast: joints.fraction_too_fast,
         max_acceleration: joints.max_acceleration,
         roll_degrees: seen.roll,
+        trunk_degrees: seen.trunk,
         fraction_of_jumps: seen.jumps,
         fraction_floating,
         fraction_lying: seen.lying,

@@ -30,6 +30,7 @@ pub struct Measures {
     pub mean_degrees: Option<f64>,
     pub worst_limb_degrees: Option<f64>,
     pub roll_degrees: Option<f64>,
+    pub trunk_degrees: Option<f64>,
     pub jumps: f64,
     pub floating: Option<f64>,
     pub below_floor: f64,
@@ -48,12 +49,13 @@ pub struct Measures {
 
 impl Measures {
     /// Each measure with its bounds: the name, the value, up to what it is good and up to what fair.
-    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 14] {
+    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 15] {
         let count = |count: usize| Some(count as f64);
         [
             ("mean_degrees", self.mean_degrees, 5.0, Some(10.0)),
             ("worst_limb_degrees", self.worst_limb_degrees, 15.0, Some(30.0)),
             ("roll_degrees", self.roll_degrees, 30.0, Some(60.0)),
+            ("trunk_degrees", self.trunk_degrees, 15.0, Some(45.0)),
             ("fraction_of_jumps", Some(self.jumps), 0.0, Some(0.02)),
             ("fraction_floating", self.floating, 0.02, Some(0.2)),
             ("fraction_below_floor", Some(self.below_floor), 0.01, Some(0.1)),

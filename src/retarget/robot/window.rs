@@ -18,12 +18,12 @@ use super::band::Band;
 use super::collision::Collisions;
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
-use super::sole::SoleBall;
 use super::solver::{Bounds, moved};
 use super::speed::Steps;
 use super::terms::{Goals, ROOT, Reach, Terms};
 use super::touches::LinkSeparation;
 use super::weights::Weights;
+use mocap_figure::robot_bones::sole::SoleBall;
 
 /// Frames of a window: some steps of a walk. Memory grows with them.
 const FRAMES: usize = 192;

@@ -117,6 +117,7 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("fraction_too_fast", numbers(&|report| Some(report.fraction_too_fast))),
         ("max_acceleration", numbers(&|report| Some(report.max_acceleration))),
         ("roll_degrees", numbers(&|report| report.roll_degrees)),
+        ("trunk_degrees", numbers(&|report| report.trunk_degrees)),
         ("fraction_of_jumps", numbers(&|report| Some(report.fraction_of_jumps))),
         ("fraction_floating", numbers(&|report| report.fraction_floating)),
         ("fraction_lying", numbers(&|report| Some(report.fraction_lying))),

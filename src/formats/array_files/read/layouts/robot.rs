@@ -1,12 +1,12 @@
 //! The motion of a robot: where its base is and the positions of its joints, in the layouts that `mocap robot` writes.
 //! The robot itself is the body that is named.
 
-use glam::{DQuat, DVec3, Vec3};
-use mocap_figure::robot_bones::{robot_bones, robot_scene};
+use glam::{DQuat, DVec3};
+use mocap_figure::robot_bones::moving::scene_of_clip;
 use mocap_figure::robot_clip;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::robot::{Placement, Robot};
-use mocap_scene::scene::{Format, NodeId, Scene};
+use mocap_scene::scene::{Format, Scene};
 
 use super::{Reader, refused};
 use crate::Failure;
@@ -82,48 +82,11 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Fa
     let mut motion = Motion::default();
     reader.frame_rate(USUAL_RATE, &mut motion)?;
     let (root, positions) = positions(reader, robot)?;
-    let mut scene = robot_scene(robot);
+    let clip = robot_clip(robot, "", motion.frame_rate, &root, &positions);
+    let mut scene = scene_of_clip(robot, Some(clip));
     scene.metadata.format = Some(format);
     scene.metadata.assumptions = std::mem::take(&mut motion.assumptions);
-    let clip = robot_clip(robot, "", motion.frame_rate, &root, &positions);
-    scene.animations.push(clip);
-    begin_at_bones(&mut scene, robot);
     Ok(scene)
-}
-
-/// Moves the nodes of links that are bones to where their bones begin: the frame of a link may be anywhere, and that of
-/// a thigh is 12 cm below the hip. How links are turned, and where the others are, stays.
-fn begin_at_bones(scene: &mut Scene, robot: &Robot) {
-    let rest = robot.zero_pose();
-    let mut begins = vec![Vec3::ZERO; robot.links.len()];
-    for bone in robot_bones(robot, None).unwrap_or_default() {
-        // A foot may be a part of its shin, which begins at the knee.
-        if scene.nodes[bone.link].humanoid_bone == Some(bone.bone) {
-            begins[bone.link] = rest[bone.link].to_inner(bone.at).as_vec3();
-        }
-    }
-    let above = |node: usize| robot.links[node].parent.map_or(Vec3::ZERO, |parent| begins[parent]);
-    for (index, node) in scene.nodes.iter_mut().enumerate() {
-        let at = node.transform.transform_point3(begins[index]) - above(index);
-        node.transform.w_axis = at.extend(1.0);
-    }
-    let channels = scene
-        .animations
-        .iter_mut()
-        .flat_map(|animation| &mut animation.channels);
-    for channel in channels {
-        let Some(index) = channel.node.map(NodeId::index) else {
-            continue;
-        };
-        let positions = &mut channel.position_keys.values;
-        let rotations = &channel.rotation_keys.values;
-        if begins[index] != Vec3::ZERO && positions.len() == 1 {
-            positions.resize(rotations.len(), positions[0]);
-        }
-        for (position, rotation) in positions.iter_mut().zip(rotations) {
-            *position += *rotation * begins[index] - above(index);
-        }
-    }
 }
 
 /// The base in each frame, and the positions of the joints in the robot's order.

@@ -8,8 +8,8 @@ use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 /// A ball that stays above the floor, in the frame of the foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoleBall {
-    pub(super) centre: DVec3,
-    pub(super) radius: f64,
+    pub centre: DVec3,
+    pub radius: f64,
 }
 
 /// The sole of a foot.
@@ -19,7 +19,7 @@ pub struct Sole {
     /// What brings the foot from where it is with all joints at 0 to standing flat, in the axes of the robot.
     pub to_flat: DQuat,
     /// Whether shapes of the robot's file show it.
-    pub(super) is_shown: bool,
+    pub is_shown: bool,
 }
 
 /// How far the corners of a sole may differ in height, as a fraction of the leg.
@@ -48,7 +48,7 @@ const FACE: f64 = 0.01;
 /// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the
 /// inertia of the link. `zero_pose` are those of the links with all joints at 0; `leg` is the length of a leg. A foot
 /// stands there on its sole, or on a larger face that is tilted against the floor.
-pub(super) fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: DVec3, leg: f64) -> Sole {
+pub fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: DVec3, leg: f64) -> Sole {
     let foot = &zero_pose[link];
     let is_of_foot = |mut here: usize| loop {
         match robot.links[here].parent {

@@ -1,0 +1,382 @@
+//! The T-pose of a robot: arms sideways, legs down, feet as they stand, computed from the axes of its joints.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DQuat, DVec3};
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::quaternion::wide_arc;
+use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotShape};
+use mocap_scene::scene::{HumanoidBone as Bone, Side};
+
+use super::RobotBone;
+use super::sole::{SoleBall, sole};
+
+/// A bone in the T-pose.
+#[derive(Clone, Debug)]
+pub struct BonePart {
+    /// From the pose with all joints at 0 to the T-pose, in the robot's axes.
+    pub to_t_pose: DQuat,
+    /// Where it begins in the T-pose, in the figure's axes.
+    pub at: DVec3,
+}
+
+/// The end of a forearm without a hand.
+#[derive(Clone, Debug)]
+pub struct ForearmTip {
+    /// The hand that is missing.
+    pub bone: Bone,
+    /// Where it is in the T-pose, in the figure's axes.
+    pub at: DVec3,
+    /// The link that it is fixed to.
+    pub link: usize,
+    /// Where it is in the frame of the link.
+    pub point: DVec3,
+}
+
+/// A robot in the T-pose.
+#[derive(Clone, Debug)]
+pub struct RobotTPose {
+    /// The links with all joints at 0.
+    pub zero_pose: Vec<Placement>,
+    /// The bones. A robot without legs has those of a person with such shoulders.
+    pub parts: BTreeMap<Bone, BonePart>,
+    /// The ends of forearms without a hand.
+    pub tips: Vec<ForearmTip>,
+    /// The figure's axes to the robot's world.
+    pub figure_to_world: DQuat,
+    /// The soles of both feet, in the frame of the link.
+    pub soles: [Vec<SoleBall>; 2],
+    /// The height of the floor with all joints at 0, in the robot's world.
+    pub floor: f64,
+    /// Whether the robot has legs.
+    pub has_legs: bool,
+    /// What nothing in the robot's file shows, in words.
+    pub guessed: Vec<String>,
+}
+
+impl RobotTPose {
+    /// The T-pose of a robot with these bones.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where both legs or arms begin at one point, or a leg has no length.
+    pub fn new(robot: &Robot, bones: &[RobotBone]) -> Result<Self> {
+        let found: BTreeMap<Bone, &RobotBone> = bones.iter().map(|bone| (bone.bone, bone)).collect();
+        let at = |bone: Bone| found.get(&bone).map(|bone| bone.at);
+        let has_legs = found.contains_key(&Bone::LeftUpperLeg);
+        let [left, right] = match has_legs {
+            true => [Bone::LeftUpperLeg, Bone::RightUpperLeg],
+            false => [Bone::LeftUpperArm, Bone::RightUpperArm],
+        };
+        let across = at(left)
+            .zip(at(right))
+            .map(|(left, right)| left - right)
+            .unwrap_or_default();
+        let left = across.reject_from_normalized(DVec3::Z).try_normalize().ok_or_else(|| {
+            let message = "the robot is not a humanoid: both legs or arms begin at one point";
+            Diagnostic::new(Code::NotHumanoid, message)
+        })?;
+        let forward = left.cross(DVec3::Z);
+        let builder = Builder {
+            robot,
+            found,
+            transforms: robot.zero_pose(),
+            left,
+            forward,
+            figure_to_world: DQuat::from_mat3(&DMat3::from_cols(left, DVec3::Z, forward)).normalize(),
+        };
+        builder.build()
+    }
+
+    /// The link of a bone to the figure's axes in the T-pose, as a rotation.
+    pub fn link_to_frame(&self, bone: &RobotBone) -> DQuat {
+        let to_t_pose = self
+            .parts
+            .get(&bone.bone)
+            .map_or(DQuat::IDENTITY, |part| part.to_t_pose);
+        (self.figure_to_world.inverse() * to_t_pose * self.zero_pose[bone.link].rotation).normalize()
+    }
+
+    /// Where a bone begins, in the frame of its link. A thigh and an upper arm begin where the T-pose has them: at the
+    /// end of the bone, less its length.
+    pub fn start(&self, bone: &RobotBone, bones: &[RobotBone]) -> DVec3 {
+        let to_link = |at: DVec3| self.zero_pose[bone.link].to_inner(at);
+        let from_end = |next: Bone| {
+            let next = next.on(bone.bone.side()?);
+            let vector = self.parts.get(&next)?.at - self.parts.get(&bone.bone)?.at;
+            let end = bones.iter().find(|other| other.bone == next)?;
+            Some(to_link(end.at) - self.link_to_frame(bone).inverse() * vector)
+        };
+        let found = match bone.bone.on(Side::Left) {
+            Bone::LeftUpperLeg => from_end(Bone::LeftLowerLeg),
+            Bone::LeftUpperArm => from_end(Bone::LeftLowerArm),
+            Bone::Hips => self
+                .parts
+                .get(&Bone::Hips)
+                .map(|part| to_link(self.figure_to_world * part.at)),
+            _ => None,
+        };
+        found.unwrap_or_else(|| to_link(bone.at))
+    }
+}
+
+struct Builder<'a> {
+    robot: &'a Robot,
+    found: BTreeMap<Bone, &'a RobotBone>,
+    transforms: Vec<Placement>,
+    left: DVec3,
+    forward: DVec3,
+    figure_to_world: DQuat,
+}
+
+impl Builder<'_> {
+    fn at(&self, bone: Bone) -> Option<DVec3> {
+        self.found.get(&bone).map(|found| found.at)
+    }
+
+    /// The axis of the first joint of a bone with all joints at 0, and the middle of its range if it has one.
+    fn hinge(&self, bone: Bone) -> Option<(DVec3, f64)> {
+        let &link = self.found.get(&bone)?.joints.first()?;
+        let joint = &self.robot.links[link].joint;
+        let middle = 0.5 * (joint.limits.lower + joint.limits.upper);
+        let axis = self.transforms[link].rotation * joint.axis;
+        (joint.kind == JointKind::Hinge).then_some((axis, if middle.is_finite() { middle } else { 0.0 }))
+    }
+
+    /// The end of a forearm that has no hand: along the forearm, as far beyond its centre of mass as that is from the
+    /// elbow, and a little less. The centre of its shapes is taken where the file states no mass.
+    fn tip(&self, forearm: Bone) -> Option<DVec3> {
+        /// The distance of the end of a forearm from the elbow, as a multiple of the distance of its centre of mass: 2
+        /// for a bar, less for a forearm that is thicker at the elbow.
+        const BEYOND: f64 = 1.8;
+
+        /// The distance in metres of a centre from the elbow below which it tells no direction: rounding of files.
+        const NOWHERE: f64 = 1e-3;
+        let bone = self.found.get(&forearm)?;
+        let from_joint = |centre: DVec3| {
+            let vector = centre - bone.at;
+            let vector = match self.hinge(forearm) {
+                Some((axis, _)) => vector.reject_from_normalized(axis),
+                None => vector,
+            };
+            Some(vector).filter(|vector| vector.length() > NOWHERE)
+        };
+        let inertial = self.robot.links[bone.link].inertial;
+        let by_mass =
+            inertial.and_then(|inertial| from_joint(self.transforms[bone.link].point(inertial.origin.translation)));
+        let vector = by_mass.or_else(|| from_joint(self.centre_of_shapes(bone.link)?))?;
+        Some(bone.at + BEYOND * vector)
+    }
+
+    /// The middle of the shapes of a link and of what is fixed to it.
+    fn centre_of_shapes(&self, link: usize) -> Option<DVec3> {
+        let mut carrier = vec![usize::MAX; self.robot.links.len()];
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (index, part) in self.robot.links.iter().enumerate().skip(link) {
+            let above = part
+                .parent
+                .filter(|_| !part.joint.moves())
+                .map(|parent| carrier[parent]);
+            carrier[index] = if index == link {
+                link
+            } else {
+                above.unwrap_or(usize::MAX)
+            };
+            if carrier[index] != link {
+                continue;
+            }
+            for (centre, radius) in part.shapes.iter().flat_map(RobotShape::balls) {
+                let at = self.transforms[index].point(centre);
+                (low, high) = (low.min(at - radius), high.max(at + radius));
+            }
+        }
+        (low.x <= high.x).then(|| 0.5 * (low + high))
+    }
+
+    fn build(self) -> Result<RobotTPose> {
+        let mut parts: BTreeMap<Bone, BonePart> = BTreeMap::new();
+        let mut tips = Vec::new();
+        let to_figure = |vector: DVec3| self.figure_to_world.inverse() * vector;
+        let mut soles = [Vec::new(), Vec::new()];
+        let mut guessed = Vec::new();
+        let mut floor = f64::INFINITY;
+        let has_legs = self.found.contains_key(&Bone::LeftUpperLeg);
+        if !has_legs {
+            floor = self.add_legs(&mut parts);
+        }
+        for side in Side::ALL {
+            let [upper, lower, foot] =
+                [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot].map(|bone| bone.on(side));
+            let (Some(hip), Some(knee), Some(ankle)) = (self.at(upper), self.at(lower), self.at(foot)) else {
+                continue;
+            };
+            // Legs stand side by side at rest; they lean forward or back where knees and hips are bent there.
+            let flat = |vector: DVec3| vector.reject_from_normalized(self.left);
+            let down = |vector: DVec3| turn_about(vector, DVec3::NEG_Z, self.left);
+            let (thigh, shin) = (flat(knee - hip), flat(ankle - knee));
+            if thigh.length() < 1e-3 || shin.length() < 1e-3 {
+                let message = format!(
+                    "the robot is not a humanoid: its {} or what follows has no length",
+                    upper.as_str()
+                );
+                return Err(Diagnostic::new(Code::NotHumanoid, message).into());
+            }
+            let aside = self.left * ankle.dot(self.left);
+            let top = aside + flat(hip);
+            let mut add = |bone: Bone, to_t_pose: DQuat, at: DVec3| {
+                let at = to_figure(at);
+                parts.insert(bone, BonePart { to_t_pose, at });
+            };
+            let middle = top - DVec3::Z * thigh.length();
+            add(upper, down(thigh), top);
+            add(lower, down(shin), middle);
+            let leg = thigh.length() + shin.length();
+            let link = self.found[&foot].link;
+            let sole = sole(self.robot, link, &self.transforms, ankle, leg);
+            add(foot, sole.to_flat, middle - DVec3::Z * shin.length());
+            if !sole.is_shown {
+                let name = &self.robot.links[link].name;
+                guessed.push(format!("the sole of {name}, which has no shape"));
+            }
+            let depth = |ball: &SoleBall| {
+                let vector = self.transforms[link].point(ball.centre) - ankle;
+                ball.radius - (sole.to_flat * vector).z
+            };
+            let deepest = sole.balls.iter().map(depth).fold(0.0, f64::max);
+            floor = f64::min(floor, top.z - leg - deepest);
+            soles[side as usize] = sole.balls;
+        }
+        for side in Side::ALL {
+            self.arm(side, &mut parts, &mut tips);
+        }
+        for bone in [Bone::Hips, Bone::Chest, Bone::Head] {
+            let at = match bone {
+                Bone::Hips => {
+                    let hip = |bone: Bone| parts.get(&bone).map_or(DVec3::ZERO, |part| part.at);
+                    Some(0.5 * (hip(Bone::LeftUpperLeg) + hip(Bone::RightUpperLeg)))
+                }
+                _ => self.at(bone).map(to_figure),
+            };
+            if let Some(at) = at {
+                let to_t_pose = DQuat::IDENTITY;
+                parts.insert(bone, BonePart { to_t_pose, at });
+            }
+        }
+        Ok(RobotTPose {
+            zero_pose: self.transforms,
+            parts,
+            tips,
+            figure_to_world: self.figure_to_world,
+            soles,
+            floor,
+            has_legs,
+            guessed,
+        })
+    }
+
+    /// Adds the legs of a person with such shoulders, for a robot without; returns the height of the floor.
+    fn add_legs(&self, parts: &mut BTreeMap<Bone, BonePart>) -> f64 {
+        /// The width of hips, as a fraction of the width of shoulders: that of an upper body without legs, of a person.
+        const WIDTH: f64 = 0.5;
+
+        /// The height of hips, as a fraction of the height of shoulders, of a person.
+        const HIPS: f64 = 0.6;
+
+        /// The height of knees, as a fraction of the height of shoulders, of a person.
+        const KNEES: f64 = 0.3;
+        /// How high the shoulders of a person are, as a multiple of their width.
+        const HEIGHT: f64 = 4.0;
+        let [left, right] = [Bone::LeftUpperArm, Bone::RightUpperArm].map(|bone| self.found[&bone].at);
+        let (middle, across) = (0.5 * (left + right), (left - right).reject_from_normalized(DVec3::Z));
+        let height = HEIGHT * across.length();
+        let floor = middle.z - height;
+        for (side, sign) in Side::ALL.into_iter().zip([0.5, -0.5]) {
+            let legs = [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot].map(|bone| bone.on(side));
+            for (bone, up) in legs.into_iter().zip([HIPS, KNEES, 0.0]) {
+                let at = middle + sign * WIDTH * across - (1.0 - up) * height * DVec3::Z;
+                let part = BonePart {
+                    to_t_pose: DQuat::IDENTITY,
+                    at: self.figure_to_world.inverse() * at,
+                };
+                parts.insert(bone, part);
+            }
+        }
+        floor
+    }
+
+    fn arm(&self, side: Side, parts: &mut BTreeMap<Bone, BonePart>, tips: &mut Vec<ForearmTip>) {
+        let [upper, lower, hand] = [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand].map(|bone| bone.on(side));
+        let (Some(shoulder), Some(elbow)) = (self.at(upper), self.at(lower)) else {
+            return;
+        };
+        let to_figure = |vector: DVec3| self.figure_to_world.inverse() * vector;
+        let outwards = if side == Side::Left { self.left } else { -self.left };
+        let end = self.at(hand).or_else(|| self.tip(lower));
+        let vector = end.map_or(DVec3::ZERO, |end| end - elbow);
+        // An arm that points inwards goes outwards about the forward direction.
+        let to_side = |along: DVec3| wide_arc(along, outwards, self.forward);
+        let mut turn = to_side(elbow - shoulder);
+        let hinge = self
+            .hinge(lower)
+            .filter(|(axis, _)| axis.dot((elbow - shoulder).normalize_or_zero()).abs() < 0.8);
+        if let Some((axis, middle)) = hinge
+            && vector.length() > 1e-3
+        {
+            // The position at which the arm is straight, and the direction in which it bends from there.
+            let along = turn_about(vector, elbow - shoulder, axis);
+            let straight = along.to_scaled_axis().dot(axis);
+            let bends = if middle >= straight { axis } else { -axis };
+            // In the T-pose an arm bends forward.
+            turn = turn_about(turn * bends, outwards.cross(self.forward), outwards) * turn;
+            let fore = turn * along;
+            let fore = to_side(fore * vector) * fore;
+            parts.insert(
+                lower,
+                BonePart {
+                    to_t_pose: fore,
+                    at: DVec3::ZERO,
+                },
+            );
+        } else {
+            let fore = to_side(turn * vector) * turn;
+            parts.insert(
+                lower,
+                BonePart {
+                    to_t_pose: fore,
+                    at: DVec3::ZERO,
+                },
+            );
+        }
+        let at = to_figure(shoulder);
+        parts.insert(upper, BonePart { to_t_pose: turn, at });
+        let at = at + to_figure(outwards) * elbow.distance(shoulder);
+        let fore = parts.get_mut(&lower).map(|part| {
+            part.at = at;
+            part.to_t_pose
+        });
+        let Some(fore) = fore else { return };
+        let at = at + to_figure(outwards) * vector.length();
+        match (self.at(hand), end) {
+            (Some(_), _) => {
+                parts.insert(hand, BonePart { to_t_pose: fore, at });
+            }
+            (None, Some(end)) => {
+                let link = self.found[&lower].link;
+                let point = self.transforms[link].to_inner(end);
+                tips.push(ForearmTip {
+                    bone: hand,
+                    at,
+                    link,
+                    point,
+                });
+            }
+            (None, None) => {}
+        }
+    }
+}
+
+/// The rotation about an axis that turns one direction to another as far as it can.
+fn turn_about(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
+    let (from, to) = (from.reject_from_normalized(axis), to.reject_from_normalized(axis));
+    let angle = from.cross(to).dot(axis).atan2(from.dot(to));
+    DQuat::from_axis_angle(axis, if angle.is_finite() { angle } else { 0.0 })
+}
