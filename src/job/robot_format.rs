@@ -31,8 +31,10 @@ pub enum RobotFormat {
     Gmr,
     /// Rows as those of LAFAN1 for Unitree's robots, at 30 frames a second
     UnitreeCsv,
-    /// NumPy arrays for mjlab and BeyondMimic, at 50 frames a second, bodies depth-first
+    /// NumPy arrays for mjlab, at 50 frames a second, joints and bodies depth-first
     Mjlab,
+    /// NumPy arrays for BeyondMimic, at 50 frames a second, joints and bodies breadth-first
+    BeyondMimic,
     /// NumPy arrays for the AMP tasks of Isaac Lab, bodies and joints breadth-first
     IsaacLab,
     /// NumPy arrays for ProtoMotions
@@ -47,7 +49,7 @@ pub enum RobotFormat {
 
 impl RobotFormat {
     /// Every one.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Npz,
         Self::Pkl,
         Self::Csv,
@@ -55,6 +57,7 @@ impl RobotFormat {
         Self::Gmr,
         Self::UnitreeCsv,
         Self::Mjlab,
+        Self::BeyondMimic,
         Self::IsaacLab,
         Self::ProtoMotions,
         Self::MimicKit,
@@ -65,9 +68,9 @@ impl RobotFormat {
     /// The extension of its files.
     pub const fn extension(self) -> &'static str {
         match self {
-            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions | Self::Dynamics => "npz",
             Self::Pkl | Self::Gmr | Self::MimicKit | Self::Twist => "pkl",
             Self::Csv | Self::UnitreeCsv => "csv",
+            _ => "npz",
         }
     }
 
@@ -79,6 +82,7 @@ impl RobotFormat {
             Self::Gmr => "gmr",
             Self::UnitreeCsv => "unitree-csv",
             Self::Mjlab => "mjlab",
+            Self::BeyondMimic => "beyondmimic",
             Self::IsaacLab => "isaaclab",
             Self::ProtoMotions => "protomotions",
             Self::MimicKit => "mimickit",
@@ -91,7 +95,7 @@ impl RobotFormat {
     pub fn rate(self) -> Option<f64> {
         match self {
             Self::UnitreeCsv => Some(30.0),
-            Self::Mjlab => Some(50.0),
+            Self::Mjlab | Self::BeyondMimic => Some(50.0),
             _ => None,
         }
     }
@@ -139,20 +143,22 @@ impl RobotFormat {
             Self::Csv | Self::UnitreeCsv => Export::from(arrays::robot_csv(motion, robot).into_bytes()),
             Self::MimicKit => Export::from(trainers::for_mimic_kit(motion, &metadata)),
             Self::Twist => Export::from(trainers::for_twist(motion, robot, &metadata)),
-            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions | Self::Dynamics => {
-                Export::from(self.archive(motion, robot, &metadata)?)
-            }
+            _ => Export::from(self.archive(motion, robot, &metadata)?),
         })
     }
 
     #[cfg(feature = "npz")]
     #[expect(clippy::unnecessary_wraps, reason = "a build without archives fails")]
     fn archive(self, motion: &RobotMotion, robot: &Robot, metadata: &str) -> Result<Vec<u8>> {
+        use mocap_retarget::robot::LinkOrder;
+
         use crate::arrays::npz::of_arrays;
 
+        let tracking = |order| of_arrays(&trainers::for_tracking(motion, robot, order, metadata));
         Ok(match self {
             Self::Qpos => arrays::robot_qpos_npz(motion),
-            Self::Mjlab => of_arrays(&trainers::for_mjlab(motion, robot, metadata)),
+            Self::Mjlab => tracking(LinkOrder::DepthFirst),
+            Self::BeyondMimic => tracking(LinkOrder::BreadthFirst),
             Self::IsaacLab => of_arrays(&trainers::for_isaac_lab(motion, robot, metadata)),
             Self::Dynamics => of_arrays(&trainers::for_dynamics(motion, robot, metadata)),
             Self::ProtoMotions => of_arrays(&trainers::for_proto_motions(motion, metadata)),

@@ -137,6 +137,12 @@ def check(key, folder, problems):
     model, qpos = truth(50)
     made = written(urdf, "mjlab", folder)
     trained(made, "mjlab", model, qpos, 50, holds)
+    made = written(urdf, "beyondmimic", folder)
+    for keys, order in [(["joint_pos", "joint_vel"], model.breadth_joints), (list(made), model.breadth)]:
+        for name in keys:
+            if name.startswith("joint" if order is model.breadth_joints else "body") and made[name].ndim > 1:
+                made[name] = made[name][:, np.argsort(order)]
+    trained(made, "beyondmimic", model, qpos, 50, holds)
     model, qpos = truth(None)
     made = written(urdf, "isaaclab", folder)
     holds("isaaclab fps", made["fps"].shape == () and made["fps"].dtype == np.int64 and made["fps"] == 120)
@@ -182,7 +188,7 @@ def main():
     for problem in sorted(set(problems)):
         print("FAIL", problem)
     if not problems:
-        print("gmr, twist, mimickit, protomotions, unitree-csv, mjlab and isaaclab: as documented, on", ", ".join(ROBOTS))
+        print("gmr, twist, mimickit, protomotions, unitree-csv, mjlab, beyondmimic and isaaclab: as documented, on", ", ".join(ROBOTS))
     sys.exit(bool(problems))
 
 

@@ -88,20 +88,20 @@ fn positions<'a>(links: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
         .collect()
 }
 
-/// What mjlab and BeyondMimic train on: positions and velocities of joints and bodies, depth-first as MuJoCo has
-/// them.
-pub(crate) fn for_mjlab(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<Named> {
-    let links = LinkMotion::new(robot, motion, LinkOrder::DepthFirst);
+/// What mjlab and BeyondMimic train on: positions and velocities of joints and bodies, for mjlab depth-first as MuJoCo
+/// has them, for BeyondMimic breadth-first as Isaac Lab has them.
+pub(crate) fn for_tracking(motion: &RobotMotion, robot: &Robot, order: LinkOrder, metadata: &str) -> Vec<Named> {
+    let links = LinkMotion::new(robot, motion, order);
     let (frames, count, joints) = (motion.frames(), links.names.len(), motion.dof_names.len());
     vec![
         Named::rate(motion.fps, &[1]),
-        Named::floats("joint_pos", &[frames, joints], motion.dof_pos.clone()),
-        Named::floats("joint_vel", &[frames, joints], motion.dof_velocities()),
+        Named::floats("joint_pos", &[frames, joints], links.ordered(&motion.dof_pos)),
+        Named::floats("joint_vel", &[frames, joints], links.ordered(&motion.dof_velocities())),
         Named::floats("body_pos_w", &[frames, count, 3], positions(&links.transforms)),
         Named::floats("body_quat_w", &[frames, count, 4], wxyz(&links.transforms)),
         Named::floats("body_lin_vel_w", &[frames, count, 3], flat(&links.velocities)),
         Named::floats("body_ang_vel_w", &[frames, count, 3], flat(&links.angular_velocities)),
-        Named::texts("joint_names", &motion.dof_names),
+        Named::texts("joint_names", &links.joint_names(motion)),
         Named::texts("body_names", &links.names),
         Named::text("metadata", metadata),
     ]
@@ -111,15 +111,10 @@ pub(crate) fn for_mjlab(motion: &RobotMotion, robot: &Robot, metadata: &str) -> 
 pub(crate) fn for_isaac_lab(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<Named> {
     let links = LinkMotion::new(robot, motion, LinkOrder::BreadthFirst);
     let (frames, count, joints) = (motion.frames(), links.names.len(), motion.dof_names.len());
-    let names: Vec<String> = links
-        .joints
-        .iter()
-        .map(|joint| motion.dof_names[*joint].clone())
-        .collect();
     let velocities = links.ordered(&motion.dof_velocities());
     vec![
         Named::rate(motion.fps, &[]),
-        Named::texts("dof_names", &names),
+        Named::texts("dof_names", &links.joint_names(motion)),
         Named::texts("body_names", &links.names),
         Named::floats("dof_positions", &[frames, joints], links.ordered(&motion.dof_pos)),
         Named::floats("dof_velocities", &[frames, joints], velocities),

@@ -86,6 +86,13 @@ impl LinkMotion {
         within.flat_map(|point| point.to_array()).collect()
     }
 
+    /// The names of the joints of a motion, in the order of the links.
+    #[doc(hidden)]
+    pub fn joint_names(&self, motion: &RobotMotion) -> Vec<String> {
+        let joints = self.joints.iter();
+        joints.map(|joint| motion.dof_names[*joint].clone()).collect()
+    }
+
     /// The values of joints, frame by frame in the motion's order, in the order of the links.
     #[doc(hidden)]
     pub fn ordered(&self, values: &[f64]) -> Vec<f64> {

@@ -138,6 +138,7 @@ export type RobotFormatName =
   | "gmr"
   | "unitree-csv"
   | "mjlab"
+  | "beyondmimic"
   | "isaaclab"
   | "protomotions"
   | "mimickit"

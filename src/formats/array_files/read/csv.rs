@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `mocap fk`, a row for each frame and joint | its first line, a comment with the header |
 //! | points, a row for each frame and point | columns `joint` (or `point`, `marker`, ...), `x`, `y`, `z`; `frame` or `time` |
+//! | the motion of a robot | a first row of numbers alone; the body says which robot |
 //! | points, a row for each frame | columns `NAME_x`, `NAME_y`, `NAME_z` for each of three points or more |
 //!
 //! A cell that is empty or NaN is a gap. Both become named arrays, which `layouts` reads as those of any file.
@@ -14,10 +15,14 @@ use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::files::{PointColumns, Records, is_own_csv};
 use serde::Deserialize;
 
+use super::layouts::TABLE;
 use super::ndarray::{Bytes, Entries, Kind, NdArray};
 use super::point_rows::{PointRows, TABLES, floats};
 use crate::Failure;
 use crate::warnings::Warnings;
+
+/// Numbers that the base of a robot has in a row, at least.
+const BASE: usize = 7;
 
 /// The header of this program's arrays, as far as rows need it.
 #[derive(Deserialize)]
@@ -50,6 +55,7 @@ pub(super) fn entries(bytes: &[u8], warnings: &mut Warnings) -> Result<Entries<'
     })?;
     match is_own_csv(bytes) {
         true => own(text, warnings),
+        false if is_without_header(text) => rows(text, warnings),
         false => points(text, warnings),
     }
 }
@@ -192,6 +198,56 @@ fn number(cell: &str, line: usize, column: &str) -> Result<f32, Failure> {
         let error = refused(line, format!("the cell {column} is not a number"));
         Box::new(error.expected_found("a number", format!("\"{}\"", cell.chars().take(40).collect::<String>())))
     })
+}
+
+/// Whether the first row has numbers alone.
+fn is_without_header(text: &str) -> bool {
+    let (mut records, mut cells) = (Records::new(text), Vec::new());
+    records.next(&mut cells);
+    cells.len() > BASE && cells.iter().all(|cell| double(cell).is_some())
+}
+
+fn double(cell: &str) -> Option<f64> {
+    fast_float2::parse(cell.trim().as_bytes()).ok()
+}
+
+/// The numbers of a table without a header, as one array.
+fn rows(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure> {
+    let (mut records, mut cells) = (Records::new(text), Vec::new());
+    let (mut bytes, mut width, mut count) = (Vec::new(), 0, 0_usize);
+    while records.next(&mut cells) {
+        if matches!(cells.as_slice(), [only] if only.trim().is_empty()) {
+            continue;
+        }
+        if count == 0 {
+            width = cells.len();
+        }
+        if cells.len() < width && count > 0 && is_last(&records) {
+            warnings.push(Code::RowLength, || {
+                cut_frame(records.line).expected_found(width.to_string(), cells.len().to_string())
+            });
+            break;
+        }
+        if cells.len() != width {
+            let error = refused(records.line, "the row has another number of cells than the first");
+            return Err(Box::new(
+                error.expected_found(width.to_string(), cells.len().to_string()),
+            ));
+        }
+        for cell in &cells {
+            let number = double(cell).ok_or_else(|| {
+                let error = refused(records.line, "a cell is not a number");
+                let found = cell.chars().take(40).collect::<String>();
+                Box::new(error.expected_found("a number", format!("{found:?}")))
+            })?;
+            bytes.extend(number.to_le_bytes());
+        }
+        count += 1;
+    }
+    let kind = (Kind::Float(8), false);
+    let array = NdArray::new(TABLE, kind, vec![count, width], false, Bytes::made(bytes))?;
+    let arrays = vec![(TABLE.to_owned(), array)];
+    Ok(Entries { arrays })
 }
 
 /// Positions of points.

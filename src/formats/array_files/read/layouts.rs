@@ -18,6 +18,9 @@ use super::ndarray::{Entries, NdArray};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
+/// The name of the numbers of a table without a header.
+pub(super) const TABLE: &str = "rows";
+
 /// What helps where arrays are no motion.
 const KNOWN: &str = "arrays are known by their names: poses and trans (AMASS), global_orient and body_pose (SMPL-X, \
                      GVHMR, GEM-X), posed_joints (Kimodo), pred_joint_coords (SAM 3D Body), those of mocap fk, one array \
@@ -30,6 +33,8 @@ pub(super) fn scene(
     options: &ReadOptions,
     warnings: &mut Warnings,
 ) -> Result<Scene, Failure> {
+    let only = entries.of_only(robot::OFFSETS);
+    let entries = only.as_ref().unwrap_or(entries);
     let reader = Reader { entries, options };
     let has_lengths = own::is_own(entries) || entries.get("posed_joints").is_some() || mhr::is_motion(entries);
     if has_lengths && options.body.is_some() {

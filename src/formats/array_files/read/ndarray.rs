@@ -294,6 +294,22 @@ impl<'a> Entries<'a> {
         names.iter().find_map(|name| self.get(name))
     }
 
+    /// The arrays of the only motion of a file that has them by its name, as `NAME.dof`; `None` where `inner` is in
+    /// none or in several.
+    pub(super) fn of_only(&self, inner: &str) -> Option<Self> {
+        let mut outer = self.arrays.iter().filter_map(|(name, _)| name.strip_suffix(inner));
+        let prefix = outer
+            .next()
+            .filter(|prefix| prefix.ends_with('.') && outer.next().is_none())?;
+        let arrays = self.arrays.iter().filter_map(|(name, array)| {
+            let name = name.strip_prefix(prefix)?;
+            Some((name.to_owned(), array.clone()))
+        });
+        Some(Self {
+            arrays: arrays.collect(),
+        })
+    }
+
     /// The names and the shapes, for errors.
     pub(super) fn describe(&self) -> String {
         /// Arrays that an error names at most.

@@ -28,6 +28,7 @@ RobotFormat = Literal[
     "gmr",
     "unitree-csv",
     "mjlab",
+    "beyondmimic",
     "isaaclab",
     "protomotions",
     "mimickit",

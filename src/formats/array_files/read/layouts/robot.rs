@@ -8,7 +8,7 @@ use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{Format, Scene};
 
-use super::{Reader, refused};
+use super::{Reader, TABLE, refused};
 use crate::Failure;
 use crate::array_files::read::body::Body;
 use crate::array_files::read::motion::Motion;
@@ -28,10 +28,29 @@ struct Layout {
     of_links: bool,
 }
 
+/// Where the base is, for ASAP and PBHC, whose motions stand in a dictionary by their names.
+pub(super) const OFFSETS: &str = "root_trans_offset";
+
 const LAYOUTS: &[Layout] = &[
     Layout {
         joints: "dof_pos",
         positions: "root_pos",
+        rotations: "root_rot",
+        w_first: false,
+        of_links: false,
+    },
+    // HoloMotion.
+    Layout {
+        joints: "ref_dof_pos",
+        positions: "ref_global_translation",
+        rotations: "ref_global_rotation_quat",
+        w_first: false,
+        of_links: true,
+    },
+    // ASAP and PBHC.
+    Layout {
+        joints: "dof",
+        positions: OFFSETS,
         rotations: "root_rot",
         w_first: false,
         of_links: false,
@@ -59,16 +78,51 @@ const LAYOUTS: &[Layout] = &[
     },
 ];
 
-/// MuJoCo's positions: the base in seven numbers, then the joints.
-const QPOS: &str = "qpos";
-
-/// Numbers of the base in `qpos`: a position and a quaternion.
+/// Numbers of the base: a position and a quaternion.
 const BASE: usize = 7;
+
+/// A layout of one array, whose rows have the numbers of the base before those of the joints.
+struct Rows {
+    name: &'static str,
+    /// How many numbers the base has: its position, and its rotation.
+    base: usize,
+    /// The position of the base, then its rotation as x, y, z and w.
+    read: fn(&[f64]) -> [f64; BASE],
+}
+
+const ROWS: &[Rows] = &[
+    // MuJoCo.
+    Rows {
+        name: "qpos",
+        base: BASE,
+        read: |row| [row[0], row[1], row[2], row[4], row[5], row[6], row[3]],
+    },
+    // A table without a header, as those for Unitree's robots.
+    Rows {
+        name: TABLE,
+        base: BASE,
+        read: |row| std::array::from_fn(|column| row[column]),
+    },
+    // MimicKit: the rotation is axis times angle.
+    Rows {
+        name: "frames",
+        base: 6,
+        read: |row| {
+            let turn = DQuat::from_scaled_axis(DVec3::new(row[3], row[4], row[5]));
+            [row[0], row[1], row[2], turn.x, turn.y, turn.z, turn.w]
+        },
+    },
+];
 
 /// Whether the arrays are the motion of a robot.
 pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
     let has = |name: &str| entries.get(name).is_some();
-    has(QPOS) || LAYOUTS.iter().any(|layout| has(layout.joints))
+    let has_numbers = |name: &str| {
+        entries
+            .get(name)
+            .is_some_and(|array| array.is_number() && array.shape.len() == 2)
+    };
+    ROWS.iter().any(|rows| has_numbers(rows.name)) || LAYOUTS.iter().any(|layout| has(layout.joints))
 }
 
 /// The robot of the body in this motion.
@@ -93,7 +147,7 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Fa
 fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, Vec<f64>), Failure> {
     let entries = reader.entries;
     let own = robot.dof_names();
-    let stated = entries.get("dof_names").map(NdArray::texts);
+    let stated = entries.first(&["dof_names", "joint_names"]).map(NdArray::texts);
     let names = stated.as_deref().unwrap_or(&own);
     let count = names.len();
     let layout = LAYOUTS.iter().find(|layout| entries.get(layout.joints).is_some());
@@ -103,18 +157,14 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
             (base(reader, layout, frames)?, joints, layout.joints)
         }
         None => {
-            let (_, all) = reader.numbers(QPOS, None, &[BASE + count])?;
-            let rows = all.chunks_exact(BASE + count);
-            let base = rows.clone().map(|row| {
-                let &[x, y, z, w, i, j, k, ..] = row else {
-                    return [0.0; BASE];
-                };
-                [x, y, z, i, j, k, w]
-            });
+            let found = ROWS.iter().find(|rows| entries.get(rows.name).is_some());
+            let Rows { name, base, read } = found.unwrap_or(&ROWS[0]);
+            let (_, all) = reader.numbers(name, None, &[base + count])?;
+            let rows = all.chunks_exact(base + count);
             (
-                base.collect(),
-                rows.flat_map(|row| row[BASE..].to_vec()).collect(),
-                QPOS,
+                rows.clone().map(read).collect(),
+                rows.flat_map(|row| row[*base..].to_vec()).collect(),
+                *name,
             )
         }
     };

@@ -151,6 +151,9 @@ fn the_joints_of_a_robot_go_from_layout_to_layout() {
         ("protomotions", "p.npz"),
         ("gmr", "g.pkl"),
         ("twist", "t.pkl"),
+        ("mimickit", "m.pkl"),
+        ("unitree-csv", "u.csv"),
+        ("csv", "c.csv"),
     ] {
         let output = folder.path().join(name);
         let written = format!(r#""to": "{to}", "output": "{}""#, output.display());
@@ -181,18 +184,92 @@ fn the_joints_of_a_robot_go_from_layout_to_layout() {
     }
 }
 
+const CRANE: &str = r#"<robot name="crane"><link name="base"/><link name="arm"/><link name="hook"/>
+    <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/>
+        <origin xyz="0 0 1" rpy="0.3 0.2 0.1"/><axis xyz="0.6 0 0.8"/></joint>
+    <joint name="lift" type="prismatic"><parent link="arm"/><child link="hook"/>
+        <origin xyz="1 0 0" rpy="0 0.5 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+    </joint></robot>"#;
+
+/// A table without a header, as those for Unitree's robots.
+#[test]
+fn a_table_without_a_header_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = folder.path().join("crane.urdf");
+    fs::write(&robot, CRANE).unwrap();
+    let rows = (0..5).map(|frame| {
+        let frame = f64::from(frame);
+        let (sine, cosine) = (0.05 * frame).sin_cos();
+        let [x, turn, lift] = [0.1 * frame, 0.4 * frame, 0.2 - 0.02 * frame];
+        format!("{x},0,0.5,0,0,{sine},{cosine},{turn},{lift}\n")
+    });
+    let table = folder.path().join("crane.csv");
+    fs::write(&table, rows.collect::<String>()).unwrap();
+    let output = folder.path().join("out.npz");
+    let written = format!(r#""to": "protomotions", "output": "{}""#, output.display());
+    job(&table, robot.to_str(), &written).run_with(&[]).unwrap();
+    let archive = fs::read(&output).unwrap();
+    let (joints, base) = (
+        floats_in(&archive, "joint_angles"),
+        floats_in(&archive, "base_frame_pos"),
+    );
+    assert_eq!(joints.len(), 10);
+    for frame in 0..5_u8 {
+        let (row, frame) = (usize::from(frame), f32::from(frame));
+        for (found, expected) in [
+            (joints[2 * row], 0.4 * frame),
+            (joints[2 * row + 1], 0.2 - 0.02 * frame),
+            (base[3 * row], 0.1 * frame),
+            (base[3 * row + 2], 0.5),
+        ] {
+            assert!(
+                (found - expected).abs() < 1e-5,
+                "{}: {found} {expected}",
+                table.display()
+            );
+        }
+    }
+}
+
+/// BeyondMimic has joints and bodies breadth-first: both legs and the waist begin before their second joints.
+#[test]
+fn beyond_mimic_has_joints_breadth_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = Importer::new().import_robot(G1).unwrap();
+    let (motion, _) = on(&robot, &walk());
+    let input = folder.path().join("walk.npz");
+    fs::write(&input, robot_npz(&motion)).unwrap();
+    let output = folder.path().join("b.npz");
+    let written = format!(r#""to": "beyondmimic", "output": "{}""#, output.display());
+    job(&input, Some(G1), &written).run_with(&[]).unwrap();
+    let found = floats_in(&fs::read(&output).unwrap(), "joint_pos");
+    let first = [
+        "left_hip_pitch_joint",
+        "right_hip_pitch_joint",
+        "waist_yaw_joint",
+        "left_hip_roll_joint",
+    ];
+    for (found, name) in found.iter().zip(first) {
+        let joint = motion.dof_names.iter().position(|other| other == name).unwrap();
+        assert!((f64::from(*found) - motion.dof_of(0)[joint]).abs() < 1e-5, "{name}");
+    }
+    // Its names say the order, so that it is read again as it was written.
+    let back = Importer::new().body(G1).import(&output).unwrap();
+    let there = points(&robot, &motion, "left_rubber_hand", &[Vec3::ZERO]);
+    assert!(
+        distance(
+            positions(&back, 0)("left_rubber_hand"),
+            there[0][0].as_dvec3().to_array()
+        ) < 1e-5
+    );
+}
+
 /// A hinge that turns on beyond half a turn, with an origin that is turned, and a slide.
 #[test]
 fn a_hinge_is_followed_beyond_half_a_turn() {
     let folder = tempfile::tempdir().unwrap();
     let robot = folder.path().join("crane.urdf");
-    let text = r#"<robot name="crane"><link name="base"/><link name="arm"/><link name="hook"/>
-        <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/>
-            <origin xyz="0 0 1" rpy="0.3 0.2 0.1"/><axis xyz="0.6 0 0.8"/></joint>
-        <joint name="lift" type="prismatic"><parent link="arm"/><child link="hook"/>
-            <origin xyz="1 0 0" rpy="0 0.5 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
-        </joint></robot>"#;
-    fs::write(&robot, text).unwrap();
+    fs::write(&robot, CRANE).unwrap();
     let mut motion = RobotMotion::default();
     motion.fps = 30.0;
     motion.dof_names = vec!["turn".to_owned(), "lift".to_owned()];
