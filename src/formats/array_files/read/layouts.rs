@@ -5,6 +5,7 @@ mod kimodo;
 pub(super) mod mhr;
 pub(super) mod opensim;
 mod own;
+mod plausible;
 mod points;
 mod robot;
 mod smpl;

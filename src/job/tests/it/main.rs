@@ -1,6 +1,7 @@
 //! The integration tests of jobs and arrays: one program, because linking is slow, with one module per subject.
 
 mod array_files;
+mod array_units;
 mod arrays;
 mod bone_axis;
 mod bone_maps;

@@ -5,6 +5,7 @@ use mocap_scene::limits::{is_plausible, limit_exceeded};
 use mocap_scene::scene::joint_tables;
 use mocap_scene::scene::{Assumption, Confidence, Format, Scene, Topic};
 
+use super::plausible::check_humanml3d;
 use super::{KNOWN, Reader, refused};
 use crate::Failure;
 use crate::array_files::read::humanml3d;
@@ -65,6 +66,7 @@ pub(super) fn of_humanml3d(
         return Ok(None);
     };
     let (frames, rows) = reader.numbers_of("of the file", array, None, &[humanml3d::NUMBERS])?;
+    check_humanml3d(&rows)?;
     let joints = humanml3d::joints(&rows);
     let numbers: Vec<f64> = joints.iter().flatten().flat_map(glam::DVec3::to_array).collect();
     of_numbers(reader, (frames, humanml3d::JOINTS), &numbers, format, warnings).map(Some)

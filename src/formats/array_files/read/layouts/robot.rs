@@ -5,9 +5,10 @@ use glam::{DQuat, DVec3};
 use mocap_figure::robot_bones::moving::scene_of_clip;
 use mocap_figure::robot_clip;
 use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::robot::{JointKind, Placement, Robot};
 use mocap_scene::scene::{Format, Scene};
 
+use super::plausible::check_radians;
 use super::{Reader, TABLE, refused};
 use crate::Failure;
 use crate::array_files::read::body::Body;
@@ -188,6 +189,16 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
         let diagnostic = Diagnostic::new(Code::NonFiniteValue, message).in_joint(name.as_str());
         return Err(Box::new(diagnostic.expected_found("a number", ordered[at].to_string())));
     }
+    // A hinge without limits may turn on and on.
+    let hinges = robot.moving_joints().into_iter().enumerate().filter(|(_, link)| {
+        let joint = &robot.links[*link].joint;
+        joint.kind == JointKind::Hinge && (joint.limits.upper - joint.limits.lower).is_finite()
+    });
+    let means = hinges.map(|(column, _)| {
+        let positions = ordered.iter().skip(column).step_by(own.len());
+        positions.map(|position| position.abs()).sum::<f64>() / rows.len().max(1) as f64
+    });
+    check_radians(joints_name, means)?;
     Ok((root, ordered))
 }
 

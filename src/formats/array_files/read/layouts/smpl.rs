@@ -7,6 +7,7 @@ use mocap_scene::scene::joint_tables;
 use mocap_scene::scene::{Confidence, Topic, UpAxis};
 
 use super::Reader;
+use super::plausible::check_radians;
 use crate::Failure;
 use crate::array_files::read::motion::{Motion, named};
 use crate::array_files::read::ndarray::{Entries, NdArray};
@@ -43,7 +44,7 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     };
     let (frames, poses) = reader.numbers_of(name, array, None, &[joints.len(), 3])?;
     let mut motion = Motion {
-        rotations: tracks(&poses, joints.len()),
+        rotations: tracks(name, &poses, joints.len())?,
         joints,
         ..Motion::default()
     };
@@ -116,8 +117,8 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
         ));
     };
     let (_, body) = reader.numbers_of(&body_name, array, Some(frames), &[width / 3, 3])?;
-    let mut rotations = tracks(&root, 1);
-    rotations.extend(tracks(&body, width / 3));
+    let mut rotations = tracks(&name("global_orient"), &root, 1)?;
+    rotations.extend(tracks(&body_name, &body, width / 3)?);
     if joints.len() == 55 {
         for (own, count) in [
             ("jaw_pose", 1),
@@ -131,7 +132,7 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
                 Some(_) => reader.numbers(&own, Some(frames), &[count, 3])?.1,
                 None => vec![0.0; frames * count * 3],
             };
-            rotations.extend(tracks(&numbers, count));
+            rotations.extend(tracks(&own, &numbers, count)?);
         }
     }
     let mut motion = Motion {
@@ -198,7 +199,7 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
         match count {
             // An eye that does not move.
             0 => rotations.push(vec![DQuat::IDENTITY; frames]),
-            count => rotations.extend(tracks(&part(*begin, 3 * count), *count)),
+            count => rotations.extend(tracks("of the file", &part(*begin, 3 * count), *count)?),
         }
     }
     let joints = joint_tables::smpl(joints).unwrap_or_default();
@@ -314,16 +315,21 @@ fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
     }
 }
 
-/// A track for each of `joints` joints, of rows of their rotations.
-fn tracks(numbers: &[f64], joints: usize) -> Vec<Vec<DQuat>> {
+/// A track for each of `joints` joints, of rows of their rotations in the array `name`.
+fn tracks(name: &str, numbers: &[f64], joints: usize) -> Result<Vec<Vec<DQuat>>, Failure> {
     let rows = numbers.chunks_exact(3 * joints.max(1));
+    let frames = rows.len().max(1) as f64;
     let mut tracks = vec![Vec::with_capacity(rows.len()); joints];
+    let mut means = vec![0.0; joints];
     for row in rows {
-        for (track, vector) in std::iter::zip(&mut tracks, row.as_chunks::<3>().0) {
-            track.push(DQuat::from_scaled_axis(DVec3::from_array(*vector)));
+        let vectors = row.as_chunks::<3>().0.iter().map(|vector| DVec3::from_array(*vector));
+        for ((track, mean), vector) in tracks.iter_mut().zip(&mut means).zip(vectors) {
+            *mean += vector.length() / frames;
+            track.push(DQuat::from_scaled_axis(vector));
         }
     }
-    tracks
+    check_radians(name, means)?;
+    Ok(tracks)
 }
 
 fn vectors(numbers: &[f64]) -> Vec<DVec3> {

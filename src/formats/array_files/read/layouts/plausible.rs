@@ -1,0 +1,73 @@
+//! Whether the numbers of arrays are what their layouts say: arrays state no unit.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use mocap_scene::error::{Code, Diagnostic};
+
+use crate::Failure;
+use crate::array_files::read::humanml3d;
+
+/// The joints that turn by more than a full turn in the mean where angles are in degrees, at least. A root that spins on
+/// is one.
+const TURNED: usize = 2;
+
+/// Refuses angles that are no radians. `means` has the mean angle of each joint.
+pub(super) fn check_radians(name: &str, means: impl IntoIterator<Item = f64>) -> Result<(), Failure> {
+    let (joints, largest) = means
+        .into_iter()
+        .filter(|mean| *mean > TAU)
+        .fold((0, 0.0), |(joints, largest), mean| {
+            (joints + 1, f64::max(largest, mean))
+        });
+    if joints < TURNED {
+        return Ok(());
+    }
+    let message = format!("the angles of the array {name} are not in radians, but perhaps in degrees");
+    let found = format!("{joints} joints turned by more than that, one by {largest:.1}");
+    Err(Box::new(
+        Diagnostic::new(Code::NumberRange, message)
+            .expected_found("angles up to 6.28 in the mean of the frames", found)
+            .help("multiply degrees by pi / 180 before you save them"),
+    ))
+}
+
+/// Refuses rows of HumanML3D that were normalized. In rows that were not, the columns of rotations have the length 1, or
+/// nearly so where a network made them.
+pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
+    /// The first number of the rotations in a row, after the root and the positions.
+    const ROTATIONS: usize = 4 + 3 * (humanml3d::JOINTS - 1);
+
+    /// The numbers of two columns of a matrix.
+    const COLUMNS: usize = 6;
+
+    /// Lengths that a network makes of 1.
+    const LENGTH: std::ops::Range<f64> = 0.7..1.4;
+
+    /// The fraction of rotations whose columns both have such a length, at least. Of numbers with the mean 0 and the
+    /// deviation 1 it is an eighth.
+    const KEPT: f64 = 0.5;
+    let rotations = rows.chunks_exact(humanml3d::NUMBERS).flat_map(|row| {
+        let columns = &row[ROTATIONS..ROTATIONS + COLUMNS * (humanml3d::JOINTS - 1)];
+        columns.as_chunks::<COLUMNS>().0
+    });
+    // Some programs write positions alone, and zeros for the rest.
+    let stated = rotations.filter(|columns| columns.iter().any(|number| *number != 0.0));
+    let (count, kept) = stated.fold((0_usize, 0_usize), |(count, kept), columns| {
+        let mut columns = columns.as_chunks::<3>().0.iter();
+        let is_kept = columns.all(|column| LENGTH.contains(&DVec3::from_array(*column).length()));
+        (count + 1, kept + usize::from(is_kept))
+    });
+    if kept as f64 >= KEPT * count as f64 {
+        return Ok(());
+    }
+    let percent = 100.0 * kept as f64 / count.max(1) as f64;
+    Err(Box::new(
+        Diagnostic::new(Code::NumberRange, "the 263 numbers a frame are normalized")
+            .expected_found(
+                "rotations whose columns have the length 1",
+                format!("{percent:.0} % of them"),
+            )
+            .help("multiply them by the deviations and add the means of the data set: data * Std.npy + Mean.npy"),
+    ))
+}
