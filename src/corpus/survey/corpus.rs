@@ -230,6 +230,7 @@ impl ClipRecord {
             sha256: &row.sha256,
             clip: &row.clip,
             skeleton: &row.skeleton,
+            joints: row.joints,
             rate: row.rate.unwrap_or(0.0),
             frames: row.frames,
             seconds: row.seconds,

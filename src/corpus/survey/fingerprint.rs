@@ -20,6 +20,8 @@ pub const LIMBS: usize = 10;
 pub const WIDTH: usize = 3 * LIMBS + 4;
 /// The longest part of a clip that is kept, in samples: an hour.
 const MOST_SAMPLES: usize = 36_000;
+/// Parts of a window on each side at most: those of 120 frames per second.
+const MOST_PARTS: f64 = 12.0;
 
 /// From and to which bone each limb goes; the left ones stand right before the right ones.
 const BONES: [(Bone, Bone); LIMBS] = [
@@ -50,17 +52,24 @@ impl Fingerprint {
             return Self::default();
         }
         let samples = ((motion.frames - motion.first) as f64 / motion.rate * RATE).ceil() as usize;
-        Self::sampled(motion, RATE, motion.first as f64, samples.min(MOST_SAMPLES))
+        let window = Window::new(motion.rate / RATE);
+        Self::through(motion, &window, RATE, motion.first as f64, samples.min(MOST_SAMPLES))
     }
 
     /// So many samples at another rate, from a frame on. Speeds are those since the sample before, which may stand
     /// before that frame.
     pub(crate) fn sampled(motion: &Motion, rate: f64, from: f64, samples: usize) -> Self {
+        Self::through(motion, &Window::moment(), rate, from, samples)
+    }
+
+    fn through(motion: &Motion, window: &Window, rate: f64, from: f64, samples: usize) -> Self {
         let mut values = Vec::new();
         let step = motion.rate / rate;
-        let mut before = (from - step >= motion.first as f64).then(|| Sample::new(motion, from - step));
+        let limbs = motion.body.as_ref().map(limbs);
+        let at = |frame: f64| Sample::new(motion, limbs.as_ref(), &window.around(motion, frame));
+        let mut before = (from - step >= motion.first as f64).then(|| at(from - step));
         for sample in 0..samples {
-            let sample = Sample::new(motion, from + sample as f64 * step);
+            let sample = at(from + sample as f64 * step);
             sample.write(before.as_ref(), 1.0 / rate as f32, &mut values);
             before = Some(sample);
         }
@@ -85,6 +94,67 @@ impl Fingerprint {
     }
 }
 
+/// Frames around a moment, and their weights: a low-pass filter. Without it, motion that is faster than the samples
+/// differs between copies that are sampled at other moments.
+struct Window {
+    /// Offsets in frames, and weights.
+    parts: Vec<(f64, f32)>,
+}
+
+impl Window {
+    /// A triangle that reaches to the samples before and after.
+    fn new(frames_per_sample: f64) -> Self {
+        let half = frames_per_sample.ceil().clamp(1.0, MOST_PARTS) as i32;
+        let step = frames_per_sample / f64::from(half);
+        let weight = |part: i32| (half - part.abs()) as f32 / (half * half) as f32;
+        Self {
+            parts: (1 - half..half)
+                .map(|part| (step * f64::from(part), weight(part)))
+                .collect(),
+        }
+    }
+
+    fn moment() -> Self {
+        Self {
+            parts: vec![(0.0, 1.0)],
+        }
+    }
+
+    /// The frames around one. At the ends of a motion the window is narrower, and still symmetric.
+    fn around(&self, motion: &Motion, frame: f64) -> Vec<Part> {
+        let last = motion.frames - 1;
+        let reach = self.parts.last().map_or(0.0, |(offset, _)| *offset);
+        let room = (frame - motion.first as f64).min(last as f64 - frame).max(0.0);
+        let narrow = if reach > room { room / reach } else { 1.0 };
+        let parts = self.parts.iter().map(|(offset, weight)| {
+            let at = (frame + offset * narrow).max(0.0);
+            let before = (at.floor() as usize).min(last);
+            Part {
+                frames: [before, (before + 1).min(last)],
+                fraction: at.fract() as f32,
+                weight: *weight,
+            }
+        });
+        parts.collect()
+    }
+}
+
+/// A moment between two frames, and how much it counts.
+struct Part {
+    frames: [usize; 2],
+    fraction: f32,
+    weight: f32,
+}
+
+/// From and to which node each limb goes, where a body has it.
+type Limbs = [Option<[usize; 2]>; LIMBS];
+
+fn limbs(body: &Body) -> Limbs {
+    let bone = |bone: Bone| body.bones.get(&bone).copied();
+    // A body without a neck has a head.
+    BONES.map(|(from, to)| Some([bone(from)?, bone(to).or_else(|| bone(Bone::Head))?]))
+}
+
 /// A motion at one time.
 struct Sample {
     limbs: [Vec3; LIMBS],
@@ -95,33 +165,34 @@ struct Sample {
 }
 
 impl Sample {
-    fn new(motion: &Motion, frame: f64) -> Self {
-        let last = motion.frames - 1;
-        let before = (frame.floor() as usize).min(last);
-        let (after, fraction) = ((before + 1).min(last), frame.fract() as f32);
-        let at = |node: usize| motion.at(before, node).lerp(motion.at(after, node), fraction);
-        match &motion.body {
-            Some(body) => {
-                let forward = body.forward(motion, before).lerp(body.forward(motion, after), fraction);
-                Self::of_body(body, at, forward.normalize_or(Vec3::Z))
-            }
+    fn new(motion: &Motion, limbs: Option<&Limbs>, parts: &[Part]) -> Self {
+        let at = |node: usize| {
+            let part = |part: &Part| {
+                let [before, after] = part.frames.map(|frame| motion.at(frame, node));
+                before.lerp(after, part.fraction) * part.weight
+            };
+            parts.iter().map(part).sum::<Vec3>()
+        };
+        match motion.body.as_ref().zip(limbs) {
+            Some((body, limbs)) => Self::of_body(body, limbs, at),
             None => Self::of_nodes(motion, at),
         }
     }
 
-    fn of_body(body: &Body, at: impl Fn(usize) -> Vec3, forward: Vec3) -> Self {
+    fn of_body(body: &Body, limbs: &Limbs, at: impl Fn(usize) -> Vec3) -> Self {
+        let hip = |bone: Bone| body.bones.get(&bone).map(|node| at(*node));
+        let hips = hip(Bone::LeftUpperLeg).zip(hip(Bone::RightUpperLeg));
+        let across = hips.map(|(left, right)| left - right).unwrap_or_default();
+        let forward = across.cross(Vec3::Y).normalize_or(Vec3::Z);
         let left = Vec3::Y.cross(forward);
-        let bone = |bone: Bone| body.bones.get(&bone).map(|node| at(*node));
-        let limb = |(from, to): (Bone, Bone)| {
-            // A body without a neck has a head.
-            let to = bone(to).or_else(|| bone(Bone::Head));
-            let along = bone(from).zip(to).map(|(from, to)| (to - from).normalize_or_zero());
+        let limb = |limb: Option<[usize; 2]>| {
+            let along = limb.map(|[from, to]| (at(to) - at(from)).normalize_or_zero());
             let along = along.unwrap_or_default();
             Vec3::new(along.dot(left), along.y, along.dot(forward))
         };
         let hips = at(body.hips());
         Self {
-            limbs: BONES.map(limb),
+            limbs: limbs.map(limb),
             forward,
             hips,
             height: (hips.y - body.contacts.floor) / body.leg,

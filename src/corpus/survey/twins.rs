@@ -51,6 +51,7 @@ pub(super) struct Candidate<'a> {
     pub(super) sha256: &'a str,
     pub(super) clip: &'a str,
     pub(super) skeleton: &'a str,
+    pub(super) joints: u64,
     pub(super) rate: f64,
     pub(super) frames: u64,
     pub(super) seconds: f64,
@@ -209,7 +210,8 @@ fn compare(clips: [&Candidate<'_>; 2], tracks: [&Track; 2], guess: Fit) -> Optio
     let same_skeleton = first.skeleton == second.skeleton;
     // What has no body is compared joint by joint, and has no left and right.
     let is_body = first.fingerprint.is_body;
-    if is_body != second.fingerprint.is_body || !is_body && (guess.mirrored || !same_skeleton) {
+    let same_joints = first.joints == second.joints;
+    if is_body != second.fingerprint.is_body || !is_body && (guess.mirrored || !same_joints) {
         return None;
     }
     let found = Alignment::best(a, b, guess.at, guess.pace)?;

@@ -20,12 +20,21 @@ const NEAR_MOST: f32 = 2.5 * NEAR;
 /// What is added to both for each mean bend of the paths of limbs: what a line between samples misses of a curve, and
 /// noise.
 const OFF_A_LINE: f32 = 0.2;
+/// What is added for each mean bend above [`ERRATIC`]. Limbs that jump from sample to sample, as in motion from video, are
+/// elsewhere at another rate, and separate takes of such motion are far apart. Fitted by `tools/survey/takes.py`.
+const OFF_IF_ERRATIC: f32 = 0.3;
+/// The mean bend above which a motion is erratic; runs have half of it.
+const ERRATIC: f32 = 0.2;
 
 /// How far the limbs must move in what is compared, each on average, as a sum of chords of the unit sphere: one that
 /// stands is like any other that stands.
-const MOVES: f32 = 0.35;
-/// Less than this counts as no movement between two samples: the grain of a byte.
+const MOVES: f32 = 0.2;
+/// The time over which movement is counted, in samples: half a second, in which slow limbs move more than the grain.
+const MOVE: usize = 5;
+/// Less than this counts as no movement: the grain of a byte.
 const GRAIN: f32 = 0.02;
+/// The fewest limbs that two bodies must have in common.
+const LEAST_LIMBS: f32 = 5.0;
 
 /// The slowest pace at which clips are compared, as a factor: a tenth slower.
 const SLOWEST: f32 = 0.9;
@@ -60,6 +69,8 @@ type Row = [[Vec4; QUADS]; 3];
 /// The samples of a clip as numbers.
 pub(super) struct Track {
     rows: Vec<Row>,
+    /// 1 for each limb that the body has, and 0 for others.
+    has: [Vec4; QUADS],
     /// How far limbs have moved up to each sample, on average.
     moved: Vec<f32>,
     /// How far a sample is from the line of those around it, twice that on average: the mean second difference.
@@ -80,14 +91,14 @@ impl Track {
             })
             .collect();
         let mut sum = 0.0;
-        let steps = std::iter::once(0.0).chain(rows.windows(2).map(|pair| step(&pair[0], &pair[1])));
-        let moved = steps.map(|step| {
-            sum += step;
+        let moved = (0..rows.len()).map(|sample| {
+            sum += step(&rows[sample.saturating_sub(MOVE)], &rows[sample]) / sample.clamp(1, MOVE) as f32;
             sum
         });
         Self {
-            moved: moved.take(rows.len()).collect(),
+            moved: moved.collect(),
             bend: bend(&rows),
+            has: has(&rows),
             rows,
         }
     }
@@ -95,6 +106,18 @@ impl Track {
     pub(super) fn samples(&self) -> usize {
         self.rows.len()
     }
+}
+
+/// A direction is 0 where a bone of it is missing.
+fn has(rows: &[Row]) -> [Vec4; QUADS] {
+    let mut has = [Vec4::ZERO; QUADS];
+    for quad in 0..QUADS {
+        for row in rows {
+            let squares = row.iter().map(|axis| axis[quad] * axis[quad]).sum::<Vec4>();
+            has[quad] = has[quad].max(Vec4::select(squares.cmpgt(Vec4::ZERO), Vec4::ONE, Vec4::ZERO));
+        }
+    }
+    has
 }
 
 /// How far limbs move between two samples, on average.
@@ -164,7 +187,7 @@ pub(super) struct Alignment {
 impl Alignment {
     /// Tries offsets around a moment and paces around one, coarse and then fine; `None` where the clips are far apart.
     pub(super) fn best(a: &Track, b: &Track, at: Moments, around: f32) -> Option<Self> {
-        let both = Both { a, b };
+        let both = Both::new(a, b)?;
         let mut coarse = Best::default();
         for number in 0..PACES {
             let pace = around * (SLOWEST + PACE_STEP * f32::from(number));
@@ -237,9 +260,22 @@ impl Best {
 struct Both<'a> {
     a: &'a Track,
     b: &'a Track,
+    /// How much each limb counts in the mean: others than those of both bodies not at all.
+    weights: [Vec4; QUADS],
 }
 
-impl Both<'_> {
+impl<'a> Both<'a> {
+    /// `None` where the bodies have too few limbs in common.
+    fn new(a: &'a Track, b: &'a Track) -> Option<Self> {
+        let has: [Vec4; QUADS] = std::array::from_fn(|quad| a.has[quad] * b.has[quad]);
+        let count: f32 = has.iter().map(|quad| quad.element_sum()).sum();
+        (count >= LEAST_LIMBS).then(|| Self {
+            a,
+            b,
+            weights: has.map(|quad| quad / count),
+        })
+    }
+
     /// The samples of the second clip that overlap the first; `None` where they are too few, or nothing moves.
     fn overlap(&self, [pace, start]: Timing) -> Option<RangeInclusive<usize>> {
         let last = self.a.samples() as f32 - 1.0;
@@ -252,7 +288,8 @@ impl Both<'_> {
 
     /// How far the limbs of copies may be apart because samples of both stand at different moments.
     fn off_a_line(&self) -> f32 {
-        OFF_A_LINE * 0.5 * (self.a.bend + self.b.bend)
+        let bend = 0.5 * (self.a.bend + self.b.bend);
+        OFF_A_LINE * bend + OFF_IF_ERRATIC * (bend - ERRATIC).max(0.0)
     }
 
     /// How far limbs move in a sample, on average.
@@ -292,12 +329,12 @@ impl Both<'_> {
         let other = &self.b.rows[sample];
         let mut sum = 0.0;
         for quad in 0..QUADS {
-            let [a, b, c, d] = chords(|axis| {
+            let off = chords(|axis| {
                 let (early, late) = (early[axis][quad], late[axis][quad]);
                 early + (late - early) * fraction - other[axis][quad]
             });
-            sum += (a + b) + (c + d);
+            sum += Vec4::from_array(off).dot(self.weights[quad]);
         }
-        sum / LIMBS as f32
+        sum
     }
 }

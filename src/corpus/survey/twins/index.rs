@@ -138,24 +138,24 @@ impl Index {
     pub(super) fn candidates(&self, clips: &[&Candidate<'_>], clip: usize) -> Vec<CandidatePair> {
         let votes = self.votes(clips[clip].fingerprint, clip);
         // Retimed clips drift apart by a tenth: votes of two neighbouring offsets count together.
-        let mut best: HashMap<(u32, bool), (u16, i32, [u32; 2])> = HashMap::new();
-        for (vote, (count, moments)) in &votes {
-            let at = |offset: i32| votes.get(&Vote { offset, ..*vote }).map_or(0, |(count, _)| *count);
-            let before = (count.saturating_add(at(vote.offset - 1)), -vote.offset);
-            let after = (count.saturating_add(at(vote.offset + 1)), -vote.offset - 1);
+        let mut best: HashMap<(u32, bool), (u16, i32, Votes)> = HashMap::new();
+        for (vote, of_vote) in &votes {
+            let at = |offset: i32| votes.get(&Vote { offset, ..*vote }).map_or(0, |votes| votes.count);
+            let before = (of_vote.count.saturating_add(at(vote.offset - 1)), -vote.offset);
+            let after = (of_vote.count.saturating_add(at(vote.offset + 1)), -vote.offset - 1);
             let (count, offset) = before.max(after);
             if count >= VOTES {
                 let entry = best.entry((vote.clip, vote.mirrored)).or_default();
-                *entry = (*entry).max((count, offset, *moments));
+                *entry = (*entry).max((count, offset, *of_vote));
             }
         }
         let mut found: Vec<_> = best.into_iter().collect();
         found.sort_by_key(|((other, mirrored), (count, ..))| (std::cmp::Reverse(*count), *other, *mirrored));
-        let likely = found.into_iter().filter_map(|((other, mirrored), (_, _, moments))| {
+        let likely = found.into_iter().filter_map(|((other, mirrored), (_, _, votes))| {
             let both = [clips[other as usize].fingerprint, clips[clip].fingerprint];
             Some(CandidatePair {
                 clip: other as usize,
-                at: nearest(both, moments, mirrored)?,
+                at: nearest(both, votes, mirrored)?,
                 mirrored,
             })
         });
@@ -163,8 +163,8 @@ impl Index {
     }
 
     /// How many moments of a clip vote for each offset from a clip before it, and one of them.
-    fn votes(&self, fingerprint: &Fingerprint, clip: usize) -> Votes {
-        let mut votes = Votes::default();
+    fn votes(&self, fingerprint: &Fingerprint, clip: usize) -> VotesOf {
+        let mut votes = VotesOf::default();
         let last = fingerprint.samples().saturating_sub(REACH + 1);
         for mirrored in [false, true] {
             // Each other sample, and half a sample later: clips that begin between two samples of another are met.
@@ -182,8 +182,10 @@ impl Index {
                         offset: (moment.sample as i32 - sample as i32).div_euclid(5),
                         mirrored,
                     };
-                    let found = votes.entry(vote).or_default();
-                    *found = (found.0.saturating_add(1), [moment.sample, sample as u32]);
+                    let Votes { count, later, at } = votes.entry(vote).or_default();
+                    *count = count.saturating_add(1);
+                    *later += moment.sample as i32 - sample as i32;
+                    *at = sample as u32;
                 }
             }
         }
@@ -206,7 +208,17 @@ struct Vote {
     mirrored: bool,
 }
 
-type Votes = HashMap<Vote, (u16, [u32; 2]), BuildHasherDefault<VoteHasher>>;
+type VotesOf = HashMap<Vote, Votes, BuildHasherDefault<VoteHasher>>;
+
+/// How many moments vote for one thing.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Votes {
+    count: u16,
+    /// How many samples later the other clip has them, in all.
+    later: i32,
+    /// One of them.
+    at: u32,
+}
 
 /// Mixes the numbers of a [`Vote`]: there are many, and none is chosen by an adversary.
 #[derive(Default)]
@@ -240,9 +252,11 @@ fn leading(hash: u32) -> usize {
     (hash >> (BITS - LEADING)) as usize
 }
 
-/// Where limbs are nearest each other in the second around two moments, of which the first may be a little earlier or
-/// later; `None` where they are near nowhere.
-fn nearest([a, b]: [&Fingerprint; 2], [at, sample]: [u32; 2], mirrored: bool) -> Option<Moments> {
+/// Where limbs are nearest each other in the second around a moment of the second clip. In the first clip the moment is
+/// later by the mean of the votes, give or take two samples. `None` where limbs are near nowhere.
+fn nearest([a, b]: [&Fingerprint; 2], votes: Votes, mirrored: bool) -> Option<Moments> {
+    let sample = votes.at;
+    let at = sample as i32 + votes.later / i32::from(votes.count.max(1));
     let shifted = |shift: isize| {
         let row = |clip: &Fingerprint, sample: isize| usize::try_from(sample).ok().filter(|at| *at < clip.samples());
         let pair = |time: isize| {

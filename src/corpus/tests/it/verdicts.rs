@@ -1,7 +1,8 @@
 //! What lowers a verdict, what does not, and which changes of a file leave it. Files are changed as text.
 
+use mocap::glam::Quat;
 use mocap::survey::report::{ClipRow, Quality};
-use mocap::survey::{DefectKind, Thresholds};
+use mocap::survey::{Corpus, DefectKind, Thresholds};
 
 const CLEAN: [&str; 4] = [
     "real/cmu_12_01_walk",
@@ -192,4 +193,23 @@ fn a_held_end_and_half_the_rate_leave_the_verdict() {
             );
         }
     }
+}
+
+/// The rotations of all joints tremble by two degrees from frame to frame, faster than a clip is sampled.
+#[test]
+fn a_copy_that_trembles_is_a_near_duplicate() {
+    let walk = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let mut trembling = walk.clone();
+    for channel in &mut trembling.animations[0].channels {
+        for (frame, rotation) in channel.rotation_keys.values.iter_mut().enumerate() {
+            let sign = if frame % 2 == 0 { 1.0 } else { -1.0 };
+            *rotation *= Quat::from_rotation_x(sign * 2.0_f32.to_radians());
+        }
+    }
+    trembling.metadata.origin = None;
+    let thresholds = Thresholds::default();
+    let mut clips = thresholds.examine(&walk, "walk.bvh");
+    clips.extend(thresholds.examine(&trembling, "trembling.bvh"));
+    let corpus = Corpus::new(clips, &thresholds);
+    assert_eq!(corpus.rows().filter(|row| row.twin).count(), 1);
 }
