@@ -107,7 +107,7 @@ impl Floor {
         shown(along).hypot(shown(along.perp())).atan().to_degrees()
     }
 
-    /// How much higher slope and drift have a point than its level.
+    /// Height of a point above its contact level that slope and drift explain.
     fn above(&self, point: &SlowPoint) -> f64 {
         self.above_at(point.at(), point.frame as usize)
     }

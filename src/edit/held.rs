@@ -257,8 +257,8 @@ fn planes(
     naturals.into_iter().zip(calm(&swivels, &bell)).collect()
 }
 
-/// The angles of the plane of a limb, from frame to frame. Where it goes far, they are the means of what is around: how
-/// an arm swung does not matter to one that holds the head.
+/// The angles of the plane of a limb, in each frame. A large change of the limb averages them over its neighbours: an
+/// arm that holds the head does not keep its swing.
 fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
     // The nearest turn to the last angle that is known: one that is not may be anywhere, and would take those after it
     // along by a whole turn.

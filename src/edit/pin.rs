@@ -96,7 +96,7 @@ impl Step for Pin {
             let before = frames.clone();
             let held = hold(scene, &mut frames, &chain, &window, goal);
             let is = PinnedFrame::new(scene, &frames, &chain, target, inside, metres);
-            // A limb that is too short would slide more than it did.
+            // Skip the contact: the limb is too short, and pinning it would increase sliding.
             if self.range.is_none() && is.slide() > was.slide() {
                 frames = before;
                 report.left += 1;

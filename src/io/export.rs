@@ -272,12 +272,14 @@ impl Exporter {
     /// The files that [`Exporter::export`] would write to `path`, in memory.
     ///
     /// # Errors
-    /// [`Code::UnknownFormat`] where the format, or the extension of `path`, is none that is written;
-    /// [`Code::Unrepresentable`], with the joint, where the format cannot hold the scene; [`Code::FrameTime`] where
-    /// ticks per second are not above 0; [`Code::NoMotion`] where there is no animation and the format needs one;
-    /// [`Code::ErrorBound`] where the largest error cannot be kept; [`Code::InvalidValue`] where an option is not
-    /// valid; [`Code::LimitExceeded`] and [`Code::NumberRange`] where the file is too large for its format, or would be
-    /// refused when it is read; [`Code::MissingFeature`] where this build has no meshopt.
+    /// - [`Code::UnknownFormat`]: the format, or the extension of `path`, cannot be written.
+    /// - [`Code::Unrepresentable`]: the format cannot hold the scene; names the joint.
+    /// - [`Code::FrameTime`]: the ticks per second are not above 0.
+    /// - [`Code::NoMotion`]: the format needs an animation.
+    /// - [`Code::ErrorBound`]: the largest error cannot be kept.
+    /// - [`Code::InvalidValue`]: an option is invalid.
+    /// - [`Code::LimitExceeded`], [`Code::NumberRange`]: the file is too large for its format or for the reader.
+    /// - [`Code::MissingFeature`]: this build has no meshopt.
     pub fn write_as(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Export> {
         let path = path.as_ref();
         let row = match self.format {

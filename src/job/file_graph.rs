@@ -241,7 +241,7 @@ impl Body {
         })
     }
 
-    /// The body of a graph, whose file is to be the one that it was.
+    /// The body that the graph was built for. Its file must be unchanged (SHA-256).
     fn of(graph: &MotionGraph, files: Files<'_>) -> Result<Option<Self>> {
         let Some((file, stated)) = &graph.body else {
             return Ok(None);

@@ -169,7 +169,7 @@ fn one(args: &ConvertArgs, given: &ArgumentSources, job: &MotionJob, format: Out
     }
 }
 
-/// Half of what to know about a smaller file was said; this is the other half.
+/// Names the compression option that the user left at its default.
 fn choice(smaller: &SizeOptions, row: Option<&FormatInfo>) -> Option<String> {
     let row = row?;
     match (smaller.compress, smaller.max_error) {

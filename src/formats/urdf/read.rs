@@ -84,8 +84,8 @@ struct Reader<'a> {
     lines: LineIndex,
 }
 
-/// A joint, with the links that it ties.
-struct Tie<'a, 'input> {
+/// A joint with its parent and child links.
+struct JointElement<'a, 'input> {
     element: Element<'a, 'input>,
     parent: usize,
     child: usize,
@@ -142,7 +142,7 @@ impl Reader<'_> {
         root: &Element<'a, 'input>,
         links: &HashMap<&str, usize>,
         warnings: &mut Warnings,
-    ) -> Result<Vec<Tie<'a, 'input>>, Failure> {
+    ) -> Result<Vec<JointElement<'a, 'input>>, Failure> {
         let mut ties = Vec::new();
         let mut names = HashMap::new();
         for element in root.all("joint") {
@@ -171,7 +171,7 @@ impl Reader<'_> {
                 })
             };
             let joint = read_joint(&element, self.limits, warnings)?;
-            ties.push(Tie {
+            ties.push(JointElement {
                 element,
                 parent: end("parent")?,
                 child: end("child")?,
@@ -336,7 +336,7 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
 }
 
 /// `<mimic>` of a joint that moves.
-fn read_mimic<'a, 'input>(tie: &Tie<'a, 'input>) -> Result<Option<MimicNames<'a, 'input>>, Failure> {
+fn read_mimic<'a, 'input>(tie: &JointElement<'a, 'input>) -> Result<Option<MimicNames<'a, 'input>>, Failure> {
     let Some(element) = tie.element.child("mimic").filter(|_| tie.joint.moves()) else {
         return Ok(None);
     };
@@ -354,7 +354,7 @@ fn read_mimic<'a, 'input>(tie: &Tie<'a, 'input>) -> Result<Option<MimicNames<'a,
 fn tree(
     root: &Element<'_, '_>,
     mut links: Vec<RobotLink>,
-    ties: Vec<Tie<'_, '_>>,
+    ties: Vec<JointElement<'_, '_>>,
     limits: &Limits,
 ) -> Result<Vec<RobotLink>, Failure> {
     let mut carried: Vec<Option<usize>> = vec![None; links.len()];
@@ -395,7 +395,7 @@ fn tree(
         }
     };
     let count = links.len();
-    let mut ties: Vec<Option<Tie<'_, '_>>> = ties.into_iter().map(Some).collect();
+    let mut ties: Vec<Option<JointElement<'_, '_>>> = ties.into_iter().map(Some).collect();
     let mut ordered: Vec<RobotLink> = Vec::with_capacity(count);
     // The link, its parent among the ordered ones, its joint, and how deep it is.
     let mut waiting = vec![(base, None, None, 1_usize)];

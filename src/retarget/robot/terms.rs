@@ -141,7 +141,7 @@ impl Terms {
         self.gradient[unknown] += weight * error;
     }
 
-    /// Adds that points of two bodies should move apart along a direction, by `error` more: the first along it.
+    /// Adds a separation residual: moves the two points apart by `error` metres along `direction`, the first along it.
     pub(super) fn add_apart(
         &mut self,
         kinematics: &Kinematics,
