@@ -25,7 +25,7 @@ const ONLY_IN: &[(&str, &str)] = &[
 ];
 
 /// Fails for what was found and is not in the list of exceptions, and for exceptions that are no longer needed.
-fn compare(rule: &str, found: &BTreeSet<String>, exceptions: &str) {
+pub(super) fn compare(rule: &str, found: &BTreeSet<String>, exceptions: &str) {
     let known = exceptions.split_whitespace().map(str::to_owned).collect();
     let changed: Vec<&String> = found.symmetric_difference(&known).collect();
     assert!(changed.is_empty(), "{rule}; found or mended: {changed:#?}");

@@ -15,6 +15,7 @@ mod hostile;
 mod kinematics;
 mod messages;
 mod properties;
+mod prose;
 mod public;
 #[allow(dead_code, reason = "the tests of the packages use the rest of it")]
 mod sample;

@@ -11,7 +11,7 @@ const PUBLIC_NAMES: usize = 200;
 
 /// What the front door re-exports and does not hide: each item where it is declared, with the path by which a user
 /// names it. Methods and modules do not count.
-fn public_items(sources: &[Source]) -> BTreeMap<ItemPath, String> {
+pub(super) fn public_items(sources: &[Source]) -> BTreeMap<ItemPath, String> {
     let modules = Modules::new(sources);
     let (mut items, mut read) = (BTreeMap::new(), BTreeSet::new());
     // Modules near the root come first: an item has its shortest path.
