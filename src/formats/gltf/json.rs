@@ -3,9 +3,9 @@
 //! Only what is read is looked at, so that nothing else in a file can stop its motion from being read: neither
 //! materials nor meshes nor what extensions say of them.
 
+use mocap_scene::error::{JsonSegment, json_path};
 use serde::Deserialize;
 use serde_json::{Map, Value};
-use serde_path_to_error::Segment;
 
 use super::humanoid::Extensions;
 use super::invalid::invalid;
@@ -191,10 +191,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Failure> {
     let (json, bin) = split(bytes)?;
     // Names in another encoding are no reason to refuse the motion.
     let text = String::from_utf8_lossy(json);
-    let mut deserializer = serde_json::Deserializer::from_str(&text);
-    let root: Root = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
-        let pointer = pointer(error.path());
-        invalid(pointer, format!("the JSON cannot be read: {}", error.inner()))
+    let root: Root = serde_json::from_str(&text).map_err(|error| {
+        invalid(
+            pointer(&json_path(&text, &error)),
+            format!("the JSON cannot be read: {error}"),
+        )
     })?;
     let version = match &root.asset.version {
         Some(Value::String(version)) => version.clone(),
@@ -210,16 +211,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Failure> {
     Ok((root, bin))
 }
 
-fn pointer(path: &serde_path_to_error::Path) -> String {
-    let mut pointer = String::new();
-    for segment in path {
-        match segment {
-            Segment::Seq { index } => pointer += &format!("/{index}"),
-            Segment::Map { key } => pointer += &format!("/{}", key.replace('~', "~0").replace('/', "~1")),
-            Segment::Enum { .. } | Segment::Unknown => {}
-        }
-    }
-    pointer
+fn pointer(path: &[JsonSegment]) -> String {
+    let segment = |segment: &JsonSegment| match segment {
+        JsonSegment::Index(index) => format!("/{index}"),
+        JsonSegment::Key(key) => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
+    };
+    path.iter().map(segment).collect()
 }
 
 fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Failure> {
