@@ -3,9 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mocap_formats::{BodyFrames, Source};
-use mocap_scene::error::{Error, Result};
+use mocap_formats::{BodyFrames, Contents, FormatInfo, Source};
+use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::check_confined;
+use mocap_scene::limits::Limits;
+use mocap_scene::report::counted;
 use mocap_scene::scene::Scene;
 
 use super::Importer;
@@ -16,6 +18,9 @@ const PERSONS: [&str; 3] = ["subj", "person", "id"];
 /// Extensions of files of arrays.
 const EXTENSIONS: [&str; 3] = ["npz", "npy", "pkl"];
 
+/// Names of files in an error, at most.
+const NAMED: usize = 5;
+
 impl Importer {
     /// Whether a path is a folder of motions. The frames of one take may stand in a folder.
     #[doc(hidden)]
@@ -23,13 +28,21 @@ impl Importer {
         path.is_dir() && !Self::reads_folder(path)
     }
 
-    /// Whether a path is a folder with files of arrays, which are the frames of one take.
+    /// Whether a path is a folder with the frames of one take: its first file of arrays holds a single frame, or its
+    /// last where the first is broken. Other files of arrays are motions, each of its own.
     pub(super) fn reads_folder(path: &Path) -> bool {
-        path.is_dir() && files(path).is_ok_and(|files| !files.is_empty())
+        let is_frame = |(_, path): &(Option<u64>, PathBuf)| {
+            let bytes = fs::read(path);
+            bytes.is_ok_and(|bytes| BodyFrames::default().read(0, &bytes, &Limits::default()).is_ok())
+        };
+        let mut found = files(path).unwrap_or_default();
+        found.sort();
+        path.is_dir() && [found.first(), found.last()].into_iter().flatten().any(is_frame)
     }
 
     /// Reads the files of a folder as the frames of one take, in the order of the numbers in their names.
     pub(super) fn import_folder(&self, folder: &Path) -> Result<Scene> {
+        check_others(folder)?;
         let mut files = files(folder)?;
         let has_numbers = files.iter().all(|(number, _)| number.is_some());
         // Numbers before the names, and names where some have none.
@@ -50,6 +63,34 @@ impl Importer {
             .and_then(|scene| self.finish(scene, &source, String::new()));
         scene.map_err(|error| error.with_path(folder))
     }
+}
+
+/// Refuses a folder of frames that has motions too, which would be lost.
+fn check_others(folder: &Path) -> Result<()> {
+    let is_motion = |path: &PathBuf| {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let mut rows = FormatInfo::ALL.iter();
+        let rows = rows.find(|row| row.extensions.iter().any(|known| extension == *known));
+        rows.is_some_and(|row| matches!(row.contents, Contents::Motion | Contents::Points | Contents::Keys))
+    };
+    let entries = fs::read_dir(folder).map_err(|error| Error::io(folder, error))?;
+    let mut others: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_motion).collect();
+    if others.is_empty() {
+        return Ok(());
+    }
+    others.sort();
+    let names = others.iter().take(NAMED).filter_map(|path| path.file_name());
+    let mut names: Vec<String> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+    if others.len() > NAMED {
+        names.push("...".to_owned());
+    }
+    let message = format!(
+        "the folder has the frames of one take, and {}: {}",
+        counted(others.len(), "other motion"),
+        names.join(", ")
+    );
+    let error = Diagnostic::new(Code::InvalidValue, message).help("put the frames into a folder of their own");
+    Err(Error::from(error).with_path(folder))
 }
 
 /// The files of arrays in a folder, with the numbers of their frames.

@@ -113,3 +113,21 @@ fn a_folder_of_frames_is_one_take() {
         "{error}"
     );
 }
+
+/// Clips in a folder are motions, each of its own, and frames beside a motion are not read without it.
+#[test]
+fn a_folder_of_clips_is_no_take() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["walk_1.npz", "walk_2.npz"] {
+        fs::copy(TAKE, folder.path().join(name)).unwrap();
+    }
+    assert!(Importer::is_of_many(folder.path()));
+    let frames = tempfile::tempdir().unwrap();
+    fs::copy(BODY, frames.path().join("shot_1.npz")).unwrap();
+    fs::write(frames.path().join("shot_2.npz"), "broken").unwrap();
+    assert!(!Importer::is_of_many(frames.path()));
+    fs::remove_file(frames.path().join("shot_2.npz")).unwrap();
+    fs::write(frames.path().join("walk.bvh"), "HIERARCHY").unwrap();
+    let error = Importer::new().retime(30.0).import(frames.path()).unwrap_err();
+    assert!(error.to_string().contains("1 other motion: walk.bvh"), "{error}");
+}
