@@ -10,6 +10,7 @@ mod mass;
 use glam::DVec3;
 use mocap_scene::error::{Code, Result};
 use mocap_scene::limits::Limits;
+use mocap_scene::scene::report::{DataKind, DataLoss};
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{Format, Scene};
 
@@ -24,19 +25,35 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     crate::robot_as_scene::read(source, options, read_robot)
 }
 
-/// The joints of a body and of all bodies below it.
-fn joints_of(body: Element<'_, '_>) -> usize {
-    let (mut joints, mut open) = (0, vec![body]);
+/// Sections of what drives and measures a model, and of its poses.
+const OTHERS: [&str; 8] = [
+    "actuator",
+    "sensor",
+    "tendon",
+    "contact",
+    "keyframe",
+    "deformable",
+    "custom",
+    "extension",
+];
+
+/// How many elements of a name stand in bodies and frames below a body.
+fn count_below(body: Element<'_, '_>, name: &str) -> usize {
+    let (mut count, mut open) = (0, vec![body]);
     while let Some(element) = open.pop() {
         for child in element.children() {
-            match child.name() {
-                "joint" | "freejoint" => joints += 1,
-                "body" | "frame" => open.push(child),
-                _ => {}
+            count += usize::from(child.name() == name);
+            if matches!(child.name(), "body" | "frame") {
+                open.push(child);
             }
         }
     }
-    joints
+    count
+}
+
+/// The joints of a body and of all bodies below it.
+fn joints_of(body: Element<'_, '_>) -> usize {
+    count_below(body, "joint") + count_below(body, "freejoint")
 }
 
 /// The robot of a file: the body with the most joints, of several that which has a free joint, else the first one.
@@ -74,7 +91,31 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     let mut links = Bodies::new(source, limits, &settings, &text).read(*base, warnings)?;
     equality::tie_joints(&root, &mut links, bodies.len() > 1, warnings)?;
     let name = root.attribute("model").unwrap_or_default();
+    let of_sections = |sections: &[&str], count: &dyn Fn(Element<'_, '_>) -> usize| {
+        let sections = root.children().filter(|section| sections.contains(&section.name()));
+        sections.map(count).sum::<usize>() as u64
+    };
+    let in_world = |name: &str| of_sections(&["worldbody"], &|world| count_below(world, name));
+    let assets = |name: &str| {
+        let named = |section: Element<'_, '_>| section.children().filter(|asset| asset.name() == name).count();
+        of_sections(&["asset"], &named)
+    };
+    let bodies_of_world = in_world("body");
     Ok(Robot {
+        lost: vec![
+            DataLoss::new(
+                DataKind::Links,
+                bodies_of_world.saturating_sub(1 + count_below(base.element, "body") as u64),
+            ),
+            DataLoss::new(DataKind::Materials, assets("material")),
+            DataLoss::new(DataKind::Textures, assets("texture")),
+            DataLoss::new(DataKind::Cameras, in_world("camera")),
+            DataLoss::new(DataKind::Lights, in_world("light")),
+            DataLoss::new(
+                DataKind::Extras,
+                of_sections(&OTHERS, &|section| section.children().count()),
+            ),
+        ],
         name: root.checked_name("model", name, limits)?,
         links,
         format: Some(Format::Mjcf),

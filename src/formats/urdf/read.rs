@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::{DQuat, DVec3, EulerRot};
 use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::limits::Limits;
+use mocap_scene::scene::report::{DataKind, DataLoss};
 use mocap_scene::scene::robot::{
     Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
 };
@@ -17,6 +18,9 @@ use crate::text::{LineIndex, quote};
 use crate::warnings::Warnings;
 use crate::xml::{self, Element};
 use crate::{Failure, ReadOptions, Source};
+
+/// The elements of a robot itself.
+const PARTS: [&str; 3] = ["link", "joint", "material"];
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     crate::robot_as_scene::read(source, options, read_robot)
@@ -62,7 +66,14 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     mimics.retain(|mimic| mimic.has_leader(&links, warnings));
     mimic::tie(&mut links, &mimics)?;
     let name = root.attribute("name").unwrap_or_default();
+    // `<gazebo>`, `<transmission>`, `<ros2_control>`, ... are of programs that drive or draw the robot.
+    let others = root.children().filter(|child| !PARTS.contains(&child.name()));
+    let materials = root.descendants().filter(|element| element.name() == "material");
     Ok(Robot {
+        lost: vec![
+            DataLoss::new(DataKind::Materials, materials.count() as u64),
+            DataLoss::new(DataKind::Extras, others.count() as u64),
+        ],
         name: root.checked_name("name", name, limits)?,
         links,
         format: Some(Format::Urdf),

@@ -88,6 +88,14 @@ kinds! {
     AnalogChannels "analog-channels" "analog channel" "analog channels"
     /// Force plates.
     ForcePlates "force-plates" "force plate" "force plates"
+    /// Links of a robot.
+    Links "links" "link" "links"
+    /// Bodies and meshes that show a link of a robot, or with which it touches others.
+    LinkShapes "link-shapes" "shape of a link" "shapes of links"
+    /// Links of a robot with a mass.
+    LinkMasses "link-masses" "mass of a link" "masses of links"
+    /// Joints of a robot that follow others.
+    CoupledJoints "coupled-joints" "joint that follows another" "joints that follow others"
     /// Joints of a robot with limits.
     JointLimits "joint-limits" "joint limit" "joint limits"
     /// Cameras.
@@ -206,6 +214,10 @@ impl DataKind {
             // A scene has no place for them.
             Self::DualQuaternionSkins
             | Self::VertexColors
+            | Self::Links
+            | Self::LinkShapes
+            | Self::LinkMasses
+            | Self::CoupledJoints
             | Self::JointLimits
             | Self::Cameras
             | Self::Lights

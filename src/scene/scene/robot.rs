@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec3, Mat4};
 use serde::Serialize;
 
+use super::report::DataLoss;
 use super::{Format, Mesh};
 use crate::error::Diagnostic;
 
@@ -39,6 +40,10 @@ pub struct Robot {
     pub format: Option<Format>,
     /// The warnings of the reader.
     pub warnings: Vec<Diagnostic>,
+    /// What the file has and the robot has not.
+    #[doc(hidden)]
+    #[serde(skip)]
+    pub lost: Vec<DataLoss>,
 }
 
 /// A rigid body, and the joint by which it hangs on its parent.
