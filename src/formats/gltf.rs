@@ -106,6 +106,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         DataKind::FaceCurves,
         DataKind::VertexColors,
         DataKind::MorphTargets,
+        DataKind::Expressions,
         DataKind::Cameras,
         DataKind::Lights,
         DataKind::Extras,

@@ -29,6 +29,8 @@ pub enum Carriage {
     AtFrames,
     /// The root has it in the files, and joints below it have not.
     OfRoot,
+    /// The files have the weights of morph targets, and no expressions.
+    OfTargets,
     /// It is in the files where they are the file of the scene with another motion: [`Scene::original`].
     PassedThrough,
     /// It is not in the files, which a warning says.
@@ -44,6 +46,7 @@ impl Carriage {
             Self::Converted => "converted",
             Self::AtFrames => "at frames",
             Self::OfRoot => "of the root",
+            Self::OfTargets => "of targets",
             Self::PassedThrough => "kept of glTF",
             Self::Lost => "lost",
         }
@@ -65,6 +68,8 @@ pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::PositionCurves, Carriage::Kept),
     (DataKind::ScaleCurves, Carriage::Kept),
     (DataKind::RestScales, Carriage::Kept),
+    (DataKind::FaceCurves, Carriage::OfTargets),
+    (DataKind::MorphTargets, Carriage::Kept),
     (DataKind::Meshes, Carriage::Kept),
     (DataKind::Skins, Carriage::Kept),
     (DataKind::UvSets, Carriage::Kept),
@@ -174,6 +179,12 @@ impl FormatInfo {
         row.map_or(Carriage::Lost, |(_, carriage)| *carriage)
     }
 
+    /// Whether its files have the morph targets of the meshes of a scene.
+    #[doc(hidden)]
+    pub fn has_morph_targets(&self) -> bool {
+        self.carriage(DataKind::MorphTargets) == Carriage::Kept
+    }
+
     /// The clips of a scene that are in a file of this format.
     fn clips<'a>(&self, scene: &'a Scene) -> &'a [Animation] {
         let count = if self.has_one_clip { 1 } else { usize::MAX };
@@ -226,6 +237,7 @@ impl FormatInfo {
             (Carriage::PassedThrough, _) if !is_passed => return kind.count(scene),
             // Those of expressions are channels of nodes.
             (Carriage::Kept, DataKind::FaceCurves) => scene.weight_curves(),
+            (Carriage::OfTargets, _) => scene.expression_curves() + scene.weight_curves_without_meshes(),
             (Carriage::Kept, DataKind::Clips) => scene.animations.len() - clips().len(),
             _ => 0,
         };
@@ -270,7 +282,10 @@ impl FormatInfo {
             DataKind::ForcePlates => warning.help("`mocap forces` writes their forces"),
             DataKind::Events => warning.help("`mocap info` lists them"),
             DataKind::Clips => warning.help("{clip} takes another"),
-            DataKind::FaceCurves => warning.help("write .glb or .gltf, which keep curves of morph targets"),
+            DataKind::FaceCurves if self.carriage(loss.kind) == Carriage::OfTargets => {
+                warning.help("write .vrma, or .glb of a .vrm, which keep expressions")
+            }
+            DataKind::FaceCurves => warning.help("write .glb, .fbx or .usda, which keep curves of morph targets"),
             DataKind::Units => warning.help("{sidecar} writes it beside the file"),
             DataKind::PositionCurves if self.has_sidecar => warning.help("leave out {channels}, or write 6"),
             DataKind::PositionCurves => warning.help("limbs point where they do, and keep their lengths"),

@@ -36,7 +36,11 @@ pub fn check<'a>(
     if !(is_near_in_nodes(nodes) || is_near_in_animations(animations, nodes.len(), bytes)) {
         return Ok(());
     }
-    match read_again(read, files).and_then(|scene| numbers::check(&scene)) {
+    let options = ReadOptions {
+        without_meshes: true,
+        ..ReadOptions::default()
+    };
+    match read_again(read, files, &options).and_then(|scene| numbers::check(&scene)) {
         Err(error) if error.code() != Code::MissingFile => {
             let mut refusal = error.diagnostic().clone();
             refusal.message = format!("the file would be refused when it is read: {}", refusal.message);
@@ -51,10 +55,19 @@ pub fn check<'a>(
 
 /// Whether nothing moves in files that `read` reads.
 pub fn is_still(read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>, files: &[ExportFile]) -> bool {
-    read_again(read, files).is_ok_and(|again| !again.moves())
+    let options = ReadOptions {
+        gltf_meshes: true,
+        morph_targets: true,
+        ..ReadOptions::default()
+    };
+    read_again(read, files, &options).is_ok_and(|again| !again.moves())
 }
 
-fn read_again(read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>, files: &[ExportFile]) -> Result<Scene> {
+fn read_again(
+    read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+    files: &[ExportFile],
+    options: &ReadOptions,
+) -> Result<Scene> {
     let Some(main) = files.last() else {
         return Err(Diagnostic::new(Code::MissingFile, "there are no files").into());
     };
@@ -62,10 +75,6 @@ fn read_again(read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>, files: 
         let beside = files.iter().find(|file| path.ends_with(file.name()));
         let missing = || Diagnostic::new(Code::MissingFile, "the file is not one of the output");
         Ok(beside.ok_or_else(missing)?.bytes().into_owned())
-    };
-    let options = ReadOptions {
-        without_meshes: true,
-        ..ReadOptions::default()
     };
     read(
         &Source {
@@ -76,7 +85,7 @@ fn read_again(read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>, files: 
             open: &open,
             list: &|_| Vec::new(),
         },
-        &options,
+        options,
     )
 }
 

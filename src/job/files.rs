@@ -7,7 +7,6 @@ use mocap_io::import::{self, Importer, MemoryFile};
 use mocap_retarget::Target;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::files::{OutputSet, ReplacePolicy, check_distinct, read_text};
-use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::robot::Robot;
 
@@ -53,25 +52,23 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The body that motions are put on. `mesh` is what shows the skeleton of a character without meshes.
-    pub(super) fn import_target(&self, target: &JobTarget, mesh: SkeletonMesh) -> Result<Target> {
+    /// The body that motions are put on.
+    pub(super) fn import_target(&self, target: &JobTarget, importer: &Importer) -> Result<Target> {
         let path = target.file();
-        let importer = Importer::new().skeleton_mesh(mesh);
         let file = self.find(path);
         if file.is_none() && !self.has_disk {
             return Err(missing(path));
         }
         match (target, file) {
             (JobTarget::Skeleton(_), _) => {
-                let mut scene = self.import(&importer, path)?;
+                let mut scene = self.import(importer, path)?;
                 scene.original = None;
                 Ok(scene.into())
             }
-            (JobTarget::Character(_), None) => Target::import(path, &importer),
+            (JobTarget::Character(_), None) => Target::import(path, importer),
             (JobTarget::Character(_), Some(file)) => {
-                let with_skin = Importer::new().gltf_meshes(true);
-                match with_skin.read_character(file, &self.others(path)) {
-                    Err(error) if error.code() == Code::UnknownFormat => Ok(self.import(&importer, path)?.into()),
+                match importer.for_characters().read_character(file, &self.others(path)) {
+                    Err(error) if error.code() == Code::UnknownFormat => Ok(self.import(importer, path)?.into()),
                     read => Ok(read?.into()),
                 }
             }

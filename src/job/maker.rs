@@ -297,7 +297,8 @@ impl<'a> Maker<'a> {
                     (false, SkeletonMesh::None) => importer.with_own_meshes(),
                     (has_none, mesh) => importer
                         .skeleton_mesh(mesh)
-                        .gltf_meshes(row.has_file_meshes || !has_none),
+                        .gltf_meshes(row.has_file_meshes || !has_none)
+                        .morph_targets(row.has_morph_targets()),
                 }
             }
             _ => importer.with_own_meshes(),

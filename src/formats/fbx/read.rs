@@ -13,7 +13,8 @@
 //! | a vertex without a weight | follows the first bone |
 //! | a material: base colour, its texture, opacity | a material; a mesh with several becomes several |
 //! | an image that is embedded or near the file, PNG or JPEG | a texture; another one gives a warning |
-//! | other properties of materials with a texture, vertex colours, blend shapes, a second skin, and meshes without a skin, such as props | left out, with an assumption in the scene |
+//! | blend shapes, and curves of their weights | morph targets, where they are asked for |
+//! | other properties of materials with a texture, vertex colours, a second skin, and meshes without a skin, such as props | left out, with an assumption in the scene |
 //!
 //! Lights and cameras are left out.
 
@@ -77,12 +78,18 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
         };
     }
     let mut budget = FrameBudget::stated_by(&options.limits, bytes.len() as u64);
+    let mut stacks = Vec::new();
     for stack in &file.anim_stacks {
-        let animation = read_stack(stack, &file, &nodes, options, &mut budget, warnings)?;
-        scene.animations.extend(animation);
+        if let Some((animation, stack)) = read_stack(stack, &file, &nodes, options, &mut budget, warnings)? {
+            scene.animations.push(animation);
+            stacks.push(stack);
+        }
+    }
+    if options.without_meshes || !options.morph_targets {
+        scene.lose(DataKind::FaceCurves, blend_shapes::moving_channels(&file));
     }
     if !options.without_meshes {
-        for (choice, reason) in mesh::read(source, &file, &nodes, options, &mut scene, warnings)? {
+        for (choice, reason) in mesh::read(source, &file, (&nodes, &stacks), options, &mut scene, warnings)? {
             scene.metadata.assumptions.push(Assumption {
                 topic: Topic::Meshes,
                 choice: choice.to_owned(),
@@ -242,18 +249,37 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
     Ok(kept)
 }
 
+/// An animation stack that has become a clip.
+struct Stack<'a> {
+    stack: &'a ufbx::AnimStack,
+    timeline: Timeline,
+    frames: usize,
+}
+
+impl Stack<'_> {
+    /// The moments of its frames.
+    fn times(&self) -> impl Iterator<Item = f64> {
+        let Timeline { begin, end, rate } = self.timeline;
+        // The last frame may be after the end, where curves may go on.
+        (0..self.frames).map(move |frame| (begin + frame as f64 / rate).min(end))
+    }
+}
+
 /// Samples a stack at its frame rate. `None` if its duration is 0, and nothing is said of it.
-fn read_stack(
-    stack: &ufbx::AnimStack,
+fn read_stack<'a>(
+    stack: &'a ufbx::AnimStack,
     file: &ufbx::Scene,
     nodes: &[KeptNode<'_>],
     options: &ReadOptions,
     budget: &mut FrameBudget,
     warnings: &mut Warnings,
-) -> Result<Option<Animation>, Failure> {
+) -> Result<Option<(Animation, Stack<'a>)>, Failure> {
     let rate = options.sampling_rate_or(file.settings.frames_per_second)?;
-    let Timeline { begin, end, rate } = Timeline::new(stack, nodes, (rate, options.sampling_rate), warnings);
-    let seconds = end - begin;
+    let of_nodes = nodes.iter().map(|node| node.source.element.element_id);
+    let of_faces = file.blend_channels.iter().map(|channel| channel.element.element_id);
+    let moved = of_nodes.chain(of_faces).collect();
+    let timeline = Timeline::new(stack, &moved, (rate, options.sampling_rate), warnings);
+    let (seconds, rate) = (timeline.end - timeline.begin, timeline.rate);
     // A stack of one moment is a clip of one frame where something is said of it.
     let has_curves = || stack.layers.iter().any(|layer| !layer.anim_values.is_empty());
     if !(seconds.is_finite() && (seconds > 0.0 || seconds == 0.0 && has_curves())) {
@@ -261,22 +287,30 @@ fn read_stack(
     }
     // One frame at the start and one after each frame time, up to the one nearest to the end. A frame of a node has a
     // rotation, a translation and a scale.
-    let frames = budget.frames((seconds * rate).round(), 10 * nodes.len())?;
+    let weights = if options.morph_targets {
+        file.blend_channels.len()
+    } else {
+        0
+    };
+    let frames = budget.frames((seconds * rate).round(), 10 * nodes.len() + weights)?;
+    let clip = Stack {
+        stack,
+        timeline,
+        frames,
+    };
     let moving = nodes.iter().filter(|node| !node.is_end_site);
     let channels = moving.map(|node| {
-        let transforms = (0..frames).map(|frame| {
-            // The last frame may be after the end, where curves may go on.
-            let time = (begin + frame as f64 / rate).min(end);
-            ufbx::evaluate_transform(&stack.anim, node.source, time)
-        });
+        let times = clip.times();
+        let transforms = times.map(|time| ufbx::evaluate_transform(&stack.anim, node.source, time));
         read_channel(node, transforms, warnings)
     });
-    Ok(Some(Animation {
+    let animation = Animation {
         name: stack.element.name.to_string(),
         ticks_per_second: options.retime.unwrap_or(rate),
         duration: (frames - 1) as f64,
         channels: channels.collect(),
-    }))
+    };
+    Ok(Some((animation, clip)))
 }
 
 fn read_channel(

@@ -18,6 +18,7 @@
 //! | meshes with the same name and bones on one node | a mesh with several materials |
 //! | [`Mesh::bones`](mocap_scene::scene::Mesh::bones) | a skin with a cluster for each, and every weight |
 //! | a mesh without bones | stands below its node |
+//! | [`Mesh::morph_targets`](mocap_scene::scene::Mesh::morph_targets) | blend shapes, with curves of `DeformPercent` |
 //! | a material with a surface | a Phong material with its colour, opacity and texture |
 //! | the image of a texture | embedded, or a file beside it, as [`FbxOptions::textures`] says |
 //! | points | nothing |
@@ -26,6 +27,7 @@
 //! Equal scenes give equal bytes, so no file has a time of creation.
 
 mod animation;
+mod blend_shapes;
 mod curves;
 mod document;
 mod encode;
@@ -155,7 +157,7 @@ impl FbxOptions {
             bind.w_axis += beside[index].extend(0.0);
             bind
         };
-        let skinned = mesh::write(
+        let meshes = mesh::write(
             scene,
             &space,
             (&placed, &bound),
@@ -164,6 +166,7 @@ impl FbxOptions {
             &mut document,
             &mut report,
         )?;
+        blend_shapes::write_curves(&meshes.targets, &clips.layers, &mut document, &mut report);
         let nodes = placed
             .iter()
             .enumerate()
@@ -172,7 +175,7 @@ impl FbxOptions {
             let bind = binds[index].unwrap_or(at_rest.world);
             (at_rest.id, bound(index, bind))
         });
-        let pose: Vec<_> = nodes.chain(skinned).collect();
+        let pose: Vec<_> = nodes.chain(meshes.skinned).collect();
         skeleton::bind_pose(&mut document, &pose);
         let clips = clips.ends;
         let provenance = Provenance {

@@ -51,6 +51,10 @@ struct Primitive {
 struct Extensions {
     #[serde(rename = "KHR_lights_punctual")]
     lights: Lights,
+    #[serde(rename = "VRMC_vrm")]
+    vrm1: Value,
+    #[serde(rename = "VRM")]
+    vrm0: Value,
 }
 
 #[derive(Default, Deserialize)]
@@ -112,6 +116,16 @@ pub(super) fn unread(bytes: &[u8], options: &ReadOptions) -> Vec<DataLoss> {
     }
     add(DataKind::Cameras, file.cameras.len());
     add(DataKind::Lights, file.extensions.lights.lights.len());
+    let of_kind = |kind: &str| {
+        file.extensions.vrm1["expressions"][kind]
+            .as_object()
+            .map_or(0, serde_json::Map::len)
+    };
+    let groups = &file.extensions.vrm0["blendShapeMaster"]["blendShapeGroups"];
+    add(
+        DataKind::Expressions,
+        of_kind("preset") + of_kind("custom") + groups.as_array().map_or(0, Vec::len),
+    );
     if !is_ours {
         let items = [&file.scenes, &file.nodes, &file.materials, &file.cameras];
         let items = items.into_iter().flatten();

@@ -112,6 +112,7 @@ fn unread(layer: &Layer, options: &ReadOptions, scene: &mut Scene) {
     let count = |is_it: &dyn Fn(&Prim) -> bool| layer.prims.iter().filter(|prim| is_it(prim)).count();
     scene.lose(DataKind::Cameras, count(&|prim| prim.kind == "Camera"));
     scene.lose(DataKind::Lights, count(&|prim| prim.kind.ends_with("Light")));
+    scene.lose(DataKind::FaceCurves, animation::moving_shapes(layer));
     if options.for_comparison || options.without_meshes {
         return;
     }

@@ -14,11 +14,13 @@
 //! | a name | an identifier; `displayName` has the name of the scene |
 //! | a mesh with bones | a `Mesh` with its joints and weights, whose `geomBindTransform` leads to the bind pose |
 //! | a mesh without bones | a `Mesh` that follows the joint of its node |
+//! | a morph target | a `BlendShape` of its mesh, and its weights in each animation |
 //! | a material with a surface | a `UsdPreviewSurface`, with its texture beside the file, or in the archive |
 //! | points | nothing |
 //! | metadata | `customLayerData.mocap`: a [`Provenance`], as JSON |
 
 pub(crate) mod animation;
+mod blend_shapes;
 mod material;
 mod mesh;
 pub(crate) mod names;
@@ -30,6 +32,7 @@ use mocap_scene::files::PROVENANCE;
 use mocap_scene::limits;
 use mocap_scene::scene::{Format, Scene, UpAxis};
 
+use self::blend_shapes::Shapes;
 use self::names::Names;
 use self::skeleton::Skeleton;
 use self::text::Text;
@@ -104,6 +107,7 @@ fn unrepresentable(joint: &str, message: impl Into<String>) -> Error {
 struct Stage<'a> {
     scene: &'a Scene,
     skeleton: Skeleton,
+    shapes: Shapes,
     text: Text,
     /// Names of prims below the root.
     names: Names,
@@ -130,6 +134,7 @@ impl<'a> Stage<'a> {
         Ok(Self {
             scene,
             skeleton: Skeleton::new(scene)?,
+            shapes: Shapes::of(scene),
             text: Text::default(),
             names,
             rate,

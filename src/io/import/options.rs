@@ -323,6 +323,13 @@ impl Importer {
         self.skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true)
     }
 
+    /// An importer of characters, with their meshes and, where this one reads them, their morph targets.
+    #[must_use]
+    #[doc(hidden)]
+    pub fn for_characters(&self) -> Self {
+        Self::new().gltf_meshes(true).morph_targets(self.read.morph_targets)
+    }
+
     /// Whether what only a comparison needs is read: the meshes of USD, and both bind poses that an FBX file states.
     #[must_use]
     #[doc(hidden)]

@@ -7,6 +7,7 @@ use mocap_figure::convert::{Conversion, RootMotion};
 use mocap_figure::report::Guess;
 use mocap_figure::{Axis, Confidence, Figure, Humanoid};
 use mocap_formats::{Export, FormatInfo};
+use mocap_io::Importer;
 use mocap_retarget::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
@@ -198,7 +199,11 @@ pub(super) fn import_onto(
         (JobTarget::Skeleton(_), None) => SkeletonMesh::None,
         _ => meshes::shown(job, row),
     };
-    let target = files.import_target(named, mesh)?;
+    // What shows the skeleton of a character without meshes, and what the output has of one with meshes.
+    let importer = Importer::new()
+        .skeleton_mesh(mesh)
+        .morph_targets(row.is_some_and(FormatInfo::has_morph_targets));
+    let target = files.import_target(named, &importer)?;
     match &target {
         Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
         Target::Robot(robot) => hear(Notice::Warnings(file, &robot.warnings)),

@@ -42,7 +42,7 @@ impl Target {
     /// As [`Importer::import_character`] and [`Importer::import`].
     pub fn import(path: impl AsRef<Path>, importer: &Importer) -> Result<Self> {
         let path = path.as_ref();
-        match Importer::new().gltf_meshes(true).import_character(path) {
+        match importer.for_characters().import_character(path) {
             Err(error) if error.code() == Code::UnknownFormat => Ok(importer.import(path)?.into()),
             read => Ok(read?.into()),
         }

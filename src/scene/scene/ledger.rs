@@ -78,6 +78,8 @@ kinds! {
     VertexColors "vertex-colors" "mesh with vertex colours" "meshes with vertex colours"
     /// Morph targets, also called blend shapes.
     MorphTargets "morph-targets" "morph target" "morph targets"
+    /// Expressions of a character, which say what moves its face.
+    Expressions "expressions" "expression" "expressions"
     /// Materials.
     Materials "materials" "material" "materials"
     /// Textures.
@@ -180,7 +182,7 @@ impl DataKind {
                 scene.nodes.iter().filter(is_scaled).count()
             }
             Self::ScaleCurves => nodes(scene, false, |channel| varies(&channel.scaling_keys)),
-            Self::FaceCurves => scene.weight_curves() + nodes(scene, true, |channel| varies(&channel.position_keys)),
+            Self::FaceCurves => scene.weight_curves() + scene.expression_curves(),
             Self::MarkerGaps => {
                 let markers = scene
                     .animations
@@ -214,6 +216,7 @@ impl DataKind {
             // A scene has no place for them.
             Self::DualQuaternionSkins
             | Self::VertexColors
+            | Self::Expressions
             | Self::Links
             | Self::LinkShapes
             | Self::LinkMasses
@@ -244,6 +247,12 @@ impl Scene {
 }
 
 impl Scene {
+    /// How many expressions, of which each has a node, any clip changes.
+    #[doc(hidden)]
+    pub fn expression_curves(&self) -> usize {
+        nodes(self, true, |channel| varies(&channel.position_keys))
+    }
+
     /// Whether anything moves in any clip: joints, markers, scales, expressions or weights of morph targets.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {
@@ -287,14 +296,15 @@ fn varies<T: PartialEq>(keys: &Keys<T>) -> bool {
     keys.values.iter().any(|value| *value != keys.values[0])
 }
 
+fn is_of_face(scene: &Scene, channel: &Channel) -> bool {
+    let node = channel.node.and_then(|id| scene.nodes.get(id.index()));
+    node.is_some_and(|node| node.face.is_some())
+}
+
 /// Nodes, of faces or of others, with a channel of any clip that `moves`.
 fn nodes(scene: &Scene, of_face: bool, moves: impl Fn(&Channel) -> bool) -> usize {
-    let is_of_face = |channel: &Channel| {
-        let node = channel.node.and_then(|id| scene.nodes.get(id.index()));
-        node.is_some_and(|node| node.face.is_some())
-    };
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
-    let moving = channels.filter(|channel| moves(channel) && is_of_face(channel) == of_face);
+    let moving = channels.filter(|channel| moves(channel) && is_of_face(scene, channel) == of_face);
     let nodes: HashSet<_> = moving.map(|channel| (channel.node, &channel.node_name)).collect();
     nodes.len()
 }

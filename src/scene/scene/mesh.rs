@@ -1,5 +1,7 @@
 //! Meshes, the bones that move them, and how they look.
 
+use std::borrow::Cow;
+
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +67,20 @@ impl Mesh {
     /// The faces, each as its vertex indices.
     pub fn faces(&self) -> std::slice::ChunksExact<'_, u32> {
         self.indices.chunks_exact(self.primitive.indices_per_face())
+    }
+
+    /// The vertices without what the morph targets add to them at rest.
+    #[doc(hidden)]
+    pub fn vertices_without_targets(&self) -> Cow<'_, [Vec3]> {
+        let mut vertices = Cow::Borrowed(self.vertices.as_slice());
+        for target in self.morph_targets.iter().filter(|target| target.weight != 0.0) {
+            for (vertex, offset) in std::iter::zip(&target.vertex_ids, &target.offsets) {
+                if let Some(vertex) = vertices.to_mut().get_mut(*vertex as usize) {
+                    *vertex -= target.weight * *offset;
+                }
+            }
+        }
+        vertices
     }
 
     /// Changes what the targets add to each vertex as its position is changed.

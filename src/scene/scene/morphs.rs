@@ -26,6 +26,11 @@ impl Scene {
     /// How many curves of morph targets the animations of the scene have. A weight that stays is none.
     #[doc(hidden)]
     pub fn weight_curves(&self) -> usize {
+        (0..self.animations.len()).map(|clip| self.weight_curves_in(clip)).sum()
+    }
+
+    /// How many of them a clip has.
+    pub(super) fn weight_curves_in(&self, clip: usize) -> usize {
         // Meshes that were read of the file that is passed through have its curves again.
         let is_passed_through = self
             .original
@@ -33,10 +38,19 @@ impl Scene {
             .is_some_and(|original| !original.morphs.is_empty());
         let of_meshes: usize = self.meshes.iter().map(|mesh| mesh.morph_targets.len()).sum();
         let again = if is_passed_through { of_meshes } else { 0 };
-        let all = (0..self.animations.len()).flat_map(|animation| self.weights_in(animation).skip(again));
-        let keys = all.filter_map(|(_, keys)| keys);
+        let keys = self.weights_in(clip).skip(again).filter_map(|(_, keys)| keys);
         keys.filter(|keys| keys.values.iter().any(|weight| *weight != keys.values[0]))
             .count()
+    }
+
+    /// How many of them no mesh of the scene has: those of a file whose meshes were not read.
+    #[doc(hidden)]
+    pub fn weight_curves_without_meshes(&self) -> usize {
+        let mut targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
+        match targets.any(|target| !target.weight_keys.is_empty()) {
+            true => 0,
+            false => self.weight_curves(),
+        }
     }
 
     /// Puts the clip that stands for the motion before the others, for an output that has one clip.

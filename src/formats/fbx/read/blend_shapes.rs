@@ -1,28 +1,61 @@
 //! Blend shapes as morph targets.
 //!
-//! A channel may have several shapes on the way to its last one, which is at its full weight; that one is read.
+//! A channel may have several shapes on the way to its last one, which is at its full weight; that one is read, and the
+//! others are counted as lost. Weights are sampled in the frames of each clip, as transforms are.
 
 use std::collections::HashMap;
 
 use glam::{DMat4, DVec3, Vec3};
 use mocap_scene::limits::is_plausible;
-use mocap_scene::scene::MorphTarget;
+use mocap_scene::scene::{Keys, MorphTarget};
 
+use super::Stack;
 use crate::{ReadOptions, Source};
 
 /// What may be read of shapes yet.
-pub(super) struct BlendShapes {
+pub(super) struct BlendShapes<'a> {
     are_read: bool,
+    /// The clips.
+    stacks: &'a [Stack<'a>],
+    /// The weights of channels at rest and in each clip, by their ids.
+    weights: HashMap<u32, (f32, Vec<Keys<f32>>)>,
     /// Vertices of shapes; a shape may be shown by many vertices of the mesh.
     left: u64,
     /// Whether some are left out.
     pub(super) are_too_many: bool,
 }
 
-impl BlendShapes {
-    pub(super) fn new(origin: &Source<'_>, options: &ReadOptions) -> Self {
+/// The curves of channels that change in any clip.
+pub(super) fn moving_channels(file: &ufbx::Scene) -> usize {
+    let is_moving = |channel: &ufbx::BlendChannel| {
+        let properties = file.anim_stacks.iter().flat_map(|stack| &stack.layers);
+        let mut properties = properties.flat_map(|layer| layer.anim_props.iter());
+        properties.any(|property| {
+            let curves = property.anim_value.curves.iter().flatten();
+            property.element.element_id == channel.element.element_id && curves.into_iter().any(|curve| varies(curve))
+        })
+    };
+    let channels = file.blend_channels.iter();
+    channels.filter(|channel| is_moving(channel)).count()
+}
+
+fn varies(curve: &ufbx::AnimCurve) -> bool {
+    curve.min_value < curve.max_value
+}
+
+/// The weight at which the shape of a channel is reached.
+fn full_weight(channel: &ufbx::BlendChannel) -> f64 {
+    let last = channel.keyframes.iter().last();
+    let full = last.map(|keyframe| keyframe.target_weight);
+    full.filter(|full| full.is_finite() && *full > 0.0).unwrap_or(1.0)
+}
+
+impl<'a> BlendShapes<'a> {
+    pub(super) fn new(origin: &Source<'_>, options: &ReadOptions, stacks: &'a [Stack<'a>]) -> Self {
         Self {
             are_read: options.morph_targets,
+            stacks,
+            weights: HashMap::new(),
             left: options.limits.expanded_values(origin.bytes.len() as u64),
             are_too_many: false,
         }
@@ -46,10 +79,41 @@ impl BlendShapes {
         let mut targets = Vec::new();
         for channel in channels {
             let Some(shape) = &channel.target_shape else { continue };
-            let target = self.target(&channel.element.name, shape, &vertices, to_mesh);
-            targets.extend(target.filter(|target| !target.vertex_ids.is_empty()));
+            let Some(mut target) = self.target(&channel.element.name, shape, &vertices, to_mesh) else {
+                continue;
+            };
+            if !target.vertex_ids.is_empty() {
+                (target.weight, target.weight_keys) = self.weights(channel);
+                targets.push(target);
+            }
         }
         targets
+    }
+
+    /// The weights of a channel at rest and in each clip, without keys where it stays at rest in all of them.
+    fn weights(&mut self, channel: &ufbx::BlendChannel) -> (f32, Vec<Keys<f32>>) {
+        let stacks = self.stacks;
+        let sampled = || {
+            let full = full_weight(channel);
+            let sound = |weight: f64| is_plausible(weight).then_some((weight / full) as f32);
+            let at_rest = sound(channel.weight).unwrap_or_default();
+            let of_stack = |stack: &Stack<'_>| {
+                let at = |time: f64| sound(ufbx::evaluate_blend_weight(&stack.stack.anim, channel, time));
+                let weights: Vec<f32> = stack.times().map(|time| at(time).unwrap_or(at_rest)).collect();
+                match weights.iter().all(|weight| *weight == weights[0]) {
+                    true if weights[0] == at_rest => Keys::default(),
+                    true => Keys::constant(weights[0]),
+                    false => Keys::every_tick(weights),
+                }
+            };
+            let keys: Vec<Keys<f32>> = stacks.iter().map(of_stack).collect();
+            let moves = keys.iter().any(|keys| !keys.is_empty());
+            (at_rest, if moves { keys } else { Vec::new() })
+        };
+        self.weights
+            .entry(channel.element.element_id)
+            .or_insert_with(sampled)
+            .clone()
     }
 
     fn target(

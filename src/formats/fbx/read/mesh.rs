@@ -12,9 +12,9 @@ use mocap_scene::limits::{is_plausible, limit_exceeded};
 use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{Bone, Mesh, NodeId, Scene, VertexWeight};
 
-use super::KeptNode;
 use super::blend_shapes::BlendShapes;
 use super::material::{self, Materials, Read};
+use super::{KeptNode, Stack};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
@@ -23,7 +23,7 @@ use crate::{Failure, ReadOptions, Source};
 pub(super) fn read(
     origin: &Source<'_>,
     file: &ufbx::Scene,
-    nodes: &[KeptNode<'_>],
+    (nodes, stacks): (&[KeptNode<'_>], &[Stack<'_>]),
     options: &ReadOptions,
     scene: &mut Scene,
     warnings: &mut Warnings,
@@ -41,7 +41,7 @@ pub(super) fn read(
         )));
     }
     let mut materials = Materials::new(origin);
-    let mut shapes = BlendShapes::new(origin, options);
+    let mut shapes = BlendShapes::new(origin, options, stacks);
     let (mut rigid, mut colored, mut shaped, mut doubled, mut dual) = (0, 0, 0, 0, 0);
     for source in &file.meshes {
         // A mesh may have several skins; programs show the first.
@@ -96,10 +96,13 @@ pub(super) fn read(
     scene.lose(DataKind::Meshes, rigid);
     scene.lose(DataKind::VertexColors, colored);
     scene.lose(DataKind::DualQuaternionSkins, dual);
-    if !options.morph_targets {
-        let blends = skinned().flat_map(|mesh| &mesh.blend_deformers);
-        scene.lose(DataKind::MorphTargets, blends.map(|blend| blend.channels.len()).sum());
-    }
+    let channels = skinned()
+        .flat_map(|mesh| &mesh.blend_deformers)
+        .flat_map(|blend| &blend.channels);
+    let read = usize::from(options.morph_targets);
+    // A channel has a shape at least, and others on the way to it.
+    let shapes_left = channels.map(|channel| channel.keyframes.len().max(1) - read);
+    scene.lose(DataKind::MorphTargets, shapes_left.sum());
     let mut left_out = Vec::new();
     let mut say = |count: usize, choice: &'static str, what: &str| {
         let meshes = if count == 1 { "mesh" } else { "meshes" };
@@ -244,7 +247,7 @@ impl<'a> Bound<'a> {
         &self,
         faces: &[ufbx::Face],
         coords: Option<&(String, DAffine3)>,
-        shapes: &mut BlendShapes,
+        shapes: &mut BlendShapes<'_>,
     ) -> Option<Mesh> {
         let source = self.source;
         let coords = coords.and_then(|(set, to_texture)| {
@@ -284,6 +287,11 @@ impl<'a> Bound<'a> {
             }
         }
         mesh.morph_targets = shapes.of(source, &corners, (self.to_bind, to_bind_normal));
+        for target in mesh.morph_targets.iter().filter(|target| target.weight != 0.0) {
+            for (vertex, offset) in std::iter::zip(&target.vertex_ids, &target.offsets) {
+                mesh.vertices[*vertex as usize] += target.weight * *offset;
+            }
+        }
         mesh.bones = bones;
         Some(mesh)
     }

@@ -5,7 +5,6 @@ use std::collections::HashSet;
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits;
 
-use super::KeptNode;
 use crate::warnings::Warnings;
 
 /// The least distance of two keys, in frames of the stated rate, at which no key is lost.
@@ -26,14 +25,14 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// As the stack states, or as the keys of `nodes` say. `given` is the rate that the caller wants.
+    /// As the stack states, or as the keys of the elements `moved` say. `given` is the rate that the caller wants.
     pub(super) fn new(
         stack: &ufbx::AnimStack,
-        nodes: &[KeptNode<'_>],
+        moved: &HashSet<u32>,
         (stated_rate, given): (f64, Option<f64>),
         warnings: &mut Warnings,
     ) -> Self {
-        let curves = curves(stack, nodes);
+        let curves = curves(stack, moved);
         let rate = given.unwrap_or_else(|| rate(&curves, stated_rate, stack, warnings));
         let stated = (stack.time_begin, stack.time_end);
         let first = curves.iter().map(|curve| curve.min_time).fold(f64::INFINITY, f64::min);
@@ -61,11 +60,10 @@ impl Timeline {
     }
 }
 
-/// The curves of a stack that move one of the nodes.
-fn curves<'a>(stack: &'a ufbx::AnimStack, nodes: &[KeptNode<'_>]) -> Vec<&'a ufbx::AnimCurve> {
-    let kept: HashSet<u32> = nodes.iter().map(|node| node.source.element.element_id).collect();
+/// The curves of a stack that move one of these elements.
+fn curves<'a>(stack: &'a ufbx::AnimStack, moved: &HashSet<u32>) -> Vec<&'a ufbx::AnimCurve> {
     let properties = stack.layers.iter().flat_map(|layer| layer.anim_props.iter());
-    let of_nodes = properties.filter(|property| kept.contains(&property.element.element_id));
+    let of_nodes = properties.filter(|property| moved.contains(&property.element.element_id));
     let curves = of_nodes.flat_map(|property| property.anim_value.curves.iter().flatten());
     let curves = curves.map(|curve| &**curve).filter(|curve| !curve.keyframes.is_empty());
     curves

@@ -33,8 +33,17 @@ const TANGENT_WEIGHTS: u32 = 0x0d05_0d05;
 pub(super) struct Clips {
     /// Their names and ends.
     pub(super) ends: Vec<(String, i64)>,
+    /// Their layers.
+    pub(super) layers: Vec<Layer>,
     /// The nodes whose position is animated, and how far each is from that at rest at most, in its parent.
     pub(super) moving: BTreeMap<usize, f64>,
+}
+
+/// The layer of a clip.
+pub(super) struct Layer {
+    pub(super) id: Id,
+    /// Ticks per second.
+    pub(super) rate: f64,
 }
 
 /// Adds the clips of `scene`.
@@ -84,6 +93,7 @@ pub(super) fn write(
         };
         clip.curves(animation, placed, reduced.as_ref(), &mut clips.moving)?;
         clips.ends.push((name, end));
+        clips.layers.push(Layer { id: layer, rate });
     }
     Ok(clips)
 }
@@ -259,19 +269,7 @@ impl Clip<'_, '_, '_> {
                 Some(ticks) => Array::longs(key_times(&ticks[..count], self.rate)),
             };
             let values = curve.values[..count].iter().map(|value| *value as f32);
-            let (curve, element) = self.document.object("AnimationCurve", ["", "AnimCurve", ""]);
-            let element = element
-                .child(Element::of("Default", track.rest[axis]))
-                .child(Element::of("KeyVer", 4008))
-                .child(Element::of("KeyTime", times))
-                .child(Element::of("KeyValueFloat", Array::floats(values)))
-                .child(Element::of("KeyAttrFlags", Array::ints([LINEAR])))
-                .child(Element::of(
-                    "KeyAttrDataFloat",
-                    Array::floats([0.0, 0.0, f32::from_bits(TANGENT_WEIGHTS), 0.0]),
-                ))
-                .child(Element::of("KeyAttrRefCount", Array::ints([count as i32])));
-            self.document.add("AnimationCurve", element);
+            let curve = add_curve(self.document, track.rest[axis], times, values);
             self.document.connect_property(curve, node, ["d|X", "d|Y", "d|Z"][axis]);
             self.report.curves += 1;
             self.report.keys += count;
@@ -292,6 +290,30 @@ impl Clip<'_, '_, '_> {
             }
         }
     }
+}
+
+/// Adds a curve with keys at these times, which are linear.
+pub(super) fn add_curve(
+    document: &mut Document<'_>,
+    at_rest: f64,
+    times: Array,
+    values: impl ExactSizeIterator<Item = f32>,
+) -> Id {
+    let count = values.len();
+    let (curve, element) = document.object("AnimationCurve", ["", "AnimCurve", ""]);
+    let element = element
+        .child(Element::of("Default", at_rest))
+        .child(Element::of("KeyVer", 4008))
+        .child(Element::of("KeyTime", times))
+        .child(Element::of("KeyValueFloat", Array::floats(values)))
+        .child(Element::of("KeyAttrFlags", Array::ints([LINEAR])))
+        .child(Element::of(
+            "KeyAttrDataFloat",
+            Array::floats([0.0, 0.0, f32::from_bits(TANGENT_WEIGHTS), 0.0]),
+        ))
+        .child(Element::of("KeyAttrRefCount", Array::ints([count as i32])));
+    document.add("AnimationCurve", element);
+    curve
 }
 
 /// The value of each key; the tick of the first that has none.

@@ -10,8 +10,9 @@ use mocap_scene::error::Result;
 use mocap_scene::limits::is_plausible;
 use mocap_scene::math::rotation::to_euler_xyz;
 use mocap_scene::pose::complete_bind_pose;
-use mocap_scene::scene::{Mesh, Primitive, RotationOrder, Scene};
+use mocap_scene::scene::{Mesh, MorphTarget, Primitive, RotationOrder, Scene};
 
+use super::blend_shapes::{self, WrittenTarget};
 use super::document::{Document, Id, SCENE_ROOT};
 use super::encode::{Array, Element};
 use super::material::Materials;
@@ -56,8 +57,15 @@ fn to_world(mesh: &Mesh, space: &Space, placed: &[Placed]) -> DMat4 {
     if is_other { at_rest } else { DMat4::IDENTITY }
 }
 
-/// Adds the meshes of `scene`. Returns the models of those with bones. `bound` has the transform of a node in the bind
-/// pose, from that which a mesh says.
+/// What was written of the meshes.
+#[derive(Default)]
+pub(super) struct Meshes<'a> {
+    /// The models of those with bones, and where they are in the bind pose.
+    pub(super) skinned: Vec<(Id, DMat4)>,
+    pub(super) targets: Vec<WrittenTarget<'a>>,
+}
+
+/// Adds the meshes of `scene`. `bound` has the transform of a node in the bind pose, from that which a mesh says.
 pub(super) fn write<'a>(
     scene: &'a Scene,
     space: &Space,
@@ -66,9 +74,9 @@ pub(super) fn write<'a>(
     names: &mut Names,
     document: &mut Document<'a>,
     report: &mut FbxReport,
-) -> Result<Vec<(Id, DMat4)>> {
+) -> Result<Meshes<'a>> {
     let mut materials = Materials::new(scene, textures);
-    let mut skinned = Vec::new();
+    let mut written = Meshes::default();
     for (index, node) in scene.nodes.iter().enumerate() {
         let own: Vec<&Mesh> = node.meshes.iter().map(|mesh| &scene.meshes[*mesh]).collect();
         let own: Vec<&Mesh> = own.into_iter().filter(|mesh| is_written(mesh)).collect();
@@ -109,12 +117,15 @@ pub(super) fn write<'a>(
             }
             if !first.bones.is_empty() {
                 skin(geometry, &name, parts, space, (placed, bound), document)?;
-                skinned.push((id, transform));
+                written.skinned.push((id, transform));
             }
+            written
+                .targets
+                .extend(blend_shapes::write(geometry, &name, parts, space, document)?);
         }
     }
     materials.report(report);
-    Ok(skinned)
+    Ok(written)
 }
 
 /// Points are no faces.
@@ -126,7 +137,13 @@ fn is_written(mesh: &Mesh) -> bool {
 fn is_one(a: &Mesh, b: &Mesh) -> bool {
     let bones = |mesh: &Mesh| mesh.bones.len();
     let layers = |mesh: &Mesh| (mesh.normals.is_empty(), mesh.texture_coords.is_empty());
+    let is_alike = |a: &MorphTarget, b: &MorphTarget| a.weight == b.weight && a.weight_keys == b.weight_keys;
+    let moves_alike = |target: &MorphTarget| {
+        let mut others = b.morph_targets.iter().filter(|other| other.name == target.name);
+        others.all(|other| is_alike(target, other))
+    };
     a.name == b.name
+        && a.morph_targets.iter().all(moves_alike)
         && bones(a) == bones(b)
         && layers(a).0 == layers(b).0
         && a.material_index != b.material_index
@@ -199,7 +216,10 @@ fn shape<'a>(
     // The last corner of a polygon is the bitwise opposite.
     let polygons = corners.iter().enumerate();
     let polygons = polygons.map(|(index, corner)| if index % 3 == 2 { !corner } else { *corner });
-    let coordinates = vertices().flat_map(|vertex| space.point(*vertex).to_array());
+    let without = parts.iter().map(|part| part.vertices_without_targets());
+    let without: Vec<_> = without.collect();
+    let coordinates = without.iter().flat_map(|vertices| vertices.iter());
+    let coordinates = coordinates.flat_map(|vertex| space.point(*vertex).to_array());
     let mut element = element
         .child(Element::of("GeometryVersion", 124))
         .child(Element::of("Vertices", Array::doubles(coordinates)))

@@ -240,19 +240,19 @@ Connections:  {
     let mut found = Vec::new();
     for mesh in &scene.meshes {
         for target in &mesh.morph_targets {
-            assert_eq!((target.name.as_str(), target.weight), ("smile", 0.0));
+            assert_eq!((target.name.as_str(), target.weight), ("smile", 0.5));
             for (vertex, offset) in std::iter::zip(&target.vertex_ids, &target.offsets) {
                 let [x, y, z] = mesh.vertices[*vertex as usize].to_array();
                 found.push([x, y, z, offset.x, offset.y, offset.z]);
             }
         }
     }
-    // The file is in centimetres. Vertex 1 is in both halves.
+    // The file is in centimetres, and the shape is at half of its weight. Vertex 1 is in both halves.
     found.sort_by(|a, b| a.partial_cmp(b).unwrap());
     let expected = [
-        [1.0, 0.0, 0.0, 0.0, 0.0, 0.1],
-        [1.0, 0.0, 0.0, 0.0, 0.0, 0.1],
-        [2.0, 1.0, 0.0, 0.0, 0.2, 0.0],
+        [1.0, 0.0, 0.05, 0.0, 0.0, 0.1],
+        [1.0, 0.0, 0.05, 0.0, 0.0, 0.1],
+        [2.0, 1.1, 0.0, 0.0, 0.2, 0.0],
     ];
     assert_eq!(found.len(), expected.len(), "{found:?}");
     for (found, expected) in std::iter::zip(&found, &expected) {

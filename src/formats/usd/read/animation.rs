@@ -1,5 +1,7 @@
 //! The animations of a skeleton.
 
+use std::collections::HashSet;
+
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{FrameBudget, is_plausible};
@@ -55,6 +57,22 @@ pub(super) fn read(
     // Stable: the others stay in the order of the file.
     found.sort_by_key(|(is_other, _)| *is_other);
     Ok(found.into_iter().map(|(_, animation)| animation).collect())
+}
+
+/// How many blend shapes change their weight in any animation.
+pub(super) fn moving_shapes(layer: &Layer<'_>) -> usize {
+    let animations = layer.prims.iter().filter(|prim| prim.kind == "SkelAnimation");
+    let moving = animations.flat_map(|prim| {
+        let weights = prim.attributes.get("blendShapeWeights");
+        let samples = weights.map_or(&[][..], |weights| &weights.samples);
+        let varies = move |column: usize| {
+            let at = |(_, value): &(f64, Value)| value.numbers.get(column).map(|weight| weight.to_bits());
+            samples.windows(2).any(|pair| at(&pair[0]) != at(&pair[1]))
+        };
+        let names = prim.texts("blendShapes").iter().enumerate();
+        names.filter(move |(column, _)| varies(*column)).map(|(_, name)| name)
+    });
+    moving.collect::<HashSet<_>>().len()
 }
 
 /// The values of all attributes at times.
@@ -157,10 +175,8 @@ impl Times {
         let positions = self.track::<3>(attribute("translations"), joints, "translations")?;
         let rotations = self.track::<4>(attribute("rotations"), joints, "rotations")?;
         let scales = self.track::<3>(attribute("scales"), joints, "scales")?;
-        let last = [&positions.0, &rotations.0, &scales.0]
-            .into_iter()
-            .filter_map(|ticks| ticks.last());
-        let last = last.copied().fold(0.0, f64::max);
+        // Also of weights of blend shapes, which may go on alone.
+        let last = samples(prim).map(|(time, _)| self.tick(*time)).fold(0.0, f64::max);
         let mut channels = Vec::new();
         let mut free = skeleton.joints.clone();
         for (column, joint) in joints.iter().enumerate() {

@@ -67,6 +67,7 @@ impl Stage<'_> {
             all.map(|value| value.to_array().map(half_of_scale)).collect()
         };
         self.text.samples("half3[] scales", &codes_of(&ticks), at, text::tuple);
+        self.weights(animation, codes);
         self.text.close();
         Ok(())
     }
@@ -162,7 +163,7 @@ fn check(channel: &Channel) -> Result<()> {
 }
 
 /// The ticks at which any of these has a key, where one of them moves; else the first.
-fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
+pub(super) fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
     let moving = keys.filter(|keys| keys.len() > 1);
     let mut ticks: Vec<f64> = moving
         .flat_map(|keys| (0..keys.len()).map(|index| keys.tick(index)))

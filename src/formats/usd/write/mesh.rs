@@ -1,5 +1,7 @@
 //! Meshes: their shape, and the joints that move them.
 
+use std::borrow::Cow;
+
 use glam::{DMat4, Vec3};
 use mocap_scene::error::Result;
 use mocap_scene::limits::is_plausible;
@@ -77,7 +79,7 @@ pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<Strin
 }
 
 /// Points are no faces.
-fn is_written(mesh: &Mesh) -> bool {
+pub(super) fn is_written(mesh: &Mesh) -> bool {
     mesh.primitive == Primitive::Triangles && !mesh.indices.is_empty()
 }
 
@@ -92,24 +94,25 @@ impl Stage<'_> {
     fn mesh(&mut self, bound: &Bound, materials: &Materials) -> Result<()> {
         let mesh = &self.scene.meshes[bound.mesh];
         check(mesh)?;
+        // Animations have the weights of shapes; without one the shape at rest stays.
+        let vertices = match self.scene.animations.is_empty() {
+            true => Cow::Borrowed(mesh.vertices.as_slice()),
+            false => mesh.vertices_without_targets(),
+        };
         let name = self.names.unique(&mesh.name, "Mesh");
         let display = text::display_name(&mesh.name, &name).filter(|_| !mesh.name.is_empty());
         let mut metadata = vec!["prepend apiSchemas = [\"SkelBindingAPI\", \"MaterialBindingAPI\"]"];
         metadata.extend(display.as_deref());
         let out = &mut self.text;
         out.open("def Mesh", &name, &metadata);
-        let low = mesh.vertices.iter().copied().fold(Vec3::MAX, Vec3::min);
-        let high = mesh.vertices.iter().copied().fold(Vec3::MIN, Vec3::max);
+        let low = vertices.iter().copied().fold(Vec3::MAX, Vec3::min);
+        let high = vertices.iter().copied().fold(Vec3::MIN, Vec3::max);
         out.list("float3[] extent", [low.to_array(), high.to_array()], text::tuple);
         let count = mesh.indices.len() / 3;
         let integer = |out: &mut String, number: u32| out.push_str(&number.to_string());
         out.list("int[] faceVertexCounts", std::iter::repeat_n(3, count), integer);
         out.list("int[] faceVertexIndices", mesh.indices.iter().copied(), integer);
-        out.list(
-            "point3f[] points",
-            mesh.vertices.iter().map(Vec3::to_array),
-            text::tuple,
-        );
+        out.list("point3f[] points", vertices.iter().map(Vec3::to_array), text::tuple);
         if mesh.normals.len() == mesh.vertices.len() {
             out.list(
                 "normal3f[] normals",
@@ -140,6 +143,7 @@ impl Stage<'_> {
         text::matrix(&mut bind_line, bound.to_bind);
         out.line(&bind_line);
         self.ties(mesh, bound.node)?;
+        self.shapes(bound.mesh, &name)?;
         self.text.close();
         Ok(())
     }

@@ -1,0 +1,153 @@
+//! Morph targets: a blend shape for each mesh that has some, with a channel and a shape for each target, and the curves
+//! of the channels.
+
+use mocap_scene::error::Result;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::scene::{Keys, Mesh, MorphTarget};
+
+use super::animation::{Layer, add_curve};
+use super::document::{Document, Id};
+use super::encode::{Array, Element};
+use super::names::Names;
+use super::properties::Properties;
+use super::space::Space;
+use super::time::key_times;
+use super::{FbxReport, unrepresentable};
+
+/// The percentage of a channel at which its shape is reached.
+const FULL: f64 = 100.0;
+
+/// A target in the file.
+pub(super) struct WrittenTarget<'a> {
+    channel: Id,
+    target: &'a MorphTarget,
+}
+
+/// The targets of the parts of a mesh, each once by its name, with the parts that have it, which begin at these vertices.
+fn targets<'a>(parts: &[&'a Mesh]) -> Vec<Vec<(usize, &'a MorphTarget)>> {
+    let mut found: Vec<Vec<(usize, &MorphTarget)>> = Vec::new();
+    let mut start = 0;
+    for part in parts {
+        for target in &part.morph_targets {
+            let is_it = |known: &&mut Vec<(usize, &MorphTarget)>| {
+                let (of_part, first) = known[known.len() - 1];
+                of_part != start && first.name == target.name
+            };
+            match found.iter_mut().find(is_it) {
+                Some(known) => known.push((start, target)),
+                None => found.push(vec![(start, target)]),
+            }
+        }
+        start += part.vertices.len();
+    }
+    found
+}
+
+/// Adds the targets of the mesh that `geometry` is of.
+pub(super) fn write<'a>(
+    geometry: Id,
+    name: &str,
+    parts: &[&'a Mesh],
+    space: &Space,
+    document: &mut Document<'_>,
+) -> Result<Vec<WrittenTarget<'a>>> {
+    let targets = targets(parts);
+    if targets.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (deformer, element) = document.object("Deformer", [name, "Deformer", "BlendShape"]);
+    document.add("Deformer", element.child(Element::of("Version", 100)));
+    document.connect(deformer, geometry);
+    let vertices: usize = parts.iter().map(|part| part.vertices.len()).sum();
+    let mut names = Names::default();
+    let mut written = Vec::new();
+    for parts in targets {
+        let first = parts[0].1;
+        check(name, &parts, vertices)?;
+        let name = names.unique(&first.name, "Shape");
+        let ids = parts
+            .iter()
+            .flat_map(|(start, target)| target.vertex_ids.iter().map(move |id| *start as i32 + *id as i32));
+        let offsets = parts.iter().flat_map(|(_, target)| &target.offsets);
+        let offsets = offsets.flat_map(|offset| space.point(*offset).to_array());
+        let (shape, element) = document.object("Geometry", [&name, "Geometry", "Shape"]);
+        let mut element = element
+            .child(Element::of("Version", 100))
+            .child(Element::of("Indexes", Array::ints(ids)))
+            .child(Element::of("Vertices", Array::doubles(offsets)));
+        if parts.iter().all(|(_, target)| !target.normal_offsets.is_empty()) {
+            let normals = parts.iter().flat_map(|(_, target)| &target.normal_offsets);
+            let normals = normals.flat_map(|normal| space.direction(*normal).to_array());
+            element = element.child(Element::of("Normals", Array::doubles(normals)));
+        }
+        document.add("Geometry", element);
+        let at_rest = FULL * f64::from(first.weight);
+        let (channel, element) = document.object("Deformer", [&name, "SubDeformer", "BlendShapeChannel"]);
+        let element = element
+            .child(Element::of("Version", 100))
+            .child(Element::of("DeformPercent", at_rest))
+            .child(Element::of("FullWeights", Array::doubles([FULL])))
+            .child(Properties::new().number("DeformPercent", at_rest).element());
+        document.add("Deformer", element);
+        document.connect(channel, deformer);
+        document.connect(shape, channel);
+        written.push(WrittenTarget { channel, target: first });
+    }
+    Ok(written)
+}
+
+fn check(mesh: &str, parts: &[(usize, &MorphTarget)], vertices: usize) -> Result<()> {
+    let is_sound = |(start, target): &(usize, &MorphTarget)| {
+        let count = target.vertex_ids.len();
+        let moved = target.offsets.iter().chain(&target.normal_offsets);
+        let keys = target.weight_keys.iter().flat_map(|keys| &keys.values);
+        let mut numbers = moved
+            .flat_map(|offset| offset.to_array())
+            .chain(keys.copied())
+            .chain([target.weight]);
+        count == target.offsets.len()
+            && (target.normal_offsets.is_empty() || target.normal_offsets.len() == count)
+            && target.vertex_ids.iter().all(|id| start + (*id as usize) < vertices)
+            && numbers.all(|number| is_plausible(number.into()))
+    };
+    match parts.iter().find(|part| !is_sound(part)) {
+        None => Ok(()),
+        Some((_, target)) => {
+            let message = format!(
+                "a number of the morph target \"{}\" is not finite, or it moves a vertex that is not there",
+                target.name
+            );
+            Err(unrepresentable(mesh, message))
+        }
+    }
+}
+
+/// Adds the curves of the targets that clips move, or have elsewhere than at rest. `layers` are those of the clips.
+pub(super) fn write_curves(
+    targets: &[WrittenTarget<'_>],
+    layers: &[Layer],
+    document: &mut Document<'_>,
+    report: &mut FbxReport,
+) {
+    for (index, layer) in layers.iter().enumerate() {
+        for WrittenTarget { channel, target } in targets {
+            let is_elsewhere = |keys: &&Keys<f32>| keys.values.iter().any(|weight| *weight != target.weight);
+            let Some(keys) = target.weight_keys.get(index).filter(is_elsewhere) else {
+                continue;
+            };
+            let at_rest = FULL * f64::from(target.weight);
+            let defaults = Properties::new().number("d|DeformPercent", at_rest);
+            let (node, element) = document.object("AnimationCurveNode", ["DeformPercent", "AnimCurveNode", ""]);
+            document.add("AnimationCurveNode", element.child(defaults.element()));
+            document.connect(node, layer.id);
+            document.connect_property(node, *channel, "DeformPercent");
+            let ticks: Vec<f64> = (0..keys.len()).map(|key| keys.tick(key)).collect();
+            let times = Array::longs(key_times(&ticks, layer.rate));
+            let percents = keys.values.iter().map(|weight| (FULL * f64::from(*weight)) as f32);
+            let curve = add_curve(document, at_rest, times, percents);
+            document.connect_property(curve, node, "d|DeformPercent");
+            report.curves += 1;
+            report.keys += keys.len();
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Morph targets: blend shapes of meshes, and their weights in animations.
+//!
+//! An animation has one weight for each name of a shape, for all meshes. So targets of one name share it where they move
+//! alike, and get names of their own where not.
+
+use mocap_scene::error::Result;
+use mocap_scene::limits::is_plausible;
+use mocap_scene::scene::{Animation, Mesh, MorphTarget, Scene};
+
+use super::animation::ticks;
+use super::mesh::is_written;
+use super::names::Names;
+use super::text;
+use super::{ROOT, Stage, unrepresentable};
+use crate::unique_names::UniqueNames;
+
+/// The shapes of a scene.
+#[derive(Default)]
+pub(super) struct Shapes {
+    /// Of each mesh the place of each of its targets in `moved`.
+    of_mesh: Vec<Vec<usize>>,
+    /// The names by which animations move targets, each with the mesh and the index of one of them.
+    moved: Vec<(String, usize, usize)>,
+}
+
+impl Shapes {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let mut shapes = Self::default();
+        let mut names = UniqueNames::default();
+        for (index, mesh) in scene.meshes.iter().enumerate() {
+            let mut of_mesh = Vec::new();
+            let written = mesh.morph_targets.iter().filter(|_| is_written(mesh));
+            for (target_index, target) in written.enumerate() {
+                let is_it = |(at, (_, mesh, other)): (usize, &(String, usize, usize))| {
+                    let other = &scene.meshes[*mesh].morph_targets[*other];
+                    let is_alike = other.name == target.name
+                        && other.weight == target.weight
+                        && other.weight_keys == target.weight_keys;
+                    // A mesh that has a name twice has two shapes.
+                    is_alike && !of_mesh.contains(&at)
+                };
+                let known = shapes.moved.iter().enumerate().find(|known| is_it(*known));
+                let known = known.map(|(at, _)| at);
+                of_mesh.push(known.unwrap_or_else(|| {
+                    let name = names.first_free(target.name.clone(), str::to_owned);
+                    shapes.moved.push((name, index, target_index));
+                    shapes.moved.len() - 1
+                }));
+            }
+            shapes.of_mesh.push(of_mesh);
+        }
+        shapes
+    }
+
+    fn name(&self, place: usize) -> &str {
+        &self.moved[place].0
+    }
+}
+
+fn quoted(out: &mut String, name: &str) {
+    out.push_str(&text::quoted(name));
+}
+
+impl Stage<'_> {
+    /// The blend shapes of a mesh, at the end of its prim.
+    pub(super) fn shapes(&mut self, index: usize, prim: &str) -> Result<()> {
+        let mesh = &self.scene.meshes[index];
+        if mesh.morph_targets.is_empty() {
+            return Ok(());
+        }
+        let mut names = Names::default();
+        let prims = mesh.morph_targets.iter();
+        let prims: Vec<String> = prims.map(|target| names.unique(&target.name, "Shape")).collect();
+        let out = &mut self.text;
+        let tokens = self.shapes.of_mesh[index].iter().map(|place| self.shapes.name(*place));
+        out.list("uniform token[] skel:blendShapes", tokens, quoted);
+        out.list("rel skel:blendShapeTargets", &prims, |out, shape| {
+            out.push_str(&format!("</{ROOT}/{prim}/{shape}>"));
+        });
+        for (target, shape) in std::iter::zip(&mesh.morph_targets, &prims) {
+            check(mesh, target)?;
+            let display = text::display_name(&target.name, shape);
+            let metadata: Vec<&str> = display.as_deref().into_iter().collect();
+            out.open("def BlendShape", shape, &metadata);
+            let offsets = target.offsets.iter().map(glam::Vec3::to_array);
+            out.list("uniform vector3f[] offsets", offsets, text::tuple);
+            if !target.normal_offsets.is_empty() {
+                let normals = target.normal_offsets.iter().map(glam::Vec3::to_array);
+                out.list("uniform vector3f[] normalOffsets", normals, text::tuple);
+            }
+            out.list("uniform int[] pointIndices", &target.vertex_ids, |out, vertex| {
+                out.push_str(&vertex.to_string());
+            });
+            out.close();
+        }
+        Ok(())
+    }
+
+    /// The weights of all shapes in an animation, whose ticks last `codes` time codes.
+    pub(super) fn weights(&mut self, animation: &Animation, codes: f64) {
+        let index = self
+            .scene
+            .animations
+            .iter()
+            .position(|own| std::ptr::eq(own, animation));
+        let index = index.unwrap_or_default();
+        let targets: Vec<&MorphTarget> = self
+            .shapes
+            .moved
+            .iter()
+            .map(|(_, mesh, target)| &self.scene.meshes[*mesh].morph_targets[*target])
+            .collect();
+        if targets.is_empty() {
+            return;
+        }
+        let keys = || targets.iter().map(|target| target.weight_keys.get(index));
+        let ticks = ticks(keys().flatten());
+        let at = |tick: usize| {
+            let of_target = |target: &&MorphTarget| {
+                let keys = target.weight_keys.get(index);
+                keys.and_then(|keys| keys.sample(ticks[tick])).unwrap_or(target.weight)
+            };
+            targets.iter().map(of_target).collect()
+        };
+        let times: Vec<f64> = ticks.iter().map(|tick| tick * codes).collect();
+        let names = self.shapes.moved.iter().map(|(name, ..)| name.as_str());
+        self.text.list("uniform token[] blendShapes", names, quoted);
+        self.text
+            .samples("float[] blendShapeWeights", &times, at, |out, weight: f32| {
+                // -0 is 0.
+                out.push_str(&(weight + 0.0).to_string());
+            });
+    }
+}
+
+fn check(mesh: &Mesh, target: &MorphTarget) -> Result<()> {
+    let moved = target.offsets.iter().chain(&target.normal_offsets);
+    let keys = target.weight_keys.iter().flat_map(|keys| &keys.values).copied();
+    let mut numbers = moved
+        .flat_map(|offset| offset.to_array())
+        .chain(keys)
+        .chain([target.weight]);
+    let count = target.vertex_ids.len();
+    let is_whole = count == target.offsets.len()
+        && (target.normal_offsets.is_empty() || target.normal_offsets.len() == count)
+        && target.vertex_ids.iter().all(|id| (*id as usize) < mesh.vertices.len());
+    match is_whole && numbers.all(|number| is_plausible(number.into())) {
+        true => Ok(()),
+        false => {
+            let message = format!(
+                "a number of the morph target {:?} is not finite, or it moves a vertex that is not there",
+                target.name
+            );
+            Err(unrepresentable(&mesh.name, message))
+        }
+    }
+}
