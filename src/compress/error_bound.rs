@@ -1,10 +1,9 @@
 //! The error bound: how far a joint may be from its position in the source.
 //!
-//! A joint with a bound of its own has a *weight*: by so much its error is larger or smaller than it is to
-//! [`measure`](super::measure) and [`refinement`](super::refinement), which compare weighted errors with one bound.
-//! What is decided before there is an error to measure (constant tracks, tolerances of the first pass, decimals of
-//! constants) takes the smallest bound of all that a track moves: a joint is hardly nearer to its position than its
-//! parent is, because no rotation makes good an error along the bone.
+//! A joint with its own bound has a *weight*. [`measure`](super::measure) and [`refinement`](super::refinement) compare
+//! weighted errors with one bound. Constant tracks, first tolerances and decimals are chosen before there is an error.
+//! They take the smallest bound among the joints that a track moves: no rotation corrects an error along the bone, so a
+//! joint is hardly nearer to its position than its parent is.
 
 use std::collections::BTreeMap;
 

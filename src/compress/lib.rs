@@ -113,10 +113,10 @@ const TIGHTER_BOUNDS: [f64; 2] = [0.5, 0.25];
 /// Compresses `animation` so that no joint is farther from its position than `bound` allows.
 ///
 /// # Errors
-/// [`Code::ErrorBound`] where the encoding is too coarse for the bound; [`Code::Unrepresentable`] where the scale is
-/// not uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
-/// [`Code::InvalidValue`] where the shell distance is not finite and at least 0, where the bound of a joint is not
-/// finite and above 0, and where no joint has its name.
+/// - [`Code::ErrorBound`]: the encoding is too coarse for the bound.
+/// - [`Code::Unrepresentable`]: a scale is not uniform and constant, or a value is not finite.
+/// - [`Code::LimitExceeded`]: there are too many frames.
+/// - [`Code::InvalidValue`]: a shell distance below 0, a bound of a joint that is not above 0, an unknown joint.
 #[doc(hidden)]
 pub fn compress(
     scene: &Scene,

@@ -148,9 +148,9 @@ impl Pin {
     }
 }
 
-/// The point next to `wanted`, in the frame of what is touched, that the limb can reach in all frames of a part and
-/// around it, if there is one: each frame has a ball of such points, and balls are convex, so that projections onto one
-/// after the other end in all of them (Bregman 1965).
+/// The point next to `wanted`, in the frame of the touched node, that the limb can reach in all frames of a part and
+/// around it. Each frame has a ball of reachable points. Balls are convex, so repeated projections end in a common
+/// point if there is one (Bregman 1965).
 fn within_reach(
     wanted: Vec3,
     scene: &Scene,

@@ -1,8 +1,8 @@
 //! How programs call the joints of a humanoid.
 //!
-//! The names are those of VRM 1.0's humanoid, of the skeletons that Mixamo puts into characters, of Unreal's mannequin
-//! (`SK_Mannequin`), of the BVH files that Bruce Hahne made of the motions of Carnegie Mellon University, of Godot's
-//! `SkeletonProfileHumanoid`, of Unity's `HumanBodyBones` (Mecanim), and of the skeletons of MHR and SOMA.
+//! - VRM 1.0's humanoid, Mixamo's characters, the skeletons of MHR and SOMA
+//! - Unreal's mannequin (`SK_Mannequin`), Godot's `SkeletonProfileHumanoid`, Unity's `HumanBodyBones` (Mecanim)
+//! - the BVH files that Bruce Hahne made of the motions of Carnegie Mellon University
 
 use mocap_scene::scene::joint_tables::{Joint, mhr, soma};
 use mocap_scene::scene::{HumanoidBone as Bone, Side};

@@ -65,9 +65,10 @@ pub(super) fn mesh_shape(
     }
 }
 
-/// The paths at which the file may be, and whether the robot may name it: as written; of a `package://` address the
-/// path within the package, or with it, in the folder of the robot or in one above it; and the name alone beside the
-/// robot, as files are dropped on a page.
+/// The paths at which the file may be, and whether the robot may name it:
+/// - the path as written
+/// - of a `package://` address the path within the package, or with it, in the robot's folder or in one above it
+/// - the name beside the robot, as files are dropped on a page
 pub fn candidates(folder: &str, file: &str) -> (Vec<PathBuf>, bool) {
     let mut paths = match file
         .strip_prefix("package://")

@@ -1,11 +1,10 @@
 //! The parts of a database that are most like a part of a motion.
 //!
-//! Both are samples of where ten limbs point, how high the hips are, and how they move, 20 a second, which depend on no
-//! skeleton (`survey::fingerprint`). Of the samples q of the query each has one sample of the clip, at j(q), in order:
-//! j steps by 0, 1 or 2, and keeps within 20 % of the pace of the query: j(q) - j(0) is from q / 1.2 - 1 to 1.2 q + 1,
-//! at the last q from q / 1.2 to 1.2 q.
-//! The path of least cost is found by dynamic time warping, for each sample at which it may begin. Of parts that
-//! overlap by more than half, the best is kept. Limbs that one of the bodies lacks are not compared.
+//! Both are sampled 20 times a second: directions of ten limbs, height and movement of the hips, on no skeleton
+//! (`survey::fingerprint`). Each sample q of the query has one sample of the clip, at j(q), in order. j steps by 0, 1
+//! or 2, and keeps within 20 % of the pace of the query: j(q) - j(0) is from q / 1.2 - 1 to 1.2 q + 1. At the last q it
+//! is from q / 1.2 to 1.2 q. Dynamic time warping finds the cheapest path from each first sample. Of parts that overlap
+//! by more than half, the best is kept. Limbs that one of the bodies lacks are not compared.
 
 use mocap_scene::options::setters;
 use serde::Serialize;

@@ -44,9 +44,9 @@ pub(super) fn read(
     row.read(&source, &options)
 }
 
-/// Finds joints of `output`, which this crate wrote, that stand otherwise in its skin than in the rest pose of the
-/// source; or, where the pose at rest is another on purpose, than in that of the file, or in its first frame; or than
-/// in the source with its skin after all steps, which `with_meshes` makes.
+/// Finds joints of `output`, which this crate wrote, whose bind pose is not the rest pose of the source. Some outputs
+/// have another rest pose on purpose. For these the bind pose may be the file's rest pose, its first frame, or that of
+/// the source with its skin after all steps, which `with_meshes` makes.
 pub(super) fn find(
     source: &Scene,
     output: &Scene,

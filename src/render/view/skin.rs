@@ -1,9 +1,12 @@
 //! The skin of a clip for a page: vertices, faces and bones as one block of bytes, and textures as they are.
 //!
-//! The block has, one after another, for all meshes together: positions (3 floats), texture coordinates (2 floats)
-//! and the offset matrices of the bones (16 floats, column by column); weights (4 of 16 bits, which sum to 65,535),
-//! bones (4 of 16 bits), corners of triangles (32 bits) and what morph targets move (`morphs.rs`); unit normals
-//! (4 bytes, signed, the last unused), and what morph targets add to them. `skin.js` reads it.
+//! The block has these parts in order, for all meshes together. `skin.js` reads it.
+//!
+//! - positions (3 floats), texture coordinates (2 floats)
+//! - offset matrices of the bones (16 floats, column by column)
+//! - weights (4 of 16 bits, which sum to 65,535), bones (4 of 16 bits), corners of triangles (32 bits)
+//! - positions of morph targets (`morphs.rs`)
+//! - unit normals (4 bytes, signed, the last unused), and those of morph targets
 
 use std::collections::HashMap;
 

@@ -11,10 +11,10 @@ use super::segments::Segments;
 /// The angles of the joints of a humanoid, and where its pelvis is, in every frame. Each is named as OpenSim's models
 /// name it, where they have it.
 ///
-/// In every joint the frame of the distal segment is turned against that of the proximal one; both are those of the
-/// International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right, of a body
-/// that stands with arms hanging and palms forward. All angles are 0 there. They are in degrees, and without jumps of
-/// 360; those of the left side are signed as those of the right.
+/// An angle is the rotation of the frame of the distal segment against that of the proximal one. The frames are those
+/// of the International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right. All
+/// angles are 0 for a body that stands with hanging arms and palms forward. They are in degrees, without jumps of 360.
+/// Those of the left side have the signs of the right side.
 ///
 /// | columns | rotations, each about the axis turned by those before | positive |
 /// |---|---|---|

@@ -27,9 +27,9 @@ const COLUMNS: [(&str, &str); 9] = [
 ];
 
 impl TimeSeries {
-    /// The forces of the ground on the body, for each force plate of the file that the scene was read from: the force,
-    /// the centre of pressure and the free moment about it, in newtons and metres, along the axes of the scene as it
-    /// was read, with +Y up. Centre and moment are 0 where the vertical force is below 10 N.
+    /// The forces of the ground on the body, for each force plate of the scene's file. A row has the force, the centre
+    /// of pressure and the free moment about it, in newtons and metres. Axes are those of the scene as it was read,
+    /// with +Y up. Centre and moment are 0 where the vertical force is below 10 N.
     ///
     /// # Errors
     /// [`Code::NoMotion`] where the file has no force plates, or none of a type that is known.

@@ -198,9 +198,9 @@ pub(super) fn model(
     (Model::new(joints, markers, weights), poses)
 }
 
-/// Whether a marker stands beside a joint, on the axis about which it bends, and none on the other side tells the axis:
-/// the first centres, which are inward of it along the normal of a limb that is nearly straight, have it before or
-/// behind that axis.
+/// Whether a marker is beside a joint, on its bending axis, without a second marker on the other side. The first
+/// centres are then inward of the marker, along the normal of a nearly straight limb, and lie before or behind that
+/// axis.
 fn stands_on_axis(landmark: &str, take: &Take) -> bool {
     let Some((side, name)) = landmark.split_at_checked(1) else {
         return false;

@@ -19,10 +19,12 @@ use MarkerSite::{Bone as Hard, Muscle as Soft};
 /// compared in lower case without what is no letter and no digit, and without the name of the subject before a colon.
 type Row = (&'static str, Bone, MarkerSite, &'static str);
 
-/// Sources: the marker placement guides of Carnegie Mellon University (41 markers), of Vicon's Plug-in Gait full body,
-/// of Helen Hayes (Kadaba 1990), the marker set of OpenSim's gait models, OptiTrack's Baseline, Conventional and
-/// Biomech sets (docs.optitrack.com), the Istituto Ortopedico Rizzoli (Leardini 2007), Vicon's 53 markers of Blade and
-/// Shogun, the 47 of the Human Body Model (van den Bogert 2013), and those of OpenCap, which end in `_study`.
+/// Sources:
+/// - the marker placement guides of Carnegie Mellon University (41 markers) and of Vicon's Plug-in Gait full body
+/// - Helen Hayes (Kadaba 1990), the Istituto Ortopedico Rizzoli (Leardini 2007)
+/// - OpenSim's gait models, OptiTrack's Baseline, Conventional and Biomech sets (docs.optitrack.com)
+/// - Vicon's 53 markers of Blade and Shogun, the 47 of the Human Body Model (van den Bogert 2013)
+/// - OpenCap, whose labels end in `_study`
 const ROWS: &[Row] = &[
     ("*ASI", Bone::Hips, Hard, "*asi *fwt *asis waist*front *ias"),
     ("*PSI", Bone::Hips, Hard, "*psi *bwt *psis waist*back *ips"),

@@ -1,8 +1,8 @@
 //! Which bone of MMD a node is, and its keys.
 //!
-//! A bone of MMD has no rotation at rest, so its rotation in the model is `Q = G W^-1 C^-1`: of its node in the pose
-//! `G`, of that at rest `W`, and `C` from the node's rest pose to that of the model, which is not the identity where
-//! arms are straight and those of the model hang. Its key is `Q` against that of its parent.
+//! A bone of MMD has no rotation at rest, so its rotation in the model is `Q = G W^-1 C^-1`. `G` is the rotation of the
+//! node in the pose, and `W` at rest. `C` leads from the node's rest pose to the model's: arms of the model may hang
+//! where those of the node are horizontal. A key is `Q` relative to the parent's `Q`.
 
 use std::collections::HashMap;
 
