@@ -33,8 +33,9 @@ pub(crate) struct RobotArgs {
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z, and dynamics has velocities,
-    /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, beyondmimic, isaaclab, protomotions,
-    /// mimickit and twist write the files that the programs of these names load [default: the extension of the output, else npz]
+    /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, beyondmimic, isaaclab,
+    /// protomotions, mimickit and twist write the files that the programs of these names load [default: the extension of
+    /// the output, else npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
     #[command(flatten)]

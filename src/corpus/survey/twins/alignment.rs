@@ -20,8 +20,8 @@ const NEAR_MOST: f32 = 2.5 * NEAR;
 /// What is added to both for each mean bend of the paths of limbs: what a line between samples misses of a curve, and
 /// noise.
 const OFF_A_LINE: f32 = 0.2;
-/// What is added for each mean bend above [`ERRATIC`]. Limbs that jump from sample to sample, as in motion from video, are
-/// elsewhere at another rate, and separate takes of such motion are far apart. Fitted by `tools/survey/takes.py`.
+/// What is added for each mean bend above [`ERRATIC`]. Limbs that jump from sample to sample, as in motion from video,
+/// are elsewhere at another rate, and separate takes of such motion are far apart. Fitted by `tools/survey/takes.py`.
 const OFF_IF_ERRATIC: f32 = 0.3;
 /// The mean bend above which a motion is erratic; runs have half of it.
 const ERRATIC: f32 = 0.2;
@@ -31,9 +31,9 @@ const ERRATIC: f32 = 0.2;
 const MOVES: f32 = 0.2;
 /// The time over which movement is counted, in samples: half a second, in which slow limbs move more than the grain.
 const MOVE: usize = 5;
-/// Less than this counts as no movement: the grain of a byte.
+/// Less than this fraction of a limb's length counts as no movement: the grain of a byte.
 const GRAIN: f32 = 0.02;
-/// The fewest limbs that two bodies must have in common.
+/// The fewest limbs, as a count, that two bodies must have in common: half of those that are compared.
 const LEAST_LIMBS: f32 = 5.0;
 
 /// The slowest pace at which clips are compared, as a factor: a tenth slower.

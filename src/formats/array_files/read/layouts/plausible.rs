@@ -8,8 +8,8 @@ use mocap_scene::error::{Code, Diagnostic};
 use crate::Failure;
 use crate::array_files::read::humanml3d;
 
-/// The joints that turn by more than a full turn in the mean where angles are in degrees, at least. A root that spins on
-/// is one.
+/// The joints that turn by more than a full turn in the mean where angles are in degrees, at least. A root that spins
+/// on is one.
 const TURNED: usize = 2;
 
 /// Refuses angles that are no radians. `means` has the mean angle of each joint.
