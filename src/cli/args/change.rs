@@ -17,7 +17,7 @@ pub(crate) struct ChangeArgs {
 }
 
 /// The weights of solvers.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Changing")]
 pub(crate) struct WeightsArgs {
     /// Weights of the solvers that differ from their defaults: a JSON file such as {"robot": {"hand": 1}, "clean": {},

@@ -11,7 +11,7 @@ use super::{ForceArgs, InsteadArgs, WeightsArgs};
 use crate::batch::inputs::InputArgs;
 use crate::batch::spread::SpreadArgs;
 
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct OntoArgs {
     /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate [default: those
     /// of the motion]

@@ -19,14 +19,15 @@ const ROBOT_FORMATS: [&str; RobotFormat::ALL.len()] = {
     names
 };
 
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct RobotArgs {
     /// The motion files of humans; with a folder as output also folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The robot: a .urdf file, or an .xml file of MuJoCo
-    #[arg(long, value_name = "TARGET")]
-    pub(crate) robot: PathBuf,
+    /// The robot: a .urdf file, or an .xml file of MuJoCo. With several, the outputs of each go into a folder of its name
+    /// in the output
+    #[arg(long, required = true, value_name = "TARGET")]
+    pub(crate) robot: Vec<PathBuf>,
     /// The file to write, or - for standard output; of several motions the folder to write into. .npz (NumPy), .pkl (a
     /// pickle, as GMR writes it) and .csv have the position of every joint; .glb and the other formats of mocap formats
     /// have the links of the robot as an animated skeleton
@@ -34,36 +35,58 @@ pub(crate) struct RobotArgs {
     pub(crate) output: PathBuf,
     /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z, and dynamics has velocities,
     /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, beyondmimic, isaaclab,
-    /// protomotions, mimickit and twist write the files that the programs of these names load [default: the extension of
-    /// the output, else npz]
+    /// protomotions, mimickit and twist write the files that the programs of these names load [default: the extension
+    /// of the output, else npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
     #[command(flatten)]
     target: RobotTarget,
     /// Write the reports of many motions as a table to this .parquet file, a row for each; with --shard 1/8, x.parquet
-    /// is x.1-of-8.parquet
+    /// is x.1-of-8.parquet, and of several robots each has its own, as x.g1.parquet of g1.urdf
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) onto: OntoArgs,
     #[command(flatten)]
     pub(crate) read: InputOptions,
+    /// Whether the robot is one of several.
+    #[arg(skip)]
+    is_of_several: bool,
 }
 
 impl RobotArgs {
     /// Whether the output is a folder: for several motions, for a folder of them, and where its name is no file's.
     pub(crate) fn is_many(&self) -> bool {
-        let is_one = matches!(&self.paths[..], [path] if !path.is_dir());
+        let is_one = matches!(&self.paths[..], [path] if !path.is_dir()) && !self.is_of_several;
         let is_file = streams::is_unnamed(&self.output) || self.output.extension().is_some();
         !(is_one && is_file) || self.output.is_dir()
     }
 }
 
 impl RobotArgs {
-    /// The job, with outputs in a format.
+    /// The arguments of each of several robots, with the name of its folder.
+    pub(crate) fn of_each_robot(&self) -> Vec<Self> {
+        let of_robot = |robot: &PathBuf| {
+            let name = robot.file_stem().unwrap_or_default();
+            let report = self.report.as_ref().map(|report| {
+                let extension = report.extension().unwrap_or_default();
+                report.with_extension(format!("{}.{}", name.display(), extension.display()))
+            });
+            Self {
+                robot: vec![robot.clone()],
+                output: self.output.join(name),
+                report,
+                is_of_several: true,
+                ..self.clone()
+            }
+        };
+        self.robot.iter().map(of_robot).collect()
+    }
+
+    /// The job, with outputs in a format, for the first robot.
     pub(crate) fn job(&self, format: &str) -> MotionJob {
         let mut target = self.target.clone();
-        target.file.clone_from(&self.robot);
+        target.file.clone_from(&self.robot[0]);
         let mut job = MotionJob::default();
         job.read = self.read.clone();
         job.source = self.onto.sources(&self.paths);

@@ -37,7 +37,7 @@ pub(crate) struct RunArgs {
 }
 
 /// What a command that does a job does instead of writing.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Instead of writing")]
 pub(crate) struct InsteadArgs {
     /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing

@@ -72,6 +72,9 @@ pub(crate) trait FileTask: Sync {
         Vec::new()
     }
 
+    /// Takes the records of all files so far, after each file.
+    fn keep(&self, _: &BTreeMap<String, Record>) {}
+
     /// Ends the run with its verdict.
     fn finish(&self, _: &[&Record], counts: &Counts) -> Result<(), Failure> {
         counts.verdict()
@@ -302,13 +305,17 @@ impl Run<'_> {
             let input = &inputs[index];
             let Some((outcome, record)) = ended else {
                 waiting.push(input.clone());
-                return Ok(());
+                return Ok::<_, io::Error>(());
             };
             progress.add(input, outcome);
             if let Some(error) = record.as_ref().and_then(|record| record.error.as_ref()) {
                 progress.tell_failure(input, error);
             }
-            record.map_or(Ok(()), |record| manifest.add(record))
+            if let Some(record) = record {
+                manifest.add(record)?;
+                work.keep(manifest.records());
+            }
+            Ok(())
         };
         for_each(inputs, thread_count(self.many.spread.threads), one, panicked, add)?;
         waiting.sort_by(|a, b| a.relative.cmp(&b.relative));

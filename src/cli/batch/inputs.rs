@@ -13,7 +13,7 @@ use super::walk::{Entry, Search};
 use crate::{Failure, kinds, report};
 
 /// Which files to read.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub struct InputArgs {
     /// Accept a folder or a wildcard without motion files; by default that is an error

@@ -8,7 +8,7 @@ use super::shard::Shard;
 use crate::{report, streams};
 
 /// How to distribute the work.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct SpreadArgs {
     /// Number of threads [default: the number of cores]

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mocap::files::ReplacePolicy;
 use mocap::job::{JobOutput, JobTarget, JointNames, Maker, MotionJob, Notice};
@@ -79,6 +80,7 @@ impl MotionBatch<'_> {
             axes: None,
             report: self.report,
             table: None,
+            rows: AtomicUsize::new(0),
         })
     }
 }
@@ -142,6 +144,8 @@ struct ClipGroup<'a> {
     report: Option<Table<'a>>,
     /// Where the table of the reports goes.
     table: Option<PathBuf>,
+    /// The rows that the table has.
+    rows: AtomicUsize,
 }
 
 impl FileTask for ClipGroup<'_> {
@@ -237,6 +241,19 @@ impl FileTask for ClipGroup<'_> {
         let mut lines = Vec::from_iter(verdicts(what, found.iter().map(ClipReport::verdict)));
         lines.extend(records.iter().flat_map(|record| self.doubts(record)));
         lines
+    }
+
+    /// Writes the table of the reports when it has grown by an eighth, so that a run that is killed leaves one: each
+    /// time the whole, since Parquet ends with its index.
+    fn keep(&self, records: &BTreeMap<String, Record>) {
+        let rows = self.rows.load(Ordering::Relaxed);
+        let (Some(table), Some(path), false) = (&self.report, &self.table, self.is_dry_run) else {
+            return;
+        };
+        if records.len() > rows + rows / 8 && table.write(path, records.values()).is_ok() {
+            // What cannot be written now is an error at the end.
+            self.rows.store(records.len(), Ordering::Relaxed);
+        }
     }
 
     fn finish(&self, records: &[&Record], counts: &Counts) -> Result<(), Failure> {

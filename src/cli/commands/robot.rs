@@ -12,6 +12,9 @@ use crate::args::{ArgumentSources, RobotArgs};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failure> {
+    if args.robot.len() > 1 && !args.onto.instead.print_job {
+        return on_several(args, given);
+    }
     let job = job(args, given)?;
     if args.onto.instead.print_job {
         return print_job(&job);
@@ -22,8 +25,37 @@ pub(crate) fn run(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failu
     }
 }
 
+/// Motions on several robots, each in a folder of its name. What fails on one robot may be done by the others.
+fn on_several(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failure> {
+    let robots = args.of_each_robot();
+    let jobs = robots
+        .iter()
+        .map(|args| job(args, given))
+        .collect::<Result<Vec<_>, _>>()?;
+    for (index, one) in robots.iter().enumerate() {
+        if robots[..index].iter().any(|other| other.output == one.output) {
+            let (robot, folder) = (one.robot[0].display(), one.output.display());
+            let message = format!("{robot}: two robots would go into {folder}: give one file another name");
+            return Err(Failure::Usage(message));
+        }
+    }
+    let mut done = Ok(());
+    for (args, job) in robots.iter().zip(&jobs) {
+        report::say(&format!("{}:", args.robot[0].display()));
+        match run_many(args, given, job) {
+            Ok(()) => {}
+            Err(failure @ (Failure::Told | Failure::Some)) => done = Err(failure),
+            Err(failure) => return Err(failure),
+        }
+    }
+    done
+}
+
 /// The job that the arguments mean.
 pub(crate) fn job(args: &RobotArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
+    if args.robot.len() > 1 {
+        return Err(Failure::Usage("a job has one robot: name one in --robot".to_owned()));
+    }
     let options_are_sound = args.job("npz").source.frames.conversion().check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     match args.is_many() {

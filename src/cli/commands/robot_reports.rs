@@ -35,7 +35,7 @@ impl Table<'_> {
         let path = args.onto.spread.of_shard(path);
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         // The folder of the outputs is made.
-        if let Some(folder) = folder.filter(|folder| !folder.is_dir() && **folder != args.output) {
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir() && !args.output.starts_with(folder)) {
             let message = format!("{}: there is no folder {}", path.display(), folder.display());
             return Err(Failure::Usage(message));
         }

@@ -103,6 +103,27 @@ fn several_motions_do_not_go_into_what_has_the_name_of_a_file() {
     }
 }
 
+#[test]
+fn several_robots_have_a_folder_each() {
+    let folder = folder();
+    folder.write("h1.2.urdf", &folder.read("robot.urdf"));
+    let command = "robot in/a.bvh --robot robot.urdf --robot h1.2.urdf --fps 10 -o out";
+    folder.succeeds(command);
+    assert_eq!(folder.read("out/robot/a.npz"), folder.read("out/h1.2/a.npz"));
+    let said = folder.succeeds(&format!("{command} --resume"));
+    assert_eq!(
+        said.matches("0 of 1 files converted, 1 done before").count(),
+        2,
+        "{said}"
+    );
+    folder.refuses(&format!("{command} --print-job"), 2, "a job has one robot");
+    folder.refuses(
+        "robot in --robot robot.urdf --robot ./robot.urdf -o out",
+        2,
+        "give one file another name",
+    );
+}
+
 #[cfg(not(feature = "parquet"))]
 #[test]
 fn a_build_without_parquet_says_so_before_the_work() {
@@ -113,6 +134,7 @@ fn a_build_without_parquet_says_so_before_the_work() {
 #[cfg(feature = "parquet")]
 mod reports {
     use std::fs::File;
+    use std::process::Stdio;
 
     use mocap::arrays::table::arrow_array::cast::AsArray;
     use mocap::arrays::table::arrow_array::types::Float64Type;
@@ -121,7 +143,7 @@ mod reports {
     use serde_json::Value;
 
     use super::*;
-    use crate::program::MANIFEST;
+    use crate::program::{MANIFEST, command_in};
 
     fn table(folder: &Folder, name: &str) -> RecordBatch {
         let file = File::open(folder.path(name)).unwrap();
@@ -191,6 +213,24 @@ mod reports {
         let mut missing: Vec<&String> = fields.chain(of_dynamics).collect();
         missing.retain(|name| table.column_by_name(name).is_none());
         assert!(missing.is_empty(), "{missing:?}");
+    }
+
+    /// The table is there before the last motion is done.
+    #[test]
+    fn a_run_that_is_killed_leaves_its_table() {
+        let folder = folder();
+        let short = folder.read("in/a.bvh");
+        (0..12).for_each(|index| folder.write(&format!("in/{index}.bvh"), &short));
+        let arguments = "robot in --robot robot.urdf --fps 10 -o out --report r.parquet --threads 1";
+        let mut command = command_in(&folder.path(""), arguments);
+        let mut run = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        while !folder.path("r.parquet").exists() && run.try_wait().unwrap().is_none() {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        run.kill().unwrap();
+        run.wait().unwrap();
+        let rows = table(&folder, "r.parquet").num_rows();
+        assert!((1..14).contains(&rows), "{rows} of 14 rows");
     }
 
     #[test]
