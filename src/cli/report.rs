@@ -145,6 +145,11 @@ pub(crate) fn clip_taken(scene: &mut mocap::Scene) {
         say(&format!("clip: {index} \"{name}\" of {count}; --clip takes another"));
         scene.put_main_clip_first();
     }
+    if let Some(curves) = scene.face_curves_alone(0) {
+        caution(&format!(
+            "nothing but the face moves in the clip, by {curves}: the joints stand still"
+        ));
+    }
 }
 
 /// Whether the user wants no more than warnings and errors: `--quiet`.

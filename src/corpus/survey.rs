@@ -159,7 +159,7 @@ fn of_clip<'a>(
     row.seconds = motion.seconds();
     row.size = Some(f64::from(motion.size()));
     let mut findings = Findings::new(thresholds);
-    findings.find_stills(&motion);
+    findings.find_stills(&motion, scene.face_curves_alone(index));
     match &part {
         Some(part) => {
             let moving = started(&part.scene, &part.scene.animations[0], &part.figure)?;

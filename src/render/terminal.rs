@@ -149,6 +149,9 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
         );
         screen.labelled(label, None, &words);
     }
+    if let Some(curves) = clip.scene.face_curves_alone(0) {
+        screen.labelled("face", None, &format!("{curves}; nothing else moves"));
+    }
     let metadata = &clip.scene.metadata;
     if let Some(used) = &metadata.root_offset {
         let policy = format!("{:?}", used.policy).to_lowercase();

@@ -12,6 +12,7 @@ mod support;
 use std::collections::BTreeMap;
 
 use mocap_edit::MotionErrors;
+use mocap_scene::scene::report::DataLoss;
 
 pub(super) use self::still::{is_t_pose, starts, stops};
 use super::motion::Motion;
@@ -40,13 +41,15 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Finds frames in which nothing moves, and T-poses.
-    pub(super) fn find_stills(&mut self, motion: &Motion) {
+    /// Finds frames in which nothing moves, and T-poses. `face_alone` has the curves of a face where nothing else moves.
+    pub(super) fn find_stills(&mut self, motion: &Motion, face_alone: Option<DataLoss>) {
         let frames = motion.frames - motion.first.min(motion.frames);
         let last = motion.frames.saturating_sub(1);
-        self.look_for(&[DefectKind::PoseFile, DefectKind::NoMotion]);
+        self.look_for(&[DefectKind::PoseFile, DefectKind::NoMotion, DefectKind::FaceOnly]);
         if frames <= POSES {
             self.add(DefectKind::PoseFile, [0, last], None, frames as f32, 1.0);
+        } else if let Some(curves) = face_alone {
+            self.add(DefectKind::FaceOnly, [0, last], None, curves.count as f32, 1.0);
         } else if motion.is_still() {
             let joints = motion.is_joint.iter().filter(|is_joint| **is_joint).count();
             self.add(DefectKind::NoMotion, [0, last], None, joints as f32, 1.0);

@@ -95,6 +95,7 @@ kinds! {
     Defect BeyondRange "beyond-range" "degrees" 20.0 40.0 true "a knee bends forwards, or a knee, an elbow or the neck farther than a body can"
     Defect SelfCollision "self-collision" "cm" 5.0 8.0 true "a hand or a forearm is inside of the trunk or the head"
     Property PoseFile "pose-file" "frames" 1.0 1.0 false "the file has at most three frames beside a rest pose: a pose and no motion"
+    Property FaceOnly "face-only" "curves" 1.0 1.0 false "nothing but the face moves: expressions or morph targets"
     Property TPoseEnd "t-pose-end" "s" 0.01 1.0 true "the clip begins or ends in a T-pose"
     Property HeldEnd "held-end" "s" 0.5 2.0 false "the clip begins or ends with frames in which no joint moves"
     Property FingerFlip "finger-flip" "flips" 1.0 4.0 true "a rotation of a finger, a toe or the face jumps away and comes back"

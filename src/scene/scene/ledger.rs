@@ -253,6 +253,18 @@ impl Scene {
         nodes(self, true, |channel| varies(&channel.position_keys))
     }
 
+    /// How many curves of a face a clip has in which nothing else moves; `None` where joints move too, or nothing does.
+    #[doc(hidden)]
+    pub fn face_curves_alone(&self, clip: usize) -> Option<DataLoss> {
+        let channels = self.animations.get(clip)?.channels.iter();
+        let moving = channels.filter(|channel| channel.moves() || varies(&channel.scaling_keys));
+        let (of_face, others): (Vec<&Channel>, Vec<&Channel>) = moving.partition(|channel| is_of_face(self, channel));
+        let unread = self.metadata.lost.iter().find(|loss| loss.kind == DataKind::FaceCurves);
+        let unread = unread.map_or(0, |loss| loss.count);
+        let count = unread + (of_face.len() + self.weight_curves_in(clip)) as u64;
+        (others.is_empty() && count > 0).then_some(DataLoss::new(DataKind::FaceCurves, count))
+    }
+
     /// Whether anything moves in any clip: joints, markers, scales, expressions or weights of morph targets.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {

@@ -367,6 +367,14 @@ fn usd_keeps_morph_targets_and_their_curves() {
 }
 
 #[test]
+fn a_clip_of_a_face_alone_is_said() {
+    for (scene, count) in [(import(FACE), Some(2)), (import(ARM), None)] {
+        let alone = scene.face_curves_alone(0);
+        assert_eq!(alone.map(|curves| curves.count), count);
+    }
+}
+
+#[test]
 fn formats_without_curves_of_morph_targets_say_so() {
     let (arm, face) = (import(ARM), import(FACE));
     for format in [Format::Bvh, Format::Mclip] {
