@@ -24,8 +24,8 @@ pub(crate) struct RobotArgs {
     /// The motion files of humans; with a folder as output also folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The robot: a .urdf file, or an .xml file of MuJoCo. With several, the outputs of each go into a folder of its name
-    /// in the output
+    /// The robot: a .urdf file, or an .xml file of MuJoCo. With several, the outputs of each go into a folder of its
+    /// name in the output
     #[arg(long, required = true, value_name = "TARGET")]
     pub(crate) robot: Vec<PathBuf>,
     /// The file to write, or - for standard output; of several motions the folder to write into. .npz (NumPy), .pkl (a

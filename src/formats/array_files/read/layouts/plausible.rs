@@ -32,8 +32,8 @@ pub(super) fn check_radians(name: &str, means: impl IntoIterator<Item = f64>) ->
     ))
 }
 
-/// Refuses rows of HumanML3D that were normalized. In rows that were not, the columns of rotations have the length 1, or
-/// nearly so where a network made them.
+/// Refuses rows of HumanML3D that were normalized. In rows that were not, the columns of rotations have the length 1,
+/// or nearly so where a network made them.
 pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
     /// The first number of the rotations in a row, after the root and the positions.
     const ROTATIONS: usize = 4 + 3 * (humanml3d::JOINTS - 1);
