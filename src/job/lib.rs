@@ -62,7 +62,7 @@ use std::path::{Path, PathBuf};
 
 use mocap_formats::Export;
 use mocap_io::import::MemoryFile;
-use mocap_scene::error::{Code, Diagnostic, Result, json_path, json_path_text, nearest};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::files::ReplacePolicy;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -323,36 +323,30 @@ fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
         owner,
         help,
     } = wording;
-    serde_json::from_str(text).map_err(|error| {
-        let (mut path, what) = (json_path_text(&json_path(text, &error)), error.to_string());
-        if what.starts_with("trailing characters") {
-            let message = format!("{whole}: something follows the JSON object");
-            return Diagnostic::new(Code::InvalidValue, message).into();
-        }
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let read = serde_path_to_error::deserialize(&mut deserializer);
+    if read.is_ok() && deserializer.end().is_err() {
+        let message = format!("{whole}: something follows the JSON object");
+        return Err(Diagnostic::new(Code::InvalidValue, message).into());
+    }
+    read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
+        let (path, what) = (error.path().to_string(), error.inner().to_string());
         let (message, near) = match (unknown(&what, "field"), unknown(&what, "variant")) {
             (Some((key, known)), _) => {
-                let place = if path.is_empty() {
-                    String::new()
-                } else {
-                    format!(" in {path}")
-                };
+                let place = path.strip_suffix(key).and_then(|above| above.strip_suffix('.'));
+                let place = place.map_or_else(String::new, |above| format!(" in {above}"));
                 let message = format!("{owner} no {key}{place}, but {known}");
-                path = if path.is_empty() {
-                    key.to_owned()
-                } else {
-                    format!("{path}.{key}")
-                };
                 (message, nearest(key, known.split(", ")).map(str::to_owned))
             }
             (None, Some((word, known))) => {
                 let message = format!("expected {known}; found {word}");
                 (message, nearest(word, known.split(", ")).map(str::to_owned))
             }
-            (None, None) if error.is_data() => (wrong_value(&what), None),
+            (None, None) if error.inner().is_data() => (wrong_value(&what), None),
             (None, None) => (format!("it is not JSON: {what}"), None),
         };
         let message = match path.as_str() {
-            "" => format!("{whole}: {message}"),
+            "." | "?" => format!("{whole}: {message}"),
             path => format!("{whole}: {path}: {message}"),
         };
         let help = near.map_or_else(|| (*help).to_owned(), |near| format!("did you mean {near}?"));

@@ -5,7 +5,6 @@
 //! name with its cause and its remedy in one table.
 
 mod code;
-mod json_path;
 pub(crate) mod nearest;
 mod spelling;
 mod visible;
@@ -17,8 +16,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use self::code::Code;
-#[doc(hidden)]
-pub use self::json_path::{JsonSegment, json_path, json_path_text};
 #[doc(hidden)]
 pub use self::nearest::nearest;
 #[doc(hidden)]

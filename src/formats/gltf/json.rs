@@ -3,12 +3,12 @@
 //! Only what is read is looked at, so that nothing else in a file can stop its motion from being read: neither
 //! materials nor meshes nor what extensions say of them.
 
-use mocap_scene::error::{JsonSegment, json_path};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::humanoid::Extensions;
 use super::invalid::invalid;
+use super::pointer::pointer;
 pub(super) use super::{CHUNK_HEADER, HEADER, MAGIC};
 use crate::Failure;
 
@@ -191,12 +191,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Failure> {
     let (json, bin) = split(bytes)?;
     // Names in another encoding are no reason to refuse the motion.
     let text = String::from_utf8_lossy(json);
-    let root: Root = serde_json::from_str(&text).map_err(|error| {
-        invalid(
-            pointer(&json_path(&text, &error)),
-            format!("the JSON cannot be read: {error}"),
-        )
-    })?;
+    let root: Root = serde_json::from_str(&text)
+        .map_err(|error| invalid(pointer(&text, &error), format!("the JSON cannot be read: {error}")))?;
     let version = match &root.asset.version {
         Some(Value::String(version)) => version.clone(),
         Some(other) => other.to_string(),
@@ -209,14 +205,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Failure> {
             .into());
     }
     Ok((root, bin))
-}
-
-fn pointer(path: &[JsonSegment]) -> String {
-    let segment = |segment: &JsonSegment| match segment {
-        JsonSegment::Index(index) => format!("/{index}"),
-        JsonSegment::Key(key) => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
-    };
-    path.iter().map(segment).collect()
 }
 
 fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Failure> {

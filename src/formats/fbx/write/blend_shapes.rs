@@ -14,7 +14,7 @@ use super::space::Space;
 use super::time::key_times;
 use super::{FbxReport, unrepresentable};
 
-/// The percentage of a channel at which its shape is reached.
+/// The percentage of a channel at which its shape is reached: channels go from 0 to 100 %.
 const FULL: f64 = 100.0;
 
 /// A target in the file.
@@ -23,7 +23,8 @@ pub(super) struct WrittenTarget<'a> {
     target: &'a MorphTarget,
 }
 
-/// The targets of the parts of a mesh, each once by its name, with the parts that have it, which begin at these vertices.
+/// The targets of the parts of a mesh, each once by its name, with the parts that have it, which begin at these
+/// vertices.
 fn targets<'a>(parts: &[&'a Mesh]) -> Vec<Vec<(usize, &'a MorphTarget)>> {
     let mut found: Vec<Vec<(usize, &MorphTarget)>> = Vec::new();
     let mut start = 0;

@@ -1,7 +1,7 @@
 //! Morph targets: blend shapes of meshes, and their weights in animations.
 //!
-//! An animation has one weight for each name of a shape, for all meshes. So targets of one name share it where they move
-//! alike, and get names of their own where not.
+//! An animation has one weight for each name of a shape, for all meshes. So targets of one name share it where they
+//! move alike, and get names of their own where not.
 
 use mocap_scene::error::Result;
 use mocap_scene::limits::is_plausible;

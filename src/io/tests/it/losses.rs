@@ -302,8 +302,8 @@ fn the_table_of_losses_is_that_of_the_rows() {
     let mut text = String::from(
         "# What each format keeps\n\nA file may hold more than the format that you write. Each kind of data that is not in \
          the output is a warning,\n`not-carried-over`, with its count; `--strict` makes it an error. The report of a job lists \
-         all of them as `losses`,\nand so does the record inside files that have one: glTF, VRM animations, FBX, USD, and the \
-         `.json` beside a BVH.\n\n- *kept*: the data is in the file.\n- *converted*: the file has other data from which \
+         all of them as `losses`.\nThe record inside glTF, VRM animations, FBX and USD lists them too, and so does the `.json` beside a \
+         BVH.\n\n- *kept*: the data is in the file.\n- *converted*: the file has other data from which \
          programs compute the same motion.\n- *kept of glTF*: it is kept where the input is glTF or VRM with meshes and its \
          skeleton stays; else it is lost.\n- *lost*: it is not in the file, and a warning says how many; packed clips \
          refuse scales that change.\n- *at frames*: the file has a pose for each frame; keys between frames are lost.\n\
