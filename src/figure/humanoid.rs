@@ -11,6 +11,7 @@ mod explain;
 mod fingers;
 mod limb;
 mod map;
+mod quadruped;
 mod refusal;
 mod sides;
 mod stated;
@@ -25,6 +26,7 @@ use serde::Serialize;
 
 pub use self::creature::Creature;
 pub use self::explain::{Explanation, ExplanationRow, PartExplanation};
+pub use self::quadruped::{Quadruped, QuadrupedLeg};
 use self::sides::Found;
 pub use self::stated::HumanoidMap;
 use self::stated::StatedJoints;
@@ -326,8 +328,20 @@ impl Humanoid {
     fn of_skeleton(scene: &Scene, stated: Vec<usize>) -> Humanoid {
         let is_mapped = !stated.is_empty();
         let tree = Tree::new(scene, stated);
+        let refused = |reason: String| {
+            // Where no reading is a person, four legs may still stand there.
+            let is_animal = !is_mapped && quadruped::find(scene, &tree).is_some();
+            Humanoid {
+                creature: is_animal.then_some(Creature::FourLegged),
+                ..Humanoid::refused(if is_animal {
+                    creature::ON_FOUR_LEGS.to_owned()
+                } else {
+                    reason
+                })
+            }
+        };
         let Some(mut body) = body::find(&tree) else {
-            return Humanoid::refused(refusal::why_there_are_no_legs(&tree));
+            return refused(refusal::why_there_are_no_legs(&tree));
         };
         let named = refusal::is_named(&tree, &body);
         if !is_mapped {
@@ -337,8 +351,11 @@ impl Humanoid {
                     ..Humanoid::refused(reason)
                 };
             }
+            if !named && quadruped::rests_on_four_legs(scene, &tree) {
+                return refused(String::new());
+            }
             if let Some(reason) = refusal::refusal(scene, &tree, &body, named) {
-                return Humanoid::refused(reason);
+                return refused(reason);
             }
         }
         body::move_hips(&tree, &mut body);

@@ -76,7 +76,7 @@ pub use self::name_joints::apply_names;
 pub use self::name_joints::name_joints;
 #[doc(hidden)]
 pub use self::poses::is_at_rest_alike;
-use self::report::{Guess, RestPose};
+use self::report::{Guess, Quadruped, RestPose};
 #[cfg(feature = "robots")]
 #[doc(hidden)]
 pub use self::robot_clip::robot_clip;
@@ -194,6 +194,9 @@ pub struct Figure {
     /// The ground, made where it is first asked for, since it looks at some hundred frames too.
     #[serde(skip)]
     ground: OnceLock<Option<Ground>>,
+    /// The animal, made where it is first asked for.
+    #[serde(skip)]
+    quadruped: OnceLock<Option<Quadruped>>,
 }
 
 impl PartialEq for Figure {
@@ -226,6 +229,12 @@ impl Figure {
     /// Its T-pose; `None` if it is not a humanoid. `scene` is the one in which the figure was found.
     pub fn t_pose(&self, scene: &Scene) -> Option<&TPose> {
         self.t_pose.get_or_init(|| TPose::new(scene, self)).as_ref()
+    }
+
+    /// The parts of an animal on four legs; `None` if it is not one. `scene` is the one in which the figure was found.
+    pub fn quadruped(&self, scene: &Scene) -> Option<&Quadruped> {
+        let find = || Quadruped::of(scene, &self.humanoid);
+        self.quadruped.get_or_init(find).as_ref()
     }
 
     /// The height of the ground along the up axis, in units of the file: where the soles are in contact, or 0 if they
@@ -315,6 +324,7 @@ impl Figure {
             humanoid,
             t_pose: OnceLock::new(),
             ground: OnceLock::new(),
+            quadruped: OnceLock::new(),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! `mocap skeleton`: unit, axes and rest pose of a file, and which joint is which bone of a humanoid.
 
+mod animal;
+
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
@@ -13,6 +15,7 @@ use mocap::job::SourceUp;
 use mocap::scene::{NodeId, RootOffset};
 use serde::Serialize;
 
+use self::animal::QuadrupedReport;
 use super::{Place, import_drawn, mapped_figure, print_report};
 use crate::args::SkeletonArgs;
 use crate::{Failure, report};
@@ -28,6 +31,9 @@ pub(crate) struct SkeletonReport {
     rest_pose: Guess<RestPose>,
     sides: Guess<Sides>,
     humanoid: HumanoidReport,
+    /// The parts of an animal on four legs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quadruped: Option<QuadrupedReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     floor: Option<Guess<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -187,6 +193,7 @@ impl SkeletonReport {
                     .map(|(joint, other)| (name(*joint), name(*other)))
                     .collect(),
             },
+            quadruped: found.quadruped(scene).map(|found| QuadrupedReport::new(scene, found)),
             floor: found.ground(scene),
             asymmetry: found.asymmetry.clone(),
             t_pose: found.t_pose(scene).map(|pose| TPoseReport::new(pose, humanoid.sides)),
@@ -359,6 +366,10 @@ impl SkeletonReport {
                 &joint.reason,
             )?;
         }
+        for part in self.quadruped.iter().flat_map(|found| &found.parts) {
+            let joints = part.joints.join(", ").escape_debug().to_string();
+            writeln!(f, "{:<24} {joints}", part.part)?;
+        }
         for (joint, other) in &self.humanoid.follow {
             let joint = joint.escape_debug();
             writeln!(f, "{joint:<24} follows {other:?}, not the joint from which it hangs")?;
@@ -366,7 +377,11 @@ impl SkeletonReport {
         let humanoid = &self.humanoid;
         if !humanoid.found {
             let class = humanoid.creature.map(|creature| format!(" ({})", creature.as_str()));
-            return writeln!(f, "no humanoid: {}{}", humanoid.reason, class.unwrap_or_default());
+            writeln!(f, "no humanoid: {}{}", humanoid.reason, class.unwrap_or_default())?;
+            return match &self.quadruped {
+                Some(found) => writeln!(f, "a quadruped ({}): {}", found.confidence.as_str(), found.reason),
+                None => Ok(()),
+            };
         }
         let missing: Vec<&str> = humanoid.missing.iter().map(|bone| bone.as_str()).collect();
         match missing.as_slice() {

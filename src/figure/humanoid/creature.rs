@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::super::poses::poses;
 use super::body::Body;
 use super::limb::Fit;
+use super::quadruped;
 use super::refusal::NAMED;
 use super::sides::stands;
 use super::topology::{Tree, pairs};
@@ -75,6 +76,9 @@ const FRONT_LEGS: f32 = 0.78;
 /// The same ratio where no names say that they are arms: 0.78 for a dog whose hind legs have four bones.
 const FRONT_LEGS_WITHOUT_NAMES: f32 = 0.7;
 
+/// Why a skeleton whose limbs stand is an animal.
+pub(super) const ON_FOUR_LEGS: &str = "the limbs at both ends of the trunk stand below it: an animal on four legs";
+
 /// What the best reading of a skeleton is instead of a humanoid, and why.
 pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature, String)> {
     let name = |node: usize| &scene.nodes[node].name;
@@ -86,14 +90,16 @@ pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature,
         return Some((kind, format!("{:?} is {words}", name(node))));
     }
     if is_on_four_legs(scene, tree, body) || has_two_pairs_of_legs(tree, body) {
-        let reason = "the limbs at both ends of the trunk stand below it: an animal on four legs";
-        return Some((Creature::FourLegged, reason.to_owned()));
+        return Some((Creature::FourLegged, ON_FOUR_LEGS.to_owned()));
     }
     if has_lengths_of_bird(tree, body) {
         let reason = "it stands on its toes, and its neck is long: a bird";
         return Some((Creature::Bird, reason.to_owned()));
     }
     let tail = tail(tree, body)?;
+    if quadruped::find(scene, tree).is_some() {
+        return Some((Creature::FourLegged, ON_FOUR_LEGS.to_owned()));
+    }
     Some((Creature::Tailed, format!("{:?} begins a tail: an animal", name(tail))))
 }
 

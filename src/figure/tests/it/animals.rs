@@ -7,7 +7,7 @@ use crate::placed_joints::{Joint, scene};
 use crate::up::{Posture, bvh, mirrored};
 
 /// The joints of a cat by Quaternius (CC0), without IK controls.
-const CAT: [Joint; 26] = [
+pub(crate) const CAT: [Joint; 26] = [
     ("CatArmature", None, [0.0, 0.0, 0.0]),
     ("Bone", Some(0), [-1.3, 2.22, 0.0]),
     ("Bone.001", Some(1), [-0.4, 1.98, 0.0]),
@@ -37,7 +37,7 @@ const CAT: [Joint; 26] = [
 ];
 
 /// Where the joints of Quaternius' dog (CC0) are, which has the tree of the cat and stands in a step.
-const DOG: [[f32; 3]; 26] = [
+pub(crate) const DOG: [[f32; 3]; 26] = [
     [0.2, 0.0, -0.31],
     [-1.37, 2.69, -0.31],
     [-0.28, 2.41, -0.31],
@@ -67,7 +67,7 @@ const DOG: [[f32; 3]; 26] = [
 ];
 
 /// Quaternius' llama (CC0), whose hind legs have the names of legs: the feet follow the shins that end at them.
-const LLAMA: [Joint; 27] = [
+pub(crate) const LLAMA: [Joint; 27] = [
     ("Armature", None, [0.0, 0.0, 0.0]),
     ("root", Some(0), [0.0, 0.0, 0.0]),
     ("FrontFoot.R", Some(1), [-0.62, 0.08, 0.98]),
@@ -98,7 +98,7 @@ const LLAMA: [Joint; 27] = [
 ];
 
 /// A person in an I-pose, without names, in a skirt and a cape that reach the ground.
-const PERSON: [Joint; 28] = [
+pub(crate) const PERSON: [Joint; 28] = [
     ("J00", None, [0.0, 0.95, 0.0]),
     ("J01", Some(0), [0.0, 1.10, 0.0]),
     ("J02", Some(1), [0.0, 1.40, 0.0]),

@@ -11,6 +11,7 @@ mod humanoid;
 mod maps;
 mod names;
 mod placed_joints;
+mod quadrupeds;
 mod rest_pose;
 mod rig;
 #[allow(dead_code, reason = "other packages use the rest of it")]

@@ -1,0 +1,364 @@
+//! The parts of an animal on four legs: trunk, legs, neck, head and tail.
+//!
+//! Two pairs of limbs are the legs where they stand beside each other below a level trunk, at rest or in the motion.
+//! Which pair is in front is a vote of the names, the direction of travel, the toes and the tree. Left and right follow
+//! from that and from where the legs point to: names only agree or disagree.
+
+mod stance;
+
+use glam::Vec3;
+use mocap_scene::scene::{NodeId, Scene, Side};
+use serde::Serialize;
+
+use self::stance::Stance;
+use super::super::poses::poses;
+use super::Humanoid;
+use super::creature::Creature;
+use super::topology::{Pair, Tree, pairs};
+use crate::Confidence;
+use crate::names::words::Part;
+use crate::rig::Rig;
+
+/// Pairs of limbs that are looked at as front and hind legs, the longest of a skeleton.
+const MOST_PAIRS: usize = 48;
+
+/// The fraction of the poses in which the legs must stand: jumps and gallops have poses in which they do not.
+const LEAST_STANDING: f32 = 0.4;
+
+/// The least distance between the tops of front and hind legs, as a fraction of their length: a skirt begins above the
+/// legs.
+const LEGS_APART: f32 = 0.4;
+
+/// The cosine of the angle to a leg above which a trunk is not level: 53 degrees.
+const STEEP: f32 = 0.6;
+
+/// The cosine of the angle from down up to which a leg stands: 60 degrees.
+const POINTS_DOWN: f32 = 0.5;
+
+/// How far paws may differ in height, as a fraction of the length of the legs: those in the air too.
+const LEVEL: f32 = 0.5;
+
+/// The least length of the shorter legs, as a fraction of the longer ones: arms of a dinosaur are shorter.
+const SHORTEST_LEG: f32 = 0.55;
+
+/// The first bone of a leg is a girdle where it is shorter than this, as a fraction of the chain: thighs are longer.
+const SHORT_GIRDLE: f32 = 0.2;
+
+/// A leg of an animal on four legs: the joints at which its segments begin.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct QuadrupedLeg {
+    /// Whether it is a front leg.
+    pub is_fore: bool,
+    /// Its side of the body.
+    pub side: Side,
+    /// The shoulder blade, where it is a joint of its own.
+    pub girdle: Option<NodeId>,
+    /// The hip, or the shoulder.
+    pub upper: NodeId,
+    /// The stifle, or the elbow.
+    pub lower: NodeId,
+    /// The hock, or the wrist.
+    pub ankle: Option<NodeId>,
+    /// The paw, or the hoof.
+    pub paw: NodeId,
+}
+
+impl QuadrupedLeg {
+    /// Its name in JSON.
+    pub const fn as_str(&self) -> &'static str {
+        match (self.is_fore, self.side) {
+            (true, Side::Left) => "leftFore",
+            (true, Side::Right) => "rightFore",
+            (false, Side::Left) => "leftHind",
+            (false, Side::Right) => "rightHind",
+        }
+    }
+
+    /// The joints of its segments, from the trunk to the paw, with their names in JSON.
+    pub fn segments(&self) -> Vec<(&'static str, NodeId)> {
+        let names = match self.is_fore {
+            true => ["scapula", "shoulder", "elbow", "wrist", "paw"],
+            false => ["ilium", "hip", "stifle", "hock", "paw"],
+        };
+        let joints = [
+            self.girdle,
+            Some(self.upper),
+            Some(self.lower),
+            self.ankle,
+            Some(self.paw),
+        ];
+        let found = names.into_iter().zip(joints);
+        found.filter_map(|(name, joint)| Some((name, joint?))).collect()
+    }
+}
+
+/// An animal on four legs: which joint is which part of its body.
+///
+/// [`Figure::quadruped`](crate::Figure::quadruped) finds it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Quadruped {
+    /// The confidence in front and hind, left and right.
+    pub confidence: Confidence,
+    /// The reason, as one phrase.
+    pub reason: String,
+    /// The joint that carries the hind legs.
+    pub pelvis: NodeId,
+    /// The joints between pelvis and withers.
+    pub spine: Vec<NodeId>,
+    /// The joint that carries the front legs; that of the hind legs where one joint is the whole trunk.
+    pub withers: NodeId,
+    /// The joints from the withers to the head.
+    pub neck: Vec<NodeId>,
+    /// The head.
+    pub head: Option<NodeId>,
+    /// The joints of the tail.
+    pub tail: Vec<NodeId>,
+    /// The left and the right front leg, the left and the right hind leg.
+    pub legs: [QuadrupedLeg; 4],
+}
+
+impl Quadruped {
+    /// The animal in a scene whose bones were searched for; `None` where it is none on four legs.
+    pub(crate) fn of(scene: &Scene, humanoid: &Humanoid) -> Option<Self> {
+        if humanoid.creature != Some(Creature::FourLegged) {
+            return None;
+        }
+        let Some(mut rig) = Rig::new(scene, &humanoid.follow) else {
+            return find(scene, &Tree::new(scene, Vec::new()));
+        };
+        let animations = scene.animations.iter();
+        rig.scene.animations = animations.map(|motion| rig.in_rig(scene, motion)).collect();
+        let found = find(&rig.scene, &Tree::new(&rig.scene, Vec::new()))?;
+        Some(found.map(|node| rig.node_of_file(node)))
+    }
+
+    fn map(self, to: impl Fn(NodeId) -> NodeId) -> Self {
+        let all = |nodes: Vec<NodeId>| nodes.into_iter().map(&to).collect();
+        Self {
+            pelvis: to(self.pelvis),
+            spine: all(self.spine),
+            withers: to(self.withers),
+            neck: all(self.neck),
+            head: self.head.map(&to),
+            tail: all(self.tail),
+            legs: self.legs.map(|leg| QuadrupedLeg {
+                girdle: leg.girdle.map(&to),
+                upper: to(leg.upper),
+                lower: to(leg.lower),
+                ankle: leg.ankle.map(&to),
+                paw: to(leg.paw),
+                ..leg
+            }),
+            ..self
+        }
+    }
+}
+
+/// A chain of joints read as a leg, by the indices of its nodes.
+#[derive(Clone, Debug)]
+struct Limb {
+    root: usize,
+    girdle: Option<usize>,
+    upper: usize,
+    lower: usize,
+    ankle: Option<usize>,
+    paw: usize,
+    /// The last node of the chain.
+    tip: usize,
+    /// From the hip or shoulder to the paw, along the bones.
+    length: f32,
+}
+
+impl Limb {
+    fn new(tree: &Tree, root: usize) -> Option<Self> {
+        let chain = tree.chain(root);
+        let tip = *chain.last()?;
+        let is_bone = |node: &usize| tree.is_joint[*node] && (!tree.names[*node].is_helper || *node == root);
+        let mut joints: Vec<usize> = chain.iter().copied().filter(is_bone).collect();
+        let total = tree.length_of(&chain);
+        let first = joints.windows(2).next().map(|pair| tree.between(pair[0], pair[1]));
+        let has_girdle = joints.len() > 2
+            && (first.is_some_and(|length| length < SHORT_GIRDLE * total) || {
+                let says = |index: usize, part| tree.names[joints[index]].says(part);
+                says(0, Part::Shoulder) && (joints.len() > 4 || says(1, Part::UpperArm))
+            });
+        let girdle = has_girdle.then(|| joints.remove(0));
+        let (upper, lower, ankle, paw) = match joints[..] {
+            [upper, lower, ankle, paw, ..] => (upper, lower, Some(ankle), paw),
+            [upper, lower, paw] => (upper, lower, None, paw),
+            [upper, lower] if tip != lower => (upper, lower, None, tip),
+            _ => return None,
+        };
+        let length = tree.between(upper, paw);
+        (length > 0.0).then_some(Self {
+            root,
+            girdle,
+            upper,
+            lower,
+            ankle,
+            paw,
+            tip,
+            length,
+        })
+    }
+
+    fn nodes(&self) -> impl Iterator<Item = usize> {
+        [Some(self.root), Some(self.upper), Some(self.lower), self.ankle]
+            .into_iter()
+            .flatten()
+    }
+
+    fn is_apart(&self, other: &Self, tree: &Tree) -> bool {
+        !tree.is_within(self.root, other.root) && !tree.is_within(other.root, self.root)
+    }
+}
+
+/// Two limbs of one branch.
+#[derive(Clone, Debug)]
+struct Legs {
+    branch: usize,
+    limbs: [Limb; 2],
+}
+
+impl Legs {
+    fn new(tree: &Tree, pair: &Pair) -> Option<Self> {
+        let [one, other] = pair.roots.map(|root| Limb::new(tree, root));
+        Some(Self {
+            branch: pair.branch,
+            limbs: [one?, other?],
+        })
+    }
+
+    fn length(&self) -> f32 {
+        0.5 * (self.limbs[0].length + self.limbs[1].length)
+    }
+
+    fn middle(&self, view: &[Vec3]) -> Vec3 {
+        0.5 * (view[self.limbs[0].upper] + view[self.limbs[1].upper])
+    }
+
+    /// 1 where the names say that they are front legs, -1 where they say hind legs.
+    fn named(&self, tree: &Tree) -> f32 {
+        let of_name = |node: usize| {
+            let name = &tree.names[node];
+            let has = |words: &[&str]| words.iter().any(|word| name.without_side.contains(word));
+            let is_arm = [Part::Shoulder, Part::UpperArm, Part::LowerArm, Part::Hand]
+                .iter()
+                .any(|part| name.says(*part));
+            if has(&["hind", "rear", "back"]) {
+                -1.0
+            } else if is_arm || has(&["front", "fore"]) {
+                1.0
+            } else {
+                0.0
+            }
+        };
+        let nodes = self.limbs.iter().flat_map(Limb::nodes);
+        let sum: f32 = nodes.map(of_name).sum();
+        sum.clamp(-1.0, 1.0)
+    }
+}
+
+/// The animal on four legs in a scene.
+pub(super) fn find(scene: &Scene, tree: &Tree) -> Option<Quadruped> {
+    let legs = legs(tree);
+    search(scene, tree, &legs).map(Stance::read)
+}
+
+/// Whether an animal stands on four legs at rest too, as no person does.
+pub(super) fn rests_on_four_legs(scene: &Scene, tree: &Tree) -> bool {
+    let legs = legs(tree);
+    search(scene, tree, &legs).is_some_and(|stance| stands(&tree.at, stance.pairs))
+}
+
+fn legs(tree: &Tree) -> Vec<Legs> {
+    let pairs = pairs(tree, MOST_PAIRS);
+    pairs.iter().filter_map(|pair| Legs::new(tree, pair)).collect()
+}
+
+/// The two pairs of limbs that stand in most poses, the longest of several.
+fn search<'a>(scene: &Scene, tree: &'a Tree, all: &'a [Legs]) -> Option<Stance<'a>> {
+    let positions = |pose: &mocap_scene::pose::Pose| -> Vec<Vec3> {
+        (0..tree.at.len())
+            .map(|node| pose.position(NodeId::new(node)))
+            .collect()
+    };
+    let mut views: Vec<Vec<Vec3>> = poses(scene).iter().map(positions).collect();
+    views.push(tree.at.clone());
+    let mut best: Option<(f32, Stance<'a>)> = None;
+    for (index, one) in all.iter().enumerate() {
+        for other in &all[..index] {
+            let mut limbs = one
+                .limbs
+                .iter()
+                .flat_map(|a| other.limbs.iter().map(move |b| a.is_apart(b, tree)));
+            let (short, long) = (one.length().min(other.length()), one.length().max(other.length()));
+            if short < SHORTEST_LEG * long || !limbs.all(|is_apart| is_apart) {
+                continue;
+            }
+            let standing: Vec<&[Vec3]> = (views.iter().map(Vec::as_slice))
+                .filter(|view| stands(view, [one, other]))
+                .collect();
+            let fraction = standing.len() as f32 / views.len() as f32;
+            let score = fraction * (short + long) * length_of_trunk(&standing, [one, other]);
+            let at_rest = scene.animations.is_empty() && stands(&tree.at, [one, other]);
+            if (fraction >= LEAST_STANDING || at_rest) && best.as_ref().is_none_or(|(least, _)| score > *least) {
+                let stance = Stance {
+                    tree,
+                    views: standing.into_iter().map(<[Vec3]>::to_vec).collect(),
+                    pairs: [one, other],
+                    length: 0.5 * (short + long),
+                };
+                best = Some((score, stance));
+            }
+        }
+    }
+    best.map(|(_, stance)| stance)
+}
+
+/// How much longer than wide the trunk between two pairs of limbs is, from 0 to 1: four limbs of one joint can be
+/// paired across the trunk and along it.
+fn length_of_trunk(views: &[&[Vec3]], pairs: [&Legs; 2]) -> f32 {
+    let of_view = |view: &&[Vec3]| {
+        let along = pairs[0].middle(view).distance(pairs[1].middle(view));
+        let width = |legs: &&Legs| view[legs.limbs[0].upper].distance(view[legs.limbs[1].upper]);
+        along / (along + 0.5 * pairs.iter().map(width).sum::<f32>()).max(f32::EPSILON)
+    };
+    views.iter().map(of_view).sum::<f32>() / views.len().max(1) as f32
+}
+
+/// Whether two pairs of limbs stand one in front of the other below a level trunk.
+fn stands(view: &[Vec3], pairs: [&Legs; 2]) -> bool {
+    let limbs = pairs.iter().flat_map(|legs| &legs.limbs);
+    let vectors: Vec<Vec3> = limbs.clone().map(|limb| view[limb.paw] - view[limb.upper]).collect();
+    let length = 0.25 * vectors.iter().map(|vector| vector.length()).sum::<f32>();
+    let down = vectors
+        .iter()
+        .map(|vector| vector.normalize_or_zero())
+        .sum::<Vec3>()
+        .normalize_or_zero();
+    let along = pairs[0].middle(view) - pairs[1].middle(view);
+    let forward = along.normalize_or_zero();
+    // In a step all legs may lean one way: the ground is along the trunk.
+    let below = down.reject_from(along.normalize_or(Vec3::X)).normalize_or_zero();
+    let levels = limbs.map(|limb| view[limb.paw].dot(below));
+    let (least, most) = levels.fold((f32::MAX, f32::MIN), |(least, most), level| {
+        (least.min(level), most.max(level))
+    });
+    let is_across = |legs: &&Legs| {
+        let across = view[legs.limbs[0].upper] - view[legs.limbs[1].upper];
+        across.normalize_or_zero().dot(forward).abs() < STEEP
+    };
+    length > 0.0
+        && along.length() > LEGS_APART * length
+        && forward.dot(down).abs() < STEEP
+        && vectors
+            .iter()
+            .filter(|vector| vector.normalize_or_zero().dot(down) > POINTS_DOWN)
+            .count()
+            > 2
+        && most - least < LEVEL * length
+        && pairs.iter().all(is_across)
+}
