@@ -41,7 +41,8 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Finds frames in which nothing moves, and T-poses. `face_alone` has the curves of a face where nothing else moves.
+    /// Finds frames in which nothing moves, and T-poses. `face_alone` has the curves of a face where nothing else
+    /// moves.
     pub(super) fn find_stills(&mut self, motion: &Motion, face_alone: Option<DataLoss>) {
         let frames = motion.frames - motion.first.min(motion.frames);
         let last = motion.frames.saturating_sub(1);
