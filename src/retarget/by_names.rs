@@ -5,7 +5,7 @@
 //! that moves takes over the path, as many times as long as the bones of the target are, so that the lowest joints are
 //! as high as they rest. Rest poses that differ stay different: the report has the angles between bones.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_figure::Figure;
@@ -18,7 +18,7 @@ use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::report::{AppliedStep, SecondMotion};
 use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene, UpAxis};
 
-use super::quality::{ByNames, RetargetReport, Verdict, verdict};
+use super::quality::{ByNames, RetargetReport, verdict};
 use super::{Scale, no_animation};
 
 /// The fewest joints of one name that make two skeletons of one kind: fewer may be chance.
@@ -371,24 +371,12 @@ impl Angles {
 
     fn report(&self, mover: &CreatureRetargeter, animation: &Animation, frames: usize) -> RetargetReport {
         let mean = self.sum / self.count.max(1) as f64;
+        let scale = f64::from(mover.scale) * mover.metres;
         let mut report = RetargetReport {
-            clip: animation.name.clone(),
-            frames,
-            scale: f64::from(mover.scale) * mover.metres,
-            limbs: Vec::new(),
             mean_degrees: mean,
             max_degrees: self.largest,
-            seen: Vec::new(),
-            guessed: Vec::new(),
-            unmapped: Vec::new(),
-            clamped: Vec::new(),
-            feet: None,
-            lock: None,
-            hands: None,
-            skin: None,
-            followers: BTreeMap::new(),
             by_names: Some(mover.found.clone()),
-            verdict: Verdict::Poor,
+            ..RetargetReport::of_limbs(animation.name.clone(), frames, scale, Vec::new())
         };
         report.verdict = verdict(&report);
         report

@@ -26,7 +26,9 @@ pub use self::options::RetargetOptions;
 use self::source::{Mover, SourceMotions};
 pub use self::source::{SourceMotion, whole};
 pub use self::target::Target;
-use crate::robot::{RobotOptions, RobotRetargeter, robot_bones, robot_scene};
+use crate::robot::four_legs::has_four_legs;
+use crate::robot::quadruped::QuadrupedRetargeter;
+use crate::robot::{Robot, RobotOptions, RobotRetargeter, robot_bones, robot_scene};
 use crate::{CreatureRetargeter, PoseRetargeter, check_figure};
 use mocap_figure::LimbAngles;
 
@@ -236,7 +238,7 @@ impl Retargeter {
             (Target::Robot(robot), _) => {
                 let options = RobotOptions {
                     scale: self.options.scale,
-                    source: Some(from.humanoid),
+                    source: Some(from.humanoid.clone()),
                     map: self.options.target_bones.clone(),
                     velocity_limits: self.options.velocity_limits,
                     passes: self.options.passes,
@@ -245,7 +247,10 @@ impl Retargeter {
                     weights: self.options.robot_weights,
                     foot_lock: self.options.foot_lock_weights,
                 };
-                Mover::Robot(Box::new(RobotRetargeter::new(scene, robot, &options)?))
+                match is_quadruped(robot, &self.options) {
+                    true => Mover::Quadruped(Box::new(QuadrupedRetargeter::new(scene, from, robot, &options)?)),
+                    false => Mover::Robot(Box::new(RobotRetargeter::new(scene, robot, &options)?)),
+                }
             }
         };
         // Not before: that frame shows where the T-pose is.
@@ -273,6 +278,18 @@ impl Retargeter {
                 let moved = RetargetedClip::of_robot(motion.to_animation(robot), report, motion);
                 (moved.with_limb_angles(limbs), step)
             }
+            (Mover::Quadruped(retargeter), Target::Robot(robot)) => {
+                let (motion, report) = retargeter.clip(source, &source.animations[index]);
+                let step = AppliedStep::Retarget {
+                    onto: SecondMotion::of(&robot_scene(robot)),
+                    scale: report.scale,
+                    lock_feet,
+                };
+                (
+                    RetargetedClip::of_robot(motion.to_animation(robot), report, motion),
+                    step,
+                )
+            }
             (Mover::Body(retargeter), target) => {
                 let target = target.scene();
                 let (animation, report) = retargeter.clip(source, index, &target, lock_feet)?;
@@ -288,7 +305,9 @@ impl Retargeter {
                 let (animation, report) = retargeter.clip(source, index, &target)?;
                 (RetargetedClip::of_body(animation, report), retargeter.step(&target))
             }
-            (Mover::Robot(_), _) => unreachable!("a robot's retargeter is made for a robot alone"),
+            (Mover::Robot(_) | Mover::Quadruped(_), _) => {
+                unreachable!("a robot's retargeter is made for a robot alone")
+            }
         };
         provenance.steps.push(step);
         provenance.steps.extend(self.change_over_ground(&mut clip)?);
@@ -472,11 +491,18 @@ fn bones_of(target: &Target, options: &RetargetOptions) -> Result<Option<Humanoi
             .unwrap_or_else(|| Humanoid::of(character.scene())),
         Target::Skeleton(scene) => Humanoid::of(scene),
         Target::Robot(robot) => {
-            robot_bones(robot, Some(&options.target_bones))?;
+            if !is_quadruped(robot, options) {
+                robot_bones(robot, Some(&options.target_bones))?;
+            }
             return Ok(None);
         }
     };
     found.with_map(&target.scene(), options.target_bones.clone()).map(Some)
+}
+
+/// Whether a robot is no humanoid, and walks on four legs.
+fn is_quadruped(robot: &Robot, options: &RetargetOptions) -> bool {
+    robot_bones(robot, Some(&options.target_bones)).is_err() && has_four_legs(robot)
 }
 
 /// Refuses the scene of a robot's file as a character, on which a motion would be wrong by the axes of its links.

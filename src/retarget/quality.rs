@@ -221,6 +221,32 @@ pub struct RetargetReport {
     pub verdict: Verdict,
 }
 
+impl RetargetReport {
+    /// The report of a motion of which the limbs alone are compared.
+    pub(crate) fn of_limbs(clip: String, frames: usize, scale: f64, limbs: Vec<LimbError>) -> Self {
+        let sum: f64 = limbs.iter().map(|limb| limb.mean_degrees).sum();
+        Self {
+            clip,
+            frames,
+            scale,
+            mean_degrees: sum / limbs.len().max(1) as f64,
+            max_degrees: limbs.iter().map(|limb| limb.max_degrees).fold(0.0, f64::max),
+            limbs,
+            seen: Vec::new(),
+            guessed: Vec::new(),
+            unmapped: Vec::new(),
+            clamped: Vec::new(),
+            feet: None,
+            lock: None,
+            hands: None,
+            skin: None,
+            followers: BTreeMap::new(),
+            by_names: None,
+            verdict: Verdict::Poor,
+        }
+    }
+}
+
 /// The angles of an aspect above which a motion is no more than fair, and above which it is poor, in degrees.
 const fn limits(aspect: Aspect) -> (f64, f64) {
     match aspect {

@@ -20,6 +20,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod animal;
 #[doc(hidden)]
 pub(crate) mod band;
 #[doc(hidden)]
@@ -37,6 +38,7 @@ pub(crate) mod fingers;
 pub(crate) mod floor;
 #[doc(hidden)]
 pub(crate) mod following;
+pub(crate) mod four_legs;
 #[doc(hidden)]
 pub(crate) mod given;
 #[doc(hidden)]
@@ -45,6 +47,7 @@ mod links;
 mod measure;
 mod motion;
 mod of_scene;
+pub(crate) mod quadruped;
 pub mod report;
 pub(crate) mod retargeter;
 pub(crate) mod robot_report;

@@ -55,7 +55,7 @@ pub fn contacts_npz(contacts: &DetectedContacts) -> Vec<u8> {
 
 /// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w),
 /// `dof_pos` (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the
-/// source). All numbers are float64.
+/// source; frames x 4 of a robot with four legs, the front feet first). All numbers are float64.
 pub fn robot_npz(motion: &RobotMotion) -> Vec<u8> {
     let frames = motion.frames();
     Archive::made(|archive| {
@@ -184,8 +184,8 @@ impl Archive {
         self.array("fps", "<f8", &[], &motion.fps.to_le_bytes())?;
         let names: Vec<&str> = motion.dof_names.iter().map(String::as_str).collect();
         self.strings("dof_names", &[names.len()], &names)?;
-        let contacts = motion.contacts.iter().flatten().copied();
-        self.bools("contacts", &[motion.contacts.len(), 2], contacts)
+        let (feet, contacts) = motion.contacts_of_feet();
+        self.bools("contacts", &[motion.contacts.len(), feet], contacts.into_iter())
     }
 
     fn doubles(&mut self, name: &str, shape: &[usize], values: &[f64]) -> ZipResult<()> {

@@ -8,6 +8,7 @@ use mocap_scene::error::Result;
 use mocap_scene::scene::{Animation, Assumption, Scene};
 
 use crate::robot::RobotRetargeter;
+use crate::robot::quadruped::QuadrupedRetargeter;
 use crate::{CreatureRetargeter, PoseRetargeter};
 
 /// A scene in metres with +Y up whose motions go onto a target.
@@ -147,4 +148,5 @@ pub(super) enum Mover {
     Body(Box<PoseRetargeter>),
     Creature(Box<CreatureRetargeter>),
     Robot(Box<RobotRetargeter>),
+    Quadruped(Box<QuadrupedRetargeter>),
 }

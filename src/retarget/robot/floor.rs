@@ -68,7 +68,7 @@ pub(super) fn standing_height(heights: &[f64; 2], stands: [bool; 2]) -> Option<f
 }
 
 /// The mean of values under Gauss's bell of this deviation, in frames.
-fn smooth(values: &[f64], deviation: f64) -> Vec<f64> {
+pub(super) fn smooth(values: &[f64], deviation: f64) -> Vec<f64> {
     let reach = (REACH * deviation).ceil().min(values.len() as f64) as usize;
     let bell = |apart: usize| (-0.5 * (apart as f64 / deviation).powi(2)).exp();
     let bell: Vec<f64> = (0..=reach).map(bell).collect();

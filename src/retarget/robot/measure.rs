@@ -46,22 +46,9 @@ impl Measured<'_> {
 
     /// How far the robot is to be raised in each frame, smoothly, so that no sole is below the floor.
     pub(super) fn raised(&self) -> Vec<f64> {
-        let below = self
-            .sole_heights()
-            .into_iter()
-            .map(|[left, right]| (-left.min(right)).max(0.0));
-        let below: Vec<f64> = below.collect();
-        let half = (0.5 * LIFT * self.motion.fps).ceil().min(1e6) as usize;
-        let window = |frame: usize| frame.saturating_sub(half)..(frame + half + 1).min(below.len());
-        // The largest of a window, then the mean of those: at least what is needed, and without a jump.
-        let largest: Vec<f64> = (0..below.len())
-            .map(|frame| below[window(frame)].iter().copied().fold(0.0, f64::max))
-            .collect();
-        let mean = |frame: usize| {
-            let near = &largest[window(frame)];
-            near.iter().sum::<f64>() / near.len().max(1) as f64
-        };
-        (0..below.len()).map(mean).collect()
+        let heights = self.sole_heights();
+        let lowest: Vec<f64> = heights.iter().map(|[left, right]| left.min(*right)).collect();
+        raised(&lowest, self.motion.fps)
     }
 
     /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames
@@ -198,4 +185,20 @@ impl Measured<'_> {
     fn pose(&self, frame: usize, pose: &mut RobotPose) {
         self.motion.set(frame, self.kinematics, pose);
     }
+}
+
+/// How far a robot whose lowest soles are at these heights is to be raised in each frame, smoothly, so that none is
+/// below the floor.
+pub(super) fn raised(lowest: &[f64], fps: f64) -> Vec<f64> {
+    let half = (0.5 * LIFT * fps).ceil().min(1e6) as usize;
+    let window = |frame: usize| frame.saturating_sub(half)..(frame + half + 1).min(lowest.len());
+    // The largest of a window, then the mean of those: at least what is needed, and without a jump.
+    let largest: Vec<f64> = (0..lowest.len())
+        .map(|frame| lowest[window(frame)].iter().map(|height| -height).fold(0.0, f64::max))
+        .collect();
+    let mean = |frame: usize| {
+        let near = &largest[window(frame)];
+        near.iter().sum::<f64>() / near.len().max(1) as f64
+    };
+    (0..lowest.len()).map(mean).collect()
 }

@@ -28,6 +28,9 @@ pub struct RobotMotion {
     pub dof_names: Vec<String>,
     /// For each frame whether the left and the right foot of the source are at rest on the ground.
     pub contacts: Vec<[bool; 2]>,
+    /// The same of the hind feet of a robot with four legs, whose front feet are in `contacts`; empty for others.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hind_contacts: Vec<[bool; 2]>,
 }
 
 impl RobotMotion {
@@ -49,6 +52,16 @@ impl RobotMotion {
         self.root.drain(..frames);
         self.dof_pos.drain(..frames * joints);
         self.contacts.drain(..frames);
+        self.hind_contacts.drain(..frames.min(self.hind_contacts.len()));
+    }
+
+    /// How many feet there are, and for each frame which of them stand, the front feet first.
+    #[doc(hidden)]
+    pub fn contacts_of_feet(&self) -> (usize, Vec<bool>) {
+        let hind = |frame: usize| self.hind_contacts.get(frame).into_iter().flatten();
+        let frames = self.contacts.iter().enumerate();
+        let contacts = frames.flat_map(|(frame, front)| front.iter().chain(hind(frame)).copied());
+        (if self.hind_contacts.is_empty() { 2 } else { 4 }, contacts.collect())
     }
 
     /// Sets a pose to that of a frame.

@@ -74,6 +74,7 @@ impl RobotMotion {
             root: Vec::with_capacity(frames),
             dof_pos: Vec::with_capacity(frames * joints.len()),
             contacts: vec![[false; 2]; frames],
+            hind_contacts: Vec::new(),
         };
         let binding = Binding::new(scene, animation);
         for frame in 0..frames {

@@ -110,10 +110,10 @@ setters! {
 }
 
 /// Steps of the solver for the first frame, which has no frame before it.
-const FIRST_STEPS: usize = 120;
+pub(super) const FIRST_STEPS: usize = 120;
 
 /// Steps of the solver at most for each frame after the first: it begins at the frame before.
-const STEPS: usize = 8;
+pub(super) const STEPS: usize = 8;
 
 /// Largest difference from 1 of the scale of a motion of the robot itself: the rounding of a scene.
 const SAME_SCALE: f64 = 1e-3;
@@ -296,12 +296,19 @@ impl RobotRetargeter {
         let of_source = of_source.map(|guess| format!("{} of the source: {}", guess.bone.as_str(), guess.reason));
         let guessed = self.twin.guessed.iter().cloned().chain(of_source).collect();
         let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
+        let standing = heights.iter().zip(&motion.contacts).flat_map(|(heights, stands)| {
+            let feet = heights.iter().zip(stands);
+            feet.filter(|(_, stands)| **stands).map(|(height, _)| *height)
+        });
+        let feet = found.feet.filter(|feet| feet.contact_frames > 0);
         let collisions = self.collisions.measure(&self.kinematics, &motion);
         let (roll, lying) = measured.roll(&self.following, goals);
         let seen = ObservedFrames {
             found,
             skate,
-            heights,
+            source_skate: feet.map(|feet| feet.source.skate),
+            standing: standing.collect(),
+            lowest: heights.iter().map(|[left, right]| left.min(*right)).collect(),
             collisions,
             roll,
             lying,
@@ -359,6 +366,7 @@ impl RobotRetargeter {
             dof_pos: Vec::with_capacity(frames * (self.kinematics.bodies.len() - 1)),
             dof_names: self.robot.dof_names(),
             contacts,
+            hind_contacts: Vec::new(),
         };
         let mut followed = FrameState::new(&self.kinematics);
         self.headings.clear();

@@ -237,8 +237,12 @@ pub(super) struct ObservedFrames {
     pub(super) found: RetargetReport,
     /// The speed of soles that stand.
     pub(super) skate: Option<f64>,
-    /// The heights of both soles in each frame.
-    pub(super) heights: Vec<[f64; 2]>,
+    /// The speed of the feet of the source that stand.
+    pub(super) source_skate: Option<f64>,
+    /// The height of the lowest sole in each frame.
+    pub(super) lowest: Vec<f64>,
+    /// The heights of soles whose foot of the source stands.
+    pub(super) standing: Vec<f64>,
     pub(super) collisions: SelfCollision,
     pub(super) roll: Option<f64>,
     pub(super) lying: f64,
@@ -256,13 +260,11 @@ pub(super) struct ObservedFrames {
 pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) -> RobotReport {
     let joints = Joints::new(robot, motion);
     let frames = motion.frames();
-    let lowest = |heights: &[f64; 2]| heights[0].min(heights[1]);
-    let below = seen.heights.iter().filter(|heights| lowest(heights) < -BELOW).count();
-    let deepest = seen.heights.iter().map(lowest).fold(0.0_f64, f64::min);
+    let below = seen.lowest.iter().filter(|height| **height < -BELOW).count();
+    let deepest = seen.lowest.iter().copied().fold(0.0_f64, f64::min);
     let fraction_below_floor = below as f64 / frames.max(1) as f64;
-    let feet = seen.found.feet.filter(|feet| feet.contact_frames > 0);
-    let source_skate = feet.map(|feet| feet.source.skate);
-    let fraction_floating = floating(motion, &seen.heights).filter(|_| seen.has_legs);
+    let source_skate = seen.source_skate;
+    let fraction_floating = floating(&seen.standing, &seen.lowest).filter(|_| seen.has_legs);
     let limbs = &seen.found.limbs;
     let measures = Measures {
         mean_degrees: (!limbs.is_empty()).then_some(seen.found.mean_degrees),
@@ -319,12 +321,9 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
 }
 
 /// Of the frames in which a foot of the source stands, the fraction in which its sole floats.
-fn floating(motion: &RobotMotion, heights: &[[f64; 2]]) -> Option<f64> {
-    let feet = motion.contacts.iter().zip(heights);
-    let standing = feet.flat_map(|(stands, heights)| stands.iter().zip(heights).filter(|(stands, _)| **stands));
-    let standing: Vec<f64> = standing.map(|(_, height)| *height).collect();
+fn floating(standing: &[f64], lowest: &[f64]) -> Option<f64> {
     if standing.is_empty() {
-        let lowest = heights.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let lowest = lowest.iter().copied().fold(f64::INFINITY, f64::min);
         return (lowest.is_finite() && lowest > FLOATS).then_some(1.0);
     }
     let floating = standing.iter().filter(|height| **height > FLOATS).count();

@@ -341,6 +341,7 @@ impl SmoothRobotStream {
             root: motion.root[frames.clone()].to_vec(),
             dof_pos: motion.dof_pos[frames.start * joints..frames.end * joints].to_vec(),
             contacts: motion.contacts[frames.clone()].to_vec(),
+            hind_contacts: Vec::new(),
             dof_names: motion.dof_names.clone(),
             name: motion.name.clone(),
             fps: self.fps,

@@ -11,13 +11,13 @@ use super::twin::StandIn;
 
 /// The angle in radians, or the distance in metres, above which a joint jumps in [`WINDOW`]: 15 rad/s, faster than
 /// people move limbs.
-const JUMP: f64 = 0.5;
+pub(super) const JUMP: f64 = 0.5;
 
 /// The time in seconds over which a jump is looked for: a frame of film.
-const WINDOW: f64 = 1.0 / 30.0;
+pub(super) const WINDOW: f64 = 1.0 / 30.0;
 
 /// The fraction of that angle by which the limb of the source must turn for it to be no jump.
-const EXPLAINED: f64 = 0.5;
+pub(super) const EXPLAINED: f64 = 0.5;
 
 /// The part of what would be a jump that is used.
 const WITHIN: f64 = 0.9;
@@ -129,16 +129,22 @@ impl Steps {
                 *value = value.clamp(before - reach, before + reach);
             }
         }
-        let (mut above, mut below) = (values.to_vec(), values.to_vec());
-        let steps = (1..values.len()).map(|index| (index - 1, index, index));
-        let back = (1..values.len()).rev().map(|index| (index, index - 1, index));
-        for (from, to, index) in steps.chain(back) {
-            above[to] = above[to].min(above[from] + most(index));
-            below[to] = below[to].max(below[from] - most(index));
-        }
-        for (value, (above, below)) in values.iter_mut().zip(above.into_iter().zip(below)) {
-            *value = 0.5 * (above + below);
-        }
+        within_steps(values, most);
+    }
+}
+
+/// Replaces values by the mean of the largest motion below and the smallest above them that takes no step longer than
+/// `most` of the index to which it leads.
+pub(super) fn within_steps(values: &mut [f64], most: impl Fn(usize) -> f64) {
+    let (mut above, mut below) = (values.to_vec(), values.to_vec());
+    let steps = (1..values.len()).map(|index| (index - 1, index, index));
+    let back = (1..values.len()).rev().map(|index| (index, index - 1, index));
+    for (from, to, index) in steps.chain(back) {
+        above[to] = above[to].min(above[from] + most(index));
+        below[to] = below[to].max(below[from] - most(index));
+    }
+    for (value, (above, below)) in values.iter_mut().zip(above.into_iter().zip(below)) {
+        *value = 0.5 * (above + below);
     }
 }
 

@@ -196,8 +196,8 @@ fn arrays<'py>(py: Python<'py>, motion: &RobotMotion) -> PyResult<Bound<'py, PyD
     add("root_rot", motion.root_rot(), 4)?;
     add("qpos", motion.qpos(), 7 + joints)?;
     add("dof_pos", motion.dof_pos.clone(), joints)?;
-    let contacts: Vec<bool> = motion.contacts.iter().flatten().copied().collect();
-    arrays.set_item("contacts", PyArray1::from_vec(py, contacts).reshape([frames, 2])?)?;
+    let (feet, contacts) = motion.contacts_of_feet();
+    arrays.set_item("contacts", PyArray1::from_vec(py, contacts).reshape([frames, feet])?)?;
     arrays.set_item("fps", motion.fps)?;
     Ok(arrays)
 }

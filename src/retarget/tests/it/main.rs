@@ -12,6 +12,7 @@ mod palms;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../edit/tests/it/positions.rs"]
 mod positions;
+mod quadrupeds;
 mod rest_poses;
 mod retarget;
 mod retargeting;

@@ -1,0 +1,221 @@
+//! The four legs of a robot, by the shape of its tree.
+
+use glam::DVec3;
+use mocap_scene::scene::robot::Robot;
+
+use super::kinematics::{Kinematics, RobotPose};
+use super::sole::{SoleBall, sole};
+use super::solver::Bounds;
+
+/// The joints of a leg: one that spreads it, one that swings it, a knee; some have one more.
+const JOINTS: std::ops::RangeInclusive<usize> = 3..=4;
+
+/// Steps in which the range of a joint is looked through: of 7.5 degrees at most.
+const STEPS: usize = 48;
+
+/// The largest angle that is looked at, in radians: some files have joints without limits.
+const LARGEST: f64 = std::f64::consts::PI;
+
+/// How far a knee is bent on either side where the sides are compared, in radians: as far as in a stance.
+const BENT: f64 = 1.2;
+
+/// The least range of a knee on both sides of a straight leg from which on there is a choice, in radians: less
+/// is play at a stop.
+const BOTH_SIDES: f64 = 0.3;
+
+/// The distance of a hip from its limits beyond which more is no better, in radians: steps swing by as much.
+const ENOUGH: f64 = 0.5;
+
+/// How far a knee keeps from a straight leg, in radians: farther on the leg would bend to the other side.
+const NOT_STRAIGHT: f64 = 0.05;
+
+/// A leg of a robot.
+#[derive(Clone, Debug)]
+pub(super) struct RobotLeg {
+    /// The bodies of its joints, from the base outwards.
+    pub(super) bodies: Vec<usize>,
+    /// Where the joint is that swings it, with all joints at 0, in the frame of the base.
+    pub(super) hip: DVec3,
+    /// The middle of the sole, in the frame of the last body.
+    pub(super) foot: DVec3,
+    pub(super) sole: Vec<SoleBall>,
+    /// Whether shapes of the robot's file show the sole.
+    pub(super) is_shown: bool,
+    /// From the hip to the foot where the leg is straight.
+    pub(super) reach: f64,
+}
+
+impl RobotLeg {
+    pub(super) fn foot_in(&self, pose: &RobotPose) -> DVec3 {
+        pose.bodies[self.body()].point(self.foot)
+    }
+
+    pub(super) fn body(&self) -> usize {
+        self.bodies[self.bodies.len() - 1]
+    }
+
+    /// The positions of the joint that swings the leg, and of the knee.
+    pub(super) fn hinges(&self) -> [usize; 2] {
+        [self.bodies[1] - 1, self.bodies[2] - 1]
+    }
+}
+
+/// The four legs of a robot: the left and the right front leg, the left and the right hind leg.
+#[derive(Clone, Debug)]
+pub(super) struct RobotLegs {
+    pub(super) legs: [RobotLeg; 4],
+    /// The limits of all joints; those of knees end where their legs are straight.
+    pub(super) bounds: Bounds,
+}
+
+/// Whether a robot walks on four legs.
+pub(crate) fn has_four_legs(robot: &Robot) -> bool {
+    RobotLegs::new(robot, &Kinematics::new(robot)).is_some()
+}
+
+impl RobotLegs {
+    /// `None` where no four chains of joints stand at the corners of a trunk.
+    pub(super) fn new(robot: &Robot, kinematics: &Kinematics) -> Option<Self> {
+        let rest = kinematics.rest();
+        let mut zero = rest.clone();
+        zero.positions.fill(0.0);
+        kinematics.update(&mut zero);
+        let count = kinematics.bodies.len();
+        let is_leaf = |body: &usize| !(1..count).any(|other| kinematics.bodies[other].parent == *body);
+        let chains = (1..count)
+            .filter(is_leaf)
+            .map(|body| kinematics.bodies[body].chain.clone());
+        let mut chains: Vec<Vec<usize>> = chains.filter(|chain| JOINTS.contains(&chain.len())).collect();
+        let end = |chain: &[usize]| kinematics.axis(&zero, chain[chain.len() - 1]).1;
+        // An arm on its back ends higher.
+        chains.sort_by(|a, b| end(a).z.total_cmp(&end(b).z));
+        chains.truncate(4);
+        let hip = |chain: &[usize]| kinematics.axis(&zero, chain[1]).1;
+        let mut chains: [Vec<usize>; 4] = chains.try_into().ok()?;
+        // +X is forward and +Y left, as ROS has it.
+        chains.sort_by(|a, b| hip(b).x.total_cmp(&hip(a).x));
+        for pair in chains.chunks_mut(2) {
+            pair.sort_by(|a, b| hip(b).y.total_cmp(&hip(a).y));
+        }
+        let hips = chains.each_ref().map(|chain| hip(chain));
+        let stands_apart = hips[0].x.min(hips[1].x) > hips[2].x.max(hips[3].x)
+            && hips[0].y.min(hips[2].y) > hips[1].y.max(hips[3].y)
+            && chains.iter().zip(hips).all(|(chain, hip)| end(chain).z < hip.z);
+        if !stands_apart {
+            return None;
+        }
+        let bodies = &kinematics.bodies[1..];
+        let mut bounds = Bounds {
+            lower: bodies.iter().map(|body| body.limits.lower).collect(),
+            upper: bodies.iter().map(|body| body.limits.upper).collect(),
+        };
+        let transforms = robot.zero_pose();
+        let moving = robot.moving_joints();
+        let legs = chains.map(|chain| {
+            let last = chain[chain.len() - 1];
+            let hip = hip(&chain);
+            let length = hip.distance(end(&chain)) * 2.0;
+            let found = sole(robot, moving[last - 1], &transforms, end(&chain), length);
+            let centres = found.balls.iter().map(|ball| ball.centre);
+            RobotLeg {
+                hip,
+                foot: centres.sum::<DVec3>() / found.balls.len().max(1) as f64,
+                sole: found.balls,
+                is_shown: found.is_shown,
+                reach: 0.0,
+                bodies: chain,
+            }
+        });
+        let mut found = Self {
+            legs,
+            bounds: bounds.clone(),
+        };
+        for index in 0..found.legs.len() {
+            found.legs[index].reach = found.bend(kinematics, &zero, index, &mut bounds);
+        }
+        found.bounds = bounds;
+        Some(found)
+    }
+
+    /// Keeps a knee on one side of the straight leg: that on which the hip is farther from its limits, else the side
+    /// on which the knee is behind the leg. Returns the length of the straight leg.
+    fn bend(&self, kinematics: &Kinematics, zero: &RobotPose, index: usize, bounds: &mut Bounds) -> f64 {
+        let leg = &self.legs[index];
+        let [swing, knee] = leg.hinges();
+        let mut pose = zero.clone();
+        let mut at = |swing_at: f64, knee_at: f64| {
+            pose.positions[swing] = swing_at;
+            pose.positions[knee] = knee_at;
+            kinematics.update(&mut pose);
+            let foot = leg.foot_in(&pose) - leg.hip;
+            (foot, kinematics.axis(&pose, knee + 1).1 - leg.hip)
+        };
+        let (low, high) = range(&self.bounds, knee);
+        let knees = steps(low, high);
+        let length = |at: DVec3| at.length();
+        let straight = knees.clone().map(|angle| (angle, length(at(0.0, angle).0)));
+        let (straight, reach) = straight.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.0, 0.0));
+        let swings = range(&self.bounds, swing);
+        let mut side = |sign: f64| {
+            let bent = (straight + sign * BENT).clamp(low, high);
+            // The swing that brings the foot below the hip.
+            let below = |found: &(f64, DVec3, DVec3)| (found.1.truncate().length(), found.1.z > 0.0);
+            let angles = steps(-LARGEST, LARGEST).map(|angle| {
+                let (foot, knee) = at(angle, bent);
+                (angle, foot, knee)
+            });
+            let found = angles.filter(|found| !below(found).1);
+            let best = found.min_by(|a, b| below(a).0.total_cmp(&below(b).0));
+            best.map_or((f64::NEG_INFINITY, 0.0), |(angle, _, knee)| {
+                let room = (angle - swings.0).min(swings.1 - angle).min(ENOUGH);
+                (room, knee.x)
+            })
+        };
+        if high - straight > BOTH_SIDES && straight - low > BOTH_SIDES {
+            let (up, down) = (side(1.0), side(-1.0));
+            let is_up = match up.0 == down.0 {
+                true => up.1 < down.1,
+                false => up.0 > down.0,
+            };
+            match is_up {
+                true => bounds.lower[knee] = straight + NOT_STRAIGHT,
+                false => bounds.upper[knee] = straight - NOT_STRAIGHT,
+            }
+        }
+        reach
+    }
+
+    /// Bends the legs of a pose so that the feet come nearest to where they should be in the frame of the base.
+    pub(super) fn begin(&self, kinematics: &Kinematics, pose: &mut RobotPose, feet: [DVec3; 4]) {
+        for (leg, wanted) in self.legs.iter().zip(feet) {
+            let [swing, knee] = leg.hinges();
+            let mut best = (f64::INFINITY, 0.0, 0.0);
+            let [swings, knees] = [swing, knee].map(|position| range(&self.bounds, position));
+            for swing_at in steps(swings.0, swings.1) {
+                for knee_at in steps(knees.0, knees.1) {
+                    pose.positions[swing] = swing_at;
+                    pose.positions[knee] = knee_at;
+                    kinematics.update(pose);
+                    let apart = pose.root.to_inner(leg.foot_in(pose)).distance(wanted);
+                    if apart < best.0 {
+                        best = (apart, swing_at, knee_at);
+                    }
+                }
+            }
+            (pose.positions[swing], pose.positions[knee]) = (best.1, best.2);
+        }
+        kinematics.update(pose);
+    }
+}
+
+/// The range of a position that is looked through.
+fn range(bounds: &Bounds, position: usize) -> (f64, f64) {
+    (
+        bounds.lower[position].max(-LARGEST),
+        bounds.upper[position].min(LARGEST),
+    )
+}
+
+fn steps(low: f64, high: f64) -> impl Iterator<Item = f64> + Clone {
+    (0..=STEPS).map(move |step| low + (high - low) * step as f64 / STEPS as f64)
+}

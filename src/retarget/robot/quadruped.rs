@@ -1,0 +1,473 @@
+//! The motion of an animal on four legs on a robot with four legs.
+//!
+//! The base follows the trunk, and each foot follows its paw, seen from the hip, in the proportion of the legs. A foot
+//! that stands keeps its place, and what that takes fades out in the air before and after. The solver of the first pass
+//! bends the legs within their limits; then joints that would be too fast begin earlier and end later.
+
+use glam::{DQuat, DVec3};
+use mocap_figure::Figure;
+use mocap_figure::report::Quadruped;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::math::quaternion::rotation_vector;
+use mocap_scene::scene::robot::{Placement, Robot};
+use mocap_scene::scene::{Animation, HumanoidBone as Bone, Scene};
+
+use super::animal::{AnimalFrame, AnimalTrack};
+use super::collision::Collisions;
+use super::feasibility::feasibility;
+use super::floor::{Floor, smooth};
+use super::four_legs::{RobotLeg, RobotLegs};
+use super::kinematics::{Kinematics, RobotPose};
+use super::measure::raised;
+use super::motion::{RobotMotion, rate};
+use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued};
+use super::robot_report::{self, ObservedFrames, RobotReport};
+use super::sole::SoleBall;
+use super::solver::Solver;
+use super::speed::{EXPLAINED, JUMP, WINDOW, within_steps};
+use super::terms::{Goals, Reach, RotationGoal, Terms};
+use crate::Scale;
+use crate::quality::{LimbError, RetargetReport};
+
+/// The weight of the base, in 1/rad^2 and 1/m^2: a hundredth of that of a foot, so that feet come first.
+const BASE: f64 = 3.0;
+
+/// The weight of the place of a foot, in 1/m^2: at the end of a leg it outweighs the base.
+const FOOT: f64 = 300.0;
+
+/// The weight of the change of a joint from the frame before, in 1/rad^2: it decides what feet leave open.
+const HOLD: f64 = 1e-3;
+
+/// The standard deviation in seconds of the Gaussian that smooths the base: capture is noisy, and the base is heavy.
+const SMOOTH_BASE: f64 = 0.04;
+
+/// How long the legs of a robot count beside those of an animal, as a fraction of the straight leg: robots stand with
+/// their knees bent. With 0.83 the paths are as long as those that the authors of a dog's takes made for their robot.
+const STANDING: f64 = 0.83;
+
+/// The time in seconds in which a foot in the air returns to where its paw is: half of a step.
+const RETURN: f64 = 0.2;
+
+/// How far a foot may be held from where its paw is, as a fraction of the leg: bends of the spine move paws by as much.
+const FARTHEST_HELD: f64 = 0.3;
+
+/// The fraction of the straight leg within which feet stay: where a leg is straight its knee jumps.
+const WITHIN_REACH: f64 = 0.97;
+
+/// The floor of the file is believed to be at height 0 within this, as a fraction of the leg: joints of paws are
+/// above it.
+const NEAR_ZERO: f64 = 0.15;
+
+/// The largest velocity of a joint whose file states none, in rad/s: motors of such robots reach 20 to 30.
+const FASTEST: f64 = 25.0;
+
+/// What a robot with four legs does not do.
+const LEFT_OUT: &str = "neck, head, tail and bends of the spine";
+
+/// The bones of a person that the legs of animals are: front legs are arms.
+const BONES: [Bone; 4] = [
+    Bone::LeftUpperArm,
+    Bone::RightUpperArm,
+    Bone::LeftUpperLeg,
+    Bone::RightUpperLeg,
+];
+
+/// Puts the motions of one animal on a robot with four legs.
+#[derive(Clone, Debug)]
+pub(crate) struct QuadrupedRetargeter {
+    robot: Robot,
+    kinematics: Kinematics,
+    legs: RobotLegs,
+    collisions: Collisions,
+    options: RobotOptions,
+    figure: Figure,
+    animal: Quadruped,
+}
+
+/// Where the base and the feet of the robot should be in a frame.
+#[derive(Clone, Copy, Debug)]
+struct Wanted {
+    base: Placement,
+    feet: [DVec3; 4],
+}
+
+impl QuadrupedRetargeter {
+    /// # Errors
+    /// [`Code::NotHumanoid`] where the source is no animal on four legs, or the robot has no four legs.
+    pub(crate) fn new(source: &Scene, figure: Figure, robot: &Robot, options: &RobotOptions) -> Result<Self> {
+        let kinematics = Kinematics::new(robot);
+        let refused = |message: String| Diagnostic::new(Code::NotHumanoid, message);
+        let legs = RobotLegs::new(robot, &kinematics)
+            .ok_or_else(|| refused("the robot has no four legs of three joints below a trunk".to_owned()))?;
+        let Some(animal) = figure.quadruped(source).cloned() else {
+            let what = match (figure.humanoid.found, figure.humanoid.creature) {
+                (true, _) => "a humanoid".to_owned(),
+                (_, Some(creature)) => format!("{} ({})", creature.as_str(), figure.humanoid.reason),
+                (_, None) => format!("no animal on four legs: {}", figure.humanoid.reason),
+            };
+            let message = format!("the robot walks on four legs, and the source is {what}");
+            return Err(refused(message)
+                .help("take the motion of an animal on four legs, or a robot with two legs")
+                .into());
+        };
+        Ok(Self {
+            collisions: Collisions::new(robot, &kinematics),
+            robot: robot.clone(),
+            kinematics,
+            legs,
+            options: options.clone(),
+            figure,
+            animal,
+        })
+    }
+
+    /// An animation of `source` on the robot, and how well it is the same.
+    pub(crate) fn clip(&self, source: &Scene, animation: &Animation) -> (RobotMotion, RobotReport) {
+        let track = AnimalTrack::new(source, animation, &self.figure, &self.animal);
+        let fps = animation.ticks_per_second;
+        let mut wanted = self.wanted(&track, fps);
+        if self.options.lock_feet {
+            self.hold(&track, fps, &mut wanted);
+        }
+        let mut motion = RobotMotion {
+            name: animation.name.clone(),
+            fps: rate(fps),
+            dof_names: self.robot.dof_names(),
+            contacts: track.contacts.iter().map(|stands| [stands[0], stands[1]]).collect(),
+            hind_contacts: track.contacts.iter().map(|stands| [stands[2], stands[3]]).collect(),
+            ..RobotMotion::default()
+        };
+        self.solve(&wanted, &mut motion);
+        self.slow_down(&mut motion);
+        if self.options.floor != Floor::Keep {
+            let lowest: Vec<f64> = self.heights(&motion).iter().map(lowest).collect();
+            let raised = raised(&lowest, motion.fps);
+            for (root, raised) in motion.root.iter_mut().zip(raised) {
+                root.translation.z += raised;
+            }
+        }
+        let report = self.report(&track, &motion);
+        (motion, report)
+    }
+
+    /// How many times as long as those of the source heights and steps are.
+    fn scales(&self, track: &AnimalTrack) -> (f64, f64) {
+        let reach = 0.25 * self.legs.legs.iter().map(|leg| leg.reach).sum::<f64>();
+        let by_legs = STANDING * reach / track.leg.max(f64::EPSILON);
+        let steps = match self.options.scale {
+            Scale::Auto => by_legs,
+            Scale::None => 1.0,
+            Scale::Factor(factor) => factor,
+        };
+        (by_legs, steps)
+    }
+
+    fn wanted(&self, track: &AnimalTrack, fps: f64) -> Vec<Wanted> {
+        let (height, steps) = self.scales(track);
+        let along = DVec3::new(steps, steps, height);
+        let legs = &self.legs.legs;
+        let floor = self.floor(track);
+        let hips = 0.25 * legs.iter().map(|leg| leg.hip).sum::<DVec3>();
+        let frames = track.frames.iter();
+        let mut rotations: Vec<DQuat> = frames.clone().map(|frame| frame.rotation).collect();
+        for index in 1..rotations.len() {
+            if rotations[index].dot(rotations[index - 1]) < 0.0 {
+                rotations[index] = -rotations[index];
+            }
+        }
+        let deviation = SMOOTH_BASE * fps;
+        let parts = [0, 1, 2, 3].map(|part| {
+            let values: Vec<f64> = rotations.iter().map(|rotation| rotation.to_array()[part]).collect();
+            smooth(&values, deviation)
+        });
+        let above = |frame: &AnimalFrame| {
+            let heights = (0..4).map(|index| frame.hips[index].z - track.ground[index]);
+            0.25 * heights.sum::<f64>()
+        };
+        let middles: Vec<DVec3> = frames
+            .clone()
+            .map(|frame| along * DVec3::new(frame.centre.x, frame.centre.y, above(frame)))
+            .collect();
+        let middles = [0, 1, 2].map(|axis| {
+            let values: Vec<f64> = middles.iter().map(|middle| middle[axis]).collect();
+            smooth(&values, deviation)
+        });
+        let radius = 0.25 * legs.iter().map(|leg| self.below_foot(leg)).sum::<f64>();
+        frames
+            .enumerate()
+            .map(|(at, frame)| {
+                let rotation = DQuat::from_array(std::array::from_fn(|part| parts[part][at])).normalize();
+                let middle = DVec3::new(middles[0][at], middles[1][at], middles[2][at] + radius + floor);
+                let base = Placement {
+                    rotation,
+                    translation: middle - rotation * hips,
+                };
+                let feet = std::array::from_fn(|index| {
+                    let hip = base.point(legs[index].hip);
+                    let paw = along * (frame.paws[index] - frame.hips[index]);
+                    let rise = height * (frame.paws[index].z - track.ground[index]);
+                    let z = self.below_foot(&legs[index]) + floor + rise;
+                    within(hip, (hip + paw).with_z(z), legs[index].reach)
+                });
+                Wanted { base, feet }
+            })
+            .collect()
+    }
+
+    /// The height on which paws rest, where height 0 of the file is the floor: the joint of a paw that stands is near.
+    fn floor(&self, track: &AnimalTrack) -> f64 {
+        let lowest = track.ground.iter().copied().fold(f64::INFINITY, f64::min);
+        match self.options.floor {
+            Floor::Zero if lowest.abs() > NEAR_ZERO * track.leg => self.scales(track).0 * lowest,
+            _ => 0.0,
+        }
+    }
+
+    /// From the middle of a sole down to the floor, where the leg stands straight.
+    fn below_foot(&self, leg: &RobotLeg) -> f64 {
+        let mut pose = self.kinematics.rest();
+        pose.positions.fill(0.0);
+        self.kinematics.update(&mut pose);
+        leg.foot_in(&pose).z - sole_height(leg, &pose)
+    }
+
+    /// Holds feet that stand where they stand; the shift fades out in the air.
+    fn hold(&self, track: &AnimalTrack, fps: f64, wanted: &mut [Wanted]) {
+        let floor = self.floor(track);
+        let fade = (RETURN * fps).round().max(1.0);
+        for (index, leg) in self.legs.legs.iter().enumerate() {
+            let ground = self.below_foot(leg) + floor;
+            let stands: Vec<bool> = track.contacts.iter().map(|contacts| contacts[index]).collect();
+            let mut shift = vec![DVec3::ZERO; wanted.len()];
+            let mut begin = 0;
+            while begin < stands.len() {
+                let run = stands[begin..]
+                    .iter()
+                    .take_while(|found| **found == stands[begin])
+                    .count();
+                let frames = begin..begin + run;
+                begin += run;
+                if !stands[frames.start] {
+                    continue;
+                }
+                let sum: DVec3 = wanted[frames.clone()].iter().map(|wanted| wanted.feet[index]).sum();
+                let anchor = (sum / run as f64).with_z(ground);
+                let most = FARTHEST_HELD * leg.reach;
+                let of_frame = |frame: usize| (anchor - wanted[frame].feet[index]).clamp_length_max(most);
+                for frame in frames.clone() {
+                    shift[frame] = of_frame(frame);
+                }
+                // In the air on both sides, as far as it stays there.
+                let before = (0..frames.start).rev().take_while(|frame| !stands[*frame]);
+                let after = (frames.end..stands.len()).take_while(|frame| !stands[*frame]);
+                let sides: [(usize, Vec<usize>); 2] =
+                    [(frames.start, before.collect()), (frames.end - 1, after.collect())];
+                for (edge, air) in sides {
+                    let length = fade.min(air.len() as f64 + 1.0);
+                    for (step, frame) in air.into_iter().enumerate() {
+                        let along = (step as f64 + 1.0) / length;
+                        if along < 1.0 {
+                            let weight = 1.0 - along * along * (3.0 - 2.0 * along);
+                            shift[frame] += weight * of_frame(edge);
+                        }
+                    }
+                }
+            }
+            for (wanted, shift) in wanted.iter_mut().zip(shift) {
+                wanted.feet[index] += shift;
+                wanted.feet[index].z = wanted.feet[index].z.max(ground);
+            }
+        }
+    }
+
+    fn solve(&self, wanted: &[Wanted], motion: &mut RobotMotion) {
+        let legs = &self.legs.legs;
+        let mut goals = Goals {
+            rotations: vec![RotationGoal {
+                body: 0,
+                weight_axes: DQuat::IDENTITY,
+                weights: DVec3::splat(BASE),
+                target: DQuat::IDENTITY,
+            }],
+            reaches: Vec::new(),
+        };
+        let reach = |body: usize, point: DVec3, weight: f64| Reach {
+            body,
+            point,
+            weight: DVec3::splat(weight),
+            target: DVec3::ZERO,
+        };
+        let hips = 0.25 * legs.iter().map(|leg| leg.hip).sum::<DVec3>();
+        goals.reaches.push(reach(0, hips, BASE));
+        goals
+            .reaches
+            .extend(legs.iter().map(|leg| reach(leg.body(), leg.foot, FOOT)));
+        let mut solver = Solver::new(Terms::new(&self.kinematics, &goals), HOLD);
+        let mut pose = self.kinematics.rest();
+        // How much lower than where the middle of a sole should be its lowest point is, above that of a straight leg.
+        let mut sunk = [0.0; 4];
+        for (frame, wanted) in wanted.iter().enumerate() {
+            goals.rotations[0].target = wanted.base.rotation;
+            goals.reaches[0].target = wanted.base.point(hips);
+            for (index, foot) in wanted.feet.iter().enumerate() {
+                goals.reaches[index + 1].target = *foot + sunk[index] * DVec3::Z;
+            }
+            if frame == 0 {
+                pose.root = wanted.base;
+                let feet = wanted.feet.map(|foot| wanted.base.to_inner(foot));
+                self.legs.begin(&self.kinematics, &mut pose, feet);
+            }
+            let steps = if frame == 0 { FIRST_STEPS } else { STEPS };
+            solver.solve(&self.kinematics, &goals, &self.legs.bounds, &mut pose, steps);
+            for (sunk, leg) in sunk.iter_mut().zip(legs) {
+                let depth = leg.foot_in(&pose).z - sole_height(leg, &pose);
+                *sunk = depth - self.below_foot(leg);
+            }
+            motion.root.push(continued(pose.root, motion.root.last()));
+            motion.dof_pos.extend(&pose.positions);
+        }
+    }
+
+    /// Keeps joints within the velocities of the robot's file, and below a jump.
+    fn slow_down(&self, motion: &mut RobotMotion) {
+        let count = motion.dof_names.len();
+        for (position, body) in self.kinematics.bodies[1..].iter().enumerate() {
+            let velocity = body.limits.velocity.filter(|most| *most > 0.0).unwrap_or(FASTEST);
+            let most = velocity / motion.fps;
+            let mut values: Vec<f64> = motion.dof_pos.iter().skip(position).step_by(count).copied().collect();
+            within_steps(&mut values, |_| most);
+            for (at, value) in motion.dof_pos.iter_mut().skip(position).step_by(count).zip(values) {
+                *at = value;
+            }
+        }
+    }
+
+    /// Calls `see` with each pose of a motion.
+    fn poses(&self, motion: &RobotMotion, mut see: impl FnMut(usize, &RobotPose)) {
+        let mut pose = self.kinematics.rest();
+        for frame in 0..motion.frames() {
+            motion.set(frame, &self.kinematics, &mut pose);
+            see(frame, &pose);
+        }
+    }
+
+    /// The heights of the soles in each frame.
+    fn heights(&self, motion: &RobotMotion) -> Vec<[f64; 4]> {
+        let mut heights = Vec::with_capacity(motion.frames());
+        self.poses(motion, |_, pose| {
+            heights.push(self.legs.legs.each_ref().map(|leg| sole_height(leg, pose)));
+        });
+        heights
+    }
+
+    fn report(&self, track: &AnimalTrack, motion: &RobotMotion) -> RobotReport {
+        let legs = &self.legs.legs;
+        let mut errors = [(0.0, 0.0_f64, 0_usize); 4];
+        let mut soles: [Vec<DVec3>; 4] = Default::default();
+        let (mut slid, mut held) = (0.0, 0_usize);
+        self.poses(motion, |frame, pose| {
+            let stands = |frame: usize, index: usize| track.contacts[frame][index];
+            for (index, leg) in legs.iter().enumerate() {
+                let is = pose.root.to_inner(leg.foot_in(pose)) - leg.hip;
+                let angle = is.angle_between(track.frames[frame].leg(index)).to_degrees();
+                let (sum, most, at) = &mut errors[index];
+                *sum += angle;
+                if angle > *most {
+                    (*most, *at) = (angle, frame);
+                }
+                let points = leg.sole.iter().map(|ball| pose.bodies[leg.body()].point(ball.centre));
+                let points: Vec<DVec3> = points.collect();
+                if frame > 0 && stands(frame, index) && stands(frame - 1, index) {
+                    let steps = points.iter().zip(&soles[index]);
+                    let steps = steps.map(|(point, before)| (*point - *before).truncate().length());
+                    slid += steps.fold(f64::INFINITY, f64::min) * motion.fps;
+                    held += 1;
+                }
+                soles[index] = points;
+            }
+        });
+        let frames = motion.frames().max(1) as f64;
+        let limbs = BONES.into_iter().zip(errors).map(|(bone, (sum, most, at))| LimbError {
+            bone,
+            mean_degrees: sum / frames,
+            max_degrees: most,
+            tick: at as f64,
+        });
+        let limbs: Vec<LimbError> = limbs.collect();
+        let heights = self.heights(motion);
+        let standing = heights.iter().zip(&track.contacts).flat_map(|(heights, stands)| {
+            let of_feet = heights.iter().zip(stands);
+            of_feet.filter(|(_, stands)| **stands).map(|(height, _)| *height)
+        });
+        let guessed = legs.iter().filter(|leg| !leg.is_shown).map(|leg| {
+            let link = self.robot.moving_joints()[leg.body() - 1];
+            format!("the sole of {}, which has no shape", self.robot.links[link].name)
+        });
+        let lying = track
+            .frames
+            .iter()
+            .filter(|frame| (frame.rotation * DVec3::Z).z < 0.5)
+            .count();
+        let all_soles: Vec<(usize, Vec<SoleBall>)> = legs.iter().map(|leg| (leg.body(), leg.sole.clone())).collect();
+        let mut report = robot_report::report(
+            &self.robot,
+            motion,
+            ObservedFrames {
+                found: RetargetReport::of_limbs(motion.name.clone(), motion.frames(), self.scales(track).1, limbs),
+                source_skate: track.skate(motion.fps),
+                skate: (held > 0).then(|| slid / held as f64),
+                lowest: heights.iter().map(lowest).collect(),
+                standing: standing.collect(),
+                collisions: self.collisions.measure(&self.kinematics, motion),
+                roll: None,
+                lying: lying as f64 / frames,
+                jumps: self.fraction_of_jumps(track, motion),
+                unmeasured_limbs: 0,
+                guessed: guessed.collect(),
+                dynamics: feasibility(&self.robot, &self.kinematics, &all_soles, motion),
+                has_legs: true,
+            },
+        );
+        report.left_out = vec![LEFT_OUT.to_owned()];
+        report
+    }
+
+    /// The fraction of frames after which a joint of a leg jumps without a reason in the source.
+    fn fraction_of_jumps(&self, track: &AnimalTrack, motion: &RobotMotion) -> f64 {
+        let window = (WINDOW * motion.fps).round().max(1.0) as usize;
+        let frames = motion.frames().saturating_sub(window);
+        let jumps = |frame: usize| {
+            let (from, to) = (&track.frames[frame], &track.frames[frame + window]);
+            let turned = rotation_vector(to.rotation * from.rotation.inverse()).length();
+            self.legs.legs.iter().enumerate().any(|(index, leg)| {
+                let shin = |frame: &AnimalFrame| frame.leg(index) - frame.thigh(index);
+                let parts = [
+                    from.thigh(index).angle_between(to.thigh(index)),
+                    shin(from).angle_between(shin(to)),
+                ];
+                let source = parts.iter().copied().fold(turned, f64::max);
+                leg.bodies.iter().any(|body| {
+                    let moved = (motion.dof_of(frame + window)[body - 1] - motion.dof_of(frame)[body - 1]).abs();
+                    moved > JUMP && source < EXPLAINED * moved
+                })
+            })
+        };
+        (0..frames).filter(|frame| jumps(*frame)).count() as f64 / frames.max(1) as f64
+    }
+}
+
+fn lowest(heights: &[f64; 4]) -> f64 {
+    heights.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The height of the lowest point of a sole.
+fn sole_height(leg: &RobotLeg, pose: &RobotPose) -> f64 {
+    let foot = &pose.bodies[leg.body()];
+    let heights = leg.sole.iter().map(|ball| foot.point(ball.centre).z - ball.radius);
+    heights.fold(f64::INFINITY, f64::min)
+}
+
+/// A place of a foot, brought within the reach of its leg.
+fn within(hip: DVec3, foot: DVec3, reach: f64) -> DVec3 {
+    hip + (foot - hip).clamp_length_max(WITHIN_REACH * reach)
+}

@@ -1,0 +1,201 @@
+//! A dog on robots with four legs, which are written here. Feet are where the scene of the robot has them.
+
+use std::sync::LazyLock;
+
+use mocap::Scene;
+use mocap::figure::Figure;
+use mocap::glam::Vec3;
+use mocap::retarget::robot::report::RobotReport;
+use mocap::retarget::robot::{Robot, RobotMotion};
+use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::{Binding, Pose};
+
+use crate::robot_walk::points;
+
+const FEET: [&str; 4] = ["FL_foot", "FR_foot", "HL_foot", "HR_foot"];
+
+/// The radius of the feet, in metres, as of small robots.
+const RADIUS: f32 = 0.02;
+
+/// The length of thighs and of shins, in metres, as of small robots.
+const THIGH: f32 = 0.21;
+
+/// The limits of a knee that may bend backward alone, forward alone, or to both sides. The axis points to the right:
+/// a positive angle swings what hangs below forward.
+const BACKWARD: [f64; 2] = [0.0, 2.6];
+const FORWARD: [f64; 2] = [-2.6, 0.0];
+const BOTH: [f64; 2] = [-2.6, 2.6];
+
+/// A robot of four legs whose joints have these limits of velocity.
+fn robot(knee: [f64; 2], velocity: f64) -> Robot {
+    let mut text = String::from(
+        r#"<robot name="four"><link name="base"><inertial><mass value="8"/>
+            <inertia ixx="0.1" iyy="0.3" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial></link>"#,
+    );
+    for (leg, x, y) in [
+        ("FL", 0.2, 0.1),
+        ("FR", 0.2, -0.1),
+        ("HL", -0.2, 0.1),
+        ("HR", -0.2, -0.1),
+    ] {
+        let mut part = |name: &str, parent: &str, at: [f64; 3], axis: &str, limits: Option<[f64; 2]>, shape: &str| {
+            let [px, py, pz] = at;
+            let kind = if limits.is_some() { "revolute" } else { "fixed" };
+            let [lower, upper] = limits.unwrap_or_default();
+            text += &format!(
+                r#"<link name="{name}">{shape}</link><joint name="{name}_joint" type="{kind}"><parent link="{parent}"/>
+                <child link="{name}"/><origin xyz="{px} {py} {pz}"/><axis xyz="{axis}"/>
+                <limit lower="{lower}" upper="{upper}" velocity="{velocity}" effort="40"/></joint>"#
+            );
+        };
+        let foot = format!(r#"<collision><geometry><sphere radius="{RADIUS}"/></geometry></collision>"#);
+        let [hip, thigh, shin, foot_name] = ["hip", "thigh", "shin", "foot"].map(|part| format!("{leg}_{part}"));
+        part(&hip, "base", [x, y, 0.0], "1 0 0", Some([-0.8, 0.8]), "");
+        part(&thigh, &hip, [0.0, 0.3 * y, 0.0], "0 -1 0", Some([-2.5, 2.5]), "");
+        part(&shin, &thigh, [0.0, 0.0, -f64::from(THIGH)], "0 -1 0", Some(knee), "");
+        part(&foot_name, &shin, [0.0, 0.0, -f64::from(THIGH)], "0 0 1", None, &foot);
+    }
+    text += "</robot>";
+    mocap::Importer::new().read_robot(text.as_bytes(), "four.urdf").unwrap()
+}
+
+static DOG: LazyLock<Scene> = LazyLock::new(|| mocap::import("../../fixtures/made/dog_walk.bvh").unwrap());
+
+fn on(robot: &Robot) -> (RobotMotion, RobotReport) {
+    let retargeter = Retargeter::new(DOG.clone(), robot.clone(), RetargetOptions::new()).unwrap();
+    let clip = retargeter.into_clips().remove(0);
+    (clip.robot_motion.unwrap(), clip.report.robot().unwrap().clone())
+}
+
+fn refused(source: Scene, robot: Robot) -> String {
+    Retargeter::new(source, robot, RetargetOptions::new())
+        .unwrap_err()
+        .to_string()
+}
+
+#[test]
+fn a_dog_walks_on_a_robot_within_its_limits() {
+    let robot = robot(BOTH, 9.0);
+    let (motion, report) = on(&robot);
+    assert_eq!((motion.frames(), report.limit_violations), (60, 0));
+    for (dof, link) in robot.moving_joints().into_iter().enumerate() {
+        let limits = &robot.links[link].joint.limits;
+        let values: Vec<f64> = (0..60).map(|frame| motion.dof_of(frame)[dof]).collect();
+        assert!(values.iter().all(|value| (limits.lower..=limits.upper).contains(value)));
+        let fastest = values.windows(2).map(|pair| (pair[1] - pair[0]).abs() * motion.fps);
+        assert!(fastest.fold(0.0, f64::max) <= 9.0 + 1e-9);
+    }
+    let feet = FEET.map(|foot| points(&robot, &motion, foot, &[Vec3::ZERO]));
+    let lowest = feet
+        .iter()
+        .flatten()
+        .map(|points| points[0].z - RADIUS)
+        .fold(f32::MAX, f32::min);
+    assert!(lowest > -1e-3, "{lowest}");
+    let (_, contacts) = motion.contacts_of_feet();
+    assert_eq!(contacts.len(), 4 * motion.frames());
+    for (foot, track) in feet.iter().enumerate() {
+        let stands = |frame: usize| contacts[4 * frame + foot];
+        let held: Vec<usize> = (1..60).filter(|frame| stands(*frame) && stands(frame - 1)).collect();
+        assert!((8..55).contains(&held.len()), "{}: {}", FEET[foot], held.len());
+        let slid: f32 = held
+            .iter()
+            .map(|frame| (track[*frame][0] - track[frame - 1][0]).truncate().length())
+            .sum();
+        // 2 mm a frame are 6 cm/s; a dog of this size walks 100 cm/s.
+        assert!(slid < 0.002 * held.len() as f32, "{}: {slid}", FEET[foot]);
+        let lifted = track.iter().map(|points| points[0].z).fold(f32::MIN, f32::max);
+        assert!(lifted > RADIUS + 0.02, "{}: {lifted}", FEET[foot]);
+    }
+}
+
+/// The path of the base is that of the hips and shoulders of the dog, as many times as long as the report says, and
+/// each foot is before its hip when the paw is before the hip of the dog.
+#[test]
+fn base_and_feet_go_where_trunk_and_paws_go() {
+    let robot = robot(BOTH, 30.0);
+    let (motion, report) = on(&robot);
+    let figure = Figure::new(&DOG);
+    let dog = figure.quadruped(&DOG).unwrap();
+    let animation = &DOG.animations[0];
+    let binding = Binding::new(&DOG, animation);
+    let mut pose = Pose::rest(&DOG);
+    let metres = 0.01;
+    let mut track: Vec<([Vec3; 4], [Vec3; 4])> = Vec::new();
+    for frame in 0..motion.frames() {
+        pose.sample(&binding, animation, frame as f64);
+        let at = |node| metres * pose.position(node);
+        track.push((
+            dog.legs.each_ref().map(|leg| at(leg.upper)),
+            dog.legs.each_ref().map(|leg| at(leg.paw)),
+        ));
+    }
+    let middle = |hips: &[Vec3; 4]| 0.25 * hips.iter().sum::<Vec3>();
+    let far = (middle(&track[59].0) - middle(&track[0].0)) * Vec3::new(1.0, 0.0, 1.0);
+    let base = (motion.root[59].translation - motion.root[0].translation)
+        .truncate()
+        .length();
+    let ratio = base / f64::from(far.length()) / report.scale;
+    assert!((0.95..1.05).contains(&ratio), "{ratio}");
+    let travel = far.normalize();
+    for (index, name) in FEET.iter().enumerate() {
+        let feet = points(&robot, &motion, name, &[Vec3::ZERO]);
+        let hips = points(&robot, &motion, &name.replace("foot", "thigh"), &[Vec3::ZERO]);
+        let along = motion.root[59].translation - motion.root[0].translation;
+        let along = along.truncate().normalize().as_vec2();
+        let pairs = (0..60).map(|frame| {
+            let robot = (feet[frame][0] - hips[frame][0]).truncate().dot(along);
+            let dog = (track[frame].1[index] - track[frame].0[index]).dot(travel);
+            (f64::from(robot), f64::from(dog))
+        });
+        let pairs: Vec<(f64, f64)> = pairs.collect();
+        assert!(correlation(&pairs) > 0.9, "{name}: {}", correlation(&pairs));
+    }
+}
+
+fn correlation(pairs: &[(f64, f64)]) -> f64 {
+    let count = pairs.len() as f64;
+    let (x, y) = pairs
+        .iter()
+        .fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0 / count, sum.1 + pair.1 / count));
+    let sums = pairs.iter().fold([0.0; 3], |[xx, xy, yy], (a, b)| {
+        let (a, b) = (a - x, b - y);
+        [xx + a * a, xy + a * b, yy + b * b]
+    });
+    sums[1] / (sums[0] * sums[2]).sqrt()
+}
+
+/// Where both sides are allowed, knees bend backward.
+#[test]
+fn knees_bend_to_one_side() {
+    for (limits, sign) in [(BACKWARD, 1.0), (FORWARD, -1.0), (BOTH, 1.0)] {
+        let robot = robot(limits, 30.0);
+        let (motion, report) = on(&robot);
+        let knees = motion
+            .dof_names
+            .iter()
+            .enumerate()
+            .filter(|(_, name)| name.contains("shin"));
+        for (dof, name) in knees {
+            let values = (0..motion.frames()).map(|frame| sign * motion.dof_of(frame)[dof]);
+            let least = values.fold(f64::MAX, f64::min);
+            assert!(least >= 0.0, "{limits:?} {name}: {least}");
+        }
+        assert!(report.mean_degrees < 5.0, "{limits:?}: {}", report.mean_degrees);
+    }
+}
+
+#[test]
+fn people_and_animals_go_on_robots_of_their_kind_alone() {
+    let walk = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let message = refused(walk, robot(BOTH, 30.0));
+    assert!(
+        message.contains("the robot walks on four legs, and the source is a humanoid"),
+        "{message}"
+    );
+    let h1 = mocap::Importer::new()
+        .import_robot("../../fixtures/robots/h1.urdf")
+        .unwrap();
+    let message = refused(DOG.clone(), h1);
+    assert!(message.contains("animal on four legs"), "{message}");
+}
