@@ -133,8 +133,7 @@ impl AnimalTrack {
     fn find_contacts(&self, fps: f64) -> Vec<[bool; 4]> {
         let frames = self.frames.len();
         let around = (AROUND * fps).round().max(1.0) as usize;
-        let mut found = vec![[false; 4]; frames];
-        for index in 0..4 {
+        let of_paw = |index: usize| {
             let stands = |frame: usize| {
                 let (before, after) = (frame.saturating_sub(around), (frame + around).min(frames - 1));
                 let moved = self.frames[after].paws[index].distance(self.frames[before].paws[index]);
@@ -158,11 +157,12 @@ impl AnimalTrack {
                     begin += run;
                 }
             }
-            for (frame, stands) in stood.into_iter().enumerate() {
-                found[frame][index] = stands;
-            }
-        }
-        found
+            stood
+        };
+        let paws: [Vec<bool>; 4] = std::array::from_fn(of_paw);
+        (0..frames)
+            .map(|frame| paws.each_ref().map(|stood| stood[frame]))
+            .collect()
     }
 
     /// The mean speed over the ground of paws that stand, in metres a second.

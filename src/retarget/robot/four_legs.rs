@@ -1,10 +1,10 @@
 //! The four legs of a robot, by the shape of its tree.
 
 use glam::DVec3;
+use mocap_figure::robot_bones::sole::{SoleBall, sole};
 use mocap_scene::scene::robot::Robot;
 
 use super::kinematics::{Kinematics, RobotPose};
-use super::sole::{SoleBall, sole};
 use super::solver::Bounds;
 
 /// The joints of a leg: one that spreads it, one that swings it, a knee; some have one more.

@@ -7,6 +7,7 @@
 use glam::{DQuat, DVec3};
 use mocap_figure::Figure;
 use mocap_figure::report::Quadruped;
+use mocap_figure::robot_bones::sole::SoleBall;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::robot::{Placement, Robot};
@@ -22,7 +23,6 @@ use super::measure::raised;
 use super::motion::{RobotMotion, rate};
 use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued};
 use super::robot_report::{self, ObservedFrames, RobotReport};
-use super::sole::SoleBall;
 use super::solver::Solver;
 use super::speed::{EXPLAINED, JUMP, WINDOW, within_steps};
 use super::terms::{Goals, Reach, RotationGoal, Terms};
@@ -420,6 +420,7 @@ impl QuadrupedRetargeter {
                 standing: standing.collect(),
                 collisions: self.collisions.measure(&self.kinematics, motion),
                 roll: None,
+                trunk: None,
                 lying: lying as f64 / frames,
                 jumps: self.fraction_of_jumps(track, motion),
                 unmeasured_limbs: 0,
