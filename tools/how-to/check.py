@@ -51,8 +51,11 @@ def printed(after):
 
 def commands(lines):
     """The commands of a page: lines of a block, and cells of a table."""
+    block = ""
     for number, line in enumerate(lines):
-        if line.startswith(("    mocap ", "mocap ")) and not line.startswith(WAITS):
+        if line.startswith("```"):
+            block = "" if block else line
+        elif line.startswith("    mocap ") or block == "```sh" and line.startswith("mocap ") and not line.startswith(WAITS):
             yield number, line
         elif line.startswith("| ") and line.endswith("` |"):
             cell = line.rsplit(" | `", 1)[-1].removesuffix("` |")
