@@ -13,6 +13,7 @@ pub use crate::robot::kinematics::{Body, Kinematics, RobotPose};
 pub use crate::robot::retargeter::balance::shifts;
 pub use crate::robot::solver::{Bounds, Solver};
 pub use crate::robot::source_rotations::SourceRotations;
+pub use crate::robot::swing::clearances;
 pub use crate::robot::terms::{Goals, Reach, RotationGoal, Terms};
 pub use crate::robot::twin::StandIn;
 pub use crate::robot::verdict::Measures;

@@ -57,6 +57,8 @@ pub(crate) mod solver;
 pub(crate) mod source_rotations;
 mod speed;
 #[doc(hidden)]
+pub(crate) mod swing;
+#[doc(hidden)]
 pub(crate) mod terms;
 mod torques;
 mod touches;

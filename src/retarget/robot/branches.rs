@@ -206,6 +206,7 @@ impl Limb {
                 .map(|turn| goals.rotations[*turn].clone())
                 .collect(),
             reaches: reaches.cloned().collect(),
+            ..Goals::default()
         }
     }
 }

@@ -99,6 +99,17 @@ impl Collisions {
         collisions
     }
 
+    /// How far the deepest link but those of `feet`, which have soles, is below the floor in a pose.
+    pub(super) fn depth_below_floor(&self, pose: &RobotPose, feet: &[usize]) -> f64 {
+        let hulls = self.hulls.iter().zip(&pose.bodies).enumerate();
+        let near = hulls.filter(|(body, (hull, at))| at.point(hull.centre).z < hull.radius && !feet.contains(body));
+        let depths = near.flat_map(|(_, (hull, at))| {
+            let capsules = hull.capsules.iter();
+            capsules.flat_map(|capsule| capsule.ends.map(|end| capsule.radius - at.point(end).z))
+        });
+        depths.fold(0.0, f64::max)
+    }
+
     /// Which links collide during a motion.
     pub fn measure(&self, kinematics: &Kinematics, motion: &RobotMotion) -> SelfCollision {
         let mut pose = kinematics.rest();

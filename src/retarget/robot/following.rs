@@ -194,18 +194,22 @@ impl SolverGoals {
         Some((&self.goals.rotations[turn], &self.goals.reaches[reach]))
     }
 
-    /// The heights of the lowest points of both soles, by the goals.
-    pub(super) fn heights(&self) -> [f64; 2] {
+    /// The points of both soles that would touch the floor, by the goals.
+    pub(super) fn sole_points(&self) -> [Vec<DVec3>; 2] {
         [0, 1].map(|side| {
             let Some((ankle, turn, sole)) = self.ankle(side) else {
-                return f64::INFINITY;
+                return Vec::new();
             };
             let (rotation, ankle) = (self.goals.rotations[turn].target, &self.goals.reaches[ankle]);
-            let heights = sole
-                .iter()
-                .map(|ball| ankle.target.z + (rotation * (ball.centre - ankle.point)).z - ball.radius);
-            heights.fold(f64::INFINITY, f64::min)
+            let point =
+                |ball: &SoleBall| ankle.target + rotation * (ball.centre - ankle.point) - ball.radius * DVec3::Z;
+            sole.iter().map(point).collect()
         })
+    }
+
+    /// The heights of the lowest points of both soles, by the goals.
+    pub(super) fn heights(&self) -> [f64; 2] {
+        self.sole_points().map(|sole| lowest(&sole))
     }
 
     /// Sets the goals to a pose of the twin, brought down by `drop`.
@@ -220,7 +224,9 @@ impl SolverGoals {
         for (reach, reached) in self.goals.reaches.iter_mut().zip(&self.reaches) {
             reach.target = to_world * twin.position(reached.node).as_dvec3() - drop * DVec3::Z;
             reach.point = reached.point;
-            let Some((turn, sole, _)) = &reached.foot else { continue };
+            let Some((turn, sole, side)) = &reached.foot else {
+                continue;
+            };
             let depth = |rotation: DQuat| {
                 let depths = sole
                     .iter()
@@ -245,7 +251,8 @@ impl SolverGoals {
                 }
                 goal.target = tilted.slerp(flat, high);
             }
-            reach.target.z = reach.target.z.max(depth(goal.target));
+            let clearance = self.goals.clearances[*side as usize];
+            reach.target.z = reach.target.z.max(depth(goal.target) + clearance);
         }
         if let (Some(stand), Some((turn, reach))) = (&self.stand, self.hips_places()) {
             self.goals.rotations[turn].target = stand.rotation;
@@ -346,6 +353,12 @@ impl SolverGoals {
         hips.is_some_and(|up| up.z < LYING)
     }
 
+    /// Raises the hips and the ankles of goals; what stands stays.
+    pub(super) fn raise(&self, goals: &mut Goals, by: f64) {
+        let joints = goals.reaches.iter_mut().take(self.reaches.len());
+        joints.for_each(|reach| reach.target.z += by);
+    }
+
     /// The bodies of the feet, with their soles.
     pub(super) fn soles(&self) -> Vec<(usize, Vec<SoleBall>)> {
         let feet = Side::ALL.into_iter().filter_map(|side| {
@@ -404,6 +417,11 @@ impl SolverGoals {
             stand.shift = foot.point(self.reaches[ankle].point) - stand.twin;
         }
     }
+}
+
+/// The height of the lowest of some points.
+pub(super) fn lowest(points: &[DVec3]) -> f64 {
+    points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min)
 }
 
 /// Where the base of a robot without legs stands: as in its file, with its lowest shape on the floor.

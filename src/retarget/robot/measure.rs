@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use mocap_scene::scene::robot::Placement;
 use mocap_scene::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId, Scene};
 
+use super::collision::Collisions;
 use super::following::SolverGoals;
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
@@ -14,6 +15,9 @@ use mocap_figure::LimbAngles;
 
 /// How long a lift above the floor takes to come and to go, in seconds.
 pub(super) const LIFT: f64 = 0.15;
+
+/// How deep a link may be in the floor, in metres: capsules are not as exact as soles.
+const TOUCHING: f64 = 0.01;
 
 /// A motion on a robot.
 #[derive(Clone, Copy)]
@@ -44,11 +48,41 @@ impl Measured<'_> {
         frames.collect()
     }
 
-    /// How far the robot is to be raised in each frame, smoothly, so that no sole is below the floor.
-    pub(super) fn raised(&self) -> Vec<f64> {
-        let heights = self.sole_heights();
-        let lowest: Vec<f64> = heights.iter().map(|[left, right]| left.min(*right)).collect();
-        raised(&lowest, self.motion.fps)
+    /// How far the deepest link but the feet is below the floor in each frame.
+    pub(super) fn depths(&self, collisions: &Collisions) -> Vec<f64> {
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone));
+        let feet: Vec<usize> = feet
+            .into_iter()
+            .flatten()
+            .map(|bone| self.kinematics.body_of(bone.link).0)
+            .collect();
+        let mut pose = self.kinematics.rest();
+        let frames = (0..self.motion.frames()).map(|frame| {
+            self.pose(frame, &mut pose);
+            collisions.depth_below_floor(&pose, &feet)
+        });
+        frames.collect()
+    }
+
+    /// How far the robot is to be raised in each frame, smoothly, so that no sole is below the floor, and no link
+    /// deeper than [`TOUCHING`].
+    pub(super) fn raised(&self, collisions: &Collisions) -> Vec<f64> {
+        let depths = self.depths(collisions);
+        let below = self
+            .sole_heights()
+            .into_iter()
+            .zip(depths)
+            .map(|([left, right], depth)| (-left.min(right)).max(depth - TOUCHING).max(0.0));
+        raised(&below.map(|below| -below).collect::<Vec<f64>>(), self.motion.fps)
+    }
+
+    /// How far the robot is to be raised for its links alone.
+    pub(super) fn raised_by_links(&self, collisions: &Collisions) -> Vec<f64> {
+        let below = self.depths(collisions).into_iter();
+        raised(
+            &below.map(|depth| TOUCHING - depth).collect::<Vec<f64>>(),
+            self.motion.fps,
+        )
     }
 
     /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames

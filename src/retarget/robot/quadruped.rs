@@ -290,6 +290,7 @@ impl QuadrupedRetargeter {
                 target: DQuat::IDENTITY,
             }],
             reaches: Vec::new(),
+            clearances: [0.0; 2],
         };
         let reach = |body: usize, point: DVec3, weight: f64| Reach {
             body,
@@ -417,6 +418,7 @@ impl QuadrupedRetargeter {
                 source_skate: track.skate(motion.fps),
                 skate: (held > 0).then(|| slid / held as f64),
                 lowest: heights.iter().map(lowest).collect(),
+                depths: Vec::new(),
                 standing: standing.collect(),
                 collisions: self.collisions.measure(&self.kinematics, motion),
                 roll: None,

@@ -1,6 +1,7 @@
 //! Puts the motion of a humanoid on a robot.
 
 pub(crate) mod balance;
+mod soles;
 mod stream;
 
 use glam::{DQuat, DVec3};
@@ -20,7 +21,7 @@ use super::branches::{Branches, Free};
 use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::fingers::Fingers;
-use super::floor::{Floor, drops};
+use super::floor::Floor;
 use super::following::{FootState, SolverGoals};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
@@ -29,6 +30,7 @@ use super::robot_report::{self, ObservedFrames, RobotReport};
 use super::solver::{Bounds, Solver};
 use super::source_rotations::SourceRotations;
 use super::speed::Steps;
+use super::swing::{clearances, most_clearance, speeds};
 use super::terms::{Goals, Terms};
 use super::twin::StandIn;
 use super::weights::Weights;
@@ -309,6 +311,10 @@ impl RobotRetargeter {
             source_skate: feet.map(|feet| feet.source.skate),
             standing: standing.collect(),
             lowest: heights.iter().map(|[left, right]| left.min(*right)).collect(),
+            depths: match self.twin.has_legs {
+                true => measured.depths(&self.collisions),
+                false => Vec::new(),
+            },
             collisions,
             roll,
             lying,
@@ -332,6 +338,14 @@ impl RobotRetargeter {
     /// Solves the frames of each window together.
     fn second_pass(&mut self, goals: &mut [Goals], steps: &Steps, motion: &mut RobotMotion) {
         self.following.loosen(goals, &motion.contacts, motion.fps);
+        // A body whose knees or seat are thicker than those of the source rests higher.
+        if self.twin.has_legs && self.options.floor != Floor::Keep {
+            let raised = self.measured(motion).raised_by_links(&self.collisions);
+            for (frame, raised) in raised.into_iter().enumerate().filter(|(_, raised)| *raised > 0.0) {
+                self.following.raise(&mut goals[frame], raised);
+                motion.root[frame].translation.z += raised;
+            }
+        }
         self.smooth(goals, steps, motion);
     }
 
@@ -358,7 +372,8 @@ impl RobotRetargeter {
         let frames = animation.frame_count();
         let binding = Binding::new(&self.twin.scene, held);
         let mut twin = Pose::rest(&self.twin.scene);
-        let drops = self.drops(held, animation.ticks_per_second, &contacts);
+        let soles = self.sole_points(held, frames);
+        let drops = self.drops(&soles, animation.ticks_per_second, &contacts);
         let mut motion = RobotMotion {
             name: animation.name.clone(),
             fps: rate(animation.ticks_per_second),
@@ -370,9 +385,19 @@ impl RobotRetargeter {
         };
         let mut followed = FrameState::new(&self.kinematics);
         self.headings.clear();
+        let clearances = match self.options.lock_feet {
+            true => clearances(
+                &motion.contacts,
+                &speeds(&soles, motion.fps),
+                motion.fps,
+                most_clearance(&self.twin),
+            ),
+            false => vec![[0.0; 2]; frames],
+        };
         for (frame, drop) in drops.into_iter().enumerate() {
             twin.sample(&binding, held, frame as f64);
             let contacts = motion.contacts[frame];
+            self.following.goals.clearances = clearances[frame];
             self.next(&mut followed, &twin, drop, contacts, animation.ticks_per_second);
             self.headings.push(self.following.heading);
             goals.push(self.following.goals.clone());
@@ -380,6 +405,7 @@ impl RobotRetargeter {
             motion.root.push(continued(pose.root, motion.root.last()));
             motion.dof_pos.extend(&pose.positions);
         }
+        self.following.goals.clearances = [0.0; 2];
         motion
     }
 
@@ -406,24 +432,6 @@ impl RobotRetargeter {
             self.following.keep(side, stand, &followed.pose);
         }
         followed.contacts = Some(contacts);
-    }
-
-    /// How far the robot is brought down in each frame, so that its floor is where the options have it.
-    fn drops(&mut self, held: &Animation, fps: f64, contacts: &[[bool; 2]]) -> Vec<f64> {
-        match self.options.floor {
-            Floor::Auto if self.options.lock_feet => {
-                let binding = Binding::new(&self.twin.scene, held);
-                let mut twin = Pose::rest(&self.twin.scene);
-                let heights = (0..contacts.len()).map(|frame| {
-                    twin.sample(&binding, held, frame as f64);
-                    self.following.aim(&twin, 0.0);
-                    self.following.heights()
-                });
-                drops(&heights.collect::<Vec<_>>(), contacts, fps)
-            }
-            Floor::Zero => vec![-self.retargeter.source_floor(); contacts.len()],
-            _ => vec![0.0; contacts.len()],
-        }
     }
 
     /// Puts the base where the hips should be.
@@ -475,11 +483,11 @@ impl RobotRetargeter {
         }
     }
 
-    /// How far the robot is raised in each frame, smoothly, wherever a sole would be below the floor.
+    /// How far the robot is raised in each frame, smoothly, wherever a sole or a link would be below the floor.
     pub(super) fn raised(&self, motion: &RobotMotion) -> Vec<f64> {
         match self.options.floor {
             Floor::Keep => vec![0.0; motion.frames()],
-            _ => self.measured(motion).raised(),
+            _ => self.measured(motion).raised(&self.collisions),
         }
     }
 

@@ -66,9 +66,10 @@ pub struct RobotReport {
     pub skate: Option<f64>,
     /// The mean speed of the slowest joint of a foot that stands in the source.
     pub source_skate: Option<f64>,
-    /// The fraction of frames in which a sole is more than 1 cm below the floor.
+    /// The fraction of frames in which a sole or another link is more than 1 cm below the floor, links by capsules
+    /// within their shapes.
     pub fraction_below_floor: f64,
-    /// How far below the floor a sole is at most, in metres.
+    /// How far below the floor a sole or another link is at most, in metres.
     pub deepest: f64,
     /// The fraction of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules
     /// within their shapes.
@@ -197,7 +198,7 @@ impl fmt::Display for RobotReport {
         if let (Some(skate), Some(source)) = (self.skate, self.source_skate) {
             write!(
                 f,
-                "\n{clip}: feet on the ground slide at {:.1} cm/s in the mean, those of the source at {:.1}; soles are \
+                "\n{clip}: feet on the ground slide at {:.1} cm/s in the mean, those of the source at {:.1}; links are \
                  at most {:.1} mm below the floor",
                 100.0 * skate,
                 100.0 * source,
@@ -243,6 +244,8 @@ pub(super) struct ObservedFrames {
     pub(super) lowest: Vec<f64>,
     /// The heights of soles whose foot of the source stands.
     pub(super) standing: Vec<f64>,
+    /// How far the deepest link is below the floor in each frame.
+    pub(super) depths: Vec<f64>,
     pub(super) collisions: SelfCollision,
     pub(super) roll: Option<f64>,
     pub(super) lying: f64,
@@ -260,8 +263,10 @@ pub(super) struct ObservedFrames {
 pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) -> RobotReport {
     let joints = Joints::new(robot, motion);
     let frames = motion.frames();
-    let below = seen.lowest.iter().filter(|height| **height < -BELOW).count();
-    let deepest = seen.lowest.iter().copied().fold(0.0_f64, f64::min);
+    let soles = seen.lowest.iter().map(|height| -height);
+    let links = seen.depths.iter().copied().chain(std::iter::repeat(0.0));
+    let depths: Vec<f64> = soles.zip(links).map(|(sole, link)| sole.max(link)).collect();
+    let below = depths.iter().filter(|depth| **depth > BELOW).count();
     let fraction_below_floor = below as f64 / frames.max(1) as f64;
     let source_skate = seen.source_skate;
     let fraction_floating = floating(&seen.standing, &seen.lowest).filter(|_| seen.has_legs);
@@ -296,7 +301,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
         skate: seen.skate,
         source_skate,
         fraction_below_floor,
-        deepest: -deepest,
+        deepest: depths.into_iter().fold(0.0, f64::max),
         fraction_in_self_collision: seen.collisions.fraction,
         self_collisions: seen.collisions.links,
         max_velocity: joints.max_velocity,

@@ -40,6 +40,8 @@ pub struct Reach {
 pub struct Goals {
     pub rotations: Vec<RotationGoal>,
     pub reaches: Vec<Reach>,
+    /// How high the lowest points of both soles are at least, in metres.
+    pub clearances: [f64; 2],
 }
 
 /// The normal equations of the terms of one frame, by the unknowns: those of the base, where it moves, and the

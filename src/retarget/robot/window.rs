@@ -56,6 +56,9 @@ const AT_LIMIT: f64 = 1.0 - 1e-9;
 /// Standard deviations that a Gaussian reaches on either side: beyond are 0.3 % of it.
 const REACH: f64 = 3.0;
 
+/// The weight of the height of a foot that swings too low, as a fraction of the weight of links in each other.
+const SWING: f64 = 0.2;
+
 /// What a motion keeps to.
 pub(super) struct Bound<'a> {
     pub(super) goals: &'a [Goals],
@@ -203,15 +206,21 @@ impl Windows {
         for (index, frame) in range.enumerate() {
             motion.set(frame, kinematics, &mut pose);
             self.terms.assemble(kinematics, &bound.goals[frame], &pose);
-            for (body, balls) in bound.soles {
+            for ((body, balls), clearance) in bound.soles.iter().zip(bound.goals[frame].clearances) {
                 for ball in balls {
                     let point = pose.bodies[*body].point(ball.centre);
-                    if point.z < ball.radius {
+                    let least = ball.radius + clearance;
+                    if point.z < least {
+                        // A swing that is lower does less harm than links in each other.
+                        let weight = match point.z < ball.radius {
+                            true => self.weights.foot_place,
+                            false => SWING * self.weights.apart,
+                        };
                         let above = Reach {
                             body: *body,
                             point: ball.centre,
-                            weight: DVec3::Z * self.weights.foot_place,
-                            target: DVec3::new(point.x, point.y, ball.radius),
+                            weight: DVec3::Z * weight,
+                            target: DVec3::new(point.x, point.y, least),
                         };
                         self.terms.add_reach(kinematics, &above, &pose);
                     }

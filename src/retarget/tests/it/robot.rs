@@ -14,5 +14,6 @@ mod floor;
 mod given;
 mod sole;
 mod solver;
+mod swing;
 mod verdict;
 mod window;

@@ -57,6 +57,7 @@ fn a_follower_shares_the_turn_of_its_leader() {
             turn(2, DQuat::from_axis_angle(DVec3::Z, 0.9), 1.0),
         ],
         reaches: Vec::new(),
+        ..Goals::default()
     };
     let mut pose = kinematics.rest();
     let bounds = |most: f64| Bounds {

@@ -1,0 +1,36 @@
+//! Where the soles of the twin are, and how far the robot is brought down for them.
+
+use glam::DVec3;
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::Animation;
+
+use super::super::floor::{Floor, drops};
+use super::super::following::lowest;
+use super::RobotRetargeter;
+
+impl RobotRetargeter {
+    /// The points of both soles of the twin in each frame.
+    pub(super) fn sole_points(&mut self, held: &Animation, frames: usize) -> Vec<[Vec<DVec3>; 2]> {
+        let binding = Binding::new(&self.twin.scene, held);
+        let mut twin = Pose::rest(&self.twin.scene);
+        let points = (0..frames).map(|frame| {
+            twin.sample(&binding, held, frame as f64);
+            self.following.aim(&twin, 0.0);
+            self.following.sole_points()
+        });
+        points.collect()
+    }
+
+    /// How far the robot is brought down in each frame, so that its floor is where the options have it.
+    pub(super) fn drops(&self, soles: &[[Vec<DVec3>; 2]], fps: f64, contacts: &[[bool; 2]]) -> Vec<f64> {
+        match self.options.floor {
+            Floor::Auto if self.options.lock_feet => {
+                let heights = |soles: &[Vec<DVec3>; 2]| soles.each_ref().map(|sole| lowest(sole));
+                let heights: Vec<[f64; 2]> = soles.iter().map(heights).collect();
+                drops(&heights, contacts, fps)
+            }
+            Floor::Zero => vec![-self.retargeter.source_floor(); contacts.len()],
+            _ => vec![0.0; contacts.len()],
+        }
+    }
+}
