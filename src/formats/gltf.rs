@@ -105,9 +105,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     ],
     carried: ledger::OF_CHARACTERS,
     passed_through: &[
-        DataKind::FaceCurves,
         DataKind::VertexColors,
-        DataKind::MorphTargets,
         DataKind::Expressions,
         DataKind::Cameras,
         DataKind::Lights,

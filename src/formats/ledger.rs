@@ -3,6 +3,7 @@
 //! A row says what its format keeps or converts, and everything else is lost. `docs/losses.md` is the table of it.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::pose::Binding;
@@ -179,10 +180,14 @@ impl FormatInfo {
         row.map_or(Carriage::Lost, |(_, carriage)| *carriage)
     }
 
-    /// Whether its files have the morph targets of the meshes of a scene.
+    /// Whether its files have the morph targets of the meshes of an input; those of a file that is passed through need
+    /// not be read.
     #[doc(hidden)]
-    pub fn has_morph_targets(&self) -> bool {
-        self.carriage(DataKind::MorphTargets) == Carriage::Kept
+    pub fn takes_morph_targets(&self, input: &Path) -> bool {
+        let extension = input.extension().unwrap_or_default();
+        let is_passed = |known: &&str| extension.eq_ignore_ascii_case(known);
+        let mut passed = self.extensions.iter().chain(&["vrm"]).filter(|_| self.keeps_characters);
+        self.carriage(DataKind::MorphTargets) == Carriage::Kept && !passed.any(is_passed)
     }
 
     /// The clips of a scene that are in a file of this format.
@@ -237,6 +242,7 @@ impl FormatInfo {
             (Carriage::PassedThrough, _) if !is_passed => return kind.count(scene),
             // Those of expressions are channels of nodes.
             (Carriage::Kept, DataKind::FaceCurves) => scene.weight_curves(),
+            (Carriage::OfTargets, _) if is_passed => 0,
             (Carriage::OfTargets, _) => scene.expression_curves() + scene.weight_curves_without_meshes(),
             (Carriage::Kept, DataKind::Clips) => scene.animations.len() - clips().len(),
             _ => 0,

@@ -36,7 +36,7 @@ pub fn convert(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Export> {
     let importer = Importer::new()
         .skeleton_mesh(mesh)
         .gltf_meshes(mesh == SkeletonMesh::Own)
-        .morph_targets(row.is_some_and(FormatInfo::has_morph_targets));
+        .morph_targets(row.is_some_and(|row| row.takes_morph_targets(from)));
     let mut scene = importer.import(from)?;
     let keeps_units = row.is_some_and(FormatInfo::keeps_units);
     Conversion::new().keep_units(keeps_units).apply(&mut scene)?;

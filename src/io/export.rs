@@ -372,7 +372,8 @@ impl Exporter {
 }
 
 /// The error of an output that would stand still, although its source moves.
-fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
+#[doc(hidden)]
+pub fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
     let of_motion = || losses.iter().filter(|loss| loss.kind.is_motion());
     let lost: Vec<String> = of_motion().map(ToString::to_string).collect();
     let message = format!(
@@ -380,7 +381,9 @@ fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
         row.name,
         lost.join(", ")
     );
-    let help = of_motion().find_map(|loss| row.loss_warning(*loss).help);
+    // Where a face is lost, another clip moves no more.
+    let of_face = of_motion().filter(|loss| loss.kind == DataKind::FaceCurves);
+    let help = of_face.chain(of_motion()).find_map(|loss| row.loss_warning(*loss).help);
     let error = Diagnostic::new(Code::Unrepresentable, message);
     match help {
         Some(help) => error.help(help),

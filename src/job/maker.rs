@@ -298,7 +298,7 @@ impl<'a> Maker<'a> {
                     (has_none, mesh) => importer
                         .skeleton_mesh(mesh)
                         .gltf_meshes(row.has_file_meshes || !has_none)
-                        .morph_targets(row.has_morph_targets()),
+                        .morph_targets(row.takes_morph_targets(motion)),
                 }
             }
             _ => importer.with_own_meshes(),

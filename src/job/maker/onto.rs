@@ -202,7 +202,7 @@ pub(super) fn import_onto(
     // What shows the skeleton of a character without meshes, and what the output has of one with meshes.
     let importer = Importer::new()
         .skeleton_mesh(mesh)
-        .morph_targets(row.is_some_and(FormatInfo::has_morph_targets));
+        .morph_targets(row.is_some_and(|row| row.takes_morph_targets(file)));
     let target = files.import_target(named, &importer)?;
     match &target {
         Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),

@@ -5,7 +5,7 @@ use std::path::Path;
 use mocap_figure::Humanoid;
 use mocap_formats::gltf::report::Provenance;
 use mocap_formats::{Export, FormatInfo};
-use mocap_io::export::is_at_rest_for;
+use mocap_io::export::{is_at_rest_for, nothing_moves};
 use mocap_retarget::robot::{Robot, RobotMotion};
 use mocap_scene::error::{Code, Error, Result};
 use mocap_scene::process;
@@ -72,6 +72,9 @@ impl Maker<'_> {
             (Form::Arrays(layout), _) => {
                 let mut written = layout.write(scene, humanoid, whole.as_deref(), motion)?;
                 add_losses(&mut written, scene, FormatInfo::of(Format::Npz));
+                if scene.face_curves_alone(0).is_some() {
+                    return Err(nothing_moves(FormatInfo::of(Format::Npz), &written.losses).into());
+                }
                 written
             }
             (Form::Robot(format), Some(robot)) => {

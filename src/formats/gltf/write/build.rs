@@ -12,7 +12,7 @@ use gltf_json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::scene::report::AppliedStep;
-use mocap_scene::scene::{self, AlphaMode, Face, Format, NodeKind, Scene, Wrap};
+use mocap_scene::scene::{self, AlphaMode, Face, Format, MorphCurves, NodeKind, Scene, Wrap};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -23,7 +23,7 @@ use super::buffer::Buffer;
 use super::names::Names;
 use super::rest::{self, Rest};
 use super::text::Animation;
-use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
+use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh, morphs};
 use crate::provenance::Provenance;
 
 mod skins;
@@ -34,7 +34,10 @@ struct Builder<'a> {
     options: &'a GltfOptions,
     content: Content,
     root: Root,
-    animations: Vec<Animation>,
+    /// Of each clip of the scene; none where nothing of it is written.
+    animations: Vec<Option<Animation>>,
+    /// Nodes of the file with morph targets, each with the mesh of the scene.
+    morphed: Vec<(usize, usize)>,
     buffer: Buffer,
     names: Names,
     report: GltfReport,
@@ -43,13 +46,14 @@ struct Builder<'a> {
 }
 
 pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -> Result<Document> {
-    let (root, animations, buffer, names, report) = Default::default();
+    let (root, animations, morphed, buffer, names, report) = Default::default();
     let mut builder = Builder {
         scene,
         options,
         content,
         root,
         animations,
+        morphed,
         buffer,
         names,
         report,
@@ -62,6 +66,7 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -
             let skinned = builder.rigid_meshes()?;
             builder.skins(&skinned)?;
             builder.materials();
+            builder.weights();
         }
         Content::VrmAnimation => builder.humanoid(),
     }
@@ -75,7 +80,7 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -
     let bin = buffer.finish(options.compression)?.into_root(&mut root);
     Ok(Document {
         root,
-        animations,
+        animations: animations.into_iter().flatten().collect(),
         bin,
         report,
     })
@@ -220,12 +225,10 @@ impl Builder<'_> {
                 &mut self.buffer,
                 &mut self.report,
             )?;
-            if let Some(written) = written {
-                self.animations.push(Animation {
-                    name: Some(scene.metadata.clip_name(take).to_owned()),
-                    ..written
-                });
-            }
+            self.animations.push(written.map(|written| Animation {
+                name: Some(scene.metadata.clip_name(take).to_owned()),
+                ..written
+            }));
         }
 
         let (names, renamed) = self.names.of_nodes(scene);
@@ -307,32 +310,69 @@ impl Builder<'_> {
     fn rigid_meshes(&mut self) -> Result<Vec<usize>> {
         let mut skinned = Vec::new();
         for (index, node) in self.scene.nodes.iter().enumerate() {
-            let mut primitives = Vec::new();
+            let (mut primitives, mut source) = (Vec::new(), None);
             for &index_of_mesh in &node.meshes {
                 let mesh = &self.scene.meshes[index_of_mesh];
                 if !mesh.bones.is_empty() {
                     skinned.push(index_of_mesh);
                 } else if let Some((primitive, vertices)) = mesh::write(mesh, None, 0, &mut self.buffer)? {
                     self.report.vertices += vertices;
+                    if !mesh.morph_targets.is_empty() {
+                        source = Some(index_of_mesh);
+                    }
                     primitives.push(primitive);
                 }
             }
-            self.root.nodes[index].mesh = self.mesh(primitives, None);
+            // The primitives of a mesh have the same targets.
+            let count = |primitive: &Primitive| primitive.targets.as_ref().map_or(0, Vec::len);
+            if primitives.iter().any(|own| count(own) != count(&primitives[0])) {
+                primitives.iter_mut().for_each(|own| own.targets = None);
+                source = None;
+            }
+            self.root.nodes[index].mesh = self.mesh(primitives, None, source);
+            self.morphed.extend(source.map(|mesh| (index, mesh)));
         }
         Ok(skinned)
     }
 
-    fn mesh(&mut self, primitives: Vec<Primitive>, name: Option<&str>) -> Option<Index<Mesh>> {
+    /// A mesh, with the morph targets of a mesh of the scene.
+    fn mesh(&mut self, primitives: Vec<Primitive>, name: Option<&str>, source: Option<usize>) -> Option<Index<Mesh>> {
+        let targets = source.map_or(&[][..], |mesh| &self.scene.meshes[mesh].morph_targets);
+        let names: Vec<&str> = targets.iter().map(|target| target.name.as_str()).collect();
+        let has_targets = !targets.is_empty();
         (!primitives.is_empty()).then(|| {
             let name = name.map(str::to_owned);
             self.root.push(Mesh {
                 primitives,
                 name,
-                weights: None,
+                weights: has_targets.then(|| targets.iter().map(|target| target.weight).collect()),
                 extensions: None,
-                extras: None,
+                extras: has_targets.then(|| extras(&json!({ "targetNames": names }))).flatten(),
             })
         })
+    }
+
+    /// The curves of morph targets, in the animations.
+    fn weights(&mut self) {
+        for &(node, mesh) in &self.morphed {
+            let targets = &self.scene.meshes[mesh].morph_targets;
+            let curves = MorphCurves {
+                node,
+                at_rest: targets.iter().map(|target| target.weight).collect(),
+                targets: targets.iter().map(|target| target.weight_keys.clone()).collect(),
+            };
+            for (index, take) in self.scene.animations.iter().enumerate() {
+                let Some(track) = morphs::track(&curves, index) else {
+                    continue;
+                };
+                let animation = self.animations[index].get_or_insert_with(|| Animation {
+                    name: Some(self.scene.metadata.clip_name(take).to_owned()),
+                    ..Animation::empty()
+                });
+                let rate = take.ticks_per_second;
+                morphs::write(animation, &track, rate, &mut self.buffer, &mut self.report);
+            }
+        }
     }
 }
 

@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{Vec2, Vec3};
-use gltf_json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
+use gltf_json::mesh::{Mode, MorphTarget as JsonTarget, Primitive as JsonPrimitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Index, Material};
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::scene::{Mesh, Primitive};
+use mocap_scene::scene::{Mesh, MorphTarget, Primitive};
 
 use super::buffer::{Buffer, Usage};
 
@@ -50,7 +50,8 @@ pub(super) fn write(
     joint_count: usize,
     buffer: &mut Buffer,
 ) -> Result<Option<(JsonPrimitive, usize)>> {
-    if !mesh.vertices.iter().all(|vertex| vertex.is_finite()) {
+    let vertices = mesh.vertices_without_targets();
+    if !vertices.iter().all(|vertex| vertex.is_finite()) {
         return Err(Diagnostic::new(Code::Unrepresentable, "a vertex is not finite").into());
     }
     let influences = joints.map(|joints| influences(mesh, joints));
@@ -70,6 +71,8 @@ pub(super) fn write(
                 normals.map(|normals| bits(normals[vertex])),
                 coords.map(|coords| bits_of_two(coords[vertex])),
                 influences.as_ref().map(|influences| influences.of(vertex)),
+                // Vertices at one place may be moved to others.
+                (!mesh.morph_targets.is_empty()).then_some(vertex),
             );
             *known.entry(key).or_insert_with(|| {
                 sources.push(vertex);
@@ -93,7 +96,7 @@ pub(super) fn write(
     let mut attributes = BTreeMap::new();
     let positions: Vec<_> = sources
         .iter()
-        .map(|&vertex| (mesh.vertices[vertex] + Vec3::ZERO).to_array())
+        .map(|&vertex| (vertices[vertex] + Vec3::ZERO).to_array())
         .collect();
     attributes.insert(
         Checked::Valid(Semantic::Positions),
@@ -161,11 +164,39 @@ pub(super) fn write(
             Primitive::Triangles => Mode::Triangles,
             Primitive::Points => Mode::Points,
         }),
-        targets: None,
+        targets: (!mesh.morph_targets.is_empty()).then(|| {
+            let has_normals = normals.is_some();
+            let targets = mesh.morph_targets.iter();
+            targets
+                .map(|own| target(own, mesh.vertices.len(), &sources, has_normals, buffer))
+                .collect()
+        }),
         extensions: None,
         extras: None,
     };
     Ok(Some((primitive, sources.len())))
+}
+
+/// What a target adds to the vertices `sources` of a mesh of so many.
+fn target(own: &MorphTarget, count: usize, sources: &[usize], has_normals: bool, buffer: &mut Buffer) -> JsonTarget {
+    let mut added = |offsets: &[Vec3]| {
+        let mut all = vec![Vec3::ZERO; count];
+        for (vertex, offset) in std::iter::zip(&own.vertex_ids, offsets) {
+            if let Some(place) = all.get_mut(*vertex as usize).filter(|_| offset.is_finite()) {
+                *place = *offset;
+            }
+        }
+        let kept: Vec<_> = sources
+            .iter()
+            .map(|&vertex| (all[vertex] + Vec3::ZERO).to_array())
+            .collect();
+        buffer.push_bounded(Usage::Vertices, &kept)
+    };
+    JsonTarget {
+        positions: Some(added(&own.offsets)),
+        normals: (has_normals && !own.normal_offsets.is_empty()).then(|| added(&own.normal_offsets)),
+        tangents: None,
+    }
 }
 
 /// An octahedron around `centre`, for a skeleton without extent: several clients refuse a skin that no mesh uses.

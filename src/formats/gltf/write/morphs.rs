@@ -11,28 +11,31 @@ use super::text::{Animation, Channel, Sampler, Target};
 
 /// The tracks of the morph targets of a file that is passed through, in an animation of its scene.
 pub(super) fn tracks(original: &Original, animation: usize) -> Vec<MorphTrack> {
-    let track = |curves: &MorphCurves| {
-        let keys = |animations: &Vec<Keys<f32>>| animations.get(animation).cloned().unwrap_or_default();
-        let targets: Vec<Keys<f32>> = curves.targets.iter().map(keys).collect();
-        let mut ticks: Vec<f64> = targets
-            .iter()
-            .flat_map(|keys| (0..keys.len()).map(|key| keys.tick(key)))
-            .collect();
-        ticks.sort_by(f64::total_cmp);
-        ticks.dedup();
-        let now = |tick: &f64| {
-            let targets = std::iter::zip(&targets, &curves.at_rest);
-            targets
-                .map(|(keys, at_rest)| keys.sample(*tick).unwrap_or(*at_rest))
-                .collect()
-        };
-        (!ticks.is_empty()).then(|| MorphTrack {
-            node: curves.node,
-            weights: ticks.iter().map(now).collect(),
-            ticks,
-        })
+    let curves = original.morphs.iter();
+    curves.filter_map(|curves| track(curves, animation)).collect()
+}
+
+/// The track of the morph targets of a node in an animation; `None` where they stay at rest.
+pub(super) fn track(curves: &MorphCurves, animation: usize) -> Option<MorphTrack> {
+    let keys = |animations: &Vec<Keys<f32>>| animations.get(animation).cloned().unwrap_or_default();
+    let targets: Vec<Keys<f32>> = curves.targets.iter().map(keys).collect();
+    let mut ticks: Vec<f64> = targets
+        .iter()
+        .flat_map(|keys| (0..keys.len()).map(|key| keys.tick(key)))
+        .collect();
+    ticks.sort_by(f64::total_cmp);
+    ticks.dedup();
+    let now = |tick: &f64| {
+        let targets = std::iter::zip(&targets, &curves.at_rest);
+        targets
+            .map(|(keys, at_rest)| keys.sample(*tick).unwrap_or(*at_rest))
+            .collect()
     };
-    original.morphs.iter().filter_map(track).collect()
+    (!ticks.is_empty()).then(|| MorphTrack {
+        node: curves.node,
+        weights: ticks.iter().map(now).collect(),
+        ticks,
+    })
 }
 
 /// Adds the weights of the morph targets of one node to an animation.

@@ -23,14 +23,22 @@ struct Written {
 
 impl Written {
     fn of(scene: &Scene, animation: usize) -> Self {
+        Self::of_node(scene, animation, Some("face"))
+    }
+
+    /// Of the node of a name, or of the first one.
+    fn of_node(scene: &Scene, animation: usize, name: Option<&str>) -> Self {
         let written = Exporter::new().write(scene, Format::Gltf).unwrap();
         assert!(written.warnings.is_empty(), "{:?}", written.warnings);
         let file = gltf::Gltf::from_slice(&written.into_bytes().unwrap()).unwrap();
         let buffers: Vec<Vec<u8>> = file.buffers().map(|buffer| contents(&file, &buffer)).collect();
         let clip = file.animations().nth(animation).unwrap();
-        let mut channels = clip
-            .channels()
-            .filter(|channel| channel.target().node().name() == Some("face"));
+        let is_it = |channel: &gltf::animation::Channel<'_>| {
+            let target = channel.target();
+            let is_named = name.is_none() || target.node().name() == name;
+            target.property() == gltf::animation::Property::MorphTargetWeights && is_named
+        };
+        let mut channels = clip.channels().filter(is_it);
         let channel = channels.next().expect("a channel of the face");
         let reader = channel.reader(|buffer| Some(&buffers[buffer.index()]));
         let times: Vec<f32> = reader.read_inputs().unwrap().collect();
@@ -253,6 +261,30 @@ fn fbx_keeps_morph_targets_and_their_curves() {
                     let far = (found - weights[target]).abs();
                     assert!(far < 1e-3, "{path}, clip {clip}, {seconds} s: {found}");
                 }
+            }
+        }
+    }
+}
+
+/// Of FBX no file is passed through: the mesh, its targets and their curves are written anew.
+#[test]
+fn morph_targets_go_from_fbx_to_gltf() {
+    let fbx = Exporter::new().write(&with_targets(FACE), Format::Fbx).unwrap();
+    let importer = Importer::new().morph_targets(true);
+    let scene = importer.read(&fbx.into_bytes().unwrap(), "face.fbx").unwrap();
+    let written = Exporter::new().write(&scene, Format::Gltf).unwrap();
+    assert_eq!(written.losses, []);
+    let file = gltf::Gltf::from_slice(&written.into_bytes().unwrap()).unwrap();
+    let mesh = file.meshes().next().unwrap();
+    assert_eq!(mesh.weights(), Some(&[0.0, 0.5][..]));
+    let targets = mesh.primitives().map(|primitive| primitive.morph_targets().count());
+    assert_eq!(targets.collect::<Vec<_>>(), [2]);
+    for (clip, stated) in OF_FACE.iter().enumerate() {
+        let found = Written::of_node(&scene, clip, None);
+        for (seconds, weights) in *stated {
+            for (target, weight) in weights.iter().enumerate() {
+                let far = (found.at(*seconds as f32, target) - weight).abs();
+                assert!(far < 1e-3, "clip {clip}, {seconds} s");
             }
         }
     }

@@ -91,3 +91,14 @@ fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
         assert_eq!(error.code(), Code::NotCarriedOver, "{output}: {error}");
     }
 }
+
+/// An array has joints alone.
+#[test]
+fn a_face_alone_is_no_array() {
+    const FACE: &str = "../../fixtures/made/face_alone.gltf";
+    for output in ["a.npz", "a.csv"] {
+        let refused = job(FACE, &Value::Null, output, false).unwrap_err();
+        assert_eq!(refused.code(), Code::Unrepresentable, "{output}");
+        assert!(refused.to_string().contains("4 face curves"), "{refused}");
+    }
+}

@@ -36,7 +36,7 @@ impl Builder<'_> {
             let mesh = &scene.meshes[index];
             if let Some(written) = mesh::write(mesh, Some(&slots), joints.len(), &mut self.buffer)? {
                 let skin = self.skin(&joints, &mesh.bones);
-                self.skinned_mesh(&mesh.name, written, skin);
+                self.skinned_mesh(&mesh.name, written, skin, Some(index));
             }
         }
         if self.root.skins.is_empty() && scene.meshes.is_empty() && self.options.compression != Compression::None {
@@ -48,18 +48,24 @@ impl Builder<'_> {
                 let first_joint = Pose::rest(scene).position(NodeId::new(joints[0]));
                 let marker = mesh::marker(first_joint, mesh.material_index);
                 if let Some(written) = mesh::write(&marker, Some(&slots), joints.len(), &mut self.buffer)? {
-                    self.skinned_mesh("", written, skin);
+                    self.skinned_mesh("", written, skin, None);
                 }
             }
         }
         Ok(())
     }
 
-    /// Adds a node at the scene's root with a primitive and a skin.
-    fn skinned_mesh(&mut self, name: &str, (primitive, vertices): (Primitive, usize), skin: Index<Skin>) {
+    /// Adds a node at the scene's root with a primitive and a skin, for a mesh of the scene or a marker.
+    fn skinned_mesh(
+        &mut self,
+        name: &str,
+        (primitive, vertices): (Primitive, usize),
+        skin: Index<Skin>,
+        source: Option<usize>,
+    ) {
         self.report.vertices += vertices;
         let name = self.names.unique(if name.is_empty() { "SkeletonMesh" } else { name });
-        let mesh = self.mesh(vec![primitive], Some(&name));
+        let mesh = self.mesh(vec![primitive], Some(&name), source);
         let node = Node {
             mesh,
             skin: Some(skin),
@@ -68,6 +74,7 @@ impl Builder<'_> {
         };
         let node = self.root.push(node);
         self.root.scenes[0].nodes.push(node);
+        self.morphed.extend(source.map(|mesh| (node.value(), mesh)));
     }
 
     /// Adds a skin of all joints. A mesh with the bind matrices of the mesh before shares its skin. A joint with a bone
