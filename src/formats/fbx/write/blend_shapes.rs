@@ -103,7 +103,7 @@ fn check(mesh: &str, parts: &[(usize, &MorphTarget)], vertices: usize) -> Result
         let moved = target.offsets.iter().chain(&target.normal_offsets);
         let keys = target.weight_keys.iter().flat_map(|keys| &keys.values);
         let mut numbers = moved
-            .flat_map(|offset| offset.to_array())
+            .flat_map(glam::Vec3::to_array)
             .chain(keys.copied())
             .chain([target.weight]);
         count == target.offsets.len()

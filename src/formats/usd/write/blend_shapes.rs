@@ -137,7 +137,7 @@ fn check(mesh: &Mesh, target: &MorphTarget) -> Result<()> {
     let moved = target.offsets.iter().chain(&target.normal_offsets);
     let keys = target.weight_keys.iter().flat_map(|keys| &keys.values).copied();
     let mut numbers = moved
-        .flat_map(|offset| offset.to_array())
+        .flat_map(glam::Vec3::to_array)
         .chain(keys)
         .chain([target.weight]);
     let count = target.vertex_ids.len();
