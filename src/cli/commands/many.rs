@@ -1,20 +1,23 @@
 //! A job with many motions: into a folder, with a manifest.
 
+mod options;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{JobOutput, JobTarget, JointNames, Maker, MotionJob, Notice};
+use mocap::job::{JobOutput, JobTarget, Maker, MotionJob, Notice};
 use mocap::retarget::report::ClipReport;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
+use self::options::options;
 use super::robot_reports::Table;
 use super::{looks, made, verify};
 use crate::args::ArgumentSources;
 use crate::batch::folder::{self, FileState, FileTask, verdicts};
-use crate::batch::hash::{sha256, sha256_of};
+use crate::batch::hash::sha256_of;
 use crate::batch::inputs::{Input, InputArgs};
 use crate::batch::manifest::Record;
 use crate::batch::outputs::Output;
@@ -89,44 +92,6 @@ impl MotionBatch<'_> {
 fn extension(job: &MotionJob, maker: &Maker<'_>) -> String {
     let own = maker.extension().or(job.write.to.as_deref());
     own.unwrap_or("glb").to_ascii_lowercase()
-}
-
-/// Everything except the motion that an output depends on: the job, with the SHA-256 of each file in its stead.
-fn options(job: &MotionJob) -> Result<String, Failure> {
-    let mut job = job.clone();
-    job.source.inputs.clear();
-    job.write.output.clear();
-    job.write.force = false;
-    // It changes no output.
-    job.verify = false;
-    let hash = |file: &mut PathBuf| {
-        let found = sha256(file).map_err(|error| Failure::Folder(file.clone(), error))?;
-        *file = PathBuf::from(format!("sha256:{found}"));
-        Ok::<_, Failure>(())
-    };
-    job.source.with.iter_mut().try_for_each(hash)?;
-    let read = &mut job.read;
-    let files = [&mut read.skeleton, &mut read.static_trial, &mut read.body];
-    files.into_iter().flatten().try_for_each(hash)?;
-    for set in [&mut read.joints, &mut read.markers].into_iter().flatten() {
-        // Names of sets are no files.
-        let mut file = PathBuf::from(&*set);
-        if file.is_file() {
-            hash(&mut file)?;
-            *set = file.to_string_lossy().into_owned();
-        }
-    }
-    if let Some(target) = &mut job.target {
-        target.forget_verdict();
-        target.files_mut().try_for_each(hash)?;
-    }
-    if let Some(JointNames::File(file)) = &mut job.write.names {
-        hash(file)?;
-    }
-    if let Some(mocap::job::BoneMap::File(file)) = &mut job.source.map.map {
-        hash(file)?;
-    }
-    Ok(serde_json::to_string(&job).unwrap_or_default())
 }
 
 /// Clips of one skeleton, of which those that stand say which axis points up in the others.

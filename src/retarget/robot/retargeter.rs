@@ -482,22 +482,6 @@ impl RobotRetargeter {
             headings: &self.headings,
         }
     }
-
-    /// How far the robot is raised in each frame, smoothly, wherever a sole or a link would be below the floor.
-    pub(super) fn raised(&self, motion: &RobotMotion) -> Vec<f64> {
-        match self.options.floor {
-            Floor::Keep => vec![0.0; motion.frames()],
-            _ => self.measured(motion).raised(&self.collisions),
-        }
-    }
-
-    fn contacts_of(&self, source: &Scene, animation: &Animation) -> Vec<[bool; 2]> {
-        let frames = animation.frame_count();
-        let Ok(found) = self.retargeter.contacts(source, animation) else {
-            return vec![[false; 2]; frames];
-        };
-        feet_at_rest(&found, frames)
-    }
 }
 
 /// For each frame whether the left and the right foot are at rest.

@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::Animation;
+use mocap_scene::scene::{Animation, Scene};
 
 use super::super::floor::{Floor, drops};
 use super::super::following::lowest;
-use super::RobotRetargeter;
+use super::super::motion::RobotMotion;
+use super::{RobotRetargeter, feet_at_rest};
 
 impl RobotRetargeter {
     /// The points of both soles of the twin in each frame.
@@ -32,5 +33,21 @@ impl RobotRetargeter {
             Floor::Zero => vec![-self.retargeter.source_floor(); contacts.len()],
             _ => vec![0.0; contacts.len()],
         }
+    }
+
+    /// How far the robot is raised in each frame, smoothly, wherever a sole or a link would be below the floor.
+    pub(in super::super) fn raised(&self, motion: &RobotMotion) -> Vec<f64> {
+        match self.options.floor {
+            Floor::Keep => vec![0.0; motion.frames()],
+            _ => self.measured(motion).raised(&self.collisions),
+        }
+    }
+
+    pub(super) fn contacts_of(&self, source: &Scene, animation: &Animation) -> Vec<[bool; 2]> {
+        let frames = animation.frame_count();
+        let Ok(found) = self.retargeter.contacts(source, animation) else {
+            return vec![[false; 2]; frames];
+        };
+        feet_at_rest(&found, frames)
     }
 }
