@@ -1,10 +1,11 @@
 //! Puts the motion of a humanoid on a robot.
 
 pub(crate) mod balance;
+mod own;
 mod soles;
 mod stream;
 
-use glam::{DQuat, DVec3};
+use glam::DQuat;
 use mocap_edit::FootLockWeights;
 use mocap_edit::report::DetectedContacts;
 use mocap_figure::robot_bones::{RobotMap, robot_bones};
@@ -116,12 +117,6 @@ pub(super) const FIRST_STEPS: usize = 120;
 
 /// Steps of the solver at most for each frame after the first: it begins at the frame before.
 pub(super) const STEPS: usize = 8;
-
-/// Largest difference from 1 of the scale of a motion of the robot itself: the rounding of a scene.
-const SAME_SCALE: f64 = 1e-3;
-
-/// How far beyond a limit a motion of the robot itself may be, in radians or metres: the rounding of files.
-const SAME_POSITION: f64 = 1e-4;
 
 /// Puts the motions of one source on a robot.
 ///
@@ -244,24 +239,6 @@ impl RobotRetargeter {
                 second
             },
         )
-    }
-
-    /// The motion as it is, where the robot itself moves in it within its limits, and steps keep their length.
-    fn own_motion(&self, source: &Scene, animation: &Animation) -> Option<RobotMotion> {
-        let given = RobotMotion::of_same_robot(&self.robot, source, animation);
-        let is_as_long = (self.retargeter.scale() - 1.0).abs() < SAME_SCALE;
-        let mut given = given.filter(|_| is_as_long && self.options.map.is_empty())?;
-        let limits = self.limits();
-        let joints = given.dof_names.len();
-        for (index, position) in given.dof_pos.iter_mut().enumerate() {
-            let (lower, upper) = (limits.lower[index % joints], limits.upper[index % joints]);
-            let kept = position.max(lower).min(upper);
-            if (kept - *position).abs() > SAME_POSITION {
-                return None;
-            }
-            *position = kept;
-        }
-        Some(given)
     }
 
     /// How far the limbs of the motion that was made last point from those of its source, frame by frame.
@@ -432,22 +409,6 @@ impl RobotRetargeter {
             self.following.keep(side, stand, &followed.pose);
         }
         followed.contacts = Some(contacts);
-    }
-
-    /// Puts the base where the hips should be.
-    fn begin(&self, pose: &mut RobotPose) {
-        let Some((turn, reach)) = self.following.hips() else {
-            return;
-        };
-        let transform = pose.bodies[turn.body];
-        let rotation = (turn.target * transform.rotation.inverse()).normalize();
-        pose.root = Placement {
-            rotation: (rotation * pose.root.rotation).normalize(),
-            translation: DVec3::ZERO,
-        };
-        self.kinematics.update(pose);
-        pose.root.translation = reach.target - pose.bodies[reach.body].point(reach.point);
-        self.kinematics.update(pose);
     }
 
     pub(super) fn limits(&self) -> Bounds {

@@ -1,0 +1,51 @@
+//! Motions of the robot itself, and where a motion begins.
+
+use glam::DVec3;
+use mocap_scene::scene::robot::Placement;
+use mocap_scene::scene::{Animation, Scene};
+
+use super::super::kinematics::RobotPose;
+use super::super::motion::RobotMotion;
+use super::RobotRetargeter;
+
+/// Largest difference from 1 of the scale of a motion of the robot itself: the rounding of a scene.
+const SAME_SCALE: f64 = 1e-3;
+
+/// How far beyond a limit a motion of the robot itself may be, in radians or metres: the rounding of files.
+const SAME_POSITION: f64 = 1e-4;
+
+impl RobotRetargeter {
+    /// The motion as it is, where the robot itself moves in it within its limits, and steps keep their length.
+    pub(super) fn own_motion(&self, source: &Scene, animation: &Animation) -> Option<RobotMotion> {
+        let given = RobotMotion::of_same_robot(&self.robot, source, animation);
+        let is_as_long = (self.retargeter.scale() - 1.0).abs() < SAME_SCALE;
+        let mut given = given.filter(|_| is_as_long && self.options.map.is_empty())?;
+        let limits = self.limits();
+        let joints = given.dof_names.len();
+        for (index, position) in given.dof_pos.iter_mut().enumerate() {
+            let (lower, upper) = (limits.lower[index % joints], limits.upper[index % joints]);
+            let kept = position.max(lower).min(upper);
+            if (kept - *position).abs() > SAME_POSITION {
+                return None;
+            }
+            *position = kept;
+        }
+        Some(given)
+    }
+
+    /// Puts the base where the hips should be.
+    pub(super) fn begin(&self, pose: &mut RobotPose) {
+        let Some((turn, reach)) = self.following.hips() else {
+            return;
+        };
+        let transform = pose.bodies[turn.body];
+        let rotation = (turn.target * transform.rotation.inverse()).normalize();
+        pose.root = Placement {
+            rotation: (rotation * pose.root.rotation).normalize(),
+            translation: DVec3::ZERO,
+        };
+        self.kinematics.update(pose);
+        pose.root.translation = reach.target - pose.bodies[reach.body].point(reach.point);
+        self.kinematics.update(pose);
+    }
+}
