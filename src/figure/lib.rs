@@ -232,8 +232,20 @@ impl Figure {
     }
 
     /// The parts of an animal on four legs; `None` if it is not one. `scene` is the one in which the figure was found.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::figure::Figure;
+    ///
+    /// let scene = mocap::import("fixtures/made/dog_walk.bvh")?;
+    /// let figure = Figure::new(&scene);
+    /// let dog = figure.quadruped(&scene).expect("an animal on four legs");
+    /// assert!(dog.legs[0].is_fore && !dog.legs[2].is_fore);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     pub fn quadruped(&self, scene: &Scene) -> Option<&Quadruped> {
-        let find = || Quadruped::of(scene, &self.humanoid);
+        let is_one = self.humanoid.creature == Some(Creature::FourLegged);
+        let find = || is_one.then(|| Quadruped::of(scene, &self.humanoid)).flatten();
         self.quadruped.get_or_init(find).as_ref()
     }
 

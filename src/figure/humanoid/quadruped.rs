@@ -13,7 +13,6 @@ use serde::Serialize;
 use self::stance::Stance;
 use super::super::poses::poses;
 use super::Humanoid;
-use super::creature::Creature;
 use super::topology::{Pair, Tree, pairs};
 use crate::Confidence;
 use crate::names::words::Part;
@@ -45,6 +44,8 @@ const SHORTEST_LEG: f32 = 0.55;
 const SHORT_GIRDLE: f32 = 0.2;
 
 /// A leg of an animal on four legs: the joints at which its segments begin.
+///
+/// [`Figure::quadruped`](crate::Figure::quadruped) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct QuadrupedLeg {
@@ -95,7 +96,7 @@ impl QuadrupedLeg {
 
 /// An animal on four legs: which joint is which part of its body.
 ///
-/// [`Figure::quadruped`](crate::Figure::quadruped) finds it.
+/// [`Figure::quadruped`](crate::Figure::quadruped) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Quadruped {
@@ -120,11 +121,8 @@ pub struct Quadruped {
 }
 
 impl Quadruped {
-    /// The animal in a scene whose bones were searched for; `None` where it is none on four legs.
+    /// The animal in a scene of a creature on four legs, whose bones were searched for.
     pub(crate) fn of(scene: &Scene, humanoid: &Humanoid) -> Option<Self> {
-        if humanoid.creature != Some(Creature::FourLegged) {
-            return None;
-        }
         let Some(mut rig) = Rig::new(scene, &humanoid.follow) else {
             return find(scene, &Tree::new(scene, Vec::new()));
         };

@@ -58,7 +58,8 @@ fn front_and_hind_left_and_right_need_no_names() {
         Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
         Quat::from_rotation_y(-2.0) * Quat::from_rotation_z(0.2),
     ];
-    let animals: [(&str, &[Joint], [[usize; 2]; 4]); 3] = [
+    type Animal<'a> = (&'a str, &'a [Joint], [[usize; 2]; 4]);
+    let animals: [Animal<'_>; 3] = [
         ("cat", &CAT, LEGS_OF_CAT),
         ("dog", &dog(), LEGS_OF_CAT),
         ("llama", &LLAMA, LEGS_OF_LLAMA),

@@ -14,7 +14,7 @@ use super::space::Space;
 use super::time::key_times;
 use super::{FbxReport, unrepresentable};
 
-/// The percentage of a channel at which its shape is reached: channels go from 0 to 100 %.
+/// The factor from the weight of a target to the value of a channel: channels are percentages.
 const FULL: f64 = 100.0;
 
 /// A target in the file.

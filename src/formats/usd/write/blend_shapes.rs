@@ -136,10 +136,7 @@ impl Stage<'_> {
 fn check(mesh: &Mesh, target: &MorphTarget) -> Result<()> {
     let moved = target.offsets.iter().chain(&target.normal_offsets);
     let keys = target.weight_keys.iter().flat_map(|keys| &keys.values).copied();
-    let mut numbers = moved
-        .flat_map(glam::Vec3::to_array)
-        .chain(keys)
-        .chain([target.weight]);
+    let mut numbers = moved.flat_map(glam::Vec3::to_array).chain(keys).chain([target.weight]);
     let count = target.vertex_ids.len();
     let is_whole = count == target.offsets.len()
         && (target.normal_offsets.is_empty() || target.normal_offsets.len() == count)
