@@ -141,7 +141,8 @@ fn reason(said: &str) -> String {
     // What to do instead is no reason.
     let message = message.split("; did you mean ").next().unwrap();
     let message = message.split("; mocap ").next().unwrap();
-    message.replace('|', "\\|")
+    // A page shows no HTML tag of the name of a value.
+    message.replace('|', "\\|").replace(['<', '>'], "")
 }
 
 /// What Rust's `Exporter` and JavaScript's `write` do with a scene: the row of the format, its refusals, and the
