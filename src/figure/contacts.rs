@@ -89,7 +89,7 @@ pub fn ball(scene: &Scene, humanoid: &Humanoid, side: Side) -> Option<NodeId> {
 }
 
 /// Ends every gap in `contacts` that is shorter than `gap` frames, and then drops every contact shorter than `contact`.
-fn without_short_ones(contacts: &mut [bool], gap: usize, contact: usize) {
+pub fn without_short_ones(contacts: &mut [bool], gap: usize, contact: usize) {
     for (value, shortest) in [(false, gap), (true, contact)] {
         let mut start = 0;
         for end in 1..=contacts.len() {

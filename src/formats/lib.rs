@@ -45,6 +45,8 @@ mod mesh_surface;
 mod mimic;
 mod mjcf;
 mod mmd;
+#[cfg(any(feature = "fbx", feature = "gltf", feature = "usd"))]
+mod morph_targets;
 #[cfg(any(feature = "fbx", feature = "gltf", feature = "mjcf", feature = "urdf"))]
 mod named_file;
 #[doc(hidden)]

@@ -12,6 +12,12 @@ pub struct SoleBall {
     pub radius: f64,
 }
 
+/// The height of the lowest point of balls of a foot that stands in `foot`; infinite for none.
+pub fn lowest_point(balls: &[SoleBall], foot: &Placement) -> f64 {
+    let heights = balls.iter().map(|ball| foot.point(ball.centre).z - ball.radius);
+    heights.fold(f64::INFINITY, f64::min)
+}
+
 /// The sole of a foot.
 #[derive(Clone, Debug)]
 pub struct Sole {

@@ -14,7 +14,8 @@
 //! | a material: base colour, its texture, opacity | a material; a mesh with several becomes several |
 //! | an image that is embedded or near the file, PNG or JPEG | a texture; another one gives a warning |
 //! | blend shapes, and curves of their weights | morph targets, where they are asked for |
-//! | other properties of materials with a texture, vertex colours, a second skin, and meshes without a skin, such as props | left out, with an assumption in the scene |
+//! | vertex colours, a second skin, meshes without a skin | left out, with an assumption in the scene |
+//! | other properties of materials with a texture | left out, with an assumption in the scene |
 //!
 //! Lights and cameras are left out.
 

@@ -157,8 +157,8 @@ impl<'a> Stage<'a> {
         self.text
             .open("def SkelRoot", ROOT, &["prepend apiSchemas = [\"SkelBindingAPI\"]"]);
         self.skeleton.write(self.scene, clips.first(), &mut self.text);
-        for (animation, clip) in self.scene.animations.iter().zip(&clips) {
-            self.clip(animation, clip)?;
+        for (index, clip) in clips.iter().enumerate() {
+            self.clip(index, clip)?;
         }
         self.meshes(&binds, &materials)?;
         self.materials(&materials);

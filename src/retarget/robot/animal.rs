@@ -2,8 +2,9 @@
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use mocap_figure::Figure;
-use mocap_figure::report::Quadruped;
-use mocap_scene::math::median::median;
+use mocap_figure::contacts::without_short_ones;
+use mocap_figure::report::{Quadruped, QuadrupedLeg};
+use mocap_scene::math::median::{median, ranked};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, NodeId, Scene};
 
@@ -93,7 +94,7 @@ impl AnimalTrack {
             });
         }
         let rest = Pose::rest(source);
-        let length = |leg: &mocap_figure::report::QuadrupedLeg| {
+        let length = |leg: &QuadrupedLeg| {
             let joints = [Some(leg.upper), Some(leg.lower), leg.ankle, Some(leg.paw)];
             let joints: Vec<DVec3> = joints.into_iter().flatten().map(|node| at(&rest, node)).collect();
             joints.windows(2).map(|pair| pair[0].distance(pair[1])).sum::<f64>()
@@ -102,11 +103,8 @@ impl AnimalTrack {
         let mut track = Self {
             ground: std::array::from_fn(|index| {
                 let mut heights: Vec<f64> = frames.iter().map(|frame| frame.paws[index].z).collect();
-                heights.sort_by(f64::total_cmp);
-                heights
-                    .get((RESTS * heights.len() as f64) as usize)
-                    .copied()
-                    .unwrap_or(0.0)
+                let rank = (RESTS * heights.len() as f64) as usize;
+                ranked(&mut heights, rank).unwrap_or(0.0)
             }),
             leg,
             contacts: Vec::new(),
@@ -121,7 +119,6 @@ impl AnimalTrack {
     fn level(&mut self) {
         let tilts = self.frames.iter().map(|frame| (frame.rotation * DVec3::X).z.asin());
         let mut tilts: Vec<f64> = tilts.collect();
-
         let tilt = median(&mut tilts).unwrap_or(0.0).clamp(-MOST_TILTED, MOST_TILTED);
         let back = DQuat::from_rotation_y(tilt);
         for frame in &mut self.frames {
@@ -143,20 +140,7 @@ impl AnimalTrack {
             };
             let mut stood: Vec<bool> = (0..frames).map(stands).collect();
             let shortest = (SHORTEST * fps).round().max(1.0) as usize;
-            for value in [false, true] {
-                let mut begin = 0;
-                while begin < frames {
-                    let run = stood[begin..]
-                        .iter()
-                        .take_while(|stands| **stands == stood[begin])
-                        .count();
-                    let is_inner = begin > 0 && begin + run < frames;
-                    if stood[begin] == value && is_inner && run < shortest {
-                        stood[begin..begin + run].fill(!value);
-                    }
-                    begin += run;
-                }
-            }
+            without_short_ones(&mut stood, shortest, shortest);
             stood
         };
         let paws: [Vec<bool>; 4] = std::array::from_fn(of_paw);

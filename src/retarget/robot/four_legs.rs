@@ -1,7 +1,7 @@
 //! The four legs of a robot, by the shape of its tree.
 
 use glam::DVec3;
-use mocap_figure::robot_bones::sole::{SoleBall, sole};
+use mocap_figure::robot_bones::sole::{SoleBall, lowest_point, sole};
 use mocap_scene::scene::robot::Robot;
 
 use super::kinematics::{Kinematics, RobotPose};
@@ -43,11 +43,23 @@ pub(super) struct RobotLeg {
     pub(super) is_shown: bool,
     /// From the hip to the foot where the leg is straight.
     pub(super) reach: f64,
+    /// From the middle of the sole down to its lowest point, with all joints at 0.
+    pub(super) below_foot: f64,
 }
 
 impl RobotLeg {
     pub(super) fn foot_in(&self, pose: &RobotPose) -> DVec3 {
         pose.bodies[self.body()].point(self.foot)
+    }
+
+    /// The height of the lowest point of the sole.
+    pub(super) fn sole_height(&self, pose: &RobotPose) -> f64 {
+        lowest_point(&self.sole, &pose.bodies[self.body()])
+    }
+
+    /// How far the middle of the sole is above its lowest point.
+    pub(super) fn foot_above_sole(&self, pose: &RobotPose) -> f64 {
+        self.foot_in(pose).z - self.sole_height(pose)
     }
 
     pub(super) fn body(&self) -> usize {
@@ -123,6 +135,7 @@ impl RobotLegs {
                 sole: found.balls,
                 is_shown: found.is_shown,
                 reach: 0.0,
+                below_foot: 0.0,
                 bodies: chain,
             }
         });
@@ -131,6 +144,7 @@ impl RobotLegs {
             bounds: bounds.clone(),
         };
         for index in 0..found.legs.len() {
+            found.legs[index].below_foot = found.legs[index].foot_above_sole(&zero);
             found.legs[index].reach = found.bend(kinematics, &zero, index, &mut bounds);
         }
         found.bounds = bounds;

@@ -1,6 +1,7 @@
 //! What a motion does on a robot: the heights and speeds of its soles, and the bones that it has there.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
+use mocap_figure::robot_bones::sole::lowest_point;
 use mocap_scene::scene::robot::Placement;
 use mocap_scene::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId, Scene};
 
@@ -38,11 +39,7 @@ impl Measured<'_> {
             self.pose(frame, &mut pose);
             [0, 1].map(|side| {
                 let Some(link) = feet[side] else { return f64::INFINITY };
-                let foot = self.kinematics.link(&pose, link);
-                let heights = self.twin.soles[side]
-                    .iter()
-                    .map(|ball| foot.point(ball.centre).z - ball.radius);
-                heights.fold(f64::INFINITY, f64::min)
+                lowest_point(&self.twin.soles[side], &self.kinematics.link(&pose, link))
             })
         });
         frames.collect()
@@ -67,22 +64,19 @@ impl Measured<'_> {
     /// How far the robot is to be raised in each frame, smoothly, so that no sole is below the floor, and no link
     /// deeper than [`TOUCHING`].
     pub(super) fn raised(&self, collisions: &Collisions) -> Vec<f64> {
-        let depths = self.depths(collisions);
-        let below = self
-            .sole_heights()
-            .into_iter()
-            .zip(depths)
-            .map(|([left, right], depth)| (-left.min(right)).max(depth - TOUCHING).max(0.0));
-        raised(&below.map(|below| -below).collect::<Vec<f64>>(), self.motion.fps)
+        let soles = self.sole_heights().into_iter();
+        let links = self.depths(collisions).into_iter();
+        let heights = soles
+            .zip(links)
+            .map(|([left, right], depth)| left.min(right).min(TOUCHING - depth));
+        raised(&heights.collect::<Vec<f64>>(), self.motion.fps)
     }
 
     /// How far the robot is to be raised for its links alone.
     pub(super) fn raised_by_links(&self, collisions: &Collisions) -> Vec<f64> {
-        let below = self.depths(collisions).into_iter();
-        raised(
-            &below.map(|depth| TOUCHING - depth).collect::<Vec<f64>>(),
-            self.motion.fps,
-        )
+        let links = self.depths(collisions).into_iter();
+        let heights = links.map(|depth| TOUCHING - depth);
+        raised(&heights.collect::<Vec<f64>>(), self.motion.fps)
     }
 
     /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames
@@ -219,6 +213,13 @@ impl Measured<'_> {
     fn pose(&self, frame: usize, pose: &mut RobotPose) {
         self.motion.set(frame, self.kinematics, pose);
     }
+}
+
+/// The heights of the soles whose foot of the source stands.
+pub(super) fn standing<const FEET: usize>(heights: &[[f64; FEET]], contacts: &[[bool; FEET]]) -> Vec<f64> {
+    let of_frame = |(heights, stands): (&[f64; FEET], &[bool; FEET])| std::iter::zip(*heights, *stands);
+    let feet = std::iter::zip(heights, contacts).flat_map(of_frame);
+    feet.filter(|(_, stands)| *stands).map(|(height, _)| height).collect()
 }
 
 /// How far a robot whose lowest soles are at these heights is to be raised in each frame, smoothly, so that none is

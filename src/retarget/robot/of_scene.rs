@@ -47,13 +47,15 @@ impl RobotMotion {
         let is_alike = links
             .map(|(link, node)| (link.transform, node.transform))
             .all(|(link, node)| link.abs_diff_eq(node, SAME_REST));
+        if !is_alike {
+            return None;
+        }
         let to_world = match scene.metadata.up? {
             UpAxis::Z => DQuat::IDENTITY,
             UpAxis::Y => DQuat::from_rotation_x(FRAC_PI_2),
             UpAxis::NegY | UpAxis::NegZ => return None,
         };
-        let motion = Self::of_clip(robot, scene, animation, to_world);
-        motion.ok().filter(|_| is_alike)
+        Self::of_clip(robot, scene, animation, to_world).ok()
     }
 
     /// An animation of a scene of the robot's links; `to_world` brings its axes to +Z up.

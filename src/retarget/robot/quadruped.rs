@@ -17,9 +17,9 @@ use super::animal::{AnimalFrame, AnimalTrack};
 use super::collision::Collisions;
 use super::feasibility::feasibility;
 use super::floor::{Floor, smooth};
-use super::four_legs::{RobotLeg, RobotLegs};
+use super::four_legs::RobotLegs;
 use super::kinematics::{Kinematics, RobotPose};
-use super::measure::raised;
+use super::measure::{raised, standing};
 use super::motion::{RobotMotion, rate};
 use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued};
 use super::robot_report::{self, ObservedFrames, RobotReport};
@@ -192,7 +192,7 @@ impl QuadrupedRetargeter {
             let values: Vec<f64> = middles.iter().map(|middle| middle[axis]).collect();
             smooth(&values, deviation)
         });
-        let radius = 0.25 * legs.iter().map(|leg| self.below_foot(leg)).sum::<f64>();
+        let radius = 0.25 * legs.iter().map(|leg| leg.below_foot).sum::<f64>();
         frames
             .enumerate()
             .map(|(at, frame)| {
@@ -206,7 +206,7 @@ impl QuadrupedRetargeter {
                     let hip = base.point(legs[index].hip);
                     let paw = along * (frame.paws[index] - frame.hips[index]);
                     let rise = height * (frame.paws[index].z - track.ground[index]);
-                    let z = self.below_foot(&legs[index]) + floor + rise;
+                    let z = legs[index].below_foot + floor + rise;
                     within(hip, (hip + paw).with_z(z), legs[index].reach)
                 });
                 Wanted { base, feet }
@@ -223,35 +223,23 @@ impl QuadrupedRetargeter {
         }
     }
 
-    /// From the middle of a sole down to the floor, where the leg stands straight.
-    fn below_foot(&self, leg: &RobotLeg) -> f64 {
-        let mut pose = self.kinematics.rest();
-        pose.positions.fill(0.0);
-        self.kinematics.update(&mut pose);
-        leg.foot_in(&pose).z - sole_height(leg, &pose)
-    }
-
     /// Holds feet that stand where they stand; the shift fades out in the air.
     fn hold(&self, track: &AnimalTrack, fps: f64, wanted: &mut [Wanted]) {
         let floor = self.floor(track);
         let fade = (RETURN * fps).round().max(1.0);
         for (index, leg) in self.legs.legs.iter().enumerate() {
-            let ground = self.below_foot(leg) + floor;
+            let ground = leg.below_foot + floor;
             let stands: Vec<bool> = track.contacts.iter().map(|contacts| contacts[index]).collect();
             let mut shift = vec![DVec3::ZERO; wanted.len()];
             let mut begin = 0;
-            while begin < stands.len() {
-                let run = stands[begin..]
-                    .iter()
-                    .take_while(|found| **found == stands[begin])
-                    .count();
-                let frames = begin..begin + run;
-                begin += run;
-                if !stands[frames.start] {
+            for run in stands.chunk_by(PartialEq::eq) {
+                let frames = begin..begin + run.len();
+                begin = frames.end;
+                if !run[0] {
                     continue;
                 }
                 let sum: DVec3 = wanted[frames.clone()].iter().map(|wanted| wanted.feet[index]).sum();
-                let anchor = (sum / run as f64).with_z(ground);
+                let anchor = (sum / run.len() as f64).with_z(ground);
                 let most = FARTHEST_HELD * leg.reach;
                 let of_frame = |frame: usize| (anchor - wanted[frame].feet[index]).clamp_length_max(most);
                 for frame in frames.clone() {
@@ -321,8 +309,7 @@ impl QuadrupedRetargeter {
             let steps = if frame == 0 { FIRST_STEPS } else { STEPS };
             solver.solve(&self.kinematics, &goals, &self.legs.bounds, &mut pose, steps);
             for (sunk, leg) in sunk.iter_mut().zip(legs) {
-                let depth = leg.foot_in(&pose).z - sole_height(leg, &pose);
-                *sunk = depth - self.below_foot(leg);
+                *sunk = leg.foot_above_sole(&pose) - leg.below_foot;
             }
             motion.root.push(continued(pose.root, motion.root.last()));
             motion.dof_pos.extend(&pose.positions);
@@ -356,7 +343,7 @@ impl QuadrupedRetargeter {
     fn heights(&self, motion: &RobotMotion) -> Vec<[f64; 4]> {
         let mut heights = Vec::with_capacity(motion.frames());
         self.poses(motion, |_, pose| {
-            heights.push(self.legs.legs.each_ref().map(|leg| sole_height(leg, pose)));
+            heights.push(self.legs.legs.each_ref().map(|leg| leg.sole_height(pose)));
         });
         heights
     }
@@ -396,10 +383,6 @@ impl QuadrupedRetargeter {
         });
         let limbs: Vec<LimbError> = limbs.collect();
         let heights = self.heights(motion);
-        let standing = heights.iter().zip(&track.contacts).flat_map(|(heights, stands)| {
-            let of_feet = heights.iter().zip(stands);
-            of_feet.filter(|(_, stands)| **stands).map(|(height, _)| *height)
-        });
         let guessed = legs.iter().filter(|leg| !leg.is_shown).map(|leg| {
             let link = self.robot.moving_joints()[leg.body() - 1];
             format!("the sole of {}, which has no shape", self.robot.links[link].name)
@@ -419,7 +402,7 @@ impl QuadrupedRetargeter {
                 skate: (held > 0).then(|| slid / held as f64),
                 lowest: heights.iter().map(lowest).collect(),
                 depths: Vec::new(),
-                standing: standing.collect(),
+                standing: standing(&heights, &track.contacts),
                 collisions: self.collisions.measure(&self.kinematics, motion),
                 roll: None,
                 trunk: None,
@@ -461,13 +444,6 @@ impl QuadrupedRetargeter {
 
 fn lowest(heights: &[f64; 4]) -> f64 {
     heights.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
-/// The height of the lowest point of a sole.
-fn sole_height(leg: &RobotLeg, pose: &RobotPose) -> f64 {
-    let foot = &pose.bodies[leg.body()];
-    let heights = leg.sole.iter().map(|ball| foot.point(ball.centre).z - ball.radius);
-    heights.fold(f64::INFINITY, f64::min)
 }
 
 /// A place of a foot, brought within the reach of its leg.

@@ -25,7 +25,7 @@ use super::fingers::Fingers;
 use super::floor::Floor;
 use super::following::{FootState, SolverGoals};
 use super::kinematics::{Kinematics, RobotPose};
-use super::measure::Measured;
+use super::measure::{Measured, standing};
 use super::motion::{RobotMotion, rate};
 use super::robot_report::{self, ObservedFrames, RobotReport};
 use super::solver::{Bounds, Solver};
@@ -275,10 +275,6 @@ impl RobotRetargeter {
         let of_source = of_source.map(|guess| format!("{} of the source: {}", guess.bone.as_str(), guess.reason));
         let guessed = self.twin.guessed.iter().cloned().chain(of_source).collect();
         let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
-        let standing = heights.iter().zip(&motion.contacts).flat_map(|(heights, stands)| {
-            let feet = heights.iter().zip(stands);
-            feet.filter(|(_, stands)| **stands).map(|(height, _)| *height)
-        });
         let feet = found.feet.filter(|feet| feet.contact_frames > 0);
         let collisions = self.collisions.measure(&self.kinematics, &motion);
         let (roll, lying) = measured.roll(&self.following, goals);
@@ -286,7 +282,7 @@ impl RobotRetargeter {
             found,
             skate,
             source_skate: feet.map(|feet| feet.source.skate),
-            standing: standing.collect(),
+            standing: standing(&heights, &motion.contacts),
             lowest: heights.iter().map(|[left, right]| left.min(*right)).collect(),
             depths: match self.twin.has_legs {
                 true => measured.depths(&self.collisions),

@@ -73,14 +73,22 @@ impl Mesh {
     #[doc(hidden)]
     pub fn vertices_without_targets(&self) -> Cow<'_, [Vec3]> {
         let mut vertices = Cow::Borrowed(self.vertices.as_slice());
-        for target in self.morph_targets.iter().filter(|target| target.weight != 0.0) {
-            for (vertex, offset) in std::iter::zip(&target.vertex_ids, &target.offsets) {
-                if let Some(vertex) = vertices.to_mut().get_mut(*vertex as usize) {
-                    *vertex -= target.weight * *offset;
-                }
+        for (vertex, added) in added_at_rest(&self.morph_targets) {
+            if let Some(vertex) = vertices.to_mut().get_mut(vertex) {
+                *vertex -= added;
             }
         }
         vertices
+    }
+
+    /// Adds to the vertices what the morph targets add to them at rest.
+    #[doc(hidden)]
+    pub fn add_targets_at_rest(&mut self) {
+        for (vertex, added) in added_at_rest(&self.morph_targets) {
+            if let Some(vertex) = self.vertices.get_mut(vertex) {
+                *vertex += added;
+            }
+        }
     }
 
     /// Changes what the targets add to each vertex as its position is changed.
@@ -99,6 +107,15 @@ impl Mesh {
             }
         }
     }
+}
+
+/// The vertices that morph targets move at rest, and what each adds.
+fn added_at_rest(targets: &[MorphTarget]) -> impl Iterator<Item = (usize, Vec3)> {
+    let moving = targets.iter().filter(|target| target.weight != 0.0);
+    moving.flat_map(|target| {
+        let moved = std::iter::zip(&target.vertex_ids, &target.offsets);
+        moved.map(|(vertex, offset)| (*vertex as usize, target.weight * *offset))
+    })
 }
 
 /// A shape that a mesh can be moved towards, such as a smile: glTF's morph target, FBX's blend shape.

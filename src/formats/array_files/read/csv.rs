@@ -15,14 +15,11 @@ use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::files::{PointColumns, Records, is_own_csv};
 use serde::Deserialize;
 
-use super::layouts::TABLE;
+use super::layouts::{BASE_OF_ROBOT, TABLE};
 use super::ndarray::{Bytes, Entries, Kind, NdArray};
 use super::point_rows::{PointRows, TABLES, floats};
 use crate::Failure;
 use crate::warnings::Warnings;
-
-/// Numbers that the base of a robot has in a row, at least.
-const BASE: usize = 7;
 
 /// The header of this program's arrays, as far as rows need it.
 #[derive(Deserialize)]
@@ -204,7 +201,7 @@ fn number(cell: &str, line: usize, column: &str) -> Result<f32, Failure> {
 fn is_without_header(text: &str) -> bool {
     let (mut records, mut cells) = (Records::new(text), Vec::new());
     records.next(&mut cells);
-    cells.len() > BASE && cells.iter().all(|cell| double(cell).is_some())
+    cells.len() > BASE_OF_ROBOT && cells.iter().all(|cell| double(cell).is_some())
 }
 
 fn double(cell: &str) -> Option<f64> {

@@ -19,6 +19,8 @@ use super::ndarray::{Entries, NdArray};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
+pub(super) use self::robot::BASE as BASE_OF_ROBOT;
+
 /// The name of the numbers of a table without a header.
 pub(super) const TABLE: &str = "rows";
 

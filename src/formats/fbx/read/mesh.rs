@@ -287,11 +287,7 @@ impl<'a> Bound<'a> {
             }
         }
         mesh.morph_targets = shapes.of(source, &corners, (self.to_bind, to_bind_normal));
-        for target in mesh.morph_targets.iter().filter(|target| target.weight != 0.0) {
-            for (vertex, offset) in std::iter::zip(&target.vertex_ids, &target.offsets) {
-                mesh.vertices[*vertex as usize] += target.weight * *offset;
-            }
-        }
+        mesh.add_targets_at_rest();
         mesh.bones = bones;
         Some(mesh)
     }

@@ -2,7 +2,6 @@
 //! of the channels.
 
 use mocap_scene::error::Result;
-use mocap_scene::limits::is_plausible;
 use mocap_scene::scene::{Keys, Mesh, MorphTarget};
 
 use super::animation::{Layer, add_curve};
@@ -13,6 +12,7 @@ use super::properties::Properties;
 use super::space::Space;
 use super::time::key_times;
 use super::{FbxReport, unrepresentable};
+use crate::morph_targets;
 
 /// The factor from the weight of a target to the value of a channel: channels are percentages.
 const FULL: f64 = 100.0;
@@ -56,15 +56,16 @@ pub(super) fn write<'a>(
     if targets.is_empty() {
         return Ok(Vec::new());
     }
+    for part in parts {
+        morph_targets::check(part).map_err(|message| unrepresentable(name, message))?;
+    }
     let (deformer, element) = document.object("Deformer", [name, "Deformer", "BlendShape"]);
     document.add("Deformer", element.child(Element::of("Version", 100)));
     document.connect(deformer, geometry);
-    let vertices: usize = parts.iter().map(|part| part.vertices.len()).sum();
     let mut names = Names::default();
     let mut written = Vec::new();
     for parts in targets {
         let first = parts[0].1;
-        check(name, &parts, vertices)?;
         let name = names.unique(&first.name, "Shape");
         let ids = parts
             .iter()
@@ -95,32 +96,6 @@ pub(super) fn write<'a>(
         written.push(WrittenTarget { channel, target: first });
     }
     Ok(written)
-}
-
-fn check(mesh: &str, parts: &[(usize, &MorphTarget)], vertices: usize) -> Result<()> {
-    let is_sound = |(start, target): &(usize, &MorphTarget)| {
-        let count = target.vertex_ids.len();
-        let moved = target.offsets.iter().chain(&target.normal_offsets);
-        let keys = target.weight_keys.iter().flat_map(|keys| &keys.values);
-        let mut numbers = moved
-            .flat_map(glam::Vec3::to_array)
-            .chain(keys.copied())
-            .chain([target.weight]);
-        count == target.offsets.len()
-            && (target.normal_offsets.is_empty() || target.normal_offsets.len() == count)
-            && target.vertex_ids.iter().all(|id| start + (*id as usize) < vertices)
-            && numbers.all(|number| is_plausible(number.into()))
-    };
-    match parts.iter().find(|part| !is_sound(part)) {
-        None => Ok(()),
-        Some((_, target)) => {
-            let message = format!(
-                "a number of the morph target \"{}\" is not finite, or it moves a vertex that is not there",
-                target.name
-            );
-            Err(unrepresentable(mesh, message))
-        }
-    }
 }
 
 /// Adds the curves of the targets that clips move, or have elsewhere than at rest. `layers` are those of the clips.

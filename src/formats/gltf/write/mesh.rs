@@ -11,6 +11,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Mesh, MorphTarget, Primitive};
 
 use super::buffer::{Buffer, Usage};
+use crate::morph_targets;
 
 /// The largest number of joints with 8-bit joint indices.
 const JOINTS_IN_8_BITS: usize = 256;
@@ -50,6 +51,7 @@ pub(super) fn write(
     joint_count: usize,
     buffer: &mut Buffer,
 ) -> Result<Option<(JsonPrimitive, usize)>> {
+    morph_targets::check(mesh).map_err(|message| Diagnostic::new(Code::Unrepresentable, message))?;
     let vertices = mesh.vertices_without_targets();
     if !vertices.iter().all(|vertex| vertex.is_finite()) {
         return Err(Diagnostic::new(Code::Unrepresentable, "a vertex is not finite").into());
@@ -182,9 +184,7 @@ fn target(own: &MorphTarget, count: usize, sources: &[usize], has_normals: bool,
     let mut added = |offsets: &[Vec3]| {
         let mut all = vec![Vec3::ZERO; count];
         for (vertex, offset) in std::iter::zip(&own.vertex_ids, offsets) {
-            if let Some(place) = all.get_mut(*vertex as usize).filter(|_| offset.is_finite()) {
-                *place = *offset;
-            }
+            all[*vertex as usize] = *offset;
         }
         let kept: Vec<_> = sources
             .iter()

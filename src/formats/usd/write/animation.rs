@@ -21,7 +21,9 @@ struct AnimatedJoint<'a> {
 }
 
 impl Stage<'_> {
-    pub(super) fn clip(&mut self, animation: &Animation, name: &str) -> Result<()> {
+    /// An animation of the scene, as a prim with this name.
+    pub(super) fn clip(&mut self, index: usize, name: &str) -> Result<()> {
+        let animation = &self.scene.animations[index];
         let rate = limits::frame_rate(Code::FrameTime, animation.ticks_per_second)?;
         let driven = self.driven(animation)?;
         self.note_scales(animation, &driven);
@@ -67,7 +69,7 @@ impl Stage<'_> {
             all.map(|value| value.to_array().map(half_of_scale)).collect()
         };
         self.text.samples("half3[] scales", &codes_of(&ticks), at, text::tuple);
-        self.weights(animation, codes);
+        self.weights(index, codes);
         self.text.close();
         Ok(())
     }

@@ -4,14 +4,14 @@
 //! move alike, and get names of their own where not.
 
 use mocap_scene::error::Result;
-use mocap_scene::limits::is_plausible;
-use mocap_scene::scene::{Animation, Mesh, MorphTarget, Scene};
+use mocap_scene::scene::{MorphTarget, Scene};
 
 use super::animation::ticks;
 use super::mesh::is_written;
 use super::names::Names;
 use super::text;
 use super::{ROOT, Stage, unrepresentable};
+use crate::morph_targets;
 use crate::unique_names::UniqueNames;
 
 /// The shapes of a scene.
@@ -68,6 +68,7 @@ impl Stage<'_> {
         if mesh.morph_targets.is_empty() {
             return Ok(());
         }
+        morph_targets::check(mesh).map_err(|message| unrepresentable(&mesh.name, message))?;
         let mut names = Names::default();
         let prims = mesh.morph_targets.iter();
         let prims: Vec<String> = prims.map(|target| names.unique(&target.name, "Shape")).collect();
@@ -78,7 +79,6 @@ impl Stage<'_> {
             out.push_str(&format!("</{ROOT}/{prim}/{shape}>"));
         });
         for (target, shape) in std::iter::zip(&mesh.morph_targets, &prims) {
-            check(mesh, target)?;
             let display = text::display_name(&target.name, shape);
             let metadata: Vec<&str> = display.as_deref().into_iter().collect();
             out.open("def BlendShape", shape, &metadata);
@@ -96,14 +96,8 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The weights of all shapes in an animation, whose ticks last `codes` time codes.
-    pub(super) fn weights(&mut self, animation: &Animation, codes: f64) {
-        let index = self
-            .scene
-            .animations
-            .iter()
-            .position(|own| std::ptr::eq(own, animation));
-        let index = index.unwrap_or_default();
+    /// The weights of all shapes in the animation `index`, whose ticks last `codes` time codes.
+    pub(super) fn weights(&mut self, index: usize, codes: f64) {
         let targets: Vec<&MorphTarget> = self
             .shapes
             .moved
@@ -130,25 +124,5 @@ impl Stage<'_> {
                 // -0 is 0.
                 out.push_str(&(weight + 0.0).to_string());
             });
-    }
-}
-
-fn check(mesh: &Mesh, target: &MorphTarget) -> Result<()> {
-    let moved = target.offsets.iter().chain(&target.normal_offsets);
-    let keys = target.weight_keys.iter().flat_map(|keys| &keys.values).copied();
-    let mut numbers = moved.flat_map(glam::Vec3::to_array).chain(keys).chain([target.weight]);
-    let count = target.vertex_ids.len();
-    let is_whole = count == target.offsets.len()
-        && (target.normal_offsets.is_empty() || target.normal_offsets.len() == count)
-        && target.vertex_ids.iter().all(|id| (*id as usize) < mesh.vertices.len());
-    match is_whole && numbers.all(|number| is_plausible(number.into())) {
-        true => Ok(()),
-        false => {
-            let message = format!(
-                "a number of the morph target {:?} is not finite, or it moves a vertex that is not there",
-                target.name
-            );
-            Err(unrepresentable(&mesh.name, message))
-        }
     }
 }

@@ -210,7 +210,7 @@ fn curves_of_another_face_are_counted() {
     Written::of(&arm, 0).assert_is("concat", &[(0.5, &[0.5]), (1.0, &[1.0]), (1.5, &[0.0])]);
 }
 
-/// The weights of the face in the clips of the fixtures: of each clip some seconds, each with the weight of each target.
+/// The stated weights of a fixture: for each of its clips some times in seconds, each with the weight of each target.
 type Stated<'a> = &'a [&'a [(f64, &'a [f32])]];
 
 const OF_ARM: Stated<'_> = &[&[(0.0, &[0.0]), (0.5, &[0.5]), (1.0, &[1.0])]];

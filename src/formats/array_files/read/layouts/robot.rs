@@ -80,7 +80,7 @@ const LAYOUTS: &[Layout] = &[
 ];
 
 /// Numbers of the base: a position and a quaternion.
-const BASE: usize = 7;
+pub(in super::super) const BASE: usize = 7;
 
 /// A layout of one array, whose rows have the numbers of the base before those of the joints.
 struct Rows {
