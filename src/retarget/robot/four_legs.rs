@@ -116,11 +116,7 @@ impl RobotLegs {
         if !stands_apart {
             return None;
         }
-        let bodies = &kinematics.bodies[1..];
-        let mut bounds = Bounds {
-            lower: bodies.iter().map(|body| body.limits.lower).collect(),
-            upper: bodies.iter().map(|body| body.limits.upper).collect(),
-        };
+        let mut bounds = Bounds::of(kinematics);
         let transforms = robot.zero_pose();
         let moving = robot.moving_joints();
         let legs = chains.map(|chain| {

@@ -21,9 +21,9 @@ use super::four_legs::RobotLegs;
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::{raised, standing};
 use super::motion::{RobotMotion, rate};
-use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued};
+use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued, own_motion};
 use super::robot_report::{self, ObservedFrames, RobotReport};
-use super::solver::Solver;
+use super::solver::{Bounds, Solver};
 use super::speed::{EXPLAINED, JUMP, WINDOW, within_steps};
 use super::terms::{Goals, Reach, RotationGoal, Terms};
 use crate::Scale;
@@ -124,17 +124,31 @@ impl QuadrupedRetargeter {
     /// An animation of `source` on the robot, and how well it is the same.
     pub(crate) fn clip(&self, source: &Scene, animation: &Animation) -> (RobotMotion, RobotReport) {
         let track = AnimalTrack::new(source, animation, &self.figure, &self.animal);
+        let scale = match self.options.scale {
+            Scale::Factor(factor) => factor,
+            Scale::Auto | Scale::None => 1.0,
+        };
+        let own = own_motion(&self.robot, (source, animation), &Bounds::of(&self.kinematics), scale);
+        let is_own = own.is_some();
+        let mut motion = own.unwrap_or_else(|| self.follow(&track, animation));
+        motion.contacts = track.contacts.iter().map(|stands| [stands[0], stands[1]]).collect();
+        motion.hind_contacts = track.contacts.iter().map(|stands| [stands[2], stands[3]]).collect();
+        let steps = if is_own { 1.0 } else { self.scales(&track).1 };
+        let report = self.report(&track, &motion, steps);
+        (motion, report)
+    }
+
+    /// The motion of another body on the robot.
+    fn follow(&self, track: &AnimalTrack, animation: &Animation) -> RobotMotion {
         let fps = animation.ticks_per_second;
-        let mut wanted = self.wanted(&track, fps);
+        let mut wanted = self.wanted(track, fps);
         if self.options.lock_feet {
-            self.hold(&track, fps, &mut wanted);
+            self.hold(track, fps, &mut wanted);
         }
         let mut motion = RobotMotion {
             name: animation.name.clone(),
             fps: rate(fps),
             dof_names: self.robot.dof_names(),
-            contacts: track.contacts.iter().map(|stands| [stands[0], stands[1]]).collect(),
-            hind_contacts: track.contacts.iter().map(|stands| [stands[2], stands[3]]).collect(),
             ..RobotMotion::default()
         };
         self.solve(&wanted, &mut motion);
@@ -146,8 +160,7 @@ impl QuadrupedRetargeter {
                 root.translation.z += raised;
             }
         }
-        let report = self.report(&track, &motion);
-        (motion, report)
+        motion
     }
 
     /// How many times as long as those of the source heights and steps are.
@@ -348,7 +361,8 @@ impl QuadrupedRetargeter {
         heights
     }
 
-    fn report(&self, track: &AnimalTrack, motion: &RobotMotion) -> RobotReport {
+    /// The report of a motion whose steps are so many times as long as those of the source.
+    fn report(&self, track: &AnimalTrack, motion: &RobotMotion, steps: f64) -> RobotReport {
         let legs = &self.legs.legs;
         let mut errors = [(0.0, 0.0_f64, 0_usize); 4];
         let mut soles: [Vec<DVec3>; 4] = Default::default();
@@ -397,7 +411,7 @@ impl QuadrupedRetargeter {
             &self.robot,
             motion,
             ObservedFrames {
-                found: RetargetReport::of_limbs(motion.name.clone(), motion.frames(), self.scales(track).1, limbs),
+                found: RetargetReport::of_limbs(motion.name.clone(), motion.frames(), steps, limbs),
                 source_skate: track.skate(motion.fps),
                 skate: (held > 0).then(|| slid / held as f64),
                 lowest: heights.iter().map(lowest).collect(),

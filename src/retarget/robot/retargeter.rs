@@ -17,6 +17,7 @@ use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{Animation, Scene, Side};
 
 use self::balance::Balance;
+pub(super) use self::own::own_motion;
 pub use self::stream::RobotStream;
 use super::branches::{Branches, Free};
 use super::collision::Collisions;
@@ -408,11 +409,7 @@ impl RobotRetargeter {
     }
 
     pub(super) fn limits(&self) -> Bounds {
-        let bodies = &self.kinematics.bodies[1..];
-        Bounds {
-            lower: bodies.iter().map(|body| body.limits.lower).collect(),
-            upper: bodies.iter().map(|body| body.limits.upper).collect(),
-        }
+        Bounds::of(&self.kinematics)
     }
 
     /// The limits, narrowed to what joints reach until the next frame.

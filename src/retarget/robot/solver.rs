@@ -29,6 +29,17 @@ pub struct Bounds {
     pub upper: Vec<f64>,
 }
 
+impl Bounds {
+    /// Those of the robot's file.
+    pub(super) fn of(kinematics: &Kinematics) -> Self {
+        let bodies = &kinematics.bodies[1..];
+        Self {
+            lower: bodies.iter().map(|body| body.limits.lower).collect(),
+            upper: bodies.iter().map(|body| body.limits.upper).collect(),
+        }
+    }
+}
+
 /// Solves one frame after another.
 #[derive(Clone, Debug)]
 pub struct Solver {

@@ -1,11 +1,12 @@
 //! Motions of the robot itself, and where a motion begins.
 
 use glam::DVec3;
-use mocap_scene::scene::robot::Placement;
+use mocap_scene::scene::robot::{Placement, Robot};
 use mocap_scene::scene::{Animation, Scene};
 
 use super::super::kinematics::RobotPose;
 use super::super::motion::RobotMotion;
+use super::super::solver::Bounds;
 use super::RobotRetargeter;
 
 /// Largest difference from 1 of the scale of a motion of the robot itself: the rounding of a scene.
@@ -14,23 +15,40 @@ const SAME_SCALE: f64 = 1e-3;
 /// How far beyond a limit a motion of the robot itself may be, in radians or metres: the rounding of files.
 const SAME_POSITION: f64 = 1e-4;
 
-impl RobotRetargeter {
-    /// The motion as it is, where the robot itself moves in it within its limits, and steps keep their length.
-    pub(super) fn own_motion(&self, source: &Scene, animation: &Animation) -> Option<RobotMotion> {
-        let given = RobotMotion::of_same_robot(&self.robot, source, animation);
-        let is_as_long = (self.retargeter.scale() - 1.0).abs() < SAME_SCALE;
-        let mut given = given.filter(|_| is_as_long && self.options.map.is_empty())?;
-        let limits = self.limits();
-        let joints = given.dof_names.len();
-        for (index, position) in given.dof_pos.iter_mut().enumerate() {
-            let (lower, upper) = (limits.lower[index % joints], limits.upper[index % joints]);
-            let kept = position.max(lower).min(upper);
-            if (kept - *position).abs() > SAME_POSITION {
-                return None;
-            }
-            *position = kept;
+/// The motion as it is, where the robot itself moves in it within `limits`; `scale` is how many times as long steps
+/// should be.
+pub(in super::super) fn own_motion(
+    robot: &Robot,
+    (source, animation): (&Scene, &Animation),
+    limits: &Bounds,
+    scale: f64,
+) -> Option<RobotMotion> {
+    let is_as_long = (scale - 1.0).abs() < SAME_SCALE;
+    let mut given = RobotMotion::of_same_robot(robot, source, animation).filter(|_| is_as_long)?;
+    let joints = given.dof_names.len();
+    for (index, position) in given.dof_pos.iter_mut().enumerate() {
+        let (lower, upper) = (limits.lower[index % joints], limits.upper[index % joints]);
+        let kept = position.max(lower).min(upper);
+        if (kept - *position).abs() > SAME_POSITION {
+            return None;
         }
-        Some(given)
+        *position = kept;
+    }
+    Some(given)
+}
+
+impl RobotRetargeter {
+    /// The motion as it is, where the robot itself moves in it, and no map says otherwise.
+    pub(super) fn own_motion(&self, source: &Scene, animation: &Animation) -> Option<RobotMotion> {
+        let own = || {
+            own_motion(
+                &self.robot,
+                (source, animation),
+                &self.limits(),
+                self.retargeter.scale(),
+            )
+        };
+        self.options.map.is_empty().then(own).flatten()
     }
 
     /// Puts the base where the hips should be.

@@ -9,6 +9,7 @@ use mocap::retarget::robot::report::RobotReport;
 use mocap::retarget::robot::{Robot, RobotMotion};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::{Binding, Pose};
+use mocap_figure::robot_bones::moving::scene_of_clip;
 
 use crate::robot_walk::points;
 
@@ -62,7 +63,11 @@ fn robot(knee: [f64; 2], velocity: f64) -> Robot {
 static DOG: LazyLock<Scene> = LazyLock::new(|| mocap::import("../../fixtures/made/dog_walk.bvh").unwrap());
 
 fn on(robot: &Robot) -> (RobotMotion, RobotReport) {
-    let retargeter = Retargeter::new(DOG.clone(), robot.clone(), RetargetOptions::new()).unwrap();
+    of(DOG.clone(), robot)
+}
+
+fn of(source: Scene, robot: &Robot) -> (RobotMotion, RobotReport) {
+    let retargeter = Retargeter::new(source, robot.clone(), RetargetOptions::new()).unwrap();
     let clip = retargeter.into_clips().remove(0);
     (clip.robot_motion.unwrap(), clip.report.robot().unwrap().clone())
 }
@@ -107,6 +112,26 @@ fn a_dog_walks_on_a_robot_within_its_limits() {
         let lifted = track.iter().map(|points| points[0].z).fold(f32::MIN, f32::max);
         assert!(lifted > RADIUS + 0.02, "{}: {lifted}", FEET[foot]);
     }
+}
+
+/// What a robot did is done by the same robot again as it was, whichever axis its scene has up.
+#[test]
+fn a_motion_of_the_same_robot_stays() {
+    let robot = robot(BOTH, 9.0);
+    let (motion, _) = on(&robot);
+    let mut scene = scene_of_clip(&robot, Some(motion.to_animation(&robot)));
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    let (again, report) = of(scene, &robot);
+    for (own, found) in motion.dof_pos.iter().zip(&again.dof_pos) {
+        assert!((own - found).abs() < 1e-3, "{own} {found}");
+    }
+    for (own, found) in motion.root.iter().zip(&again.root) {
+        assert!(own.translation.distance(found.translation) < 1e-3);
+        assert!(own.rotation.angle_between(found.rotation) < 1e-3);
+    }
+    assert_eq!(report.scale, 1.0);
+    // Its trunk is measured from hips to shoulders, without the tilt of a stance.
+    assert!(report.mean_degrees < 1.0, "{}", report.mean_degrees);
 }
 
 /// The path of the base is that of the hips and shoulders of the dog, as many times as long as the report says, and
