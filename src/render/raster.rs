@@ -1,7 +1,9 @@
 //! A drawing as pixels.
 
+use std::io::Read;
 use std::sync::LazyLock;
 
+use flate2::read::ZlibDecoder;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use tiny_skia::{
     ColorU8, FillRule, IntSize, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, PremultipliedColorU8,
@@ -177,8 +179,14 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     path.finish()
 }
 
-static FACE: LazyLock<Face<'static>> =
-    LazyLock::new(|| Face::parse(dejavu::sans::regular(), 0).expect("the font comes with the program"));
+static FACE: LazyLock<Face<'static>> = LazyLock::new(|| {
+    let packed: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/font.zlib"));
+    let mut font = Vec::new();
+    ZlibDecoder::new(packed)
+        .read_to_end(&mut font)
+        .expect("the build compressed it");
+    Face::parse(font.leak(), 0).expect("the font comes with the program")
+});
 
 /// How wide `text` is in a font of `size` pixels.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {

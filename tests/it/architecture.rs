@@ -17,8 +17,11 @@ const ONLY_IN: &[(&str, &str)] = &[
     ("#[path", "src/formats/fbx.rs"),
     ("File::open fs::read", "src/cli src/io/import src/scene/files"),
     ("fs::metadata", "src/cli src/io/import src/scene/files"),
-    ("File::create fs::write tempfile", "src/cli src/scene/files"),
-    ("println! eprintln! print! eprint!", "src/cli"),
+    (
+        "File::create fs::write tempfile",
+        "src/cli src/scene/files src/render/build.rs",
+    ),
+    ("println! eprintln! print! eprint!", "src/cli src/render/build.rs"),
     (".unwrap() dbg! _str!(\"../.. _bytes!(\"..", "no file"),
     // The manifests switch unit tests off: one would never run. What tests need is for them alone.
     ("#[test] cfg(test internals::", "no file"),
