@@ -129,18 +129,26 @@ fn known(step: StepInfo, name: &str) -> Result<&'static StepKey> {
     Err(unknown.help(after_nearest(near, &all)).into())
 }
 
+/// How an error of one value begins: serde's, and ours, which quote the value. Other errors are of a whole step.
+const OF_VALUES: [&str; 4] = ["invalid ", "unknown variant ", "data did not match ", "\""];
+
 /// The step with these options, which are those of its table. `stated` is the step as it was given, for a message.
 pub(super) fn read<S: super::Step>(keys: Map<String, Value>, stated: &str) -> Result<S> {
     let value = Value::Object(keys);
-    serde_path_to_error::deserialize(&value).or_else(|error| {
-        let field = match error.path().iter().next() {
-            Some(serde_path_to_error::Segment::Map { key }) => key.clone(),
-            _ => String::new(),
+    S::deserialize(&value).or_else(|error| {
+        // The value at fault is refused without the others too.
+        let alone = |key: &StepKey| {
+            let name = key.name();
+            let found = value.get(&name)?;
+            let refusal = S::deserialize(serde_json::json!({ &name: found })).err()?;
+            let refusal = refusal.to_string();
+            let is_of_value = OF_VALUES.iter().any(|start| refusal.starts_with(start));
+            (is_of_value && refusal == error.to_string()).then(|| not_taken(&name, key.takes, stated, found))
         };
-        match S::KEYS.iter().find(|key| key.name() == field) {
-            Some(key) => refuse(not_taken(&field, key.takes, stated, &value[&field])),
+        match S::KEYS.iter().find_map(alone) {
+            Some(message) => refuse(message),
             // What is wrong is not one value, but how they go together.
-            None => refuse(format!("the step {stated:?}: {}", error.inner())),
+            None => refuse(format!("the step {stated:?}: {error}")),
         }
     })
 }

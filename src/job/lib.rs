@@ -62,7 +62,7 @@ use std::path::{Path, PathBuf};
 
 use mocap_formats::Export;
 use mocap_io::import::MemoryFile;
-use mocap_scene::error::{Code, Diagnostic, Result, nearest};
+use mocap_scene::error::{Code, Diagnostic, Result, nearest, pointer};
 use mocap_scene::files::ReplacePolicy;
 use serde::Serialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -323,35 +323,55 @@ fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
         owner,
         help,
     } = wording;
-    let mut deserializer = serde_json::Deserializer::from_str(text);
-    let read = serde_path_to_error::deserialize(&mut deserializer);
-    if read.is_ok() && deserializer.end().is_err() {
-        let message = format!("{whole}: something follows the JSON object");
-        return Err(Diagnostic::new(Code::InvalidValue, message).into());
-    }
-    read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
-        let (path, what) = (error.path().to_string(), error.inner().to_string());
+    serde_json::from_str(text).map_err(|error| {
+        let (mut path, what) = (dotted(&pointer(text, &error)), error.to_string());
         let (message, near) = match (unknown(&what, "field"), unknown(&what, "variant")) {
             (Some((key, known)), _) => {
-                let place = path.strip_suffix(key).and_then(|above| above.strip_suffix('.'));
-                let place = place.map_or_else(String::new, |above| format!(" in {above}"));
-                let message = format!("{owner} no {key}{place}, but {known}");
-                (message, nearest(key, known.split(", ")).map(str::to_owned))
+                let mut message = format!("{owner} no {key}");
+                if !path.is_empty() {
+                    message += &format!(" in {path}");
+                    path.push('.');
+                }
+                path += key;
+                (
+                    format!("{message}, but {known}"),
+                    nearest(key, known.split(", ")).map(str::to_owned),
+                )
             }
             (None, Some((word, known))) => {
                 let message = format!("expected {known}; found {word}");
                 (message, nearest(word, known.split(", ")).map(str::to_owned))
             }
-            (None, None) if error.inner().is_data() => (wrong_value(&what), None),
+            (None, None) if what.starts_with("trailing characters") => {
+                ("something follows the JSON object".to_owned(), None)
+            }
+            (None, None) if error.is_data() => (wrong_value(&what), None),
             (None, None) => (format!("it is not JSON: {what}"), None),
         };
         let message = match path.as_str() {
-            "." | "?" => format!("{whole}: {message}"),
+            "" => format!("{whole}: {message}"),
             path => format!("{whole}: {path}: {message}"),
         };
         let help = near.map_or_else(|| (*help).to_owned(), |near| format!("did you mean {near}?"));
         Diagnostic::new(Code::InvalidValue, message).help(help).into()
     })
+}
+
+/// A JSON Pointer as it is written in a script: `source.joints[2]`.
+fn dotted(pointer: &str) -> String {
+    let mut path = String::new();
+    for segment in pointer.split('/').skip(1) {
+        match segment.parse::<usize>() {
+            Ok(index) => path += &format!("[{index}]"),
+            Err(_) => {
+                if !path.is_empty() {
+                    path.push('.');
+                }
+                path += &segment.replace("~1", "/").replace("~0", "~");
+            }
+        }
+    }
+    path
 }
 
 /// What serde says of a value of another type, in the words of this library.
@@ -360,7 +380,8 @@ fn wrong_value(what: &str) -> String {
         .into_iter()
         .find_map(|start| what.strip_prefix(start)?.split_once(", expected "));
     let Some((found, expected)) = found else {
-        return what.to_owned();
+        // The path says where.
+        return what.rsplit_once(" at line ").map_or(what, |(what, _)| what).to_owned();
     };
     let (expected, place) = expected.split_once(" at line ").unwrap_or((expected, ""));
     let expected = if expected == "f64" { "a number" } else { expected };

@@ -6,6 +6,7 @@
 
 mod code;
 pub(crate) mod nearest;
+mod pointer;
 mod spelling;
 mod visible;
 
@@ -18,6 +19,8 @@ use serde::{Deserialize, Serialize};
 pub use self::code::Code;
 #[doc(hidden)]
 pub use self::nearest::nearest;
+#[doc(hidden)]
+pub use self::pointer::pointer;
 #[doc(hidden)]
 pub use self::spelling::{spell_options, spelled};
 pub use self::visible::visible;

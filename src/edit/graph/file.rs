@@ -1,6 +1,6 @@
 //! Graphs as JSON. What a file says is a claim: every index is held against what it points to.
 
-use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::error::{Code, Diagnostic, Result, pointer};
 use mocap_scene::visible_json;
 
 use super::{GraphTransition, MotionGraph};
@@ -58,13 +58,9 @@ impl MotionGraph {
             Ok(_) => {}
             Err(error) => return refuse(format!("the file is no motion graph: {error}")),
         }
-        let mut deserializer = serde_json::Deserializer::from_str(text);
-        let graph: Self = match serde_path_to_error::deserialize(&mut deserializer) {
+        let graph: Self = match serde_json::from_str(text) {
             Ok(graph) => graph,
-            Err(error) => {
-                let error: serde_path_to_error::Error<serde_json::Error> = error;
-                return refuse(format!("the graph is not valid: {}: {}", error.path(), error.inner()));
-            }
+            Err(error) => return refuse(format!("the graph is not valid: {}: {error}", pointer(text, &error))),
         };
         graph.check()?;
         Ok(graph)

@@ -3,12 +3,12 @@
 //! Only what is read is looked at, so that nothing else in a file can stop its motion from being read: neither
 //! materials nor meshes nor what extensions say of them.
 
+use mocap_scene::error::pointer;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::humanoid::Extensions;
 use super::invalid::invalid;
-use super::pointer::pointer;
 pub(super) use super::{CHUNK_HEADER, HEADER, MAGIC};
 use crate::Failure;
 

@@ -21,7 +21,7 @@ fn a_wrong_job_says_where() {
         ),
         (
             r#"{"write": {"smaller": {"max-error": "far"}}}"#,
-            "the job: write.smaller.max-error: \"far\": not a length, such as 1mm",
+            "the job: write.smaller: \"far\": not a length, such as 1mm",
         ),
         (
             r#"{"source": {"frames": {"fps": "fast"}}}"#,
