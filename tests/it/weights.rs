@@ -1,4 +1,4 @@
-//! The table of weights of the solvers, `docs/weights.md`.
+//! The tables of weights of the solvers: `docs/weights.md`, and a page for each solver with many weights.
 
 use std::fmt::Write as _;
 
@@ -10,41 +10,46 @@ use crate::ROOT;
 
 const INTRODUCTION: &str = "# Weights
 
-The solvers of mocap weigh what a motion should be against each other, and decide what is noise and what is an error. The
-tables below have each weight with its unit, its default, and the reason for the default. A weight may be from a thousandth to
-a thousand times its default.
+The solvers of mocap balance several goals, and separate noise from motion. A weight sets such a balance or threshold.
+The tables have each weight with its unit, its default, and the reason for the default:
 
-Write what differs from the defaults into a JSON file, and pass it with `--weights`:
+- foot lock and markers: below
+- [robots](weights-robots.md)
+- [cleaning](weights-cleaning.md)
+
+A weight may be from a thousandth to a thousand times its default. Write the weights that differ from their defaults
+into a JSON file, and pass it with `--weights`:
 
     {\"robot\": {\"hand\": 1, \"joint-smoothing\": 0.03}, \"foot-lock\": {\"acceleration-ratio\": 1.2}}
 
     mocap robot walk.bvh --robot g1.urdf -o walk.npz --weights weights.json
 
-`mocap convert`, `solve`, `edit`, `clean`, `retarget`, `robot`, `graph walk` and `verify` take the option. A job has the same
-object as `weights`; in Python `convert`, `retarget`, `add_motions` and `Robot.retarget` take it. The steps `foot-lock` and
-`clean` take their own, also in Python and JavaScript: `foot-lock:weights=acceleration-ratio:1.2`. In Rust the options of
-each solver have a field for its struct. Outputs record the weights of steps, so that `mocap verify` repeats them; pass it
-the file of weights where a skeleton was solved from markers.
+| where | how |
+|---|---|
+| command line | `--weights` of `convert`, `solve`, `edit`, `clean`, `retarget`, `robot`, `graph walk` and `verify` |
+| job | the same object as `weights` |
+| Python | `convert`, `retarget`, `add_motions` and `Robot.retarget` |
+| Rust | the options of each solver have a field for its struct |
+| steps `foot-lock` and `clean` | their own, also in Python and JavaScript: `foot-lock:weights=acceleration-ratio:1.2` |
 
-`tools/weights` halves and doubles each weight, and prints what becomes of the measures of a motion.
-`MOCAP_WRITE=1 cargo test -p mocap --test it weights` writes this page, and a test holds it.
+Outputs record the weights of steps, so that `mocap verify` repeats them. Pass `verify` the file of weights if a
+skeleton was solved from markers.
+
+`tools/weights` halves and doubles each weight, and prints how the measures of a motion change.
+`MOCAP_WRITE=1 cargo test -p mocap --test it weights` writes these pages, and a test compares them.
 ";
 
-fn page() -> String {
-    let mut text = INTRODUCTION.to_owned();
-    let tables = [
+/// The pages with their texts.
+fn pages() -> [(&'static str, String); 3] {
+    let [robots, foot_lock, cleaning, markers] = [
         ("Robots", "mocap::retarget::robot::Weights", Weights::ROWS),
         ("Foot lock", "mocap::edit::FootLockWeights", FootLockWeights::ROWS),
         ("Cleaning", "mocap::edit::CleanWeights", CleanWeights::ROWS),
         ("Markers", "mocap::solve::MarkerWeights", MarkerWeights::ROWS),
-    ];
-    for (title, name, rows) in tables {
-        let kind = rows[0].kind;
-        write!(
-            text,
-            "\n## {title}\n\n`{kind}` in a job, `{name}` in Rust.\n\n| weight | default | unit | reason |\n|---|---|---|---|\n"
-        )
-        .unwrap();
+    ]
+    .map(|(title, name, rows)| {
+        let mut text = format!("\n## {title}\n\n`{}` in a job, `{name}` in Rust.\n\n", rows[0].kind);
+        text += "| weight | default | unit | reason |\n|---|---|---|---|\n";
         for row in rows {
             let reason = row.reason.replace('_', "-");
             let default = match row.default < 1e-3 {
@@ -53,22 +58,31 @@ fn page() -> String {
             };
             writeln!(text, "| `{}` | {default} | {} | {reason} |", row.key(), row.unit).unwrap();
         }
-    }
-    text
+        text
+    });
+    let own = |solver: &str, table: &str| {
+        format!("# Weights of {solver}\n\n[Weights](weights.md) says how to change them.\n{table}")
+    };
+    [
+        ("weights", format!("{INTRODUCTION}{foot_lock}{markers}")),
+        ("weights-robots", own("robots", &robots)),
+        ("weights-cleaning", own("cleaning", &cleaning)),
+    ]
 }
 
 #[test]
-fn the_table_of_weights_is_that_of_the_types() {
-    let path = format!("{ROOT}/docs/weights.md");
-    let page = page();
-    if std::env::var_os("MOCAP_WRITE").is_some() {
-        std::fs::write(&path, &page).unwrap();
+fn the_tables_of_weights_are_those_of_the_types() {
+    for (name, page) in pages() {
+        let path = format!("{ROOT}/docs/{name}.md");
+        if std::env::var_os("MOCAP_WRITE").is_some() {
+            std::fs::write(&path, &page).unwrap();
+        }
+        let written = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            written == page,
+            "MOCAP_WRITE=1 cargo test -p mocap --test it weights writes docs/{name}.md"
+        );
     }
-    let written = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(
-        written == page,
-        "MOCAP_WRITE=1 cargo test -p mocap --test it weights writes docs/weights.md"
-    );
 }
 
 /// Paths of scripts that a reason names are there.
