@@ -3,7 +3,7 @@
 //! A [`Retargeter`] takes whole files. It brings the source to metres with +Y up, finds its bones, reads the T-pose
 //! while a rest pose stands in the first frame, leaves that frame out, moves each motion, holds feet on the ground
 //! where that is better, and gives every clip its own name, its provenance and a report. `docs/retargeting.md` and
-//! `docs/robots.md` have the algorithms.
+//! `docs/robots-algorithm.md` have the algorithms.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();

@@ -2,7 +2,7 @@
 //!
 //! A [`Robot`] is links and joints with their limits, as URDF and MJCF describe them; [`Importer::import_robot`] reads
 //! one. [`RobotRetargeter`] puts the motion of any humanoid on it: positions of joints within their limits, frame by
-//! frame. `docs/robots.md` says how.
+//! frame. `docs/robots-algorithm.md` says how.
 //!
 //! [`Importer::import_robot`]: mocap_io::Importer::import_robot
 //!

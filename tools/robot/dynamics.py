@@ -21,7 +21,7 @@ from check import ROBOTS, ROOT, run, soles
 
 # The largest difference from MuJoCo, as a fraction of 1 + the largest force of the kind; and of the fraction of feasible frames.
 EQUAL, SHARE = 1e-6, 0.01
-# What docs/robots.md says that a feasible frame is.
+# What docs/robots-report.md says that a feasible frame is.
 TOUCHING, SPARE_FORCE, SPARE_LEVER, FRICTION, GRAVITY = 0.02, 0.1, 0.05, 1.0, 9.81
 # The least fraction of feasible frames, a little below what was measured: 0.95 is wanted of all.
 FEASIBLE = {

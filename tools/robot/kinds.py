@@ -1,4 +1,4 @@
-"""Builds small robots of the kinds that docs/robots.md names, puts a walk on each, and judges it by MuJoCo: masses, limits, the
+"""Builds small robots of the kinds that docs/robots-links.md names, puts a walk on each, and judges it by MuJoCo: masses, limits, the
 lowest point of all shapes, feet that float. One row a robot; exit code 1 where a bound is not kept.
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/kinds.py [ROBOT.xml...]

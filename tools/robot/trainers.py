@@ -3,7 +3,7 @@ kinematics of the same motion: keys, shapes, types, orders of rotations, bodies 
 
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/trainers.py
 
-The documentation of each format is named in docs/robots.md. Exit code 1 where one is not kept."""
+The documentation of each format is named in docs/robots-files.md. Exit code 1 where one is not kept."""
 
 import collections
 import json

@@ -11,7 +11,7 @@ use crate::quality::Verdict;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Criterion {
-    /// What it is: a name of the table in `docs/robots.md`, which says its unit too.
+    /// What it is: a name of the table in `docs/robots-report.md`, which says its unit too.
     pub name: String,
     /// What was measured.
     pub value: f64,
