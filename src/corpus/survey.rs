@@ -1,5 +1,5 @@
 //! A corpus at a glance: one row for each clip, what is wrong with it and where, which clips repeat others, and which
-//! to choose. `docs/survey.md` has every rule.
+//! to choose. `docs/survey-algorithm.md` has every rule.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();

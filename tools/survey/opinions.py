@@ -19,7 +19,7 @@ def jerk(bvh, metres):
 
 
 def noise(bvh, metres):
-    """The largest noise of a joint's rotations, in millimetres of the farthest joint below, as docs/survey.md defines it."""
+    """The largest noise of a joint's rotations, in millimetres of the farthest joint below, as docs/survey-columns.md defines it."""
     tips = end_sites(bvh)
     rest = np.zeros((len(bvh.names), 3))
     for joint, parent in enumerate(bvh.parents):

@@ -263,7 +263,7 @@ impl Parser<'_> {
             let message = format!("{{where}}: \"{}\" is no column", word.text);
             let help = match nearest {
                 Some(name) => format!("did you mean {name}?"),
-                None => "docs/survey.md lists the columns".to_owned(),
+                None => "docs/survey-columns.md lists the columns".to_owned(),
             };
             return Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
         };

@@ -218,7 +218,7 @@ fn twins_are_found_and_one_of_them_is_kept() {
 /// The table of kinds in the documentation; `MOCAP_WRITE=1` writes it.
 #[test]
 fn the_documentation_has_every_kind() {
-    let path = &at_root("docs/survey.md");
+    let path = &at_root("docs/survey-columns.md");
     let text = std::fs::read_to_string(path).unwrap();
     let (before, rest) = text.split_once("<!-- kinds -->\n").unwrap();
     let (_, after) = rest.split_once("<!-- end of kinds -->").unwrap();

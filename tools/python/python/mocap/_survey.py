@@ -20,7 +20,7 @@ from ._report import Reports, parsed
 class Survey:
     """A row for each clip of many files: what it is, what is wrong with it and where, which others it repeats.
 
-    ``docs/survey.md`` has the columns and the kinds of defects.
+    ``docs/survey-columns.md`` has the columns and the kinds of defects.
     """
 
     def __init__(self, native: _mocap.Survey) -> None:
