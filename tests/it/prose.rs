@@ -12,7 +12,7 @@ use crate::source::sources;
 const LONGEST: usize = 30;
 /// Words of a sentence in the mean of a page.
 const MEAN: usize = 18;
-/// Pages that are still to be rewritten.
+/// Pages that are excepted: messages stand in them as the program prints them.
 const OLD: &str = "docs/doors.md";
 
 /// The words of each sentence of a page, without code, tables and headings.
@@ -73,6 +73,17 @@ fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
+/// The README of each package, tool and example.
+fn readmes(found: &mut Vec<PathBuf>) {
+    let below = |folder: &str| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let folders = ["src", "tools", "examples", "tools/wasm"].into_iter().flat_map(below);
+    found.extend(
+        folders
+            .map(|folder| folder.join("README.md"))
+            .filter(|path| path.exists()),
+    );
+}
+
 #[test]
 fn sentences_are_short() {
     let mut found = [
@@ -86,7 +97,8 @@ fn sentences_are_short() {
     .map(|name| PathBuf::from(format!("{name}.md")))
     .to_vec();
     pages(Path::new("docs"), &mut found);
-    assert!(found.len() > 60, "the pages are somewhere else");
+    readmes(&mut found);
+    assert!(found.len() > 110, "the pages are somewhere else");
     let is_long = |path: &PathBuf| {
         let counts = sentences(&fs::read_to_string(path).unwrap());
         counts.iter().sum::<usize>() > MEAN * counts.len() || counts.iter().any(|count| *count > LONGEST)
