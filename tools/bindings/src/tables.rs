@@ -7,25 +7,46 @@ use mocap::edit::ValueKind;
 use crate::model::{Model, Step, StepOption};
 use crate::{Generated, ROOT};
 
-const EDITING: &str = "docs/editing.md";
+/// The pages with tables of steps.
+const PAGES: [&str; 3] = ["docs/steps-cleaning.md", "docs/steps-time.md", "docs/steps-pose.md"];
+
+/// The mark before a table, with the names of its steps, or `others` for those that no page names.
+const START: &str = "<!-- steps: ";
+const END: &str = "<!-- end of steps -->";
 
 pub(crate) fn files(model: &Model) -> Vec<Generated> {
-    let (start, end) = ("<!-- steps -->\n", "<!-- end of steps -->");
-    let text = fs::read_to_string(format!("{ROOT}/{EDITING}")).unwrap_or_default();
-    let parts = text.split_once(start).and_then(|(before, rest)| {
-        let (_, after) = rest.split_once(end)?;
-        Some((before, after))
-    });
-    let (before, after) = parts.unwrap_or_else(|| panic!("{EDITING} has no {start} and {end}"));
-    vec![Generated {
-        path: EDITING,
-        text: format!("{before}{start}{}{end}{after}", steps(model)),
-    }]
+    let texts = PAGES.map(|path| fs::read_to_string(format!("{ROOT}/{path}")).unwrap_or_default());
+    let pages: Vec<_> = PAGES
+        .iter()
+        .zip(&texts)
+        .map(|(path, text)| (*path, parts(path, text)))
+        .collect();
+    let is_named = |step: &Step| pages.iter().any(|(_, [_, names, _])| has(names, step.name));
+    let file = |(path, [before, names, after]): &(&'static str, [&str; 3])| {
+        let steps = model.steps.iter();
+        let steps = steps.filter(|step| has(names, step.name) || (*names == "others" && !is_named(step)));
+        let rows: String = steps.map(rows).collect();
+        let table = format!("| step | option | what it is |\n|---|---|---|\n{rows}");
+        Generated {
+            path,
+            text: format!("{before}{START}{names} -->\n{table}{END}{after}"),
+        }
+    };
+    pages.iter().map(file).collect()
 }
 
-fn steps(model: &Model) -> String {
-    let rows: String = model.steps.iter().map(rows).collect();
-    format!("| step | option | what it is |\n|---|---|---|\n{rows}")
+/// The text before the mark of a page, the names in the mark, and the text behind the table.
+fn parts<'a>(path: &str, text: &'a str) -> [&'a str; 3] {
+    let parts = text.split_once(START).and_then(|(before, rest)| {
+        let (names, rest) = rest.split_once(" -->\n")?;
+        let (_, after) = rest.split_once(END)?;
+        Some([before, names, after])
+    });
+    parts.unwrap_or_else(|| panic!("{path} has no {START}... --> and {END}"))
+}
+
+fn has(names: &str, step: &str) -> bool {
+    names.split(' ').any(|name| name == step)
 }
 
 fn rows(step: &Step) -> String {
