@@ -6,10 +6,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-LIMIT = 1500  # words on a page
-# Pages above the limit. Options, doors and verification are generated tables.
-LONG = "doors options verification"
+LIMIT = 1500  # words on a page, as the test of sentences counts them: with a letter or a digit
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def words(text):
+    return sum(any(sign.isalnum() for sign in word) for word in text.split())
 
 
 def prose(text):
@@ -44,8 +46,8 @@ def main():
     faults = [fault for page in documents for fault in links(page)]
     listed = {(DOCS / target).resolve() for target in LINK.findall((DOCS / "SUMMARY.md").read_text())}
     faults += [f"docs/SUMMARY.md lacks {page.relative_to(DOCS)}" for page in pages if page not in listed | {DOCS / "SUMMARY.md"}]
-    long = {page.stem for page in pages if len(page.read_text().split()) > LIMIT}
-    faults += [f"docs/{name}.md: more than {LIMIT} words, or no more" for name in sorted(long ^ set(LONG.split()))]
+    long = [page for page in pages if words(page.read_text()) > LIMIT]
+    faults += [f"{page.relative_to(ROOT)}: more than {LIMIT} words" for page in long]
     print("".join(f"{fault}\n" for fault in faults), end="")
     print(f"{len(documents)} passed, {len(faults)} failed")
     return 1 if faults else 0

@@ -58,10 +58,19 @@ impl Row {
         let extension = self.output.trim_start_matches("out");
         format!("`{extension} {}`", self.options).replace(" `", "`")
     }
+
+    /// A message that is the same for every output.
+    fn without_names(&self, message: &str) -> String {
+        let message = message.replace(&self.output, "OUT");
+        match self.options.strip_prefix("--to ") {
+            Some(format) => message.replace(format, "NAME"),
+            None => message,
+        }
+    }
 }
 
-/// Every written format as it is, within a largest error, with other names and another rest pose, and in every kind of
-/// compression, as its row says, and what only characters and robots have.
+/// Every written format: plain, within a largest error, with other names and another rest pose, and in every kind of
+/// compression of its row. Then the outputs that only characters and robots have.
 fn rows() -> Vec<Row> {
     let row = |extension: &str, options: String| Row {
         output: format!("out.{extension}"),
@@ -111,7 +120,7 @@ fn cell(folder: &Folder, row: &Row, command: &str) -> Cell {
     let made = fs::read(folder.path(&row.output)).ok();
     assert_eq!(done.status.success(), made.is_some(), "{line}: {}", words(&done));
     if made.is_none() {
-        return Some(reason(&words(&done)).replace(&row.output, "OUT"));
+        return Some(row.without_names(&reason(&words(&done))));
     }
     let printed = folder.run(&format!("{line} --print-job"));
     let job = String::from_utf8(printed.stdout).unwrap();
@@ -196,9 +205,11 @@ fn table(cells: &[(Row, Vec<Cell>)]) -> String {
         COMMANDS.map(|(name, _)| name).join(" | "),
         "---|".repeat(COMMANDS.len() + 1)
     );
-    for (row, cells) in cells {
-        text += &format!("| {} |", row.name());
-        for cell in cells {
+    // Successive rows with the same cells are one.
+    for rows in cells.chunk_by(|(_, one), (_, next)| one == next) {
+        let names: Vec<String> = rows.iter().map(|(row, _)| row.name()).collect();
+        text += &format!("| {} |", names.join(", "));
+        for cell in &rows[0].1 {
             match cell {
                 None => text += " yes |",
                 Some(reason) => {
@@ -213,32 +224,43 @@ fn table(cells: &[(Row, Vec<Cell>)]) -> String {
         }
         text += "\n";
     }
-    text += "\n";
+    text += "\nThe messages of the refusals; NAME is the format of `--to`:\n\n| number | message |\n|---|---|\n";
     for (index, reason) in reasons.iter().enumerate() {
-        text += &format!("{}. {reason}\n", index + 1);
+        text += &format!("| {} | {reason} |\n", index + 1);
     }
     text
 }
 
 const HEAD: &str = "# Every door by every format
 
-Export by `MOCAP_WRITE=1 cargo test --features meshopt --test it doors`, which runs each cell. Each that works is a job too:
-what `--print-job` prints gives the same bytes by `mocap run`, `mocap.run` in Python and `mocap_run` in C, which read files,
-and by `run` in JavaScript, which has them in memory. Python's `mocap.convert` writes what `convert` writes. `--compress meshopt` and `meshopt-khr` need the feature `meshopt`.
+The first table shows which commands and calls write which outputs. A number names the message of a refusal.
+`MOCAP_WRITE=1 cargo test --features meshopt --test it doors` runs each cell, and writes this page.
+
+Each cell that works is a job too. The job that `--print-job` prints gives the same bytes in every language:
+
+- `mocap run`, `mocap.run` in Python and `mocap_run` in C read files.
+- `run` in JavaScript has the files in memory.
+
+Python's `mocap.convert` writes what `convert` writes. `--compress meshopt` and `meshopt-khr` need the feature `meshopt`.
 
 ";
 
 /// The cells of a row of the published table; `None` where it has no such row.
 fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
+    let names = |line: &str| {
+        line.strip_prefix("| ")?
+            .split_once(" |")
+            .map(|(names, _)| names.to_owned())
+    };
+    let name = row.name();
     let line = text
         .lines()
-        .find(|line| line.starts_with(&format!("| {} |", row.name())))?;
+        .find(|line| names(line).is_some_and(|names| names.split(", ").any(|other| other == name)))?;
     let cells = line.trim_matches('|').split('|').skip(1).map(str::trim);
     let reason = |number: &str| {
-        let start = format!("{number}. ");
-        text.lines()
-            .find_map(|line| line.strip_prefix(&start))
-            .map(str::to_owned)
+        let start = format!("| {number} | ");
+        let message = text.lines().find_map(|line| line.strip_prefix(&start))?;
+        Some(message.strip_suffix(" |")?.to_owned())
     };
     let cell = |cell: &str| match cell.strip_prefix("no (").and_then(|cell| cell.strip_suffix(')')) {
         Some(number) => Some(reason(number).unwrap_or_default()),
@@ -314,9 +336,9 @@ const DECLARED: [&str; 4] = [
 /// The table of [`CALLS`].
 fn calls() -> String {
     let mut text = "\n## Commands elsewhere\n\n\
-        What does the work of a command in other languages. A job, which `run` does, has what `convert`, `retarget`,\n\
-        `robot`, `edit`, `clean`, surveys and graphs have; motions are read with `joints` and `markers`, and are solved then.\n\
-        The library has everything.\n\n\
+        These calls do the work of a command in other languages. A job, which `run` does, has the options of `convert`,\n\
+        `retarget`, `robot`, `edit`, `clean`, surveys and graphs. Motions that a job reads with `joints` or `markers` are\n\
+        solved. The library has everything.\n\n\
         | command | Python | C and C++ | JavaScript | agents |\n|---|---|---|---|---|\n"
         .to_owned();
     for (command, cells) in CALLS {

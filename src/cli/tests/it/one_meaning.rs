@@ -6,7 +6,7 @@ use std::fs;
 use clap::{Arg, Command, CommandFactory};
 use mocap_cli::internals::{Args, arranged};
 
-const DOCUMENT: &str = "../../docs/options.md";
+const DOCUMENTS: [&str; 2] = ["../../docs/options.md", "../../docs/options-of-one-command.md"];
 
 /// Options whose values differ between commands on purpose, and why.
 const DIFFERENT: [(&str, &str); 1] = [(
@@ -131,14 +131,30 @@ fn an_option_takes_the_same_value_in_every_command() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// `MOCAP_WRITE=1` writes the table.
-#[test]
-fn the_table_of_options_is_that_of_the_program() {
-    let mut text = String::from(
-        "# Options\n\nEach option of the program, with its value and the commands that have it. An option has one meaning: where \
-         several commands\nhave it, it takes the same value in each. `MOCAP_WRITE=1 cargo test -p mocap-cli \
-         --features parquet one_meaning` writes\nthis table, and a test holds it.\n\n| option | value | commands | meaning |\n|---|---|---|---|\n",
-    );
+/// Lists of commands that are longer have a number in the table of groups.
+const LONGEST_LIST: usize = 6;
+
+const SHARED: &str = "# Options
+
+Each option that several commands have, with its value. An option has one meaning: where several commands have it, it
+takes the same value in each. [Options of one command](options-of-one-command.md) has the others. A number stands for a
+group of commands:
+
+| group | commands |
+|---|---|
+";
+
+const OWN: &str = "# Options of one command
+
+Each option that one command alone has. [Options](options.md) has those of several commands.
+
+| command | option | value | meaning |
+|---|---|---|---|
+";
+
+/// The pages of options with several commands, and with one.
+fn pages() -> [String; 2] {
+    let (mut rows, mut own, mut groups) = (String::new(), Vec::new(), Vec::new());
     for (option, uses) in uses() {
         if option == "help" || option == "version" {
             continue;
@@ -153,23 +169,56 @@ fn the_table_of_options_is_that_of_the_program() {
             .filter(|value| !value.is_empty())
             .map(|value| format!("`{}`", value.replace('|', "\\|")))
             .collect();
+        let (values, meaning) = (values.join(", "), meaning.replace('|', "\\|"));
         let commands: Vec<&str> = uses.iter().map(|one| one.command.as_str()).collect();
-        text += &format!(
-            "| `--{option}` | {} | {} | {} |\n",
-            values.join(", "),
-            commands.join(", "),
-            meaning.replace('|', "\\|")
+        match commands[..] {
+            [command] => own.push(format!("| {command} | `--{option}` | {values} | {meaning} |\n")),
+            _ => {
+                rows += &format!(
+                    "| `--{option}` | {values} | {} | {meaning} |\n",
+                    listed(&commands, &mut groups)
+                )
+            }
+        }
+    }
+    own.sort();
+    let numbered = groups.iter().enumerate();
+    let groups: String = numbered
+        .map(|(index, group)| format!("| {} | {group} |\n", index + 1))
+        .collect();
+    let head = "\n| option | value | commands | meaning |\n|---|---|---|---|\n";
+    [
+        format!("{SHARED}{groups}{head}{rows}"),
+        format!("{OWN}{}", own.concat()),
+    ]
+}
+
+/// A short list of commands, or the number of its group.
+fn listed(commands: &[&str], groups: &mut Vec<String>) -> String {
+    let list = commands.join(", ");
+    if commands.len() <= LONGEST_LIST {
+        return list;
+    }
+    let known = groups.iter().position(|group| *group == list);
+    let index = known.unwrap_or_else(|| {
+        groups.push(list);
+        groups.len() - 1
+    });
+    (index + 1).to_string()
+}
+
+/// `MOCAP_WRITE=1` writes the tables.
+#[test]
+fn the_tables_of_options_are_those_of_the_program() {
+    for (document, text) in DOCUMENTS.iter().zip(pages()) {
+        if std::env::var_os("MOCAP_WRITE").is_some() {
+            fs::write(document, &text).unwrap();
+        }
+        assert!(
+            fs::read_to_string(document).unwrap_or_default() == text,
+            "MOCAP_WRITE=1 cargo test -p mocap-cli --features parquet one_meaning writes {document}"
         );
     }
-    if std::env::var_os("MOCAP_WRITE").is_some() {
-        fs::write(DOCUMENT, &text).unwrap();
-        return;
-    }
-    let written = fs::read_to_string(DOCUMENT).unwrap();
-    assert!(
-        written == text,
-        "MOCAP_WRITE=1 cargo test -p mocap-cli --features parquet one_meaning writes {DOCUMENT}"
-    );
 }
 
 /// The first sentence of a help, or its first clause.

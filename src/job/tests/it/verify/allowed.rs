@@ -526,8 +526,8 @@ fn section(cells: &[Cell<'_>], verdicts: &[Verdict]) -> String {
     let mut text = format!(
         "{} jobs, each with one option or with two, wrote {written} outputs; the others were refused with a reason.\n\
          False alarms: {alarms}.\n\n\
-         A cell is the number of outputs that `verify` accepts, of those that the jobs with this option wrote. It is empty\n\
-         where none was written.\n\n| option |",
+         A cell is the number of outputs that the jobs with this option wrote and that `verify` accepts. `11 of 12` would be one\n\
+         false alarm. An empty cell has no output.\n\n| option |",
         cells.len()
     );
     extensions
@@ -541,6 +541,7 @@ fn section(cells: &[Cell<'_>], verdicts: &[Verdict]) -> String {
         let _ = write!(text, "| `{option}` |");
         for extension in &extensions {
             match counts.get(&(option, *extension)) {
+                Some((accepted, all)) if accepted == all && *all > 0 => _ = write!(text, " {all} |"),
                 Some((accepted, all)) if *all > 0 => _ = write!(text, " {accepted} of {all} |"),
                 _ => text += " |",
             }

@@ -2,7 +2,7 @@
 //!
 //! `kinds` changes a scene before it is written, `planted` the bytes of a file. A kind that changes no byte of a format
 //! is not in it. `MOCAP_ALL=1 cargo test truth` tries all, and with `MOCAP_WRITE=1` and `--features parquet` it writes
-//! the table of `docs/verification.md`.
+//! the table of `docs/verification-corruptions.md`.
 
 mod kinds;
 mod planted;
@@ -317,8 +317,8 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
         }
         if cell.is_wrong() {
             let place = names.iter().position(|other| *other == name).unwrap();
-            let shown = reason.map_or("refused".to_owned(), |reason| {
-                format!("accepted ({})", footnote(reason))
+            let shown = reason.map_or(REFUSED.to_owned(), |reason| {
+                format!("{ACCEPTED} ({})", footnote(reason))
             });
             table.entry((place, name)).or_default().insert(format, shown);
         }
@@ -338,32 +338,67 @@ fn footnote(reason: &str) -> usize {
     all.iter().position(|known| *known == reason).unwrap() + 1
 }
 
+/// A row of the page: the formats that refuse a corruption, and those that accept it.
+fn row(name: &str, cells: &BTreeMap<&str, String>) -> String {
+    let is_refused = |format: &&str| cells.get(format).is_some_and(|cell| cell == REFUSED);
+    let refused: Vec<&str> = FORMATS.iter().copied().filter(is_refused).collect();
+    let others: Vec<&str> = FORMATS.iter().copied().filter(|format| !is_refused(format)).collect();
+    let refused = match (others.len(), refused.len()) {
+        (0, _) => EVERY.to_owned(),
+        (few, most) if few < most => format!("{EVERY}{BUT}{}", others.join(", ")),
+        _ => refused.join(", "),
+    };
+    let accepted = FORMATS.iter().filter_map(|format| {
+        let number = cells.get(format)?.strip_prefix(ACCEPTED)?;
+        Some(format!("{format}{number}"))
+    });
+    let accepted: Vec<String> = accepted.collect();
+    format!("| {name} | {refused} | {} |\n", accepted.join(", ")).replace("|  |", "| |")
+}
+
+const REFUSED: &str = "refused";
+const ACCEPTED: &str = "accepted";
+const EVERY: &str = "every format";
+const BUT: &str = " but ";
+
+/// What a row of the page states of a format.
+fn stated(line: &str, format: &str) -> String {
+    let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+    let [_, _, refused, accepted, _] = cells[..] else {
+        return String::new();
+    };
+    let number = accepted
+        .split(", ")
+        .find_map(|one| one.strip_prefix(format)?.strip_prefix(" ("));
+    if let Some(number) = number {
+        return format!("{ACCEPTED} ({number}");
+    }
+    let is_listed = |list: &str| list.split(", ").any(|one| one == format);
+    let is_refused = match refused.strip_prefix(EVERY) {
+        Some(others) => !others.strip_prefix(BUT).is_some_and(is_listed),
+        None => is_listed(refused),
+    };
+    if is_refused { REFUSED.to_owned() } else { String::new() }
+}
+
 /// Holds the table of the page against what was tried, or writes it.
 fn check_page(table: &BTreeMap<(usize, String), BTreeMap<&str, String>>) {
-    let path = format!("{ROOT}/docs/verification.md");
+    let path = format!("{ROOT}/docs/verification-corruptions.md");
     let (start, end) = ("<!-- planted corruptions -->\n", "<!-- end of planted corruptions -->");
     let text = std::fs::read_to_string(&path).unwrap();
     let (before, rest) = text.split_once(start).unwrap();
     let (page, after) = rest.split_once(end).unwrap();
-    let row = |name: &str, cells: &BTreeMap<&str, String>| {
-        let shown = FORMATS
-            .iter()
-            .map(|format| cells.get(format).map_or("", String::as_str));
-        let shown = shown.map(|cell| format!(" {cell} |").replace("  ", " "));
-        format!("| {name} |{}\n", shown.collect::<String>())
-    };
     if is_all() && cfg!(feature = "parquet") {
         let cells = || table.values().flat_map(BTreeMap::values);
         let (all, accepted) = (
             cells().count(),
-            cells().filter(|cell| cell.starts_with("accepted")).count(),
+            cells().filter(|cell| cell.starts_with(ACCEPTED)).count(),
         );
         let mut made = format!(
             "{all} corruptions: {} refused, {accepted} accepted, each for a reason below.\n\n",
             all - accepted
         );
-        let _ = writeln!(made, "| corruption | {} |", FORMATS.join(" | "));
-        let _ = writeln!(made, "|---{}|", "|---".repeat(FORMATS.len()));
+        made += "| corruption | refused in | accepted in |\n|---|---|---|\n";
         table.iter().for_each(|((_, name), cells)| made += &row(name, cells));
         made += "\n";
         let mut reasons: Vec<&str> = MISSED.iter().map(|(_, _, reason)| *reason).collect();
@@ -385,12 +420,30 @@ fn check_page(table: &BTreeMap<(usize, String), BTreeMap<&str, String>>) {
     }
     for ((_, name), cells) in table {
         let line = page.lines().find(|line| line.starts_with(&format!("| {name} |")));
-        let stated: Vec<&str> = line.unwrap_or_default().split('|').skip(2).map(str::trim).collect();
         for (format, found) in cells {
-            let column = FORMATS.iter().position(|other| other == format).unwrap();
-            assert_eq!(stated.get(column), Some(&found.as_str()), "{name}, {format}: {path}");
+            let stated = stated(line.unwrap_or_default(), format);
+            assert_eq!(stated, *found, "{name}, {format}: {path}");
         }
     }
+}
+
+#[test]
+fn a_row_of_the_page_states_each_cell() {
+    let mut cells: BTreeMap<&str, String> = FORMATS.iter().map(|format| (*format, REFUSED.to_owned())).collect();
+    let holds = |cells: &BTreeMap<&str, String>, row: &str| {
+        assert!(row.starts_with("| a drift | "), "{row}");
+        for format in FORMATS {
+            let cell = cells.get(format).map_or("", String::as_str);
+            assert_eq!(stated(row.trim_end(), format), cell, "{format}: {row}");
+        }
+    };
+    holds(&cells, &row("a drift", &cells));
+    cells.insert("bvh", format!("{ACCEPTED} (3)"));
+    cells.insert("glb", format!("{ACCEPTED} (12)"));
+    cells.remove("gltf");
+    holds(&cells, &row("a drift", &cells));
+    cells.retain(|format, _| ["glb of another program", "bvh", "csv"].contains(format));
+    holds(&cells, &row("a drift", &cells));
 }
 
 /// Whole files are accepted in every written format, and none that ends early, with the last row of numbers too.
