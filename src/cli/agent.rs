@@ -40,8 +40,8 @@ use crate::args::McpArgs;
 use crate::{Failure, report, streams};
 
 /// The instructions of the server for the model of a client. A test makes each call in them, in their order.
-const INSTRUCTIONS: &str = r#"Motion capture files in one folder: survey takes, clean and edit motions, retarget them to
-characters and robots, write GLB, VRM, FBX, BVH and more, verify and look at the result. Paths are relative to the root
+const INSTRUCTIONS: &str = r#"Motion capture files in one folder. Survey takes, clean and edit motions, and retarget them to
+characters and robots. Write GLB, VRM, FBX, BVH and more, verify the result and look at it. Paths are relative to the root
 folder. With takes/walk.bvh and hero.vrm in it, this is a usual order of calls:
 
 list {}

@@ -125,7 +125,7 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Say of many motions what is wrong with them, which repeat others, and which to choose
     Survey(SurveyArgs),
-    /// Make a database of what every frame of many motions does, to search in
+    /// Make a database of the frames of many motions, to search in
     Index(IndexArgs),
     /// Find in a database the moments that are most like a part of a motion, or a pose, on any skeleton
     Find(FindArgs),
@@ -175,7 +175,7 @@ impl Command {
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConvertArgs {
     /// The motion file, and after it the OUTPUT [default: the input's name with the extension .glb]; - is standard
-    /// input or output, in the format of --to; with -o any number of motion files, folders and wildcards
+    /// input or output, in the format of --to. With -o any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// Compare the written file with its source, as `mocap verify` does

@@ -1,8 +1,9 @@
 //! Work on many files: the list of inputs, the threads, the manifest and the progress.
 //!
 //! This module is independent of the commands. A command that makes an output of each file in a [`folder`] says only
-//! what it does with one of them. Another finds its [`inputs`], passes each to [`for_each`], and receives the results
-//! on its own thread, where it writes them to a [`manifest`] or to standard output and updates the [`progress`].
+//! what it does with one of them. Another finds its [`inputs`], and passes each to [`for_each`]. It receives the
+//! results on its own thread, where it writes them to a [`manifest`] or to standard output and updates the
+//! [`progress`].
 
 pub(crate) mod folder;
 pub(crate) mod gather;

@@ -58,7 +58,7 @@ impl Kind {
         }
     }
 
-    /// What it is, and the command that takes it; `code` is what is wrong with it where it stands.
+    /// The kind of the file, and the command that takes it. `code` is the fault of naming it there.
     fn advice(self, code: Code) -> Option<String> {
         Some(match self {
             Self::Robot => "it is a robot: mocap robot INPUT --robot TARGET puts motions on it".to_owned(),

@@ -53,7 +53,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// What is said of a file, one of many, on which a command stopped.
+    /// The notices of a file, one of many, at which a command stopped.
     pub fn into_words(self) -> String {
         match self {
             Self::File(error) => error.to_string(),

@@ -32,7 +32,7 @@ pub(crate) fn error(error: &Error) {
     fault_of(error.path(), error.diagnostic());
 }
 
-/// Prints what is wrong with a file, one of many, that is left out.
+/// Prints the fault of a file, one of many, that is skipped.
 pub(crate) fn fault(path: &Path, diagnostic: &Diagnostic) {
     fault_of(Some(path), diagnostic);
 }
@@ -55,7 +55,7 @@ pub(crate) fn warnings(path: Option<&Path>, warnings: &[Diagnostic]) {
     }
 }
 
-/// Who hears what is said of a file.
+/// The receiver of the notices of a file.
 pub(crate) enum Voice<'a> {
     /// The user, at once.
     Aloud,

@@ -92,13 +92,13 @@ impl Alikeness {
         self.least([(last.saturating_sub(room)..last, second)], middle)
     }
 
-    /// Where both are to begin: something is left out of one of them at most.
+    /// The beginnings of both: at most one of them loses frames.
     pub(super) fn beginning(&self) -> MomentPair {
         let [a, b] = self.rooms().map(|room| 0..room);
         self.least([(a, 0..1), (0..1, b)], 0)
     }
 
-    /// Where both are to end: something is left out of one of them at most.
+    /// The ends of both: at most one of them loses frames.
     pub(super) fn end(&self) -> MomentPair {
         let rooms = self.rooms();
         let counts = [0, 1].map(|motion| self.window.count(&self.clouds[motion]));

@@ -23,14 +23,13 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
-    /// aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result is as long
-    /// as its fraction of both. Its steps over the ground are mixed as each figure sees them from where it looks, so
-    /// two walks in different directions are a walk in one between. Poses that are mixed and are more than 45 degrees
-    /// or 30 cm apart, wherever the figures stand, are a warning of the scene, [`Code::PosesApart`]. `within` lets one
-    /// of the two begin later, and one end earlier, where the two are more alike: by the distance of
-    /// [motion graphs](crate::graph), of windows of a third of a second. The second motion then begins where the first
-    /// does, and looks where it looks.
+    /// Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic
+    /// time warping of the poses aligns both in time, so that a step meets a step. The result is as long as its
+    /// fraction of both. Steps over the ground are mixed in the heading of each figure: two walks in different
+    /// directions give a walk in a direction between. Mixed poses more than 45 degrees or 30 cm apart, wherever the
+    /// figures stand, are a warning of the scene, [`Code::PosesApart`]. With `within` one motion may begin later, and
+    /// one end earlier, at the most alike frames. The measure is the distance of [motion graphs](crate::graph), over
+    /// windows of a third of a second. The second motion then begins at the place and in the heading of the first.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -53,7 +52,7 @@ step! {
         with: Option<usize> = None, ValueKind::Input;
         /// The fraction of the second motion. Default: 0.5 all the time.
         weight: BlendWeight = BlendWeight::Constant(0.5), ValueKind::Weights;
-        /// Seconds at the beginning and at the end of both within which they begin and end, where they are most alike.
+        /// Seconds at the beginning and at the end of both motions in which the most alike frames are searched.
         /// Default: 0, all of both is mixed.
         within: f64 = 0.0, ValueKind::Seconds;
     }
@@ -86,9 +85,9 @@ pub struct BlendReport {
     pub frames: usize,
     /// How far one motion was shifted in time against an even stretch to align the two, in seconds at most.
     pub largest_time_shift: f64,
-    /// What was left out of the beginning of the first and of the second motion, in seconds.
+    /// The seconds that were dropped from the beginning of the first and of the second motion.
     pub left_out_before: [f64; 2],
-    /// What was left out of the end of the first and of the second motion, in seconds.
+    /// The seconds that were dropped from the end of the first and of the second motion.
     pub left_out_after: [f64; 2],
     /// How far the two are apart there, at the beginning and at the end, in the mean of their joints, in metres, where
     /// these moments were looked for.
@@ -310,8 +309,8 @@ fn whole(frame: f64) -> f64 {
     }
 }
 
-/// Pairs of frames of both motions that are the same moment, from the first of both to the last of both: dynamic time
-/// warping (Sakoe and Chiba, 1978), with strictly increasing pairs.
+/// Pairs of frames of both motions that are the same moment, from the first of both to the last of both. They are found
+/// by dynamic time warping (Sakoe and Chiba, 1978), with strictly increasing pairs.
 fn align(first: &Frames, second: &Frames, carrier: &Carrier) -> Vec<(f64, f64)> {
     let picked = |frames: &Frames| -> Vec<usize> {
         let stride = frames.len().div_ceil(COMPARED).max(1);

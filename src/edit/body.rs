@@ -1,4 +1,4 @@
-//! What a step asks of the figure: its legs, its size, and what carries it.
+//! The parts of the figure that a step needs: its legs, its size, and its carrier.
 
 use glam::Vec3;
 use mocap_figure::body::Body;

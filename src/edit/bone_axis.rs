@@ -17,7 +17,7 @@ use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
     /// Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the
-    /// axis about which the joint bends. Nothing moves, neither at rest nor in motion.
+    /// bending axis. Nothing moves, neither at rest nor in motion.
     ///
     /// A joint with several children points to the next bone of the figure, else to the middle of its children; one
     /// without a child points where its parent points. Joints that are no bone bend as the joint above. BVH has no

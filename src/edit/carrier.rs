@@ -61,12 +61,12 @@ impl Carrier {
         self.pose(row).0
     }
 
-    /// The rotation about the up axis from where the figure of `from` looks to where that of `to` looks.
+    /// The rotation about the up axis from the facing of the figure of `from` to that of `to`.
     pub(super) fn turn(&self, from: &[Trs], to: &[Trs]) -> Quat {
         twist(self.pose(to).1 * self.pose(from).1.inverse(), self.up)
     }
 
-    /// The motion over the ground that brings the figure of `from` to where that of `to` stands and looks.
+    /// The motion over the ground that brings the figure of `from` to the place and the facing of the figure of `to`.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
         let rotation = self.turn(from, to);
         let (from, to) = (self.position(from), self.position(to));

@@ -79,7 +79,7 @@ impl Chain {
         })
     }
 
-    /// What it is to be brought to. What moves with it is refused.
+    /// Its target. What moves with it is refused.
     pub(super) fn find(&self, scene: &Scene, target: &ReachTarget) -> Result<TargetJoint> {
         let bone = |bone| self.bones.get(&bone).copied();
         target.find(scene, bone, self.metres_per_unit, &self.joints[..1])

@@ -1,6 +1,6 @@
 //! Cleans motion that a camera or a generator made: time, flips, noise, lengths, floor and contacts, in this order.
 //!
-//! Each part measures first, changes only what is wrong, and is taken back where it made a measure worse.
+//! Each part measures first and changes only defects. It is undone if it made a measure worse.
 //! `docs/cleaning-algorithm.md` has the methods and their sources.
 
 mod contacts;
@@ -89,7 +89,7 @@ impl Step for Clean {
         work.weights.check()?;
         let before = work.clone();
         let mut report = CleanReport::new(&work);
-        // Those of the motion before its noise is taken out.
+        // The weights for the motion before its noise is removed.
         let mut meetings = Meetings::default();
         for part in CleanPart::ALL {
             if self.has(part) {
@@ -133,7 +133,7 @@ pub struct MotionErrors {
     /// For each joint the frames in which its rotation is flipped, where there are any.
     #[doc(hidden)]
     pub flipped: Vec<(NodeId, Vec<bool>)>,
-    /// The noise of each joint, as how far the farthest joint below it moves by it, in metres.
+    /// The noise of each joint, as the displacement of the farthest joint below it, in metres.
     #[doc(hidden)]
     pub noise: Vec<(NodeId, f64)>,
     /// For each frame whether left and right limbs are exchanged; empty where they never are.
@@ -314,8 +314,8 @@ fn remove_noise(work: &mut Work<'_>, every: usize, strength: f64) -> noise::Smoo
     done
 }
 
-/// The least jump of a position, in metres, that no body makes in one frame and back within 0.2 s: at 24 frames a
-/// second it would take 10 times gravity.
+/// The least jump of a position, in metres, that no body makes in one frame and back within 0.2 s. At 24 frames a
+/// second it would need 10 times gravity.
 const LEAST_SPIKE: f32 = 0.1;
 
 /// What was mended in all joints.

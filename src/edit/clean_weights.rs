@@ -13,68 +13,70 @@ weights! {
     /// ```
     CleanWeights in "clean" {
         smoothing = 0.5, "1",
-            "Jerk that the smoother allows, as a fraction of what predicts the motion best. The smoother sees both \
-            sides of a moment and a prediction one, so that less is better. Chosen on seed 1 of `tools/clean`. Where \
-            it cuts the peaks of the motion, twice and eight times as much are tried.";
+            "Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother sees \
+            both sides of a moment and a prediction only one, so that it needs less. Chosen on seed 1 of \
+            `tools/clean`. If it cuts the peaks of the motion, twice and eight times as much are tried.";
         least_angle = 0.5, "degrees",
             "Least standard deviation of a joint that is noise. Marker systems have less; estimates from video have 1 \
             to 3 degrees. `tools/clean/check` judges it.";
         least_distance = 0.0015, "m",
-            "Least standard deviation of a position that is noise, and of what an angle moves the farthest joint \
-            below it. Marker systems have less than 1 mm.";
+            "Least standard deviation of a position that is noise, and of the displacement of the farthest joint below \
+            an angle. Marker systems have less than 1 mm.";
         joint_length = 0.03, "m",
-            "Distance of a position that counts as much as a radian of a rotation where both are smoothed: the \
-            direction of a bone shorter than this tells less than its rotation.";
+            "Distance of a position that counts as much as a radian of a rotation when both are smoothed. The \
+            direction of a shorter bone is less precise than its rotation.";
         world = 0.8, "1",
-            "Fraction of the way from where smoothed rotations have a joint to where its smoothed position is: their \
-            errors are hardly alike, so that a mean is better than either. Chosen on seed 1 of `tools/clean`.";
+            "Fraction of the way from a joint's position by smoothed rotations to its smoothed position. Their errors \
+            are hardly alike, so that a mean is better than either. Chosen on seed 1 of `tools/clean`.";
         largest_turn = 15.0, "degrees",
             "Largest angle by which a joint turns to its smoothed position: five times the noise of an estimate from \
             video.";
         longest_held = 0.5, "s",
-            "Longest run of held frames that is filled. A longer one is frozen, and may be meant.";
+            "Longest run of held frames that is filled. A longer run is frozen, and may be intended.";
         least_evidence = 0.23, "1",
-            "Mean logarithm of the residuals from which a frame was dropped for certain. Of 42 clean cuts of 3 to 8 s \
-            at 30 and 60 Hz none has more than 0.22 anywhere; of 144 frames that were taken out while a joint turned \
-            by 60 degrees per second, 142 have more than 0.24.";
+            "Mean logarithm of the residuals from which on a frame was certainly dropped. Of 42 clean cuts of 3 to 8 s \
+            at 30 and 60 Hz none has more than 0.22. 144 frames were removed while a joint turned by 60 degrees per \
+            second: 142 have more than 0.24.";
         least_evidence_of_doubled = 0.02, "1",
-            "The same for a frame in excess. It is lower than `least_evidence`, since the doubled frame itself is \
-            seen.";
+            "The same for a doubled frame. It is lower than `least_evidence`, because the doubled frame itself is \
+            visible.";
         least_speed = 0.35, "rad/s",
-            "Least speed of a joint, or of the body in lengths of itself, at which a dropped frame is put in: below \
-            20 degrees per second steps tell of the rounding of a file alone.";
+            "Least speed of a joint, or of the body in lengths of itself, at which a dropped frame is inserted. Below \
+            20 degrees per second, steps show only the rounding of a file.";
         exchange = 4.0, "degrees",
-            "Cost of an exchange of left and right limbs, beside the median change from frame to frame: twice the \
-            noise of an estimate from video, so that noise exchanges nothing.";
+            "Cost of an exchange of left and right limbs, added to the median change from frame to frame. It is twice \
+            the noise of an estimate from video, so that noise exchanges nothing.";
         length_noise = 0.001, "m",
-            "Mean change of a bone from frame to frame above which it gets one length: positions of files are rounded \
-            to less.";
+            "Mean change of a bone from frame to frame above which it gets one length. Rounding of positions in files \
+            changes it less.";
         largest_length_change = 0.15, "1",
-            "Mean change of a bone, as a fraction of its length, above which it is meant, as in a cartoon.";
+            "Mean change of a bone, as a fraction of its length, above which the change is intended, as in a cartoon.";
         least_skate = 0.2, "m/s",
-            "Mean speed of feet in contact below which they are not held, where nothing else was changed: marker \
-            systems have as much in runs, since contacts begin and end in motion.";
+            "Mean speed of feet in contact below which they are not held, if nothing else was changed. Marker systems \
+            have as much in runs, since contacts begin and end in motion.";
         contact_speed = 0.4, "m/s",
-            "Largest speed of a foot in contact after noise was taken out: what remains of 2 degrees of noise moves \
-            one that stands by about 0.2 m/s.";
+            "Largest speed of a foot in contact after noise was removed. The remains of 2 degrees of noise move a foot \
+            in stance by about 0.2 m/s.";
         contact_distance = 0.03, "m",
-            "Distance over the ground from where a foot rests within which it belongs to the contact: after smoothing \
-            it comes to rest slowly.";
+            "Distance over the ground from the resting place of a foot within which it belongs to the contact. After \
+            smoothing, a foot comes to rest slowly.";
         contact_gap = 0.15, "s",
-            "Time between two contacts on one spot that are one: no foot leaves its spot and comes back to it in less \
-            than half a swing.";
+            "Longest gap between two contacts on one spot that are joined. No foot leaves its spot and comes back to \
+            it in less than half a swing.";
         contact_height = 0.08, "m",
-            "Largest height above where a foot rests that belongs to a contact: a heel that rolls off, and no swing.";
+            "Largest height above the resting level of a foot that belongs to a contact: a heel that rolls off, but no \
+            swing.";
         hand_distance = 0.13, "m",
             "Distance of the middles of two hands that meet, of a body of 1.7 m: two half palms and some noise.";
         hand_fade = 1.4, "1",
-            "How many times as far a meeting counts no more; between, less and less, so that nothing jumps.";
+            "Factor of the distance from which on a meeting does not count. Between both distances its weight \
+            decreases, so that nothing jumps.";
         hand_speed = 0.15, "m/s",
-            "Speed on the body below which a hand rests there: one that passes by is faster.";
+            "Speed of a hand relative to the body below which the hand rests there. A hand that passes by is faster.";
         hand_blend = 0.1, "s",
-            "Time in which a meeting comes to count, and counts no more: three frames of video, so that no arm jerks.";
+            "Time in which the weight of a meeting rises and falls: three frames of video, so that no arm jerks.";
         hand_noise = 0.1, "m",
-            "Largest distance by which an arm is brought to a meeting, and by which a hand may miss it: noise of an \
-            estimate from video is not more.";
+            "Largest distance by which an arm is moved to a meeting, and by which a hand may miss it. Noise of an \
+            estimate from video is not larger.";
     }
 }

@@ -20,11 +20,11 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
-    /// motion that is cut in two there comes back. Poses more than 45 degrees or 30 cm apart at the seam, and speeds
-    /// more than 1 m/s, are a warning of the scene, [`Code::PosesApart`]. `within` lets the end of the first and the
-    /// beginning of the second go where the two are more alike nearby: by the distance of
-    /// [motion graphs](crate::graph), of windows of a third of a second.
+    /// Appends a second motion, which has the same joints. The first frame of the second motion is the last of the
+    /// first, so that a motion that was cut in two is restored. Poses more than 45 degrees or 30 cm apart at the seam,
+    /// and speeds more than 1 m/s apart, are a warning of the scene, [`Code::PosesApart`]. `within` searches nearby for
+    /// the end and the beginning that are most alike. The measure is the distance of [motion graphs](crate::graph),
+    /// over windows of a third of a second.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -45,10 +45,10 @@ step! {
         with: Option<usize> = None, ValueKind::Input;
         /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
         blend: f64 = 0.3, ValueKind::Seconds;
-        /// Whether the second motion begins where the first one ends, and looks where it looks. Default: `true`.
+        /// Whether the second motion begins at the place and in the heading in which the first ends. Default: `true`.
         align: bool = true, ValueKind::Flag;
-        /// Seconds of the end of the first and of the beginning of the second within which they are joined, where they
-        /// are most alike. Default: 0, all of both stays.
+        /// Seconds at the end of the first and at the beginning of the second motion in which the most alike frames are
+        /// joined. Default: 0, all of both stays.
         within: f64 = 0.0, ValueKind::Seconds;
     }
 }

@@ -17,12 +17,11 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
-    /// frames before and after.
+    /// Replaces spikes, which are rotations and positions that leave the motion for a few frames and come back. The
+    /// frames before and after are interpolated.
     ///
-    /// A value is such a spike by its distance from the middle of the two values `n` frames before and after it: above
-    /// `threshold` times the median distance of the values around, for an `n` up to the longest spike (Hampel's
-    /// identifier).
+    /// Hampel's identifier finds them. The distance of a value from the middle of the two values `n` frames before and
+    /// after it is above `threshold` times the median distance of the values around. `n` goes up to the longest spike.
     /// Longer runs, between two jumps that undo each other, are turned back, as those of a bone that is turned about
     /// itself for some frames. A turn of a bone about itself in one frame, which stays, is spread over 0.4 s, and
     /// joints below keep their positions.
@@ -41,7 +40,8 @@ step! {
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a number that is not finite or is
     /// negative; [`Code::LimitExceeded`] for a spike that is too long to look for in a long motion.
     Despike {
-        /// How many times farther off its neighbours than the frames around it a frame must be. Default: 8.
+        /// The least distance of a spike from its neighbours, as a multiple of the distances in the frames around it.
+        /// Default: 8.
         threshold: f64 = 8.0, ValueKind::Factor;
         /// The smallest jump of a rotation, in degrees. Default: 3.
         angle: f64 = 3.0, ValueKind::Degrees;
@@ -184,7 +184,7 @@ fn spikes(
             // A frame beside a spike is half as far off its own neighbours.
             let highest = offs[frame - span..=frame + span].iter().copied().fold(0.0, f32::max);
             let is_peak = offs[frame] >= 0.75 * highest;
-            // A spike comes back: what is before it and after it are nearer to each other than to it.
+            // A spike comes back: the values before and after it are nearer to each other than to it.
             let comes_back = distance(&track[frame - span], &track[frame + span]) < offs[frame];
             found[frame] |= f64::from(offs[frame]) > options.threshold * f64::from(usual) && is_peak && comes_back;
         }

@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Drops the first frame, which is a rest pose in some files; by default only where it is one.
+    /// Drops the first frame if it is a rest pose, as in some files.
     ///
     /// [`FirstFrame::DropRestPose`] does the same.
     ///
@@ -28,7 +28,7 @@ step! {
     /// # Errors
     /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
     DropFirstFrame {
-        /// Whether it is dropped also where it is no rest pose. Default: `false`.
+        /// Whether to drop it also if it is no rest pose. Default: `false`.
         always: bool = false, ValueKind::Flag;
     }
 }

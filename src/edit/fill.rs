@@ -15,9 +15,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them
-    /// when markers were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and
-    /// after it. Of markers and other points without a skeleton, the gaps are the frames in which each was not seen.
+    /// Fills gaps: frames in which every joint exactly repeats the frame before, as programs write them for unseen
+    /// markers. A cubic curve with the speeds before and after the gap continues the motion. For markers and other
+    /// points without a skeleton, a gap is the frames in which a point was not seen.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -32,9 +32,9 @@ step! {
     /// # Errors
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a time that is not finite, or is negative.
     Fill {
-        /// The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5.
+        /// The longest gap to fill, in seconds. A longer hold may be intended. Default: 0.5.
         longest: f64 = 0.5, ValueKind::Seconds;
-        /// The shortest, in seconds. Default: 0, two equal frames.
+        /// The shortest gap to fill, in seconds. Default: 0, two equal frames.
         shortest: f64 = 0.0, ValueKind::Seconds;
     }
 }

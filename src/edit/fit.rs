@@ -1,4 +1,4 @@
-//! Whether two motions fit where they meet: how far their poses and their speeds are apart.
+//! Whether two motions fit at their seam: the differences of their poses and their speeds.
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic};
@@ -96,7 +96,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The positions of all nodes of the scene; those of what is no joint count as the origin.
+    /// The positions of all nodes of the scene. Nodes that are no joints count as the origin.
     fn positions(&mut self, row: &[Trs], pose: usize) -> Vec<Vec3> {
         let pose = &mut self.poses[pose];
         for (node, trs) in self.frames.nodes().iter().zip(row) {

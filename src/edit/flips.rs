@@ -2,9 +2,9 @@
 //! and `clean`.
 //!
 //! A jump is a step between two frames that is far larger than the steps beside it. Two jumps that undo each other
-//! bound a run of frames. A run that is off by one rotation all along, as a bone that is turned by 180 degrees about
-//! itself, is turned back and keeps its own motion; another short one is replaced by what lies between its neighbours.
-//! A jump that stays is spread by [`twist`] where it is a turn about the bone.
+//! bound a run of frames. A run that is off by one rotation all along, such as a bone rolled by 180 degrees, is turned
+//! back and keeps its own motion. Any other short run is interpolated between its neighbours. A jump that stays is
+//! spread by [`twist`] where it is a turn about the bone.
 
 use std::ops::Range;
 
@@ -36,7 +36,7 @@ const LONGEST_REPLACED: f64 = 0.2;
 const MOST_FRAMES: usize = 2000;
 /// How far the rotations at both ends of a run may differ, as a fraction of the smaller jump.
 const AGREE: f32 = 0.4;
-/// How far from half a turn about the bone a jump is taken for exactly that, in degrees.
+/// The largest difference in degrees of a jump from half a turn about the bone that counts as half a turn.
 const HALF_TURN: f32 = 35.0;
 
 /// What was mended in one track.

@@ -1,9 +1,9 @@
 //! The floor: its height, its slope, and the drift of the whole body over a take.
 //!
-//! What tells are the points of the feet while they are slow. A plane is fitted to those that are low, by weighted
-//! least squares again and again with a scale that becomes smaller (iteratively reweighted, Tukey's biweight): a foot
-//! in the air is above the floor, and nothing is below it. The drift is what is left over time: in height of these
-//! points, and over the ground as the speed of feet that stand.
+//! What tells are the points of the feet while they are slow. A plane is fitted to the low ones: a foot in the air is
+//! above the floor, and nothing is below it. The fit is iteratively reweighted least squares (Tukey's biweight) with a
+//! decreasing scale. The drift is what is left over time: in height of these points, and over the ground as the speed
+//! of feet that stand.
 
 mod drift;
 mod least_squares;
@@ -46,8 +46,8 @@ const OF_SIDES: f64 = 0.008;
 const OF_DRIFT: [f64; 2] = [0.015, 0.01];
 /// A foot must stand for so many seconds to tell of a drift over the ground: in a step it rolls on.
 const STANDS: f64 = 0.8;
-/// The heights of the floor in metres that `clean` keeps: the centres of joints and markers are as far below a floor at
-/// 0, and as high above it a body sits, lies, hovers or stands on something.
+/// The heights of the floor in metres that `clean` keeps. The centres of joints and markers may be as far below a floor
+/// at 0. A body may sit, lie, hover or stand on something as high above it.
 const KEPT_HEIGHTS: std::ops::Range<f64> = -0.06..0.3;
 /// The least slope in degrees that is taken out: it lifts a foot by 17 mm in a metre, which is not seen.
 pub(super) const LEAST_SLOPE: f64 = 1.0;
@@ -59,8 +59,8 @@ const EXPLAINS: f64 = 1.1;
 const NEAR: f64 = 0.02;
 /// The ratio of a slope to its own uncertainty from which on it is believed: below four in 10,000 by chance.
 const CERTAIN: f64 = 4.0;
-/// How far the steps of one foot reach along an axis of the ground, in metres, up to which they do not show the slope
-/// along it, and from which they do.
+/// Reach of the steps of one foot along an axis of the ground, in metres. Up to the first value they do not show the
+/// slope along it, from the second on they do.
 const SHOWS_SLOPE: [f64; 2] = [0.4, 0.9];
 /// The floor that the feet tell of. Lengths are in metres.
 #[derive(Clone, Debug, Default)]

@@ -24,7 +24,7 @@ step! {
         height: f64 = ContactOptions::default().height, ValueKind::Metres;
         /// The largest speed of a foot in contact, in metres per second. Default: 0.25.
         speed: f64 = ContactOptions::default().speed, ValueKind::MetresPerSecond;
-        /// How many times as high or as fast a foot in contact must be to leave. Default: 1.6.
+        /// The factor of height or speed at which a foot leaves a contact. Default: 1.6.
         release: f64 = ContactOptions::default().release, ValueKind::Factor;
         /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
         shortest: f64 = ContactOptions::default().shortest, ValueKind::Seconds;
@@ -32,8 +32,8 @@ step! {
         gap: f64 = ContactOptions::default().gap, ValueKind::Seconds;
         /// The height of the floor along the up axis, in metres. Default: where the feet rest.
         floor: Option<f32> = None, ValueKind::Metres;
-        /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives
-        /// way, and keeps a part of its slide. Default: `None`, no foot slides.
+        /// The largest change of any other joint, in metres. A foot that would move a knee or the hips farther keeps a
+        /// part of its slide. Default: `None`, no foot slides.
         largest_change: Option<f64> = None, ValueKind::Metres;
         /// The weights of the lock that differ from their defaults. Default: `None`.
         weights: Option<FootLockWeights> = None, ValueKind::Numbers;

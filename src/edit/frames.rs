@@ -249,8 +249,8 @@ impl Frames {
         }
     }
 
-    /// How many frames a motion that is made of these and others has, from 0 to `last` at another time or rate, if they
-    /// are not too many for what there is.
+    /// The number of frames of a motion from 0 to `last` at another time or rate, made of these frames and others. An
+    /// error if they are too many for the data.
     pub(super) fn up_to(&self, last: f64, others: &[&Self]) -> Result<usize> {
         let stated: usize = [self].iter().chain(others).map(|frames| frames.values()).sum();
         Ok(FrameBudget::stated_by(&Limits::default(), stated as u64).frames(last, self.held)?)

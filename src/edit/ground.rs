@@ -13,9 +13,9 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Puts a motion on the floor at height 0: takes out the slope of the floor and the drift of the body as `clean`
-    /// does, and then the height, however small. `docs/cleaning.md` says how they are found, and what counts as a hill,
-    /// as stairs and as a treadmill, which stay.
+    /// Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as `clean`
+    /// does, and then the height, however small. Hills, stairs and treadmills stay: `docs/cleaning-algorithm.md` says
+    /// how they are found.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -15,7 +15,7 @@ use super::limb::{LimbChain, NaturalBend, Swivel};
 use super::quantity::centimetres;
 use super::window::Window;
 
-/// A distance from the goal that is none, in metres: a tenth of what counts as reached.
+/// A distance from the goal that counts as 0, in metres: a tenth of the distance that counts as reached.
 const REACHED: f32 = 1e-4;
 
 /// How a limb was brought to its goals. Lengths are in metres.
@@ -60,8 +60,8 @@ impl std::fmt::Display for LimbReport {
     }
 }
 
-/// Seconds around the moment at which a goal comes within reach or leaves it, in which the limb passes over from the
-/// one to the other: at once, its elbow or knee would jump.
+/// Seconds around the moment at which a goal comes within reach or leaves it. In this time the limb passes from one to
+/// the other, because its elbow or knee would jump otherwise.
 const PASSING: f64 = 0.2;
 
 /// The frames of a limb that is brought to its goal, and what it is brought from.

@@ -32,7 +32,7 @@ pub enum KeyInterpolation {
 }
 
 step! {
-    /// Keyframe animation: keeps the poses of chosen frames, and replaces the others by what lies between those.
+    /// Keyframe animation: keeps the poses of chosen frames, and interpolates the others.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -49,9 +49,9 @@ step! {
     InBetween {
         /// The frames whose poses stay. The first and the last frame always do.
         keys: Vec<usize> = Vec::new(), ValueKind::Frames;
-        /// Every so many frames stay, besides those. Default: 0, no others.
+        /// The distance in frames of further keys. Default: 0, no others.
         every: usize = 0, ValueKind::Count;
-        /// How the others are computed. Default: squad, which keeps constant speeds and has no jumps of speed.
+        /// The interpolation between keys. Default: squad, which keeps constant speeds and has no jumps of speed.
         interpolation: KeyInterpolation = KeyInterpolation::default(), ValueKind::OneOf(&["slerp", "squad"]);
     }
 }

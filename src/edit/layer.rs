@@ -15,8 +15,8 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which
-    /// has the same joints, at the same time. Where the second motion ends, its last pose stays.
+    /// Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints,
+    /// at the same time. After the end of the second motion, its last pose stays.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

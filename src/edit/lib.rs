@@ -1,4 +1,4 @@
-//! Steps that change a motion, each with a report of what it changed and by how much.
+//! Steps that change a motion, each with a report of its changes.
 //!
 //! A step is a value that has its options, and a type that is a [`Step`]; [`EditStep`] is any of them. It changes one
 //! animation of a scene. No step calls another. Those that need to know the body take the bones that

@@ -70,9 +70,9 @@ impl Limb {
         }
     }
 
-    /// The direction from its first joint to its end in which the limb bends most naturally, and where its middle joint
-    /// then is, aside of that line: in the frame of the T-pose of the left side. An arm before the body has its elbow
-    /// below and a little outside, a leg that stands has its knee in front.
+    /// The direction from its first joint to its end in which the limb bends most naturally, and the direction from
+    /// that line to its middle joint. Both are in the frame of the T-pose of the left side. An arm before the body has
+    /// its elbow below and a little outside, a leg that stands has its knee in front.
     fn natural(self) -> [Vec3; 2] {
         match self.is_arm() {
             true => [Vec3::new(0.3, -0.4, 1.0), Vec3::new(0.4, -1.0, 0.0)],
@@ -81,8 +81,8 @@ impl Limb {
     }
 }
 
-/// The angles of a limb's change of direction, in radians, up to which its plane goes with it by the shortest rotation,
-/// and from which on the plane is that of [`Limb::natural`]: near 180 degrees the shortest rotation is not known.
+/// Angles of a limb's change of direction, in radians. Up to the first its plane follows by the shortest rotation. From
+/// the second on the plane is that of [`Limb::natural`], because near 180 degrees the shortest rotation is undefined.
 const CARRIED: [f32; 2] = [1.0, 2.0];
 
 /// How far a limb goes, as a fraction of its length, that keeps nothing of how its plane moves from frame to frame.
@@ -170,7 +170,8 @@ impl LimbChain {
     }
 
     /// Where the limb is in a pose, and where it goes. A hand is one with its forearm, so that its tip is the end of
-    /// the lower bone; a foot keeps its rotation, so that its ankle goes where the tip then is at the goal.
+    /// the lower bone. A foot keeps its rotation, so that its ankle goes to the place from which the tip reaches the
+    /// goal.
     fn aim(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Aim {
         let (last, goal) = match self.is_arm {
             true => (self.tip, goal),
@@ -216,8 +217,8 @@ impl LimbChain {
         (rotation_of(&pose.node_to_world[joint.index()]) * frame_to_joint.inverse()).normalize()
     }
 
-    /// How the plane of the limb is turned about the line to the goal from where it is most natural there, if it goes
-    /// along with the limb by the shortest rotation.
+    /// The angle of the plane of the limb about the line to the goal, from the most natural plane there, if the plane
+    /// follows the limb by the shortest rotation.
     pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Swivel {
         let aim = self.aim(pose, goal, natural);
         let old = aim.joints[2] - aim.joints[0];
@@ -237,9 +238,9 @@ impl LimbChain {
         }
     }
 
-    /// Turns the limb of `pose` so that its tip comes to `goal`, in the world, with the plane in which it bends turned
-    /// by `swivel` from where it is most natural. Returns how far the tip stays away. A hand turns with its forearm, a
-    /// foot keeps its rotation.
+    /// Turns the limb of `pose` so that its tip comes to `goal`, in the world. The plane in which it bends is turned by
+    /// `swivel` from the most natural plane. Returns how far the tip stays away. A hand turns with its forearm, a foot
+    /// keeps its rotation.
     pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (natural, swivel): (NaturalBend, f32)) -> f32 {
         let end_before = rotation_of(&pose.node_to_world[self.end.index()]);
         let aim = self.aim(pose, goal, natural);

@@ -144,9 +144,12 @@ pub struct FootLockReport {
 /// ```
 ///
 /// # Errors
-/// As [`ContactOptions::detect`](crate::ContactOptions::detect); [`Code::NotHumanoid`] also where a leg lacks a
-/// joint, and [`Code::InvalidValue`] where known contacts have another number of frames, the floor is more than a
-/// leg above the feet, or a weight is out of its range. `scene` is then unchanged.
+/// - As [`ContactOptions::detect`](crate::ContactOptions::detect)
+/// - [`Code::NotHumanoid`] also if a leg lacks a joint
+/// - [`Code::InvalidValue`] if known contacts have another number of frames, the floor is more than a leg above the
+///   feet, or a weight is out of its range
+///
+/// `scene` is then unchanged.
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
     options.contacts.check()?;
     options.weights.check()?;

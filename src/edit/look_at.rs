@@ -24,10 +24,10 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between
-    /// the eyes, or from the joint of the head, goes through it. The neck takes a fraction of the rotation, the head
-    /// the rest. Beyond the limit, an angle from where the trunk faces, the head stays behind smoothly; at what is
-    /// behind its back the figure does not look.
+    /// Turns neck and head so that the figure looks at a target in a part of a motion. The line of sight goes through
+    /// the target. It starts between the eyes, or at the joint of the head, and points forward. The neck takes a
+    /// fraction of the rotation, the head the rest. Beyond the limit, an angle from the facing of the trunk, the head
+    /// stays behind smoothly. The figure does not look at a target behind its back.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -187,8 +187,8 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
     Ok(report)
 }
 
-/// How fast joints move beside the carrier at a frame, summed over the squares: the least at a calm moment, as when
-/// both feet are on the ground, at which a seam is seen least.
+/// The squared speeds of joints relative to the carrier at a frame, summed. The sum is least at a calm moment, such as
+/// with both feet on the ground, at which a seam is least visible.
 fn squared_speeds(scene: &Scene, frames: &Frames, carrier: NodeId, frame: usize) -> f32 {
     let pose_at = |frame: usize| {
         let mut pose = Pose::rest(scene);

@@ -20,8 +20,8 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Mirrors a motion across the plane of the figure, as it looks on the average: what the left side does the right
-    /// one does then. A figure that walks forward still walks forward.
+    /// Mirrors a motion across the mean plane of the figure: the right side moves as the left side did. A figure that
+    /// walks forward still walks forward.
     ///
     /// Joints are paired by the bones of the humanoid, and below these by their positions, not by their names. The
     /// motion of each is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets
@@ -327,8 +327,8 @@ impl<'a> MirrorPlan<'a> {
         }
     }
 
-    /// The mirrored translation to the parent. That of a figure's topmost node is the mirror image across the plane,
-    /// from where it is in the first frame; any other is as far from its offset as its partner is.
+    /// The mirrored translation to the parent. The position of a figure's topmost node is the mirror image across the
+    /// plane, from its place in the first frame. Any other node is as far from its offset as its partner is.
     fn translation(
         &self,
         scene: &Scene,

@@ -24,11 +24,11 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
-    /// and rotate, or next to it where the limb is too short for that. It is held in a given part of the motion, or in
-    /// every part in which it is near and slow beside it. Two bones, or the joints of a chain, are turned as by
-    /// [`Reach`](crate::Reach); everything else stays. Feet on the floor are for [`FootLock`](crate::FootLock), which
-    /// lets them roll.
+    /// Holds a hand or a foot at what it touches. It keeps its mean position in the frame of the target, which may move
+    /// and rotate. If the limb is too short for that, it comes as near as it can. It is held in a given part of the
+    /// motion, or in every part in which it is near the target and slow beside it. Two bones, or the joints of a chain,
+    /// turn as in [`reach`](crate::Reach). Everything else stays. Use [`foot-lock`](crate::FootLock) for feet on the
+    /// floor, because it lets them roll.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -47,7 +47,7 @@ step! {
     Pin {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
-        /// What it touches. Default: the world, where it is.
+        /// The target that it touches. Default: the world, at its place.
         to: Option<ReachTarget> = None, ValueKind::Target;
         /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
         start: Option<String> = None, ValueKind::Name;
@@ -236,7 +236,7 @@ impl PinnedFrame {
         self.at.iter().sum::<Vec3>() / self.at.len().max(1) as f32
     }
 
-    /// How far it slides on what it touches, all steps together, in metres.
+    /// The sum of its sliding steps relative to what it touches, in metres.
     fn slide(&self) -> f32 {
         let steps = self.at.windows(2).map(|pair| pair[0].distance(pair[1]));
         steps.sum::<f32>() * self.metres

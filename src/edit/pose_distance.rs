@@ -9,8 +9,8 @@ use super::frames::Frames;
 
 /// What counts of the poses of chosen frames, list by list.
 ///
-/// The distance of two poses is the sum of the squared angles of all joints but the carrier, of which only the tilt
-/// counts, since where a figure stands and looks is no part of its pose.
+/// The distance of two poses is the sum of the squared angles of all joints. Of the carrier only the tilt counts,
+/// because place and heading of a figure are no part of its pose.
 pub(super) struct Poses {
     count: usize,
     /// For each joint the components x, y, z, w of its rotations in all frames.

@@ -17,9 +17,9 @@ use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within
-    /// the part it is there; before and after it goes there and back. Two bones are turned, by the law of cosines; the
-    /// limb bends about the axis about which it bends in the motion. A hand turns with its forearm, a foot keeps its
+    /// Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. It is
+    /// there during the part. It moves there before the part, and back after it. Two bones turn by the law of cosines,
+    /// about the axis about which the limb bends in the motion. A hand turns with its forearm, a foot keeps its
     /// rotation in the world. Everything else stays.
     ///
     /// With `start` it brings the tip of a chain of any skeleton to the target, by FABRIK: all joints from `start` to
@@ -41,16 +41,18 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] without `start`, also where a joint of the limb is missing; [`Code::NoMotion`] without
-    /// this animation; [`Code::InvalidValue`] without a target, for a name that no node has, a target that moves with
-    /// the limb, a part that the motion does not have, a `start` that several chains have, and a number that is not
-    /// finite.
+    /// - [`Code::NotHumanoid`] without `start`, also if a joint of the limb is missing
+    /// - [`Code::NoMotion`] without this animation
+    /// - [`Code::InvalidValue`] without a target, for a name that no node has, and for a target that moves with the
+    ///   limb
+    /// - [`Code::InvalidValue`] for a part that the motion does not have, a `start` that several chains have, and a
+    ///   number that is not finite
     Reach {
         /// The limb. Default: the right hand.
         limb: Limb = Limb::default(), ValueKind::OneOf(Limb::NAMES);
         /// The target. It must be given.
         to: Option<ReachTarget> = None, ValueKind::Target;
-        /// A point that goes along with the target, from its origin in metres along its axes. Default: its origin.
+        /// The point to reach, from the origin of the target in metres along its axes. Default: the origin.
         offset: [f64; 3] = [0.0; 3], ValueKind::Point;
         /// The first joint of a chain of any skeleton, instead of a limb. Default: none.
         start: Option<String> = None, ValueKind::Name;

@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Plays a motion backwards: its last frame is its first. Twice, it is what it was.
+    /// Plays a motion backwards: its last frame becomes its first. A second `reverse` restores it.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

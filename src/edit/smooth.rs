@@ -76,9 +76,9 @@ impl SmoothFilter {
 }
 
 step! {
-    /// Filters rotations and positions, of all joints or of some. Rotations are averaged in the tangent space of each,
-    /// so that no axis is preferred, and a joint may rotate as far as it likes. The first and the last frame stay, and
-    /// everything outside a range and its ease.
+    /// Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each
+    /// rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame stay.
+    /// Everything outside a range and its ease stays too.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -91,10 +91,11 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a cut-off that is not above 0, or not
-    /// below half of the frame rate, where there is nothing to take out, and for a joint that is not there;
-    /// [`Code::LimitExceeded`] for a cut-off that is too far below the frame rate for a long motion;
-    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) for a part of what is no humanoid.
+    /// - [`Code::NoMotion`] without this animation
+    /// - [`Code::InvalidValue`] for a cut-off that is not above 0, or is at least half of the frame rate, and for a
+    ///   joint that is not there
+    /// - [`Code::LimitExceeded`] for a cut-off that is too far below the frame rate for a long motion
+    /// - [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) for a part of a skeleton that is no humanoid
     Smooth {
         /// The filter. Default: Butterworth.
         filter: SmoothFilter = SmoothFilter::default(), ValueKind::OneOf(&["butterworth", "gaussian"]);
@@ -102,7 +103,8 @@ step! {
         cut_off: f64 = 6.0, ValueKind::Hertz;
         /// The part of the body. Default: everything, unless joints are named.
         part: Option<LayerPart> = None, ValueKind::OneOf(LayerPart::NAMES);
-        /// Joints by their names or by those of bones, each without what is below it; with a part, they come to it.
+        /// Joints by their names or the names of bones, without the joints below them. With `part`, they are added to
+        /// the part.
         joints: Vec<String> = Vec::new(), ValueKind::Names;
         /// The part of the motion. Default: the whole.
         range: TimeRange = TimeRange::default(), ValueKind::TimeRange;
@@ -239,8 +241,8 @@ fn smooth(scene: &mut Scene, input: &StepInput<'_>, options: &Smooth) -> Result<
     Ok(report)
 }
 
-/// The weighted mean of what is around a frame, less the frame itself: `at` gives the difference of a frame from it.
-/// Before the first frame and after the last the motion goes on as its point reflection.
+/// The weighted mean of the neighbours of a frame, minus the frame itself: `at` gives the difference of a neighbour
+/// from it. Beyond the first and the last frame, the motion continues as its point reflection.
 fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -> Vec3 {
     let (start, end) = (at(0), at(last));
     let mut sum = Vec3::ZERO;
@@ -258,7 +260,7 @@ fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -
     sum
 }
 
-/// The weighted mean of what is around each frame, in its tangent space.
+/// The weighted mean of the neighbours of each frame, in its tangent space.
 fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
     let padded = PaddedTrack::new(track, kernel.len() - 1);
     let [x, y, z] = change(&padded, kernel);

@@ -1,4 +1,4 @@
-//! What every step is: a value with a name, its options, and what it does.
+//! A step is a value with a name, its options, and its effect.
 
 use std::fmt;
 
@@ -80,7 +80,7 @@ pub(crate) mod sealed {
     pub trait Sealed {}
 }
 
-/// What a step works on: an animation of the scene, and what it takes besides.
+/// The input of a step: an animation of the scene, and its other inputs.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -221,7 +221,7 @@ pub struct StepDocs {
     pub keys: &'static [&'static str],
 }
 
-/// What it does, and its options with what each takes.
+/// Its effect, and its options with their values.
 impl fmt::Display for StepInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.help)?;

@@ -9,7 +9,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey};
 
 step! {
-    /// Puts the T-pose before the first frame: on the floor, where the motion begins.
+    /// Inserts the T-pose before the first frame, on the floor at the start point.
     ///
     /// [`Conversion::t_pose_first`] does the same.
     ///

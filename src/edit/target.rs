@@ -102,7 +102,7 @@ pub(super) fn is_below(scene: &Scene, node: NodeId, ancestor: NodeId) -> bool {
     std::iter::successors(parent(&node), parent).any(|above| above == ancestor)
 }
 
-/// The node of a name: that of a node, or that of a bone.
+/// The node of a name, which is the name of a node or of a bone.
 pub(super) fn node_named(scene: &Scene, name: &str, joint: impl Fn(HumanoidBone) -> Option<NodeId>) -> Result<NodeId> {
     let plain = |name: &str| name.replace(['-', '_', ' '], "").to_lowercase();
     let of_name = scene.nodes.iter().position(|node| node.name == name).map(NodeId::new);

@@ -18,8 +18,8 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, ValueKind};
 
 step! {
-    /// Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it
-    /// looks in a direction there. Everything that the animation moves goes along.
+    /// Turns a motion about the vertical through the figure's place in the first frame. It turns by an angle, or until
+    /// the figure faces a direction in that frame. Everything that the animation moves turns too.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -33,8 +33,9 @@ step! {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] without an angle or a direction, with both,
-    /// and for a direction that is not level; [`Code::NotHumanoid`] for a direction of a skeleton that looks nowhere.
+    /// - [`Code::NoMotion`] without this animation
+    /// - [`Code::InvalidValue`] without an angle or a direction, with both, and for a direction that is not level
+    /// - [`Code::NotHumanoid`] for a direction of a skeleton that faces nowhere
     Turn {
         /// The angle in degrees, counterclockwise as seen from above.
         by: Option<f64> = None, ValueKind::Degrees;

@@ -36,24 +36,24 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 /// increase; [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where the result would be far longer than the
 /// motion.
 ///
-/// Of a path: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) without points, or where a number is not finite,
-/// or the times are negative, do not increase from frame to frame, or are after the end, or some points have times and
-/// others not.
+/// For a path, [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) without points, or if a number is not finite.
+/// The same if some points have times and others not, or if the times are negative, do not increase from frame to
+/// frame, or are after the end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "WarpKeys", into = "WarpKeys")]
 #[non_exhaustive]
 pub enum Warp {
-    /// Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. Time runs evenly
-    /// from the start to the first pair and from pair to pair, and after the last as it did. With the two of every pair
-    /// exchanged it is the inverse. A first pair whose second time is 0 cuts the motion before it.
+    /// Pairs of a time in the motion and its new time, in seconds, both increasing. Time runs evenly from the start to
+    /// the first pair and from pair to pair, and after the last as it did. With the two of every pair exchanged it is
+    /// the inverse. A first pair whose second time is 0 cuts the motion before it.
     Moments(Vec<(f64, f64)>),
-    /// How many times as fast all of the motion is to be, above 0.
+    /// The factor of the speed of the whole motion, above 0.
     Speed(f64),
-    /// The figure is at every point at its time. What it does besides, such as swaying from step to step, stays: both
-    /// paths are natural cubic splines, one through the positions where the figure was, the other through the points,
-    /// and the figure keeps its offset from the first one (motion warping: Witkin and Popovic, 1995). Beyond the first
-    /// and the last point the paths go on straight. Heights and poses stay.
+    /// The figure is at every point at its time. Its other motion, such as swaying from step to step, stays (motion
+    /// warping: Witkin and Popovic, 1995). Both paths are natural cubic splines: one through the positions of the
+    /// figure, the other through the points. The figure keeps its offset from the first one. Beyond the first and the
+    /// last point the paths go on straight. Heights and poses stay.
     Path {
         /// The points, in the order of time.
         points: Vec<PathPoint>,
@@ -123,10 +123,10 @@ impl Warp {
     pub(crate) const DOCS: StepDocs = StepDocs {
         step: "Makes parts of a motion faster or slower, or bends its path over the ground.",
         keys: &[
-            "Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. The start stays.",
-            "How many times as fast all of the motion is to be, above 0.",
-            "The points over the ground at which the figure is to be, in metres, each with or without its time.",
-            "Where the figure looks: along the path, or as it did. Default: along.",
+            "Pairs of a time in the motion and its new time, in seconds, both increasing. The start stays.",
+            "The factor of the speed of the whole motion, above 0.",
+            "Points over the ground through which the figure passes, in metres, each with or without its time.",
+            "The facing of the figure: along the path, or as before. Default: along.",
         ],
     };
 }

@@ -261,8 +261,8 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     Ok(frames)
 }
 
-/// The direction of a path at some moments, as angles. Where a path stands it keeps its direction; one that stands all
-/// the time has none.
+/// The direction of a path at some moments, as angles. A path that pauses keeps its direction. A path without any
+/// movement has none.
 fn headings(path: &Spline, seconds: &[f64]) -> Option<Vec<f64>> {
     let speeds: Vec<DVec2> = seconds.iter().map(|seconds| path.speed(*seconds)).collect();
     let fastest = speeds.iter().map(|speed| speed.length()).fold(0.0, f64::max);

@@ -15,8 +15,8 @@ use crate::report::{TPoseBone, TPoseReason, TPoseSource};
 use crate::t_pose::{self, limb_end};
 use crate::{Confidence, Figure, HumanoidBone as Bone, TPose};
 
-/// Fewer frames than this may all show one moment of a step: parts of 20 to 24 frames of motions whose rest pose does
-/// not stand have feet, pelvis and head up to 37 degrees off those of the whole.
+/// Fewer frames than this may all show one moment of a step. Measured on motions whose rest pose does not stand: in
+/// parts of 20 to 24 frames, feet, pelvis and head are up to 37 degrees off those of the whole.
 const FEW_FRAMES: usize = 30;
 
 /// Fewer than this show nothing at all.
@@ -205,8 +205,8 @@ impl Body {
         self.t_pose.source == TPoseSource::RestPose
     }
 
-    /// Whether neither the rest pose nor the motion shows how the body is turned as a whole: it has too few frames, or
-    /// nothing shows which axis is up, or which side is left.
+    /// Whether neither the rest pose nor the motion shows the orientation of the whole body. The motion has too few
+    /// frames, or nothing shows which axis is up, or which side is left.
     pub fn is_turned_by_guess(&self) -> bool {
         let is_unsure = self.unsure_up.is_some() || self.are_sides_unsure();
         self.is_computed() && (is_unsure || self.t_pose.frames < TOO_FEW_FRAMES)
@@ -219,8 +219,8 @@ impl Body {
         is_unsure && self.figure.humanoid.sides_confidence == Confidence::Unsure
     }
 
-    /// Bones of which nothing says for sure how they are turned about themselves, with the reason: limbs, hands, neck
-    /// and head of which only an average says it; where few frames are the only witness, hips and feet too.
+    /// Bones whose roll is not certain, with the reason: limbs, hands, neck and head whose roll only an average shows.
+    /// If the only evidence is a few frames, hips and feet are among them.
     pub fn guessed(&self) -> Vec<(Bone, String)> {
         if !self.is_computed() {
             return Vec::new();
@@ -236,9 +236,9 @@ impl Body {
                     format!("turned as on the average of {frames} frames, which are few")
                 }
                 false if is_unsure && is_limb => {
-                    format!("turned about itself {how}: the motion does not bend it enough")
+                    format!("rolled {how}: the motion does not bend it enough")
                 }
-                false if is_unsure && is_end => format!("turned about itself {how}: nothing else shows it"),
+                false if is_unsure && is_end => format!("rolled {how}: nothing else shows it"),
                 _ => return None,
             };
             Some((bone, reason))

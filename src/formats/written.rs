@@ -224,9 +224,9 @@ impl fmt::Display for NodeRename {
     }
 }
 
-/// The error of a file against the scene that it was written from, measured in double precision on the decoded values,
-/// at the times of the file, and with all interpolations of its readers: in glTF slerp, and nlerp (component by
-/// component).
+/// The error of a file against the scene that it was written from. It is measured in double precision on the decoded
+/// values, at the times of the file, with all interpolations of its readers. In glTF these are slerp and nlerp
+/// (component by component).
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -143,7 +143,7 @@ impl<'a> Clips<'a> {
         Ok(clips)
     }
 
-    /// The clips of a graph, whose files are to be what they were.
+    /// The clips of a graph, whose files must be unchanged.
     pub(super) fn of_graph(
         graph: &MotionGraph,
         (read, space): (&'a InputOptions, &'a SourceSpace),

@@ -33,7 +33,7 @@ const OF_BINARY: [&str; 2] = ["glb", VRM];
 const VRM: &str = "vrm";
 
 impl Form {
-    /// The form of a motion on its own skeleton, which is of a robot or not.
+    /// The form of a motion on its own skeleton, of a robot or not.
     pub(super) fn of_motion(writing: &OutputOptions, is_of_robot: bool) -> Result<Self> {
         let name = writing.extension();
         let form = match (RobotFormat::named(&name), ArrayLayout::named(&name)) {

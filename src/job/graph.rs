@@ -45,7 +45,7 @@ pub struct GraphJobOptions {
     #[cfg_attr(feature = "clap", arg(long = "character", alias = "on", value_name = "TARGET"))]
     #[serde(skip_serializing_if = "is_default")]
     pub on: Option<PathBuf>,
-    /// Keep the transitions too that lead out of the largest strongly connected component, or into it from outside
+    /// Keep transitions into and out of the largest strongly connected component too
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub whole: bool,

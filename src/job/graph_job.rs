@@ -31,8 +31,8 @@ pub struct GraphJob {
     pub source: GraphSources,
     /// How their moments are compared.
     pub graph: GraphJobOptions,
-    /// The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what
-    /// is lighter is more alike and red dots are transitions, or an array, .npy.
+    /// The file of the distances of all moments of two clips, or of one clip to itself: a .png picture or a .npy array.
+    /// In the picture lighter means more alike, and red dots are transitions.
     #[serde(default, skip_serializing_if = "is_default")]
     pub matrix: Option<PathBuf>,
     /// The graph.

@@ -50,7 +50,7 @@ pub struct InputOptions {
     #[serde(skip_serializing_if = "is_default")]
     pub clip: Clips,
     /// The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
-    /// openpose25, mhr70, mhr127, or a JSON file [default: an array with the joints of SMPL is solved]
+    /// openpose25, mhr70, mhr127, or a JSON file [default: arrays with the joints of SMPL are solved]
     #[cfg_attr(feature = "clap", arg(id = "joint-set", long, value_name = "SET|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub joints: Option<String>,
@@ -59,17 +59,17 @@ pub struct InputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub lengths: Option<Lengths>,
-    /// Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of
-    /// that subject; or a JSON file, an object from labels to landmarks [default: markers stay points]
+    /// Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a JSON file, an
+    /// object from labels to landmarks [default: markers stay points]
     #[cfg_attr(feature = "clap", arg(long, value_name = "auto|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub markers: Option<String>,
-    /// A file of markers of somebody who stands, which may have more markers than the motion
+    /// A static trial: markers of a standing person, which may be more than those of the motion
     #[cfg_attr(feature = "clap", arg(long = "static", value_name = "FILE"))]
     #[serde(rename = "static", skip_serializing_if = "is_default")]
     pub static_trial: Option<PathBuf>,
-    /// The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or
-    /// .pkl, or a file with a figure in any format [default: generic proportions, 1.70 m tall]
+    /// The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H or SMPL-X,
+    /// .npz or .pkl, or a file with a figure in any format [default: generic proportions, 1.70 m tall]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub body: Option<PathBuf>,

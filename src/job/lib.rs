@@ -114,8 +114,8 @@ pub use self::weights::JobWeights;
 
 /// One piece of work. Its kind has only the options that do something in it.
 ///
-/// In JSON the keys tell the kind: an object with `walk` is a walk job, one with `graph` a graph job, one with `survey`
-/// a survey job, and every other a motion job.
+/// In JSON the keys determine the kind. An object with `walk` is a walk job, with `graph` a graph job, with `survey` a
+/// survey job. Every other object is a motion job.
 ///
 /// The [module](self) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -299,7 +299,7 @@ impl Job {
     }
 }
 
-/// What errors call a JSON text and what it states, and where a user finds what it may hold.
+/// The words of errors for a JSON text and its owner, and where a user finds its contents documented.
 struct Wording<'a> {
     text: &'a str,
     owner: &'a str,

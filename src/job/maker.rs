@@ -156,7 +156,7 @@ impl<'a> Maker<'a> {
         self
     }
 
-    /// Looks at motions before their outputs are made, where those have a T-pose: motions of one skeleton then have one
+    /// Reads motions before their outputs are made, if the outputs have a T-pose. Motions of one skeleton then have one
     /// unit, one map of bones and one T-pose, which all of them show together. What cannot be read here is told when
     /// its output is made.
     #[must_use]
@@ -208,7 +208,7 @@ impl<'a> Maker<'a> {
         self.form.refusal(option, &self.job.write.extension())
     }
 
-    /// Refuses an output that would replace an input, or what is known beforehand to be somebody's.
+    /// Refuses an output that would replace an input, or a file that is known to belong to somebody.
     ///
     /// # Errors
     /// As [`ReplacePolicy::check`].

@@ -1,4 +1,4 @@
-//! What becomes of the meshes of an input, and what shows a skeleton without any.
+//! What happens to the meshes of an input, and what shows a skeleton without meshes.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use mocap_scene::scene::{Format, Scene};
 use super::MotionJob;
 use super::notice::{Listener, Notice};
 
-/// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
+/// What shows the skeleton of a file without meshes; nothing if the format has the meshes of the file.
 pub(super) fn shown(job: &MotionJob, row: Option<&FormatInfo>) -> SkeletonMesh {
     let of_format = || row.map_or(SkeletonMesh::Skinned, |row| row.mesh(job.write.skeleton_only));
     job.write.mesh.map_or_else(of_format, SkeletonMesh::from)

@@ -15,8 +15,8 @@ use super::source::BoneMap;
 
 /// What the joints of a humanoid are called in the output.
 ///
-/// A file holds `{"bones": {"hips": "NAME", ...}}`, or what `mocap skeleton --json` prints of a skeleton whose names
-/// are wanted. A bone that it does not name, or with `null`, keeps its name.
+/// A file holds `{"bones": {"hips": "NAME", ...}}`, or the output of `mocap skeleton --json` for a skeleton with the
+/// wanted names. A bone that it does not name, or with `null`, keeps its name.
 ///
 /// ```
 /// use mocap::job::JointNames;

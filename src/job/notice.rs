@@ -1,4 +1,4 @@
-//! What is said while a job is done.
+//! Notices while a job runs.
 
 use std::path::Path;
 
@@ -30,13 +30,13 @@ use mocap_scene::scene::{Assumption, Scene, Topic};
 pub enum Notice<'a> {
     /// What may be wrong with a file.
     Warnings(&'a Path, &'a [Diagnostic]),
-    /// What was decided, chosen or left out.
+    /// A decision, a choice, or a part that was dropped.
     Note(&'a str),
     /// What a step has changed.
     Step(&'a EditReport),
 }
 
-/// Who hears what is said.
+/// The receiver of notices.
 pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
 /// What is to be known of a skeleton onto which motions go. It need not move.

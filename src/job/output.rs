@@ -54,12 +54,12 @@ pub struct OutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub mesh: Option<MeshStyle>,
-    /// Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in
+    /// Turn the frames of joints at rest so that this axis points along the bone, and another is the bending axis: in
     /// Blender a bone is drawn along +Y. Nothing moves [default: none; for the target blender y]
     #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS"))]
     #[serde(skip_serializing_if = "is_default")]
     pub bone_axis: Option<OutBoneAxis>,
-    /// Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion
+    /// Write only the skeleton and its motion, without the meshes, materials and other contents of the input
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub skeleton_only: bool,
@@ -67,8 +67,8 @@ pub struct OutputOptions {
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub keep_constant: bool,
-    /// Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or those of a JSON file:
-    /// {"bones": {"hips": "NAME", ...}}, as `mocap skeleton --json` prints [default: those of the input]
+    /// Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or a JSON file. The file has
+    /// {"bones": {"hips": "NAME", ...}}, as `mocap skeleton --json` prints [default: the names in the input]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", value_parser = parse_names))]
     #[serde(skip_serializing_if = "is_default")]
     pub names: Option<JointNames>,
@@ -253,7 +253,7 @@ pub struct FbxOutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx_rest: Option<FbxRest>,
-    /// The program whose conventions the file is to have: unit, axes, root, frame rate
+    /// The program whose conventions the file follows: unit, axes, root, frame rate
     #[cfg_attr(feature = "clap", arg(long, value_name = "PROGRAM"))]
     #[serde(skip_serializing_if = "is_default")]
     pub target: Option<FbxTarget>,

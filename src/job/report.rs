@@ -39,7 +39,7 @@ use crate::verify::report::Verification;
 pub struct JobReport {
     /// The files of the output; the last is the one that the job names.
     pub files: Vec<OutputFile>,
-    /// What was decided, chosen and left out, a sentence each.
+    /// Decisions, choices and dropped parts, a sentence each.
     pub notes: Vec<String>,
     /// The nodes that have another name in the output.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -55,7 +55,7 @@ pub struct JobReport {
     /// How well each motion is kept on the other body.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub clips: Vec<ClipReport>,
-    /// How far the output is from the motion, where keys or bits were left out.
+    /// The distance of the output from the motion, if keys or bits were dropped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Deviation>,
     /// How far the output is from its source, where the job asks for that.

@@ -78,7 +78,7 @@ impl MotionJob {
     }
 }
 
-/// Writes what was made, and says in the report what there is to say of it. Returns the motion.
+/// Writes the outputs, and adds their notices to the report. Returns the motion.
 pub(super) fn save(
     report: &mut JobReport,
     maker: &Maker<'_>,
@@ -93,7 +93,7 @@ pub(super) fn save(
     Ok(made.scene)
 }
 
-/// Says in the report what there is to say of what was made.
+/// Adds the notices of the outputs to the report.
 pub(super) fn describe(report: &mut JobReport, maker: &Maker<'_>, made: &mut JobOutput, output: &Path) {
     report.describe(&mut made.written, output);
     report.problem = maker.problem(&made.clips);

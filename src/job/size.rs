@@ -26,8 +26,8 @@ pub struct SizeOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub max_error: Option<Length>,
-    /// Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL
-    /// [default: 0, joints and end sites alone]
+    /// Distance of points around each joint, such as the skin, that keep the largest error too; 3cm is the default of
+    /// ACL [default: 0, joints and end sites alone]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub shell_distance: Option<Length>,

@@ -1,4 +1,4 @@
-//! What a job works on, and what the caller knows of it that the files do not state.
+//! The inputs of a job, and the caller's statements about them that the files do not have.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -106,8 +106,8 @@ pub struct SourceUp {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceMap {
-    /// Take the bones of this JSON file, of the shape that `mocap skeleton --json` prints; those that it does not name
-    /// are searched for
+    /// Take the bones from this JSON file, as `mocap skeleton --json` prints it; those that it does not name are
+    /// searched for
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_parser = |path: &str| BoneMap::parse_file(path).map(BoneMap::Bones)))]
     pub map: Option<BoneMap>,
 }
@@ -271,7 +271,7 @@ pub struct SourceFrames {
     #[cfg_attr(feature = "clap", arg(long, value_name = "POSE", default_value = "zero"))]
     #[serde(skip_serializing_if = "is_default")]
     pub rest: RestPoseSource,
-    /// Put the T-pose before the first frame, on the floor
+    /// Insert the T-pose before the first frame, on the floor
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub t_pose_first: bool,

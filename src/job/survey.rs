@@ -38,7 +38,7 @@ pub struct SurveyOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND=AMOUNT"))]
     #[serde(skip_serializing_if = "is_default")]
     pub threshold: Vec<String>,
-    /// Keep the rows for which this holds, as "skate < 1 and not twin"
+    /// Keep the rows for which this is true, such as "skate < 1 and not twin"
     #[cfg_attr(feature = "clap", arg(id = "where", long = "where", value_name = "EXPR"))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     #[serde(rename = "where", skip_serializing_if = "is_default")]
@@ -53,8 +53,9 @@ pub struct SurveyOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "FRACTIONS", value_delimiter = ','))]
     #[serde(skip_serializing_if = "is_default")]
     pub split: Vec<f64>,
-    /// By what to select, where quality leaves out bad clips and near-duplicates first; or what to keep in one part of
-    /// a split: person, skeleton, near-duplicate [default: quality,diversity, and near-duplicate of a split]
+    /// How to select: diversity, or quality,diversity, which first drops bad clips and near-duplicates. For a split,
+    /// what to keep in one part: person, skeleton, near-duplicate [default: quality,diversity, and near-duplicate of a
+    /// split]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ','))]
     #[serde(skip_serializing_if = "is_default")]
     pub by: Vec<SelectBy>,
@@ -66,7 +67,7 @@ pub struct SurveyOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub html: Option<PathBuf>,
-    /// Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so
+    /// Fail if a kept clip has this verdict or a worse one: the exit code is 1, and the problem of a report says so
     #[cfg_attr(feature = "clap", arg(long, value_name = "VERDICT", value_parser = parse_verdict))]
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]

@@ -51,8 +51,8 @@ macro_rules! target {
             /// The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo.
             #[cfg_attr(feature = "clap", arg(skip))]
             pub file: PathBuf,
-            /// Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for
-            /// it; those that it does not name are searched for
+            /// Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target;
+            /// those that it does not name are searched for
             #[cfg_attr(
                 feature = "clap",
                 arg(
@@ -64,7 +64,7 @@ macro_rules! target {
             )]
             #[serde(skip_serializing_if = "is_default")]
             pub map: Option<BoneMap>,
-            /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
+            /// Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor
             #[cfg_attr(feature = "clap", arg(long, value_name = "auto|none|FACTOR", default_value = "auto"))]
             #[serde(skip_serializing_if = "is_default")]
             pub scale: Scale,
@@ -102,18 +102,18 @@ target! {
     /// assert_eq!(hero.feet, Feet::Free);
     /// ```
     CharacterTarget, "character-map", {
-        /// Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch,
-        /// free leaves them where the directions of the arms put them
+        /// Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the
+        /// source touch, free to the place that the directions of the arms give
         #[cfg_attr(feature = "clap", arg(long, value_name = "keep|free", default_value = "keep"))]
         #[serde(skip_serializing_if = "is_default")]
         pub hands: Hands,
-        /// Leave out the animations that the character has; by default they stay
+        /// Drop the animations of the character; by default they stay
         #[cfg_attr(feature = "clap", arg(long))]
         #[serde(skip_serializing_if = "is_default")]
         pub replace_animations: bool,
         /// Largest allowed angle in degrees; above it the job fails after it has written, with the exit code 1. It is
-        /// the worst of all: between a limb of the motion and that of the character in any frame, and in the mean a
-        /// roll of a limb, a line of the trunk, a palm
+        /// the worst of these angles: of a limb in any frame, and in the mean of a roll of a limb, a line of the trunk,
+        /// a palm
         #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES"))]
         #[serde(skip_serializing_if = "is_default")]
         pub max_angle: Option<Angle>,
@@ -125,8 +125,8 @@ target! {
     ///
     /// [`CharacterTarget`] has an example.
     SkeletonTarget, "skeleton-map", {
-        /// Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch,
-        /// free leaves them where the directions of the arms put them
+        /// Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the
+        /// source touch, free to the place that the directions of the arms give
         #[cfg_attr(feature = "clap", arg(long, value_name = "keep|free", default_value = "keep"))]
         #[serde(skip_serializing_if = "is_default")]
         pub hands: Hands,
@@ -142,8 +142,9 @@ target! {
     ///
     /// [`JobTarget`] has an example.
     RobotTarget, "robot-map", {
-        /// How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together,
-        /// so that joints move smoothly, within the velocities of the robot's file and without jumps [default: 2]
+        /// How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together.
+        /// The second pass moves joints smoothly, within the velocities of the robot's file and without jumps [default:
+        /// 2]
         #[cfg_attr(
             feature = "clap",
             arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))
@@ -151,26 +152,26 @@ target! {
         #[serde(skip_serializing_if = "is_default")]
         #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 2)))]
         pub passes: Option<u8>,
-        /// With one pass: keep joints within the velocities too that the file of the robot allows
+        /// Keep joints within the velocities of the robot's file with one pass, too
         #[cfg_attr(feature = "clap", arg(long))]
         #[serde(skip_serializing_if = "is_default")]
         pub velocity_limits: bool,
-        /// Where the floor is: auto, under the feet that stand, so that one that stands a little too high comes down;
-        /// z=0, at height 0 of the motion's file; keep, where the motion has it in the mean, with no height changed
+        /// Where the floor is: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its
+        /// mean height in the motion, with no height changed. auto also lowers a foot that stands a little too high
         #[cfg_attr(
             feature = "clap",
             arg(long, value_name = "FLOOR", default_value = "auto", hide_possible_values = true)
         )]
         #[serde(skip_serializing_if = "is_default")]
         pub floor: Floor,
-        /// Fail after writing, with the exit code 1, where the verdict of a motion is worse than this
+        /// Fail after writing, with the exit code 1, if the verdict of a motion is worse than this
         #[cfg_attr(feature = "clap", arg(long, value_name = "VERDICT"))]
         #[serde(skip_serializing_if = "is_default")]
         pub require: Option<RequiredVerdict>,
     }
 }
 
-/// What happens to feet that stand.
+/// What happens to feet in contact.
 ///
 /// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -259,7 +260,7 @@ impl JobTarget {
         shared!(self, kind => &kind.file)
     }
 
-    /// The names of the clips, where they get others than those of the files.
+    /// The names of the clips, if they differ from those of the files.
     pub(super) fn names_of_clips(&self) -> &[String] {
         shared!(self, kind => &kind.names_of_clips)
     }

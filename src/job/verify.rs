@@ -4,15 +4,15 @@
 //! Both sides are computed in double precision by kinematics of their own, and the file is read back by a reader, which
 //! did not write it. The moment of a frame in glTF is the 32-bit number of seconds next to it, for glTF has no other.
 //!
-//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place, edits) is in the [`Provenance`] of
-//! glTF and FBX files of this crate, or in a file beside BVH, and is done to the source as well. Elsewhere the unit is
-//! taken from the lengths of the links, and must be a unit of length; the up axis from what fits the first frame
-//! better; and the motion is said to be whole.
+//! Intended changes (unit, up axis, trim, frame rate, in place, edits) are in the [`Provenance`] of glTF and FBX files
+//! of this crate, or in a file beside BVH. They are applied to the source as well. Without this record, the unit
+//! follows from the lengths of the links, and must be a unit of length. The up axis is the one that fits the first
+//! frame better. The motion is assumed to be whole.
 //!
-//! Joints are paired by their names, those of one name or without one by what stands above them; clips by their names,
-//! or in their order where the format has no names. Each clip keeps its own frame rate. A cubic curve is looked at
-//! between its keys too; BVH, FBX and markers, which are read as a pose for each frame, at their frames alone.
-//! Rotations that move no joint show in points 3 cm away.
+//! Joints are paired by their names, and joints of one name or without a name by the joints above them. Clips are
+//! paired by their names, or in their order if the format has no names. Each clip keeps its own frame rate. A cubic
+//! curve is looked at between its keys too; BVH, FBX and markers, which are read as a pose for each frame, at their
+//! frames alone. Rotations that move no joint show in points 3 cm away.
 //!
 //! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the positions of those that
 //! stand on bones alone, and how each of them has rotated since the first frame. A joint that is left out and moves has
@@ -20,10 +20,16 @@
 //!
 //! A motion that was put on another skeleton cannot be compared so, and is refused.
 //!
-//! Distances are one half of the proof. The other are [`Finding`]s: frames that are missing at either end, clips or
-//! joints that are missing, renamed or too many, joints on another parent, keys that step, lengths in no unit, a skin
-//! that is bound elsewhere, another source than the file names. A file is what its source is where there is no finding
-//! and no distance beyond the allowed; [`Verification::is_within`] says so.
+//! Distances are one half of the proof. The other are [`Finding`]s:
+//!
+//! - frames that are missing at either end
+//! - clips or joints that are missing, renamed or too many, and joints on another parent
+//! - keys that step, and lengths in no unit
+//! - a skin that is bound elsewhere
+//! - another source than the file names
+//!
+//! A file is what its source is where there is no finding and no distance beyond the allowed;
+//! [`Verification::is_within`] says so.
 
 mod arrays;
 mod chain;
@@ -67,8 +73,8 @@ use self::report::{Finding, FindingKind, LargestDeviation, Resampling, Verificat
 use mocap_formats::usd;
 
 impl Verification {
-    /// Compares `output`, the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of any other file that is
-    /// read, with `source`, the scene that its source file reads as, before any step that moves things.
+    /// Compares `output` with `source`. `output` is the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of
+    /// any other file that is read. `source` is the scene of its source file, before any step that moves things.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -36,7 +36,7 @@ use super::{is_default, refuse};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WalkOptions {
-    /// Walk for so long, where it was seldom
+    /// Walk for so many seconds, to moments that it has seldom visited
     #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", group = "aim"))]
     #[serde(skip_serializing_if = "is_default")]
     pub seconds: Option<f64>,
@@ -55,7 +55,7 @@ pub struct WalkOptions {
     )]
     #[serde(skip_serializing_if = "is_default")]
     pub through: Vec<String>,
-    /// The number that a walk of some seconds depends on: another gives another walk
+    /// The seed of a walk of some seconds: another seed gives another walk
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = WalkOptions::default().seed))]
     pub seed: u64,
 }

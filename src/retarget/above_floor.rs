@@ -31,12 +31,12 @@ const MOST: f32 = 0.5;
 /// The time in seconds before and after the deepest frame in which a raise comes and goes.
 const EASE: f64 = 0.2;
 
-/// The cosines of the angle of a leg to straight down from which on its foot is raised less, and not at all: where it
-/// stands its knee would bend far.
+/// Cosines of the angle between a leg and straight down: from the first on its foot is raised less, from the second on
+/// not at all. In stance the knee of such a leg would bend far.
 const STANDING: [f32; 2] = [0.75, 0.9];
 
-/// Directions in which the outermost vertices of a joint are looked for: all of a grid of steps from -2 to 2, which are
-/// at most 15 degrees from the next.
+/// Directions in which the outermost vertices of a joint are searched: a grid of steps from -2 to 2. Neighbours are at
+/// most 15 degrees apart.
 const STEPS: i8 = 2;
 
 /// The skin of a body that may be below the floor.
@@ -51,7 +51,7 @@ pub(super) struct Surface {
 /// The outermost vertices that move with a joint for the most part.
 struct Part {
     joint: NodeId,
-    /// The limb of which it is the end; `None` for what is raised with the whole body.
+    /// The limb that ends with it; `None` for a part that is raised with the whole body.
     end_of: Option<usize>,
     /// How far they are from the joint at most.
     reach: f32,
@@ -98,7 +98,7 @@ impl Surface {
         })
     }
 
-    /// How far below the floor the ends of a limb are, or what is raised with the whole body.
+    /// The depths below the floor of the ends of a limb, or of the parts that are raised with the whole body.
     fn depth(&self, pose: &Pose, up: Vec3, of: Option<usize>) -> f32 {
         let mut lowest = self.floor;
         for part in self.parts.iter().filter(|part| part.end_of == of) {
@@ -110,7 +110,7 @@ impl Surface {
         self.floor - lowest
     }
 
-    /// How far below the floor any of it is.
+    /// The largest depth below the floor.
     fn deepest(&self, pose: &Pose, up: Vec3) -> f32 {
         let limbs = (0..self.limbs.len()).map(|limb| self.depth(pose, up, Some(limb)));
         limbs.fold(self.depth(pose, up, None), f32::max)

@@ -1,9 +1,9 @@
 //! The motion of one creature on the skeleton of another, joint by joint of one name.
 //!
-//! Nothing is known of a creature but its names, so what is moved is what they say: a joint of the target is rotated
-//! against its rest pose, in the world, as the joint of this name in the source is against its own. The highest joint
-//! that moves takes over the path, as many times as long as the bones of the target are, so that the lowest joints are
-//! as high as they rest. Rest poses that differ stay different: the report has the angles between bones.
+//! Only the names of a creature's joints are known. So a joint of the target is rotated against its rest pose, in the
+//! world, as the joint of this name in the source is against its own rest pose. The highest joint that moves takes over
+//! the path, scaled by the lengths of the bones. The lowest joints then have their height at rest. Rest poses that
+//! differ stay different: the report has the angles between bones.
 
 use std::collections::HashMap;
 

@@ -30,7 +30,7 @@ const WIDTH: f32 = 0.3;
 /// Half the width of a foot at the heel, as the same fraction: two thirds of that at the ball.
 const HEEL_WIDTH: f32 = 0.2;
 
-/// The distance from the ball to the front of what does not bend with the toes, as the same fraction.
+/// The distance from the ball to the front of the part that does not bend with the toes, as the same fraction.
 const FRONT: f32 = 0.1;
 
 /// The largest angle in radians by which an ankle turns to bring a foot above the floor: 34 degrees.
@@ -102,7 +102,7 @@ impl Soles {
         }
     }
 
-    /// The height of the lowest vertex over where it stands; infinity without a skin.
+    /// The height of the lowest vertex over its level in stance; infinity without a skin.
     pub(super) fn lowest(&self, pose: &Pose) -> f32 {
         let heights = self.vertices.iter().map(|vertex| vertex.at(pose).dot(self.up));
         let above = heights.zip(&self.standing).map(|(height, standing)| height - standing);

@@ -80,10 +80,10 @@ impl Retargeter {
     /// Takes a target without a motion yet, and finds its bones.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where it is neither a humanoid nor a creature of a known kind, or no pose can be put on
-    /// its hierarchy;
-    /// [`Code::InvalidValue`] where [`target_bones`](RetargetOptions::target_bones) names a joint that it lacks, and
-    /// where the skeleton of a robot's file is given as a character.
+    /// - [`Code::NotHumanoid`] if it is neither a humanoid nor a creature of a known kind, or if no pose can be put on
+    ///   its hierarchy
+    /// - [`Code::InvalidValue`] if [`target_bones`](RetargetOptions::target_bones) names a joint that it lacks, or if
+    ///   the skeleton of a robot's file is given as a character
     pub fn onto(target: impl Into<Target>, options: RetargetOptions) -> Result<Self> {
         let mut target = target.into();
         refuse_robot(&target)?;
@@ -164,10 +164,12 @@ impl Retargeter {
     /// the name, a number is added.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where the source is not a humanoid, or for a creature none of its kind with the names of
-    /// its joints; [`Code::NoMotion`] where it has no animation,
-    /// [`Code::InvalidValue`] where [`source_bones`](RetargetOptions::source_bones) names a joint that it lacks. The
-    /// clips are then as they were.
+    /// - [`Code::NotHumanoid`] if the source is not a humanoid, or for a creature, not of its kind with the names of
+    ///   its joints
+    /// - [`Code::NoMotion`] if it has no animation
+    /// - [`Code::InvalidValue`] if [`source_bones`](RetargetOptions::source_bones) names a joint that it lacks
+    ///
+    /// The clips are then as they were.
     pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
         if source.scene.animations.is_empty() {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
@@ -472,7 +474,7 @@ impl Retargeter {
         Ok(scene)
     }
 
-    /// After the conversion, which is a part of what was done to the skeleton.
+    /// After the conversion, which is one of the changes of the skeleton.
     fn record(&self, scene: &mut Scene) {
         // A robot's scene has never said where its motion is from.
         let clip = self.clips.first().filter(|clip| clip.robot_motion.is_none());

@@ -1,4 +1,4 @@
-//! What is said of hands that touch the body, each other or the floor.
+//! The report of hands that touch the body, each other or the floor.
 
 use std::fmt;
 
@@ -72,7 +72,7 @@ pub struct HandContact {
     pub before: f64,
     /// The distance after.
     pub after: f64,
-    /// How far the palm was from where it belongs before.
+    /// The distance of the palm from its goal before the correction.
     pub error_before: f64,
     /// How far it is from there after.
     pub error_after: f64,

@@ -43,8 +43,8 @@ const ELBOW: f64 = 1.5;
 /// The jerk in m/s^3 that a hand may always have: a fiftieth of that of a wave.
 const STILL: f64 = 2.0;
 
-/// The animation of the target with its hands on what those of the source touch, and what was done; `None` where they
-/// touch nothing, or are there already.
+/// The animation of the target with its hands on what the source's hands touch, and the report; `None` if they touch
+/// nothing, or are there already.
 pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Option<(Animation, HandsReport)> {
     let both = Side::ALL.into_iter();
     let both = both.filter_map(|side| Some((Arm::new(source.body, side)?, Arm::new(target.body, side)?)));
@@ -343,7 +343,8 @@ pub(super) fn channel<'a>(body: &Body, animation: &'a mut Animation, joint: Node
 struct Shift {
     sum: Vec3,
     weights: f32,
-    /// The product of what each contact leaves of the free motion, and of those for which the trunk leans alone.
+    /// The product of the fractions of the free motion that each contact leaves. The second value is of the contacts
+    /// for which the trunk leans alone.
     free: f32,
     upright: f32,
 }

@@ -1,9 +1,13 @@
 //! Retargets motions to characters, skeletons and robots.
 //!
-//! A [`Retargeter`] takes whole files. It brings the source to metres with +Y up, finds its bones, reads the T-pose
-//! while a rest pose stands in the first frame, leaves that frame out, moves each motion, holds feet on the ground
-//! where that is better, and gives every clip its own name, its provenance and a report. `docs/retargeting.md` and
-//! `docs/robots-algorithm.md` have the algorithms.
+//! A [`Retargeter`] takes whole files. It does these steps:
+//!
+//! - Convert the source to metres with +Y up, and find its bones.
+//! - Read the T-pose while a rest pose stands in the first frame, and drop that frame.
+//! - Move each motion, and hold feet on the ground if that is better.
+//! - Give every clip its own name, its provenance and a report.
+//!
+//! `docs/retargeting.md` and `docs/robots-algorithm.md` have the algorithms.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -355,8 +359,8 @@ impl PoseRetargeter {
         }
     }
 
-    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and as
-    /// high above the floor as they are: contacts are found in the source, and the legs follow as in
+    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, at their
+    /// height above the floor. Contacts are found in the source. The legs follow as in
     /// [`foot_lock`](mocap_edit::foot_lock()). `animation` is the index of the source's animation.
     ///
     /// A target with other proportions slides where the source does not, although each of its limbs points where that
@@ -429,9 +433,9 @@ impl PoseRetargeter {
     }
 
     /// An animation of `source`, by its index, on the skeleton of `target`, and how like the source it is. With
-    /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are
-    /// better so, and what of the skin is below the floor is raised. Hands are kept on what those of the source touch,
-    /// unless [`free_hands`](PoseRetargetOptions::free_hands) says otherwise.
+    /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) does it, if they do not move alike and the
+    /// result is better. The skin is raised above the floor. Hands are kept on what those of the source touch, unless
+    /// [`free_hands`](PoseRetargetOptions::free_hands) says otherwise.
     ///
     /// # Errors
     /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] where there is no such animation.
@@ -500,8 +504,8 @@ impl PoseRetargeter {
         Ok((self.in_file(moved), report))
     }
 
-    /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of
-    /// them posed frame by frame, the directions of arms and legs, and what the feet do.
+    /// Measures how well `moved`, an animation of the scene `target`, follows `animation` of the scene `source`. Both
+    /// are posed frame by frame. The report has the directions of arms and legs, and the feet.
     pub fn measure(&self, source: &Scene, animation: &Animation, target: &Scene, moved: &Animation) -> RetargetReport {
         self.measure_in_rig(source, animation, self.skeleton(target), &self.in_rig(target, moved))
     }

@@ -1,9 +1,16 @@
 //! Motion as it comes over a network: the VMC protocol, which programs of VTubers and trackers speak.
 //!
 //! A packet of VMC is Open Sound Control over UDP: the rotation of each bone of a humanoid against its parent, without
-//! rotation in the T-pose, as Unity has it. No socket is opened here: [`VmcRecorder`] takes the bytes of packets and
-//! makes a scene of them, [`VmcPoses`] poses as they come, [`VmcMotion`] makes the packets of a scene at a time,
-//! [`VmcCleaner`] takes the noise out of packets as they come, and [`VmcBridge`] puts them on another body.
+//! rotation in the T-pose, as Unity has it. No socket is opened here:
+//!
+//! | type | from | to |
+//! |---|---|---|
+//! | [`VmcRecorder`] | the bytes of packets | a scene |
+//! | [`VmcPoses`] | packets | poses as they come |
+//! | [`VmcMotion`] | a scene at a time | packets |
+//! | [`VmcCleaner`] | packets as they come | packets without noise |
+//! | [`VmcBridge`] | packets | packets on another body |
+//!
 //! `docs/live.md` has the axes.
 //!
 //! ```

@@ -35,7 +35,7 @@ pub(super) struct Track {
     limbs: Vec<(Bone, Vec<Vec3>)>,
     /// The joints of both feet in metres in the axes of the figure; +Y is up.
     feet: Vec<(Bone, Vec<Vec3>)>,
-    /// How high the lowest point of the soles is over where it stands, in metres; infinite without a skin.
+    /// The height of the lowest point of the soles over its level in stance, in metres; infinite without a skin.
     soles: Vec<f32>,
 }
 
@@ -152,7 +152,7 @@ pub(super) fn measure(
         followers: BTreeMap::new(),
         by_names: None,
     };
-    // Whatever is compared with a body that is turned by guess is guessed too.
+    // A comparison with a body of guessed orientation is guessed too.
     report.verdict = match source.body.is_turned_by_guess() {
         true => Verdict::Poor,
         false => verdict(&report),
@@ -180,8 +180,8 @@ fn guessed(body: &Body) -> Vec<UnmappedBone> {
     body.guessed().into_iter().map(guess).collect()
 }
 
-/// What the feet do in the frames in which [`ContactOptions::detect`](mocap_edit::ContactOptions::detect) finds those
-/// of the source at rest. Of the joints of a foot that rest, the slowest counts: it may roll over heel or toes.
+/// The measures of the feet in the frames in which [`ContactOptions::detect`](mocap_edit::ContactOptions::detect) finds
+/// the source's feet at rest. Of the joints of a foot that rest, the slowest counts: it may roll over heel or toes.
 fn feet(
     source: &Moving<'_>,
     target: &Moving<'_>,

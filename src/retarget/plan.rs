@@ -136,8 +136,8 @@ impl Builder<'_> {
         self.drive(bone, node, Rule::Between { from, to, fraction });
     }
 
-    /// Moves the joints of a chain by those of a chain of another number of joints: each takes the rotation at its
-    /// fraction of the rotation from `base` to the end.
+    /// Moves the joints of a chain by those of a chain with another number of joints. Each joint takes the rotation at
+    /// its fraction of the rotation from `base` to the end.
     fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
         let (have, want) = (tracks.len(), joints.len());
         for (index, &joint) in joints.iter().enumerate() {
@@ -238,7 +238,7 @@ impl Builder<'_> {
     }
 
     /// Moves the joints of a bone, and the helpers beside it, by fractions of its twist. A thigh or an upper arm is
-    /// twisted at its end and not at its beginning; a shin or a forearm takes part in the twist of the bone at its end.
+    /// twisted at its end and not at its beginning. A shin or a forearm takes part in the twist of the bone at its end.
     fn share_twist(&mut self, bone: Bone, whole: usize, segment: &[NodeId], target: &Scene) {
         let side = bone.side().unwrap_or(Side::Left);
         let ends = limb_end(bone).and_then(|end| self.to.joint(bone).zip(self.to.joint(end)));

@@ -1,4 +1,4 @@
-//! What is said of a motion on another skeleton.
+//! The report of a motion on another skeleton.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -12,7 +12,7 @@ use super::plan::UnmappedBone;
 use super::sight::{Aspect, AspectError};
 use super::skin_report::SkinReport;
 
-/// How much faster the feet of the target may slide than those of the source, in metres a second.
+/// The largest increase of the sliding speed of the feet of the target against the source, in metres a second.
 const MORE_SKATE: f64 = 0.005;
 
 /// The fraction of frames in which they may be below the floor.
@@ -63,13 +63,13 @@ pub struct FootMotion {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FeetReport {
-    /// Frames in which the source stands on a foot, those of both feet together.
+    /// Frames in which the source stands on a foot, added for both feet.
     pub contact_frames: usize,
     /// The feet of the source.
     pub source: FootMotion,
     /// The feet of the target, at the same frames.
     pub target: FootMotion,
-    /// The largest difference between heights of a joint of the feet over where it stands, in metres.
+    /// The largest difference between heights of a joint of the feet over its level in stance, in metres.
     pub height_difference: f64,
 }
 
@@ -90,7 +90,7 @@ impl fmt::Display for FeetReport {
 /// The fraction of frames with a hand inside the body up to which a motion may be good: less is a hand that brushes by.
 const OFTEN_INSIDE: f64 = 0.02;
 
-/// What a lock does to the speed of feet: it gives way where it would make them faster.
+/// The effect of a lock on the speed of feet. The lock gives way if it would make them faster.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -185,7 +185,7 @@ pub struct RetargetReport {
     pub max_degrees: f64,
     /// Roll, trunk, head and palms, the farthest off first.
     pub seen: Vec<AspectError>,
-    /// Bones of the source of which nothing says how they are turned about themselves, and how they are turned.
+    /// Bones of the source whose roll nothing shows, and the roll that they get.
     pub guessed: Vec<UnmappedBone>,
     /// What is not moved, and why.
     pub unmapped: Vec<UnmappedBone>,
@@ -206,18 +206,18 @@ pub struct RetargetReport {
     /// follows, by their names.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub followers: BTreeMap<String, String>,
-    /// Of creatures, which go by the names of their joints: the angles are then those of all bones, and the verdict is
+    /// For creatures, which are matched by the names of their joints. The angles are those of all bones. The verdict is
     /// good up to 15 degrees in the mean, and fair up to 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_names: Option<ByNames>,
-    /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair
-    /// within 3, poor where they are farther off or nothing could be compared. No more than fair where a roll or a
-    /// line of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a bone is turned about
-    /// itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90, the feet are
-    /// below the floor in more than half of the frames and deeper than 20 cm, or how the body is turned as
-    /// a whole is guessed: up, left, or all of it from less than 5 frames. No more than fair where an edge of the skin
-    /// is longer than at rest by more than 5 % of the height, or the skin is below the floor by more than 4 %; poor
-    /// where these are more than 10 %.
+    /// Whether the motion is good enough to use unchanged. It is good if the limbs are within 1 degree in the mean, and
+    /// fair within 3. It is poor if they are farther off or nothing could be compared. It is at best fair if a roll or
+    /// a line of the trunk is more than 15 degrees off, or a head or a palm more than 60. A guessed roll of a bone
+    /// makes it at best fair too. It is poor if a roll or a line is more than 30 degrees off, or a head more than 90.
+    /// It is poor if the feet are below the floor in more than half of the frames, and deeper than 20 cm. It is poor if
+    /// the orientation of the whole body is guessed: up, left, or all of it from less than 5 frames. The skin makes it
+    /// at best fair if an edge is longer than at rest by 5 % of the height, or if it is 4 % below the floor. Above 10 %
+    /// it is poor.
     pub verdict: Verdict,
 }
 
@@ -268,11 +268,12 @@ const OF_LIMBS: (f64, f64) = (1.0, 3.0);
 /// The same of all bones of creatures, in degrees: creatures of one kind are built so differently.
 const OF_CREATURES: (f64, f64) = (15.0, 30.0);
 
-/// The stretch of an edge of the skin up to which a motion is good and fair, as a fraction of the height: intact rigs
+/// The stretch of an edge of the skin up to which a motion is good and fair, as a fraction of the height. Intact rigs
 /// have 0.01 to 0.04, ribbons 0.25 and more.
 const OF_SKIN: (f64, f64) = (0.05, 0.1);
 
-/// How far the skin may be below the floor likewise, as a fraction of the height: the toe at toe-off is 7 cm deep.
+/// The depth of the skin below the floor up to which a motion is good and fair, as a fraction of the height. The toe at
+/// toe-off is 7 cm deep.
 const OF_FLOOR: (f64, f64) = (0.04, 0.1);
 
 /// The verdict by one value, with its bounds of good and fair.
@@ -381,7 +382,7 @@ impl RetargetReport {
         self.feet = None;
     }
 
-    /// The report of a motion whose feet were locked, with what its legs could not reach.
+    /// The report of a motion with locked feet, with the goals that its legs could not reach.
     #[must_use]
     pub fn with_lock(mut self, lock: &FootLockReport) -> Self {
         let feet = [Bone::LeftFoot, Bone::RightFoot].into_iter().enumerate();
@@ -436,8 +437,8 @@ impl RetargetReport {
         (angle > allowed).then(|| format!("{}: {what}, and {allowed} are allowed", self.clip))
     }
 
-    /// Whether a motion with locked feet is better than `free`, the motion without: its feet slide less or are above
-    /// the floor more often, neither much worse, and its limbs still point where they should.
+    /// Whether a motion with locked feet is better than `free`, the motion without the lock. Its feet slide less or are
+    /// above the floor more often, and neither is much worse. Its limbs still have their directions.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {
         let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
             return false;
@@ -451,8 +452,8 @@ impl RetargetReport {
             && (less_skate > 0.0 || less_below > 0.0)
     }
 
-    /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that do
-    /// what those of the source do, on a body of the same size, are left as they are.
+    /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that
+    /// move as the source's feet, on a body of the same size, are not changed.
     pub fn slides(&self) -> bool {
         self.feet.is_some_and(|FeetReport { source, target, .. }| {
             let is_below = target.fraction_below_floor > MOST_BELOW;
@@ -460,7 +461,7 @@ impl RetargetReport {
         })
     }
 
-    /// Whether the feet do what those of the source do, as on a body of the same size.
+    /// Whether the feet move as the source's feet, as on a body of the same size.
     pub fn feet_move_alike(&self) -> bool {
         self.feet.is_some_and(|feet| {
             (feet.source.skate - feet.target.skate).abs() < SAME_SKATE && feet.height_difference < SAME_HEIGHT

@@ -14,13 +14,13 @@ use mocap_scene::scene::Scene;
 
 use super::Scale;
 
-/// Puts the middle of the hip joints where that of the source is, scaled.
+/// Puts the middle of the hip joints at the scaled place of the source's.
 ///
 /// Not the joint of the hips itself: in one skeleton it is between the hip joints, in another a hand's breadth above
 /// them.
 #[derive(Clone, Debug)]
 pub(super) struct Root {
-    /// How many times as long the steps are, and how many times as high.
+    /// The factors of the lengths and of the heights of the steps.
     pub(super) scale: f32,
     pub(super) height_scale: f32,
     /// The hip joints of the source, indices into [`WatchedJoints`].

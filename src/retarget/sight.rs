@@ -74,8 +74,8 @@ pub struct AspectError {
     /// The bone: of the trunk hips for the line of the hip joints, spine for that from hips to neck, and chest for
     /// that of the shoulders.
     pub bone: Bone,
-    /// The mean angle of all frames that show it, in degrees: of a roll the mean of signed angles, weighted by the
-    /// square of the sine of the bend, for planes of limbs that are nearly straight are noisy.
+    /// The mean angle of all frames that show it, in degrees. For a roll it is the mean of signed angles, weighted by
+    /// the square of the sine of the bend: planes of nearly straight limbs are noisy.
     pub mean_degrees: f64,
     /// The largest angle of a frame, in degrees.
     pub max_degrees: f64,

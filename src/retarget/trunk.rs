@@ -19,9 +19,9 @@ const ENDS: [[Bone; 2]; 2] = [
 ];
 
 impl PoseRetargeter {
-    /// The angle between the lines of the hip joints of both bodies, or between those of the shoulder joints: the mean
-    /// over the frames, in degrees, of the pair that is farther off. By positions alone: a T-pose that turns the trunk
-    /// is seen. `None` where one of the bodies has neither pair.
+    /// The angle between the lines of the hip joints of both bodies, or between those of the shoulder joints. It is the
+    /// mean over the frames, in degrees, of the pair that is farther off. By positions alone: a T-pose that turns the
+    /// trunk is seen. `None` where one of the bodies has neither pair.
     pub(crate) fn trunk_degrees(
         &self,
         source: &Scene,

@@ -168,10 +168,10 @@ const char *mocap_version(void);
 /*
  Why the last call of this thread failed, in UTF-8; empty if it did not.
 
- The text is that of the thread, at most 4,095 bytes, and stays as it is until the thread's next call that fails; a
- call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a pointer that
- is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each thread sees its
- own failures alone.
+ The text belongs to the thread, and has at most 4,095 bytes. It stays unchanged until the thread's next call that
+ fails. A call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a
+ pointer that is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each
+ thread sees its own failures alone.
  */
 const char *mocap_error_text(void);
 
@@ -456,9 +456,9 @@ struct mocap_controller *mocap_controller_new(const struct mocap_scene *characte
 void mocap_controller_free(struct mocap_controller *controller);
 
 /*
- Goes on by a frame, a sixtieth of a second, as a stick asks: with a velocity over the ground along x and z, in
- metres per second, looking along (`look_x`, `look_z`), or where it goes while both are 0. Velocity and direction
- change smoothly. Seen from behind a figure that looks along +Z, right is along -X.
+ Advances by a frame, a sixtieth of a second, by the input of a stick. The input is a velocity over the ground along
+ x and z, in metres per second, and a facing (`look_x`, `look_z`). While both are 0, the figure faces its velocity.
+ Velocity and direction change smoothly. Seen from behind a figure that looks along +Z, right is along -X.
 
  Nothing is allocated. One thread at a time may use a figure.
 
@@ -472,8 +472,8 @@ enum mocap_status mocap_controller_steer(struct mocap_controller *controller,
                                          float look_z);
 
 /*
- Goes on by a frame towards a trajectory of 12 floats: x and z in metres of where the figure is to be in 20, 40 and
- 60 frames, then x and z of where it is to look. Nothing is allocated.
+ Advances by a frame towards a trajectory of 12 floats: x and z in metres of the figure's place in 20, 40 and 60
+ frames, then x and z of its facing. Nothing is allocated.
 
  # Safety
  `controller` is a figure that no other thread uses, and `trajectory` points to 12 floats.
@@ -483,13 +483,13 @@ enum mocap_status mocap_controller_follow(struct mocap_controller *controller,
 
 /*
  The pose of a figure: the matrices of all nodes to their parents go to `local`, and to the world to `world`; either
- may be NULL. `count` is how many matrices there is room for, at least `mocap_node_count` of its scene. Where the
- figure stands and looks goes to the 4 floats of `root`, if that is not NULL: x and z in metres, x and z of a
- direction of length 1. Nothing is allocated.
+ may be NULL. `count` is how many matrices there is room for, at least `mocap_node_count` of its scene. Place and
+ facing of the figure go to the 4 floats of `root`, if that is not NULL. They are x and z in metres, then x and z of
+ a direction of length 1. Nothing is allocated.
 
  # Safety
- `controller` is a figure that no other thread uses; `local` and `world` are NULL or point to room for 16 x `count`
- floats, and `root` is NULL or points to room for 4.
+ `controller` is a figure that no other thread uses. `local` and `world` are NULL or point to room for 16 x `count`
+ floats. `root` is NULL or points to room for 4.
  */
 enum mocap_status mocap_controller_pose(const struct mocap_controller *controller,
                                         float *local,
@@ -658,9 +658,8 @@ void mocap_retargeter_free(struct mocap_retargeter *retargeter);
  Nothing is allocated. One thread at a time may use a retargeter.
 
  # Safety
- `retargeter` is a retargeter that no other thread uses, `source` points to 16 x `source_count` floats, and `local`
- and `world` are NULL or point to room for 16 x `count` floats, which do not overlap with each other or with
- `source`.
+ `retargeter` is a retargeter that no other thread uses. `source` points to 16 x `source_count` floats. `local` and
+ `world` are NULL or point to room for 16 x `count` floats. They do not overlap with each other or with `source`.
  */
 enum mocap_status mocap_retarget_pose(struct mocap_retargeter *retargeter,
                                       const float *source,
@@ -738,10 +737,10 @@ const char *mocap_robot_stream_joint_name(const struct mocap_robot_stream *strea
                                           size_t joint);
 
 /*
- Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes
- the frame whose time has come to `frame`, and whether there is one to `given`: MuJoCo's `qpos`, x, y and z of the
- base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres. `count`
- is how many numbers there is room for, at least 7 and one for each joint.
+ Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes the
+ frame whose time has come to `frame`, and whether there is one to `given`. The frame is MuJoCo's `qpos`: x, y and z
+ of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres.
+ `count` is how many numbers there is room for, at least 7 and one for each joint.
 
  One thread at a time may use a stream.
 
@@ -820,8 +819,8 @@ void mocap_text_free(char *text);
 
  - "angles": the joint angles of a humanoid in degrees, and the position of its pelvis in metres, with the names and
    signs of `docs/biomechanics.md`;
- - "forces": of each force plate of a C3D file the force of the ground in newtons, the centre of pressure in metres
-   and the free moment in newton metres, +Y up;
+ - "forces": of each force plate of a C3D file, with +Y up: the ground force in newtons, the centre of pressure in
+   metres, the free moment in newton metres;
  - "analog": the analog channels of a C3D file, in its units.
 
  Returns NULL where the scene has nothing of it; `mocap_error_text` says why. `mocap_table_free` frees it. It does

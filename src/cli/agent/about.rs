@@ -1,7 +1,7 @@
 //! The options of the tools in words for agents.
 
-/// What an agent reads of an option whose help speaks to a user of the command line, or is long and stands in several
-/// tools: the option, or the tool and the option, and what it does. The other options have their help.
+/// Texts for agents, for options whose help addresses a user of the command line, or is long and stands in several
+/// tools. Each row has the option, or the tool and the option, and its effect. The other options have their help.
 pub const ABOUT: &[(&str, &str)] = &[
     ("character-map", "A JSON file of the character's bones"),
     ("clip", "The animation, by name or number from 0"),

@@ -42,7 +42,7 @@ impl Answer {
         ["error", "problem"].iter().any(|key| self.report[key].is_string())
     }
 
-    /// A call that could not be done: what is wrong, where, and what to do.
+    /// A call that failed: the fault, its place, and the remedy.
     pub(super) fn failed(failure: Failure) -> Self {
         let report = match failure {
             Failure::File(error) => {

@@ -1,5 +1,5 @@
-//! The JSON Schema of what each tool answers: the keys by which an agent decides. An answer has more. No value is null:
-//! a number that is not finite is absent, so only counts and texts are required.
+//! The JSON Schema of the answer of each tool: the keys by which an agent decides. An answer has more. No value is
+//! null: a number that is not finite is absent, so only counts and texts are required.
 
 use serde_json::{Map, Value, json};
 

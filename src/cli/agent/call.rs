@@ -160,7 +160,7 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// A survey, of which a table, a page and the findings may be written besides.
+    /// A survey, which may also write a table, a page and the findings.
     fn survey(&mut self, job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
         let beside = job.survey.html.iter().chain(&job.survey.sarif).map(PathBuf::as_path);

@@ -1,7 +1,7 @@
 //! The calls of a session: those that wait, and those that run, each in a process of its own.
 //!
-//! A process can be ended whatever it is at, and what it ends for stays in it: a call that is cancelled, that takes too
-//! long or that runs out of memory. The process ends when its standard input does, so it does not outlive the server.
+//! A process can be ended at any time, and its fault stays in it. It ends for a call that is cancelled, takes too long
+//! or runs out of memory. The process ends when its standard input does, so it does not outlive the server.
 
 use std::collections::{HashMap, VecDeque};
 use std::ffi::OsString;

@@ -121,7 +121,7 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "index",
-        about: "Make a database of what every frame of many motions does, for find and match",
+        about: "Make a database of the frames of many motions, for find and match",
         files: &[
             inputs("Files, folders and wildcards"),
             option("output", true, "The database to write: .mdb"),
@@ -131,7 +131,7 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "find",
-        about: "Find in a database of index what is most like a part of a motion (like: walk.bvh@2.0s..3.5s), or a pose",
+        about: "Search a database of index for the parts most like a part of a motion (like: walk.bvh@2.0s..3.5s) or a pose",
         files: &[input("database", "The .mdb file")],
         options: &["like", "pose", "count", "where"],
         answer: answers::found,
@@ -199,7 +199,7 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "retarget",
-        about: "Put motions on a character (GLB, VRM, FBX, BVH), which keeps all that is in its file. Says for each \
+        about: "Retarget motions to a character (GLB, VRM, FBX, BVH), which keeps all that is in its file. Says for each \
                 motion whether it is good, and which limb is farthest off",
         files: &[
             INPUTS,

@@ -87,7 +87,7 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
     };
     let mut answer = match catch_unwind(AssertUnwindSafe(|| call.answer())) {
         Ok(Ok(answer)) => answer,
-        // What was told is told on standard error.
+        // Notices go to standard error.
         Ok(Err(Failure::Told | Failure::Some)) => Answer::failed(Failure::Usage(told())),
         Ok(Err(failure)) => Answer::failed(failure),
         Err(_) => Answer::failed(Failure::Usage(batch::PANICKED.to_owned())),

@@ -216,7 +216,7 @@ pub(crate) struct ArraysArgs {
         requires = "contacts"
     )]
     feet: Option<String>,
-    /// Largest height of a foot in contact above where it rests, such as 3cm [default: 5cm]
+    /// Largest height of a foot in contact above its resting level, such as 3cm [default: 5cm]
     #[arg(long, value_name = "LENGTH", requires = "contacts")]
     contact_height: Option<Length>,
     /// Largest speed of a foot in contact, in metres per second [default: 0.25]

@@ -19,7 +19,7 @@ pub(crate) struct EditArgs {
     pub(crate) with: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) steps: Steps,
-    /// Write when feet and hands are at rest in the changed motion: .json or .npz
+    /// Write the contacts of feet and hands in the changed motion: .json or .npz
     #[arg(id = "contacts-file", long, alias = "contacts", value_name = "FILE")]
     pub(crate) contacts: Option<PathBuf>,
     /// Draw curves of the changed motion: .svg or .png; the keys of an in-between are marked if it is the last step

@@ -28,14 +28,14 @@ pub(crate) struct GraphArgs {
     pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) graphing: GraphJobOptions,
-    /// Write the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
-    /// lighter is more alike and red dots are transitions, or an array, .npy
+    /// Write the distances of all moments of two clips, or of one clip to itself: a .png picture or a .npy array. In
+    /// the picture lighter means more alike, and red dots are transitions
     #[arg(long, value_name = "FILE")]
     pub(crate) matrix: Option<PathBuf>,
     /// Print what is in the graph as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing
+    /// Print the job of the arguments, for `mocap run` and for programs, and do nothing else
     #[arg(long)]
     pub(crate) print_job: bool,
     #[command(flatten)]

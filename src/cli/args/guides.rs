@@ -1,6 +1,6 @@
 //! What the help of each command shows first: the options that are used most, and two examples.
 
-/// What `-h` shows of a command, and what every help of it ends with.
+/// The lines that `-h` shows of a command, and the end of its help.
 pub struct Guide {
     /// The words of the command.
     pub command: &'static str,

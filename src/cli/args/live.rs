@@ -39,8 +39,8 @@ pub(crate) struct PlayArgs {
     /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
     #[arg(long, value_name = "HOST:PORT", required_unless_present = "robot")]
     pub(crate) vmc: Option<Peer>,
-    /// Put it on this robot, a .urdf file or an .xml file of MuJoCo, 0.6 seconds later, and print a row for each frame
-    /// as mocap robot --to unitree-csv does: position and rotation (x y z w) of the base, joints
+    /// Retarget it to this robot, a .urdf file or an .xml file of MuJoCo, and print a row for each frame, 0.6 seconds
+    /// later. A row has the position and rotation (x y z w) of the base and the joints, as mocap robot --to unitree-csv
     #[arg(long, value_name = "TARGET", conflicts_with = "vmc")]
     pub(crate) robot: Option<PathBuf>,
     /// Loop the motion until Ctrl-C; needs --vmc
@@ -52,7 +52,7 @@ pub(crate) struct PlayArgs {
     /// Clean the motion: a file as `mocap clean` does, a stream from its noise
     #[arg(long)]
     pub(crate) clean: bool,
-    /// How many seconds later a stream is sent on, from 0 to 10: the more, the less noise [default: 0.5]
+    /// Delay of a stream in seconds, from 0 to 10: the more, the less noise [default: 0.5]
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
     /// Print what was done as JSON

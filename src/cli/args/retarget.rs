@@ -26,7 +26,7 @@ pub(crate) struct RetargetArgs {
     /// The character; every INPUT is a motion then
     #[arg(long, value_name = "TARGET", conflicts_with = "to_skeleton")]
     pub(crate) character: Option<PathBuf>,
-    /// Move the motions onto the skeleton of this file alone, without what else is in it; every INPUT is a motion then
+    /// Retarget to the skeleton of this file, without its other contents; every INPUT is a motion then
     #[arg(long, value_name = "TARGET", conflicts_with = "replace_animations")]
     pub(crate) to_skeleton: Option<PathBuf>,
     /// Names of the clips, in the order of the motions [default: those of the files]

@@ -29,20 +29,19 @@ pub(crate) struct RobotArgs {
     #[arg(long, required = true, value_name = "TARGET")]
     pub(crate) robot: Vec<PathBuf>,
     /// The file to write, or - for standard output; of several motions the folder to write into. .npz (NumPy), .pkl (a
-    /// pickle, as GMR writes it) and .csv have the position of every joint; .glb and the other formats of mocap formats
+    /// pickle, as GMR writes it) and .csv have the position of every joint. .glb and the other formats of mocap formats
     /// have the links of the robot as an animated skeleton
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
-    /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z, and dynamics has velocities,
-    /// accelerations and the forces of inverse dynamics too; gmr, unitree-csv, mjlab, beyondmimic, isaaclab,
-    /// protomotions, mimickit and twist write the files that the programs of these names load [default: the extension
-    /// of the output, else npz]
+    /// Format of the outputs. qpos is an .npz for MuJoCo, with rotations as w x y z. dynamics also has velocities,
+    /// accelerations and the forces of inverse dynamics. gmr, unitree-csv, mjlab, beyondmimic, isaaclab, protomotions,
+    /// mimickit and twist are the files that these programs load [default: the extension of the output, else npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
     #[command(flatten)]
     target: RobotTarget,
-    /// Write the reports of many motions as a table to this .parquet file, a row for each; with --shard 1/8, x.parquet
-    /// is x.1-of-8.parquet, and of several robots each has its own, as x.g1.parquet of g1.urdf
+    /// Write the reports of many motions as a table to this .parquet file, a row for each. With --shard 1/8, x.parquet
+    /// is x.1-of-8.parquet. Each of several robots has its own table, such as x.g1.parquet of g1.urdf
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]

@@ -40,7 +40,7 @@ pub(crate) struct RunArgs {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Instead of writing")]
 pub(crate) struct InsteadArgs {
-    /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing
+    /// Print the job of the arguments, for `mocap run` and for programs, and do nothing else
     #[arg(long, conflicts_with = "dry_run")]
     pub(crate) print_job: bool,
     /// Do everything but write: say what is assumed, what changes, and which files would be written, with their sizes

@@ -28,10 +28,10 @@ pub(crate) struct IndexArgs {
     /// Print what was done as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Add every motion with left and right exchanged too, for motion matching; `mocap find` needs no such copies
+    /// Add the mirror image of every motion too, for motion matching; `mocap find` needs no such copies
     #[arg(long)]
     pub(crate) mirror: bool,
-    /// Put the motions into the database too, as packed clips within 0.1 mm; else it names their files
+    /// Store the motions in the database too, as packed clips within 0.1 mm; else it names their files
     #[arg(long)]
     pub(crate) pack: bool,
     /// Take the clips of files that the output of an earlier run has and whose bytes are the same
@@ -59,13 +59,13 @@ pub(crate) struct FindArgs {
     /// A pose: walk.bvh@2.5s, or walk.bvh@150f
     #[arg(long, value_name = "FILE@T")]
     pub(crate) pose: Option<PoseArg>,
-    /// How many are found at most
+    /// Largest number of results
     #[arg(short = 'n', long, value_name = "N", default_value = "10")]
     pub(crate) count: usize,
-    /// How many parts of one take are found at most: a clip and its near-duplicates are one take
+    /// Largest number of results from one take: a clip and its near-duplicates are one take
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) per_clip: NonZeroUsize,
-    /// Leave out what is like the mirror image
+    /// Skip results that match the mirror image
     #[arg(long)]
     pub(crate) no_mirror: bool,
     /// Look at the clips for which this holds, with the columns of `mocap survey`, as "walking > 0.5 and skate < 3"
@@ -74,10 +74,10 @@ pub(crate) struct FindArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Draw what was found, too, below what was looked for: a sheet of poses, .png or .svg
+    /// Draw the results below the query: a sheet of poses, .png or .svg
     #[arg(long, value_name = "FILE")]
     pub(crate) sheet: Option<PathBuf>,
-    /// Write a page that plays what was found, side by side, after what was looked for: .html
+    /// Write a page that plays the query and the results side by side: .html
     #[arg(long, value_name = "FILE")]
     pub(crate) page: Option<PathBuf>,
     #[command(flatten)]

@@ -13,8 +13,8 @@ pub(crate) struct SurveyArgs {
     /// The motion files, folders and wildcards; a .jsonl file is what an earlier survey, or a shard, wrote
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The table to write: .parquet, .csv, .json, or .jsonl, which is read again and merged; .txt is the list of the
-    /// files alone; - is standard output, in the format of --to. Without it, verdicts and the ten worst clips are
+    /// The table to write: .parquet, .csv, .json, or .jsonl, which can be read again and merged. .txt is the list of
+    /// the files alone. - is standard output, in the format of --to. Without it, verdicts and the ten worst clips are
     /// printed, or with --select the list
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: Option<PathBuf>,
@@ -29,7 +29,7 @@ pub(crate) struct SurveyArgs {
     /// Take the rows of files that a .jsonl output of an earlier run has and whose bytes are the same
     #[arg(long, requires = "output")]
     pub(crate) resume: bool,
-    /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing
+    /// Print the job of the arguments, for `mocap run` and for programs, and do nothing else
     #[arg(long)]
     pub(crate) print_job: bool,
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! The one driver of commands that make an output of each of many files, in a folder with a manifest.
 //!
-//! A command says by [`FileTask`] what it does with one file. All else is here: which files are inputs, the names of
-//! the outputs, what former runs have done, shards, threads, progress, the manifest, and what is said at the end.
+//! A command says by [`FileTask`] what it does with one file. All else is here: the inputs, the names of the outputs,
+//! the results of former runs, shards, threads, progress, the manifest, and the summary.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -67,7 +67,7 @@ pub(crate) trait FileTask: Sync {
     /// Takes what all other files have said, before those are made that wait for it.
     fn learn(&mut self, _: &[&Record]) {}
 
-    /// What to say of all files below the summary, those of former runs too.
+    /// The notices about all files below the summary, also those of former runs.
     fn summary(&self, _: &[&Record]) -> Vec<String> {
         Vec::new()
     }
@@ -107,7 +107,7 @@ pub(crate) struct FileBatch<'a> {
     pub(crate) options: String,
 }
 
-/// How a file ended, and what is new to say of it; `None` where it waits.
+/// The result of a file, and its new messages; `None` while it waits.
 type FileOutcome = Option<(Outcome, Option<Record>)>;
 
 impl FileBatch<'_> {
@@ -217,7 +217,7 @@ impl FileBatch<'_> {
         Ok(())
     }
 
-    /// What a run would have written, with what is assumed of each file.
+    /// The outputs of a run without `--dry-run`, with the assumptions about each file.
     fn tell_dry_run(&self, records: &[&Record]) {
         for record in records {
             let Some(output) = &record.output else { continue };

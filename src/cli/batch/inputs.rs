@@ -89,8 +89,8 @@ fn text_of(name: &OsStr) -> String {
 /// Inputs of one call. More would fill the memory before the first is read.
 const MOST_INPUTS: usize = 1_000_000;
 
-/// The files that `paths` name, sorted by their relative paths: files with any extension; in folders and from wildcards
-/// only files with the extension of a known format, and entries that cannot be read.
+/// The files that `paths` name, sorted by their relative paths. A named file may have any extension. Folders and
+/// wildcards give only files with the extension of a known format, and entries that cannot be read.
 ///
 /// A path that does not exist is an input too, and fails as one of many.
 pub fn find(paths: &[PathBuf], args: &InputArgs) -> Result<Vec<Input>, Failure> {

@@ -26,7 +26,7 @@ pub enum Entry {
     Again(PathBuf),
 }
 
-/// Searches the folder `base` for what matches `pattern`, and leaves out what is excluded, with what is below it.
+/// Searches the folder `base` for files that match `pattern`. Excluded folders and their contents are skipped.
 pub struct Search<'a> {
     /// The folder to search.
     pub base: &'a Path,

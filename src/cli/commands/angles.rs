@@ -74,7 +74,7 @@ fn faces_aside(angles: &JointAngles) -> Option<String> {
     let side = if mean > 0.0 { "left" } else { "right" };
     (mean.abs() > ASIDE).then(|| {
         format!(
-            "the pelvis faces {:.0} degrees to the {side} of +Z, the laboratory's forward, in the mean: its tilt and \
+            "the pelvis faces {:.0} degrees to the {side} of +Z, the laboratory's forward, in the mean. Its tilt and \
              list are about axes of the laboratory; mocap edit --step turn:facing=z turns the motion",
             mean.abs()
         )

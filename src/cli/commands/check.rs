@@ -112,7 +112,7 @@ fn check(args: &CheckArgs, input: &Input) -> FileCheck {
     }
 }
 
-/// The report of what was found in a file.
+/// The findings in a file.
 fn checked(
     args: &CheckArgs,
     input: &Input,

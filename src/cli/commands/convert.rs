@@ -119,7 +119,7 @@ fn refuse_unused(args: &ConvertArgs, given: &ArgumentSources, row: &FormatInfo) 
     Ok(())
 }
 
-/// What is said of a file, until it is written.
+/// The notices of a file, until it is written.
 #[derive(Default)]
 struct PendingWarnings {
     warnings: Vec<Diagnostic>,
@@ -198,7 +198,7 @@ fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &JobOutput, bytes
         output.display(),
     ));
     let row = OutputFormat::of(output).and_then(OutputFormat::row);
-    // What other formats have to say of it is one of their notes.
+    // Messages of other formats about it are among their notes.
     let chooses = row.is_some_and(|row| row.takes(WriteOption::Compress));
     let (Some(achieved), Some(scene)) = (written.error.as_ref().filter(|_| chooses), scene) else {
         return Ok(());

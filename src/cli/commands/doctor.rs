@@ -32,7 +32,7 @@ pub(crate) struct Requirement {
     is_present: bool,
     /// What needs it.
     used_for: &'static str,
-    /// What to do where it is missing.
+    /// What to do if it is missing.
     help: String,
 }
 

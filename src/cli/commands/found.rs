@@ -1,4 +1,4 @@
-//! Pictures of what `mocap find` has found: a sheet, and a page with the player.
+//! Pictures of the results of `mocap find` a sheet, and a page with the player.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -81,7 +81,7 @@ fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
     Ok(done)
 }
 
-/// Says how large a graph is, and what of its clips is left out.
+/// Prints the size of a graph, and the parts of its clips that are dropped.
 fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) -> Result<(), Failure> {
     if let Some(matrix) = matrix {
         report::say(&format!("{}: the distances of all moments", matrix.display()));

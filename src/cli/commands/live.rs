@@ -52,7 +52,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     tell_lost(&packets);
     let counts = recorder.counts();
     if recorder.is_full() {
-        report::complain("the recording is as long as memory may be; the rest was not kept");
+        report::complain("the recording reached the limit of memory; the rest was dropped");
     }
     tell_left_out(&counts);
     let mut scene = recorder.scene()?;
@@ -78,9 +78,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
 pub(super) fn tell_lost(packets: &Packets) {
     let lost = packets.lost();
     if lost > 0 {
-        report::complain(&format!(
-            "{lost} packets came faster than they could be worked on, and were left out"
-        ));
+        report::complain(&format!("{lost} packets came too fast, and were dropped"));
     }
 }
 
@@ -191,9 +189,8 @@ fn refuse_itself(source: ListenAddress, peer: SocketAddr) -> Result<(), Failure>
     let heard = source.0;
     let is_here = heard.ip() == peer.ip() || (heard.ip().is_unspecified() && peer.ip().is_loopback());
     if is_here && heard.port() == peer.port() {
-        let message = format!(
-            "{peer} is where the stream comes from, and what is sent there would come again: name another port"
-        );
+        let message =
+            format!("{peer} is the source of the stream, and would return what is sent there: name another port");
         return Err(Failure::Usage(message));
     }
     Ok(())
@@ -202,7 +199,7 @@ fn refuse_itself(source: ListenAddress, peer: SocketAddr) -> Result<(), Failure>
 /// Sends a stream on without its noise, a delay later, until Ctrl-C.
 fn send_on(args: &PlayArgs, source: ListenAddress, peer: SocketAddr) -> Result<(), Failure> {
     if !args.clean || args.repeat || args.rate.is_some() {
-        let message = "a stream is sent on as it comes, without its noise: with --clean, and without --loop and --rate";
+        let message = "a stream takes --clean to remove noise, and neither --loop nor --rate";
         return Err(Failure::Usage(message.to_owned()));
     }
     refuse_itself(source, peer)?;
@@ -282,7 +279,7 @@ fn bridge_onto(args: &BridgeArgs, is_json: bool) -> Result<VmcBridge, Failure> {
         let robot = importer.import_robot(&args.onto)?;
         report::warnings(Some(&args.onto), &robot.warnings);
         if !is_json {
-            let message = "--vmc is for a humanoid, and a robot has joints of its own: --udp-json HOST:PORT";
+            let message = "--vmc sends the bones of a humanoid, which a robot does not have: use --udp-json HOST:PORT";
             return Err(Failure::Usage(message.to_owned()));
         }
         robot_bones(&robot, None).map_err(with_path)?;

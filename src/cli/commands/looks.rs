@@ -1,4 +1,4 @@
-//! What a user is told of clips that are not good: why, and how to look at them.
+//! The hints for clips that are not good: the reason, and how to look at them.
 
 use std::path::Path;
 

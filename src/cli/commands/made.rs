@@ -14,10 +14,10 @@ use crate::args::{ArgumentSources, refuse_options};
 use crate::report::Voice;
 use crate::{Failure, kinds, streams};
 
-/// Who hears what is said of a job.
+/// The receiver of the notices of a job.
 pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
-/// What is done with an output that is written, and what is written beside it.
+/// The checks of a written output, and the files beside it.
 const BESIDE: [&str; 6] = ["verify", "view", "contacts-file", "curves", "report", "resume"];
 
 /// A job that is ready, for an output or for many.
@@ -72,7 +72,7 @@ fn ready(
     Ok(maker)
 }
 
-/// Makes the one output of a job, says what there is to say of it, and writes it.
+/// Makes the one output of a job, prints its notices, and writes it.
 pub(super) fn save(job: &MotionJob, given: &ArgumentSources) -> Result<(Maker<'static>, JobOutput), Failure> {
     let policy = job.policy();
     let (maker, made) = make(job, given, None, &policy, &mut |said| Voice::Aloud.hear(said))?;
@@ -125,7 +125,7 @@ pub(super) fn tell(written: &Export, output: &Path, voice: &mut Voice<'_>) {
         .for_each(|renamed| voice.say(&renamed.to_string()));
 }
 
-/// How much was left out, and how far the file is from the motion for it.
+/// The number of dropped keys, and the resulting error of the file.
 pub(super) fn smaller(achieved: &Deviation) -> String {
     let (most, rms) = (millimetres(achieved.max_error), millimetres(achieved.rms_error));
     format!(

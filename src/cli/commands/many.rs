@@ -208,8 +208,8 @@ impl FileTask for ClipGroup<'_> {
         lines
     }
 
-    /// Writes the table of the reports when it has grown by an eighth, so that a run that is killed leaves one: each
-    /// time the whole, since Parquet ends with its index.
+    /// Writes the table of the reports when it has grown by an eighth, so that a run that is killed leaves one. Each
+    /// time it writes the whole table, because Parquet ends with its index.
     fn keep(&self, records: &BTreeMap<String, Record>) {
         let rows = self.rows.load(Ordering::Relaxed);
         let (Some(table), Some(path), false) = (&self.report, &self.table, self.is_dry_run) else {
@@ -263,7 +263,7 @@ impl ClipGroup<'_> {
         })
     }
 
-    /// What is made of a motion; `None` where it waits for what others say of its up axis.
+    /// The outputs of a motion; `None` while it waits for the evidence of others about its up axis.
     fn motion(
         &self,
         file: &Path,
@@ -439,7 +439,7 @@ impl Clips {
         }
     }
 
-    /// The skeletons all of whose clips stand along one axis.
+    /// The skeletons whose clips all have one up axis.
     fn axes(&self) -> BTreeMap<String, UpAxis> {
         let one = |(skeleton, axes): (&String, &BTreeSet<String>)| {
             let named = |up: &UpAxis| axes.len() == 1 && axes.contains(up.as_str());

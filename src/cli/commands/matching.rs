@@ -90,7 +90,7 @@ fn written_format(args: &MatchArgs) -> Result<(Format, PathBuf), Failure> {
 /// Writes the files of Holden's demonstration: the bones under the name of the output, and features.bin beside it.
 fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Result<(), Failure> {
     if !args.aim.is_nothing() || args.json {
-        let message = "a .bin has the frames of the database and follows nothing: leave --path, --gamepad and --json \
+        let message = "a .bin has the frames of the database, and no motion: leave --path, --gamepad and --json \
                        out";
         return Err(Failure::Usage(message.to_owned()));
     }

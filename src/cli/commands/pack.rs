@@ -344,8 +344,8 @@ fn kept_parts(
     kept.map(|(output, _)| output.to_owned()).collect()
 }
 
-/// The Parquet files in `folder` that are named as those of a run, and temporary files of killed runs: the path of
-/// each, and the path that it has or was to get.
+/// The Parquet files in `folder` with names of a run, and temporary files of killed runs. Each has its path, and its
+/// final path.
 fn parts(folder: &Path, prefix: &str) -> io::Result<Vec<(PathBuf, PathBuf)>> {
     let mut parts = Vec::new();
     for entry in fs::read_dir(folder)? {

@@ -31,7 +31,7 @@ pub struct Packet {
     pub seconds: f64,
 }
 
-/// The packets as they come, to the end of listening and of what waits then.
+/// The packets as they come, to the end of listening and of the packets that wait then.
 pub struct Packets {
     address: SocketAddr,
     heard: Receiver<Packet>,

@@ -233,7 +233,7 @@ pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
 }
 
 impl SkeletonReport {
-    /// What the tables of the guess say, row by row, and how each bone is turned about itself.
+    /// The scores of the tables of the guess, row by row, and the roll of each bone.
     fn write_explanation(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(explanation) = &self.explanation else {
             return writeln!(
@@ -296,7 +296,7 @@ impl SkeletonReport {
         let Some(pose) = &self.t_pose else { return Ok(()) };
         writeln!(
             f,
-            "\nto the T-pose, in degrees, and what says how the bone is turned about itself:"
+            "\nto the T-pose, in degrees, and the evidence for the roll of the bone:"
         )?;
         for (bone, turn) in &pose.bones {
             let confidence = turn.confidence.as_str();

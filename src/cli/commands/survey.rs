@@ -73,7 +73,7 @@ impl SurveyTask<'_> {
 
     fn corpus(&self, inputs: &[Input], former: &HashMap<String, Vec<ClipRecord>>) -> Result<(Corpus, Counts), Failure> {
         let surveying = &self.job.survey;
-        // What is wrong with the options is said before any file is read.
+        // Wrong options are reported before any file is read.
         surveying.thresholds()?;
         let (files, counts) = gather(self.spread, inputs, |input| match unchanged(former, input) {
             Some(clips) => Ok(clips),
@@ -174,7 +174,7 @@ fn format_of(output: &Path, to: Option<&str>) -> Result<String, Failure> {
 fn former(output: &Path) -> Result<HashMap<String, Vec<ClipRecord>>, Failure> {
     if super::extension(output) != "jsonl" {
         return Err(Failure::Usage(format!(
-            "{}: --resume takes a .jsonl output, of which .parquet and .csv are then made",
+            "{}: --resume needs a .jsonl output; survey that file for .parquet and .csv",
             output.display()
         )));
     }

@@ -73,7 +73,7 @@ pub(crate) fn output(job: &MotionJob, scene: Option<Scene>) -> Result<(), Failur
     require(&verification, job.write.smaller.tolerance())
 }
 
-/// Refuses a comparison of what is no file.
+/// Refuses to compare an input that is no file.
 pub(crate) fn refuse_streams(job: &MotionJob) -> Result<(), Failure> {
     let reads = job.source.inputs.iter().any(|input| streams::is_standard(input));
     let message = match (job.verify, streams::is_stream(&job.write.output)) {

@@ -142,7 +142,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
     Ok(())
 }
 
-/// The size of a page; where it has skins, also what it is made of.
+/// The size of a page; with skins, also the sizes of its parts.
 fn size(page: &Page) -> String {
     let whole = format!("{} bytes", page.html.len());
     if page.skins + page.textures == 0 {

@@ -17,7 +17,7 @@ const FASTEST: f32 = 12.0;
 /// Over how many frames before and after one the velocity of the figure is measured: a step of a walk.
 const STEP: usize = 15;
 
-/// How a figure did what a gamepad asked for.
+/// How a figure followed a gamepad.
 ///
 /// [`Controller::play`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -34,7 +34,7 @@ pub struct PlayReport {
     pub wanted_distance: f64,
     /// How far its velocity over half a second is from the one asked for, in the mean: metres per second.
     pub mean_velocity_error: f64,
-    /// How far it looks from where it was asked to, in the mean: degrees.
+    /// The mean angle between its facing and the wanted facing, in degrees.
     pub mean_angle: f64,
 }
 
@@ -50,9 +50,9 @@ impl fmt::Display for PlayReport {
 }
 
 impl Controller {
-    /// Lets the figure do what a gamepad asks for, from a figure that stands: the left stick is the velocity over the
-    /// ground, `speed` metres per second at its edge, forward along +Z of the world and to the right along -X. It looks
-    /// where the right stick points, or where it goes while that is in its centre. Returns its motion, and how it did.
+    /// Lets a gamepad lead the figure, which stands at first. The left stick is the velocity over the ground, `speed`
+    /// metres per second at its edge, forward along +Z of the world and to the right along -X. It looks where the right
+    /// stick points, or where it goes while that is in its centre. Returns its motion, and how it did.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -57,7 +57,7 @@ fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
     (found, levels)
 }
 
-/// When a point is at rest that trembles where it stands, by how high it is above there.
+/// When a trembling point is at rest, by its height above its resting level.
 fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<bool> {
     let rule = ContactRule {
         speed: work.weights.contact_speed,

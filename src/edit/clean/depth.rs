@@ -2,8 +2,8 @@
 //! across it.
 //!
 //! The trembling is noise of the one direction in which the body has far more of it than in the others, and tells the
-//! axis. The wavering is slow, and moves both feet with the body: it is what the slower foot says of the motion of the
-//! ground, made free of what lasts for seconds, which may be a walk.
+//! axis. The wavering is slow, and moves both feet with the body. The slower foot shows this motion of the ground. A
+//! motion that lasts for seconds is removed from it, because it may be a walk.
 
 use glam::{DMat3, DVec2, DVec3, Mat4};
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, median};
@@ -139,7 +139,7 @@ pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
     let shifts: Vec<DVec3> = drift.iter().map(|at| -axis * *at).collect();
     let old = work.frames.clone();
     shift(work, carrier, &shifts);
-    // A foot that did not stand, as that of a runner in the air, does not stand now.
+    // A foot that was not in stance, such as a runner's in the air, is not in stance now.
     let stands = Feet::new(work).ground(STILL).iter().flatten().count() as f64;
     if stands < STANDS * drift.len() as f64 {
         work.frames = old;

@@ -1,9 +1,9 @@
 //! Whether a frame is missing between two others.
 //!
 //! Eight frames are taken, four on either side. A motion is smooth: a polynomial of degree 4 in their true times leaves
-//! little over. Where a frame is missing, less is left over once the four later ones are moved by a frame.
-//! Each joint says so for itself, and the mean of what they say counts, so that one that jumps alone does not decide.
-//! What is left over where nothing is wrong is known from the frames around.
+//! little over. Where a frame is missing, less is left over once the four later ones are moved by a frame. Each joint
+//! says so for itself, and the mean of what they say counts, so that one that jumps alone does not decide. The frames
+//! around show the residual of a part without a defect.
 
 use glam::{Vec3, Vec3A};
 
@@ -15,7 +15,7 @@ const SIDE: usize = 4;
 /// Frames of a window: both sides.
 const WINDOW: usize = 2 * SIDE;
 
-/// The degree of the polynomial: a motion over eight frames has no more.
+/// The degree of the polynomial: a motion over eight frames needs no more.
 const DEGREE: usize = 4;
 /// What the polynomial leaves of a window has as many dimensions.
 const LEFT: usize = WINDOW - DEGREE - 1;
@@ -25,9 +25,9 @@ const AROUND: usize = 4;
 
 /// Windows from one of them to the next: neighbours share most of their frames, and say the same.
 const STRIDE: usize = 3;
-/// What is left over by rounding, in squares of radians and of fractions of the body.
+/// The residual of rounding, in squares of radians and of fractions of the body.
 const ROUNDING: f32 = 1e-9;
-/// From this on it may be: what white noise of 2 degrees leaves of it.
+/// From this on it may be dropped: the residual of white noise of 2 degrees.
 const POSSIBLE: f32 = 0.08;
 /// How many frames are missing, as the joints measure it: one.
 const ONE: std::ops::Range<f32> = 0.7..1.5;
@@ -159,7 +159,7 @@ struct Gaps {
     parts: Vec<Vec<Vec3A>>,
     times: Vec<f64>,
     even: Hypotheses,
-    /// For each part and window what is left over, as is and with a frame more in the middle.
+    /// The residual of each part and window, as it is and with an additional frame in the middle.
     left: Vec<Vec<[f32; 2]>>,
     /// For each part and window what is usually left over around it.
     usual: Vec<Vec<f32>>,
@@ -272,7 +272,7 @@ fn steps(part: &[Vec3A], window: usize) -> &[Vec3A; WINDOW - 1] {
     part[window..].first_chunk().expect("a window has all its steps")
 }
 
-/// How much what is left over of a part speaks for a frame more.
+/// The evidence of a residual for an additional frame.
 fn speaks([as_is, apart]: [f32; 2], usual: f32) -> f32 {
     ((as_is + usual) / (apart + usual)).ln()
 }

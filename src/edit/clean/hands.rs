@@ -1,7 +1,7 @@
 //! Hands that meet, or rest on the body, keep meeting.
 //!
-//! Where a hand is to what it meets is measured before anything is smoothed, as one track: the noise of this track is
-//! that of both, but what they do at the meeting is in it alone. After the smoothing, which takes each joint for
+//! The position of a hand relative to what it meets is measured before smoothing, as one track. The track has the noise
+//! of both. But only this track shows their motion at the meeting. After the smoothing, which takes each joint for
 //! itself, the arms are brought to where this track has them.
 
 use glam::{DVec3, Vec3};
@@ -120,7 +120,7 @@ impl With {
     }
 }
 
-/// What the hands of a motion meet, as it was before it was smoothed.
+/// The meetings of the hands of a motion before smoothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Meetings(Vec<HandContact>);
 
@@ -171,7 +171,7 @@ impl Meetings {
         Self(pairs.iter().zip(tracks).filter_map(contact).collect())
     }
 
-    /// The mean distance of hands from what they meet while they do, in metres; `None` where they meet nothing.
+    /// The mean distance of hands from what they meet, during the meetings, in metres; `None` if they meet nothing.
     pub(super) fn apart(&self, work: &Work<'_>) -> Option<f64> {
         let mut pose = Pose::rest(work.scene);
         let (mut sum, mut count) = (0.0, 0);

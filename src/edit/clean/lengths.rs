@@ -11,7 +11,7 @@ pub(super) fn hold(work: &mut Work<'_>) -> usize {
     let least = work.weights.length_noise as f32;
     let largest = work.weights.largest_length_change as f32;
     for column in 0..work.frames.nodes().len() {
-        // What carries the body, and what stands in the world, moves.
+        // The carrier of the body, and nodes of the world, may move.
         let is_inside = carrier.is_some_and(|carrier| column > carrier);
         if !is_inside || is_root(work, column) {
             continue;

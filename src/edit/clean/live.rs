@@ -13,7 +13,7 @@ use super::pace::{Bank, frames_for_one};
 use super::smoother::{Positions, Rotations};
 use crate::clean_weights::CleanWeights;
 
-/// How many times the delay is seen of the past: what is farther hardly counts.
+/// The length of the past that counts, as a multiple of the delay. Earlier frames hardly count.
 const PAST: f64 = 2.0;
 
 /// The least time of the past in seconds: noise is told from two spans of half a second.

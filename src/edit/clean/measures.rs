@@ -171,7 +171,7 @@ fn skate(work: &Work<'_>, found: &DetectedContacts) -> Option<f64> {
     (steps > 0).then(|| slid * work.frames.rate / steps as f64)
 }
 
-/// How far feet in contact are off the level on which they stand.
+/// The distance of feet in contact from their level.
 fn uneven(found: &DetectedContacts) -> Option<f64> {
     let heights = |of_balls: bool| -> Vec<f32> {
         let is_ball = |bone: Bone| matches!(bone, Bone::LeftToes | Bone::RightToes);

@@ -1,9 +1,9 @@
-//! Noise: how much of it each joint has, and the motion without it.
+//! The noise of each joint, and the motion without it.
 //!
-//! White noise is alike in all differences of a track, from the second on, once each is divided by what it makes of
-//! white noise; a motion is less in each further one. So the smallest of them is the noise, or above it. It is taken
-//! in spans of half a second by the median, and of all spans that of a calm one counts. What has hardly any noise is
-//! not touched.
+//! The differences of a track, from the second on, are each divided by their gain for white noise. Then white noise is
+//! alike in all of them, and a motion is smaller in each further one. So the smallest of them is the noise, or above
+//! it. It is taken in spans of half a second by the median, and of all spans that of a calm one counts. What has hardly
+//! any noise is not touched.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, percentile};
@@ -29,14 +29,15 @@ const SPAN_FRAMES: usize = 16;
 /// calm by chance.
 const CALM: f64 = 0.3;
 
-/// The shortest clip in seconds in which joints are smoothed that have noise where most have none: in a shorter one no
-/// span may be calm, and the step of a run is like noise.
+/// The shortest clip, in seconds, in which single joints with noise are smoothed if most joints have none. In a shorter
+/// clip no span may be calm, and the step of a run resembles noise.
 const CALM_AFTER: f64 = 3.0;
 
 /// The ratio of the last two differences from which on a track is white noise, whose ratio is 1; motions have less.
 const FLAT: f64 = 0.85;
-/// Of white noise less than all is found so, since the least of several estimates of a calm span counts: by this over
-/// the root of the frames of a span. Simulated with 60 draws each: 0.79 for 16 frames, 0.845 for 30, 0.887 for 60.
+/// Less than all white noise is found so, because the least of several estimates of a calm span counts. The deficit is
+/// this factor over the root of the frames of a span. Simulated with 60 draws each: 0.79 for 16 frames, 0.845 for 30,
+/// 0.887 for 60.
 const LESS: f64 = 0.85;
 
 /// The fraction of the joints that turn which is most of them.
@@ -253,7 +254,7 @@ impl<'a> Spans<'a> {
         }
     }
 
-    /// For each order from `first` to `last`, and for each span, the standard deviation of what may be noise.
+    /// For each order from `first` to `last`, and for each span, the standard deviation of the possible noise.
     fn of_orders(&self, first: usize, last: usize) -> Vec<Vec<f64>> {
         let mut differences = self.curve.to_vec();
         let mut found = Vec::new();

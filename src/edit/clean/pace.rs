@@ -1,8 +1,8 @@
 //! How fast a track changes, moment by moment: the density of the jerk that the smoother allows.
 //!
-//! A bank of filters, each for one density, predicts every frame from those before it, and from those after it. Where
-//! the noise is known, the error of a prediction has a known variance, and so each filter has a likelihood, which is
-//! summed around every moment: multiple-model adaptive estimation (Magill, "Optimal adaptive estimation of sampled
+//! A bank of filters, each for one density, predicts every frame from those before it, and from those after it. If the
+//! noise is known, the error of a prediction has a known variance. So each filter has a likelihood, which is summed
+//! around every moment. This is multiple-model adaptive estimation (Magill, "Optimal adaptive estimation of sampled
 //! stochastic processes", 1965) in both directions of time.
 
 use glam::DVec3;
@@ -81,8 +81,8 @@ impl Bank {
     /// The density of the jerk in each frame of the take. The noise has a variance per axis in the frames of `sampled`.
     pub(super) fn jerk(&self, sampled: &Sampled, noise: f64) -> Vec<f64> {
         let logarithms = self.logarithms(&sampled.curve, noise);
-        // A frame that is shorter by a factor has noise more by it, for the same noise in a hertz; the ratio of jerk
-        // to noise is by its sixth power less.
+        // At the same noise per hertz, a frame that is shorter by a factor has more noise by that factor. The ratio of
+        // jerk to noise is smaller by its sixth power.
         let scale = noise * self.strength * (self.every as f64).powi(-5);
         let last = logarithms.len() - 1;
         let at = |frame: usize| {

@@ -1,8 +1,8 @@
 //! Smooths where joints are in the world, and turns the joints so that they come there.
 //!
-//! Rotations that are smoothed each for itself do not fit together: while a foot stands, the rotations of the leg and
-//! the motion of the hips cancel, and what is taken from each does not. A foot that stands is at rest in the world, and
-//! a hand that waits is too, so that their positions are smoothed strongly, and the joints above follow. What a joint
+//! Rotations that are smoothed one by one do not fit together. While a foot stands, the rotations of the leg and the
+//! motion of the hips cancel, but the corrections of each do not. A foot that stands is at rest in the world, and a
+//! hand that waits is too, so that their positions are smoothed strongly, and the joints above follow. What a joint
 //! does about its own bone stays as its rotation has it.
 
 use glam::{DVec3, Mat3, Quat, Vec3};
@@ -72,8 +72,8 @@ fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Ve
     }
 }
 
-/// The small rotation in the world by which the bones of a joint, turned by `rotation`, come closest to their goals in
-/// the sense of least squares, where a radian counts as much as `per_radian` of each, by `largest` radians at most.
+/// The small world rotation that brings the bones of a joint, turned by `rotation`, closest to their goals in the sense
+/// of least squares. A radian counts as much as `per_radian` of each. The rotation is at most `largest` radians.
 fn turn(rotation: Quat, bones: &[(Vec3, Vec3)], per_radian: f32, largest: f32) -> Quat {
     let mut matrix = Mat3::from_diagonal(Vec3::splat(per_radian * per_radian));
     let mut right = Vec3::ZERO;

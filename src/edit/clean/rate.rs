@@ -2,8 +2,8 @@
 //!
 //! A take of 24 frames a second in a file of 30 repeats each fourth frame. A file that states half the true rate is in
 //! slow motion: who jumps falls by a quarter of gravity, and who walks takes long steps too seldom. The fall of the
-//! centre of mass is a law, by which a rate is corrected; the ratio of length and frequency of steps is a habit, for
-//! which there is a warning.
+//! centre of mass is a law, by which a rate is corrected. The ratio of length and frequency of steps is a habit, which
+//! only gives a warning.
 
 use glam::{DVec3, Vec3};
 use mocap_figure::contacts::points_of_feet;
@@ -51,8 +51,8 @@ const NEAR: f64 = 0.12;
 const ALIKE: f64 = 1.25;
 
 /// The ratio of the length of steps to their frequency, both made free of dimensions by the length of the leg and
-/// gravity. It hardly depends on speed: 0.0063 m for a step a minute (Sekiya and Nagasaki, "Reproducibility of the
-/// walking patterns of normal young adults", 1998), with 0.84 m from hip to ankle.
+/// gravity. It hardly depends on speed: 0.0063 m for a step a minute, with 0.84 m from hip to ankle. The source is
+/// Sekiya and Nagasaki, "Reproducibility of the walking patterns of normal young adults", 1998.
 const WALK_RATIO: f64 = 1.54;
 
 /// The factor by which that ratio may be off: people differ by a fifth, and styles of walking by more.
@@ -66,9 +66,9 @@ const LEAST_STEP: f64 = 0.45;
 /// In a step of a walk the body goes at least this fraction of it.
 const GOES: f64 = 0.7;
 
-/// The masses of segments as fractions of the body's, with the fraction of the way from one joint to the other at which
-/// their centre is: Winter, "Biomechanics and motor control of human movement" (2009), table 4.1. One side stands for
-/// both.
+/// The masses of segments as fractions of the body's mass. Each has the position of its centre, as a fraction of the
+/// way from one joint to the other. Winter, "Biomechanics and motor control of human movement" (2009), table 4.1. One
+/// side stands for both.
 const SEGMENTS: [(Bone, Bone, f64, f64); 7] = [
     (Bone::Hips, Bone::Neck, 0.497, 0.5),
     (Bone::Neck, Bone::Head, 0.081, 1.0),
@@ -79,7 +79,7 @@ const SEGMENTS: [(Bone, Bone, f64, f64); 7] = [
     (Bone::LeftFoot, Bone::LeftFoot, 0.0145, 0.5),
 ];
 
-/// Which frames of a repeated pattern hold what is before them, as they stand in the pattern.
+/// The frames of a repeated pattern that repeat the frame before, by their places in the pattern.
 pub(super) struct Pattern {
     pub(super) is_held: Vec<bool>,
 }

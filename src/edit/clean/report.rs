@@ -86,7 +86,7 @@ pub enum CleanOutcome {
 pub struct CleanedPart {
     /// Which.
     pub part: CleanPart,
-    /// What became of it.
+    /// What happened to it.
     pub outcome: CleanOutcome,
     /// What it did, or why not, in words.
     pub about: String,
@@ -113,7 +113,7 @@ pub struct CleanReport {
 
 /// A motion that had much noise has less than this fraction of its jitter without it.
 const NOISY: f64 = 0.7;
-/// Feet that are held may have as much more jitter as this fraction of what came with the noise.
+/// The additional jitter that held feet may have, as a fraction of the jitter of the noise.
 const OF_NOISE: f64 = 0.02;
 
 impl CleanReport {
@@ -147,7 +147,7 @@ impl CleanReport {
         self.after.hands = self.before.hands;
     }
 
-    /// Measures the peaks of a body whose depth does not tremble any more: those of the trembling were none.
+    /// Measures the peaks of a body whose depth no longer trembles. Peaks of the trembling do not count.
     pub(super) fn measure_steadied(&mut self, work: &Work<'_>) {
         self.after.peak_speed = CleanMeasures::new(work).peak_speed;
     }

@@ -92,7 +92,7 @@ impl Covariance {
         }
     }
 
-    /// The gains of value, velocity and acceleration, and the variance of what is measured less what was predicted.
+    /// The gains of value, velocity and acceleration, and the variance of the measurement minus the prediction.
     pub(super) fn gains(self, noise: f64) -> ([f64; 3], f64) {
         let variance = self.vv + noise;
         ([self.vv / variance, self.vs / variance, self.va / variance], variance)
@@ -186,7 +186,7 @@ pub(super) fn smooth<S: Values>(values: &[S::Value], missing: &[bool], noise: f6
     backwards::<S>(&seen)
 }
 
-/// The smoothed values of what the filter saw: what the later frames say of each is brought back to it.
+/// The smoothed values of the filter's input: the evidence of later frames is carried back to each frame.
 fn backwards<S: Values>(seen: &[Step<S::Value>]) -> Vec<S::Value> {
     let mut smoothed = Vec::with_capacity(seen.len());
     let mut adjoint = [DVec3::ZERO; 3];

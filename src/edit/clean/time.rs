@@ -45,7 +45,7 @@ pub(super) struct TimeRepair {
     pub(super) removed: usize,
     pub(super) inserted: usize,
     pub(super) frozen: usize,
-    /// The rate of the file, and that of the motion, where that is another.
+    /// The rate of the file, and the rate of the motion if it differs.
     pub(super) rate: Option<[f64; 2]>,
     /// What tells of that rate, in words.
     pub(super) tells: String,
@@ -103,7 +103,7 @@ pub(super) fn errors(work: &Work<'_>) -> [Vec<usize>; 2] {
     [with(&[Row::Held, Row::Doubled]), with(&[Row::AfterDropped])]
 }
 
-/// What each frame is, and what mending that comes to.
+/// The kind of each frame, and the resulting repairs.
 fn find(work: &Work<'_>) -> (Vec<Row>, TimeRepair) {
     let mut done = TimeRepair::default();
     if work.frames.ticks.last().is_none_or(|tick| tick.fract() != 0.0) {

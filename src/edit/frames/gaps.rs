@@ -85,7 +85,7 @@ impl Frames {
     }
 }
 
-/// Warns of gaps that a step fills, because its frames are of its own.
+/// Warns of gaps that a step fills, because the step makes new frames.
 pub(super) fn report_filled(scene: &mut Scene, animation: usize) {
     let gaps = scene.points_with_gaps(&scene.animations[animation]);
     let filled = gaps.iter().flatten().count();

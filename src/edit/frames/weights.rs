@@ -109,7 +109,7 @@ pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> 
 
 impl Frames {
     /// Closes the jump of weights of morph targets from a frame of one motion to a frame of another, which is at `seam`
-    /// here: the difference fades within so many frames after it.
+    /// here. The difference fades within so many frames after it.
     pub(crate) fn fade_weights(&mut self, seam: usize, [from, to]: [(&Self, f64); 2], steps: usize) {
         let is_alike = |motion: &Self| motion.weights.targets.len() == self.weights.targets.len();
         if !(is_alike(from.0) && is_alike(to.0)) {

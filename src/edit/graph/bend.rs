@@ -1,6 +1,6 @@
-//! Brings a walk onto the path that it follows. What the clips leave is bent little by little: the walk is shifted and
-//! turned over the ground, smoothly over time, as Gleicher edits the path of a motion ("Motion Path Editing", 2001).
-//! Steps sway beside the path as they did, and feet are held afterwards, as those of every walk.
+//! Brings a walk onto the path that it follows. The remaining error is bent away little by little. The walk is shifted
+//! and turned over the ground, smoothly over time, as Gleicher edits the path of a motion ("Motion Path Editing",
+//! 2001). The sway of steps beside the path stays. Feet are held afterwards, as in every walk.
 
 use glam::DVec2;
 use mocap_scene::math::polyline::Polyline;

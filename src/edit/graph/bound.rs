@@ -19,9 +19,9 @@
 //! numbers as wanted. They are too many, and these leave all the same no distance too large:
 //!
 //! - Frames are written in orthonormal functions of time, of which the first are kept: Bessel's inequality.
-//! - z is written in orthonormal patterns of points. Of these [`PATTERNS`] are kept, and the length of what is left.
-//! - All the numbers are written in orthonormal axes, of which those are kept along which windows differ most, and the
-//!   length of what is left.
+//! - z is written in orthonormal patterns of points. The first [`PATTERNS`] are kept, and the length of the remainder.
+//! - All the numbers are written in orthonormal axes. The axes along which windows differ most are kept, and the length
+//!   of the remainder.
 
 use std::ops::Range;
 
@@ -163,7 +163,7 @@ impl Bound {
         (0..of.count).map(invariants).collect()
     }
 
-    /// A row along the axes, and the length of what is left of it.
+    /// A row along the axes, and the length of its remainder.
     fn written(&self, row: &[f64]) -> Numbers {
         let row: Vec<f64> = row.iter().zip(&self.mean).map(|(value, mean)| value - mean).collect();
         let mut numbers = [0.0; NUMBERS];

@@ -24,10 +24,10 @@ pub struct CloudSpace {
 }
 
 impl CloudSpace {
-    /// The points of a skeleton: the topmost joint of the figure whose position moves in an animation of the scene, or
-    /// else the topmost, and all joints and end sites below it. Joints that only place the figure are no points. Each
-    /// counts as the bones that meet there are long, so that the cloud is even along the body, and fingers are no more
-    /// than a hand.
+    /// The points of a skeleton: one joint, and all joints and end sites below it. The joint is the topmost one of the
+    /// figure whose position moves in an animation of the scene, or else the topmost one. Joints that only place the
+    /// figure are no points. Each counts as the bones that meet there are long, so that the cloud is even along the
+    /// body, and fingers are no more than a hand.
     pub fn new(scene: &Scene, figure: &Figure) -> Result<Self> {
         let up = figure.up_direction();
         let across = if up.x.abs() > 0.5 { Vec3::Y } else { Vec3::X };

@@ -1,14 +1,14 @@
 //! How far two moments of motion are apart, as Kovar, Gleicher and Pighin define it in "Motion Graphs" (2002), section
 //! 3.1.
 //!
-//! A moment is the cloud of the points of all joints in a window of frames. Of two clouds one is turned about the
-//! vertical and shifted over the ground so that the weighted sum of squared distances between points is smallest, which
+//! A moment is the cloud of the points of all joints in a window of frames. One of two clouds is turned about the
+//! vertical and shifted over the ground. The weighted sum of squared distances between points is then smallest; this
 //! has a closed form. The distance is the square root of that sum, with weights that add up to 1: the distance of
 //! points in the mean, in metres. Frames count less towards the edges of the window.
 //!
-//! For all pairs of windows of two clips, sums over the points of two frames are made once for each pair of frames, and
-//! a window adds those on a diagonal. Numbers are of 64 bits and relative to where the figure is, so that small
-//! differences of large sums stay exact.
+//! For all pairs of windows of two clips, the sums over the points of two frames are computed once for each pair of
+//! frames. A window adds the sums on a diagonal. Numbers are of 64 bits and relative to where the figure is, so that
+//! small differences of large sums stay exact.
 
 use std::ops::Range;
 
@@ -246,8 +246,8 @@ impl Tile {
 }
 
 wide::dispatch! {
-    /// Sums over the points of each pair of frames: of the products over the ground, of the cross products there of the
-    /// second with the first, and of the products of heights.
+    /// Sums over the points of each pair of frames. They are of the products over the ground, of the cross products
+    /// there of the second with the first, and of the products of heights.
     fn products(first: &[Vec<[f64; 3]>], second: &[Vec<Lanes>], width: usize, sums: &mut [Vec<f64>; 3]) {
         for (frame, points) in first.iter().enumerate() {
             for (group, others) in second.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Graphs as JSON. What a file says is a claim: every index is held against what it points to.
+//! Graphs as JSON. The contents of a file are claims: every index is checked against its target.
 
 use mocap_scene::error::{Code, Diagnostic, Result, pointer};
 use mocap_scene::visible_json;

@@ -15,12 +15,12 @@ use super::walk::smooth;
 /// The part of the speeds of clips that are called fast: what is beyond their 99.9th percentile.
 const FAST: f64 = 0.001;
 
-/// Speeds of which the percentile is taken, at most.
+/// The largest number of speeds for the percentile.
 const MOST_SPEEDS: usize = 1_000_000;
 
 impl Network<'_> {
-    /// What it costs to take a transition: how far its moments are apart, 1 at the threshold, and how many of its
-    /// speeds are fast, 1 where as many are as in the clips.
+    /// The cost of a transition. It has the distance of its moments, 1 at the threshold, and the number of its fast
+    /// speeds, 1 if it is that of the clips.
     pub(super) fn cost(&self, exit: &GraphTransition) -> f64 {
         let haste = match self.index_of(exit) {
             Some(index) => *self.hastes.of_exits[index].get_or_init(|| self.haste(exit)),

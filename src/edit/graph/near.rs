@@ -1,4 +1,4 @@
-//! Pairs of windows whose numbers are near each other, all of them: boxes around eight windows that follow each other,
+//! All pairs of windows whose numbers are near each other. The search uses boxes around eight successive windows, boxes
 //! around eight such boxes that are near each other, and so on, as in an R-tree (Guttman, 1984). Eight are compared at
 //! once.
 
@@ -90,8 +90,8 @@ impl NeighbourIndex {
         &self.blocks
     }
 
-    /// The blocks, from this one on, that may have windows within the root of `limit` of windows of this one: of each
-    /// its place, and of each window of this one which windows there those are, as bits.
+    /// The blocks, from this one on, that may have windows within the root of `limit` of windows of this one. Each has
+    /// its place, and bits: for each window of this block, the windows of the other.
     pub fn of(&self, place: usize, limit: f32, found: &mut Vec<(usize, [u8; LANES])>) {
         found.clear();
         let own = self.own_box(place);

@@ -31,7 +31,7 @@ pub struct Network<'a> {
 pub(super) struct Hastes {
     /// The speed that is fast in the clips, in metres in a frame.
     pub(super) fast: OnceLock<f64>,
-    /// Of each transition, how much of it is fast.
+    /// The fraction of each transition that is fast.
     pub(super) of_exits: Vec<OnceLock<f64>>,
 }
 

@@ -23,8 +23,8 @@ pub struct GraphClip {
     pub part: Option<[usize; 2]>,
 }
 
-/// Where a figure can pass from one moment to another: for the length of a window from the frame that it leaves on, the
-/// two are blended, and end with the frame that it comes to.
+/// A place where a figure can pass from one moment to another. The two are blended for the length of a window, from the
+/// frame that it leaves to the frame at which it arrives.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,10 +2,10 @@
 //!
 //! The figure chooses its speed: it is as far along the path as the point nearest to it is. The cost of a walk is the
 //! sum of the squared distances from there, frame by frame, with a little for each frame and each transition. Walks are
-//! compared where they have come equally far: of those in one frame of a clip at one place the cheapest goes on, and of
-//! all a number of the cheapest. The first half of the best walk of some metres is kept, and the search goes on from
-//! its end. Branch and bound, as in section 5 of the paper, finds the best walk too; but where clips are much alike it
-//! has too many walks to look at before it leaves a bad beginning.
+//! compared at equal length. Of the walks in one frame of a clip at one place, the cheapest continues. Of all walks, a
+//! number of the cheapest continue. The first half of the best walk of some metres is kept, and the search goes on from
+//! its end. Branch and bound, as in section 5 of the paper, finds the best walk too. But if clips are much alike, it
+//! has too many walks to examine before it leaves a bad beginning.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -31,7 +31,7 @@ const STRETCH: f64 = 0.05;
 /// Walks that go on at each comparison: the time of a search grows with them.
 const BEAM: usize = 400;
 
-/// The distance in metres within which two walks in one frame of a clip are the same: not seen on a path.
+/// The distance in metres within which two walks in one frame of a clip count as equal. It is not visible on a path.
 const SAME_PLACE: f64 = 0.03;
 
 /// The angle in radians within which they are the same: 3 degrees, which move 6 m of path by 0.3 m.
@@ -129,8 +129,8 @@ impl PartialEq for OpenWalk {
 }
 
 impl Network<'_> {
-    /// A walk along a path over the ground, through points in metres along the two axes of the ground: x and z where +Y
-    /// is up, x and y where +Z is. It begins at the first, and ends at the last.
+    /// A walk along a path over the ground, through points in metres along the two axes of the ground. These are x and
+    /// z if +Y is up, x and y if +Z is. It begins at the first, and ends at the last.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for fewer than two points, equal ones one after another, numbers that are not finite, or
@@ -358,8 +358,8 @@ impl<'a> Search<'a> {
     /// The error where no walk comes to the end.
     fn stopped(&self) -> Error {
         let message = format!(
-            "no walk of the graph follows the path beyond {:.1} of {:.1} m: the clips have no moves that go on as it \
-             does; add clips that turn so, mirror them, or raise the threshold of the graph",
+            "no walk of the graph follows the path beyond {:.1} of {:.1} m, because no clip continues as the path \
+             does; add clips with such turns, mirror them, or raise the threshold of the graph",
             self.reached,
             self.path.length()
         );

@@ -25,13 +25,14 @@ enum Step {
 }
 
 impl Network<'_> {
-    /// The cheapest walk that begins in the first of some clips and passes through the others in their order: each is a
+    /// The cheapest walk that begins in the first of some clips and passes through the others in their order. Each is a
     /// clip of the graph, and a time in it in seconds. Without a time, the walk begins with the part of the first clip,
     /// passes the middle of those between, and ends with the part of the last one. A transition costs its distance.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for fewer than two clips, one that the graph has not, or a time beside its part of the
-    /// graph; [`Code::InvalidGraph`] where there is no walk, which happens in no graph that was built.
+    /// - [`Code::InvalidValue`] for fewer than two clips, a clip that the graph lacks, or a time outside its part of
+    ///   the graph
+    /// - [`Code::InvalidGraph`] if there is no walk, which happens in no graph that mocap built
     pub fn through(&self, clips: &[(usize, Option<f64>)]) -> Result<Walk> {
         if clips.len() < 2 {
             let message = format!("a walk goes through two clips or more, got {}", clips.len());

@@ -117,7 +117,7 @@ impl Walk {
         }
     }
 
-    /// Goes on to where a transition leaves the clip, and to where it leads.
+    /// Continues to the frame at which a transition leaves the clip, and then to its target.
     pub(super) fn take(&mut self, network: &Network<'_>, exit: &GraphTransition) {
         let own = self.placements.last().copied().unwrap_or(Alignment::NONE);
         self.stay_until(exit.from[1]);

@@ -12,7 +12,7 @@ use super::weights::FootLockWeights;
 use crate::body::Leg;
 use crate::contacts::DetectedContacts;
 
-/// The height from which on a foot is in the air, as a multiple of the height below which it is on the ground, so that
+/// The least height of a foot in the air, as a multiple of the height below which it is on the ground. Between both,
 /// the weight changes over a part of the swing.
 const IN_THE_AIR: f64 = 3.0;
 
@@ -64,7 +64,7 @@ struct SourceTrack {
     above_rest: Vec<f32>,
 }
 
-/// How high the points of contact are to be above where they rest.
+/// The wanted heights of the points of contact above their resting level.
 #[derive(Clone, Copy, Debug, Default)]
 struct Heights {
     ankle: f32,

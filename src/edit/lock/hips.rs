@@ -89,7 +89,7 @@ pub(super) fn spare_knees(
     let is_limited = limit.is_finite();
     for _ in 0..if is_limited { ROUNDS } else { 0 } {
         let [left, right, hips] = changes(feet, &carried);
-        // By how much a shift is to be multiplied where the largest change is `change`.
+        // The factor of a shift if the largest change is `change`.
         let factor = |change: f32| (BELOW * limit / change).clamp(0.5, 1.0);
         if [&left, &right, &hips]
             .into_iter()
@@ -150,7 +150,7 @@ fn runs(known: &[Option<Vec3>]) -> Vec<[usize; 2]> {
     runs
 }
 
-/// How far the left and the right knee and the hips go from where they were, frame by frame.
+/// The distances of the left and the right knee and the hips from their places before, frame by frame.
 fn changes(feet: &[Hold], carried: &[Vec3]) -> [Vec<f32>; 3] {
     let knee = |side: usize| {
         let change =

@@ -154,7 +154,7 @@ impl Hold {
         })
     }
 
-    /// Sets the shifts of the foot. `lifted` is how far it is lifted, and `carried` how the hips are shifted.
+    /// Sets the shifts of the foot. `lifted` is the height by which it is lifted, and `carried` the shift of the hips.
     pub(super) fn shift(&mut self, known: &[Option<Vec3>], lifted: &[f32], up: Vec3, blend: usize, carried: &[Vec3]) {
         self.leg.complete(known, up, blend, carried);
         for ((shift, lift), carried) in self.leg.shifts.iter_mut().zip(lifted).zip(carried) {

@@ -70,7 +70,7 @@ pub(super) struct LegTrack {
     /// The axis about which the knee bends, in the frame of the thigh, of any length: the sum of [`seen_hinge`] in
     /// the motion, and of [`knee_at_rest`].
     pub(super) hinge: Vec3,
-    /// How the foot is to be shifted.
+    /// The shift of the foot.
     pub(super) shifts: Vec<Vec3>,
     /// The heights of the lowest point of the foot.
     lowest: Vec<f32>,

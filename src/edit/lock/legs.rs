@@ -21,7 +21,7 @@ const OUT_OF_REACH: f32 = 0.001;
 /// What a frame of a motion becomes; lengths are in metres.
 #[derive(Clone, Copy, Debug, Default)]
 struct Change {
-    /// How far each foot is from where it belongs.
+    /// The distance of each foot from its goal.
     missed: [f32; 2],
     /// The larger shift of a foot.
     shift: f32,
@@ -228,7 +228,7 @@ impl Legs {
         }
     }
 
-    /// Brings one foot to its goal in a frame, by the fraction `weight` of what changes. Returns how far it is from
+    /// Brings one foot to its goal in a frame, by the fraction `weight` of the change. Returns how far it is from
     /// there, in metres.
     fn place_foot<F: Foot>(
         &mut self,
@@ -277,7 +277,7 @@ impl Legs {
         pose.update_below(self.mover);
     }
 
-    /// Makes the frames the keys of what changed.
+    /// Makes the frames the keys of the changed tracks.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize) {
         let moved = if self.moved {
             std::slice::from_ref(&self.mover)

@@ -1,8 +1,8 @@
 //! How fast a foot goes with the lock and without it, and where the lock gives way.
 //!
-//! A foot that is held has to catch up with its swing, and a leg that is too short pulls at it. Neither may be seen:
-//! where a joint of the foot is faster than without the lock, or changes its speed faster, what the lock changes is
-//! made less around that moment, round by round, until it is not.
+//! A foot that is held has to catch up with its swing, and a leg that is too short pulls at it. Neither may be seen. If
+//! a joint of the foot is faster than without the lock, or accelerates more, the correction is reduced around that
+//! moment, round by round, until it is not.
 
 use glam::Vec3;
 use mocap_scene::pose::Pose;

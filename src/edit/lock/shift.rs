@@ -5,8 +5,8 @@ use std::ops::{Add, Div, Mul};
 use glam::Vec3;
 
 /// Completes a shift that is known in some frames. From the last known frame of a contact it eases out to zero within
-/// `blend` frames, and in to the next likewise; where contacts are nearer, from one to the other. Values and speeds are
-/// continuous: cubic Hermite curves.
+/// `blend` frames, and into the next likewise. Between nearer contacts it eases from one to the other. Values and
+/// speeds are continuous: cubic Hermite curves.
 pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     let mut shifts: Vec<Vec3> = known.iter().map(|shift| shift.unwrap_or_default()).collect();
     let slope = |frame: usize, other: Option<usize>| {

@@ -24,8 +24,8 @@ pub struct SolePoint {
     /// The joint that turns to bring it up. Without one the whole foot is lifted.
     #[doc(hidden)]
     pub pivot: Option<NodeId>,
-    /// The axis across the foot about which that joint brings toes up, in its own space, where it is known: an axis
-    /// that is found in each frame flips where toes point straight down.
+    /// The axis across the foot about which that joint brings toes up, in its own space, if it is known. An axis that
+    /// is computed in each frame flips if toes point straight down.
     #[doc(hidden)]
     pub axis: Option<Vec3>,
     /// The largest angle by which it turns for this point, in radians.
@@ -95,7 +95,7 @@ pub(super) fn world_axis(pose: &Pose, joint: NodeId, axis: Vec3) -> Vec3 {
 /// The angle below the horizontal, as its sine, from which on a foot is steep: about 60 degrees.
 const STEEP: f32 = 0.87;
 
-/// The angle about `axis`, which lies across a flat foot, by which the end of `offset` comes to a height; it grows from
+/// The angle about `axis`, which lies across a flat foot, by which the end of `offset` comes to a height. It grows from
 /// toes that point down to toes that point up. With it how steep the foot is: 1 where toes point straight down, or
 /// farther back, so that a rotation no longer brings them up.
 pub(super) fn angle_to_height(axis: Vec3, offset: Vec3, up: Vec3, height: f32) -> [f32; 2] {

@@ -26,9 +26,9 @@ const LIMBS: [[HumanoidBone; 3]; 2] = [
     ],
 ];
 
-/// The rotations in the world of the T-pose `pose`, turned so that each bone has the direction of the mirror image of
-/// its partner and bends about the mirror image of its axis. A T-pose that was computed from a rest pose in which one
-/// leg is ahead has legs that point down, but each turned about itself as it came.
+/// The world rotations of the T-pose `pose`, turned to mirror images. Each bone has the direction of the mirror image
+/// of its partner, and bends about the mirror image of its axis. A T-pose that was computed from a rest pose in which
+/// one leg is ahead has legs that point down, but each turned about itself as it came.
 pub(super) fn symmetric(
     scene: &Scene,
     humanoid: &Humanoid,
@@ -60,7 +60,7 @@ pub(super) fn symmetric(
     for node in 0..count {
         let partner = partners[node].index();
         if partner == node {
-            // A bone in the middle lies in the plane, and what is on both sides of it is across.
+            // A bone in the middle lies in the plane. The joints on both sides of it lie across.
             let in_middle = children[node]
                 .iter()
                 .filter(|child| partners[**child].index() == **child);
@@ -95,7 +95,7 @@ pub(super) fn symmetric(
                 .filter(is_pair)
                 .map(|child| [at(*child) - at(node), at(partners[*child].index()) - at(partner)])
                 .collect();
-            // To the middle of what hangs on it: a thumb that stands off is no direction of a hand.
+            // To the middle of its children: a thumb that points aside is no direction of a hand.
             let sums = [0, 1].map(|side: usize| pairs.iter().map(|pairs| pairs[side]).sum::<DVec3>().try_normalize());
             let [Some(own), Some(other)] = sums else {
                 continue;

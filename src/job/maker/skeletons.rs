@@ -39,8 +39,8 @@ pub(super) struct Shared<'a> {
     pub(super) shown: &'a [Animation],
 }
 
-/// The skeletons of motions that are in memory one after the other, and which of them each motion has. What cannot be
-/// read is told when it is made.
+/// The skeletons of motions that are in memory one after the other, and which of them each motion has. A file that
+/// cannot be read is reported when its output is made.
 pub(super) fn skeletons(
     maker: &Maker<'_>,
     motions: impl Iterator<Item = (PathBuf, Result<Scene>)>,

@@ -181,8 +181,8 @@ impl Skeleton<'_> {
         [joints.len(), end_sites.len()]
     }
 
-    /// Of every joint whether it rotates and moves no joint by it, for nothing stands away from it below: its own
-    /// position and those of others do not show its rotation.
+    /// For every joint, whether it rotates without moving a joint, because no joint below is away from it. No position
+    /// then shows its rotation.
     pub(super) fn turning_ends(&self) -> Vec<bool> {
         let mut reaches = vec![false; self.joints.len()];
         for (index, joint) in self.joints.iter().enumerate().rev() {

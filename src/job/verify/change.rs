@@ -21,10 +21,11 @@ use super::{Finding, FindingKind};
 /// CMU database, an inch divided by 0.45.
 const UNITS: [f64; 7] = [0.001, 0.01, 0.1, 1.0, 0.0254, 0.3048, 0.0254 / 0.45];
 
-/// How far a joint at rest may be from where that of the source is, as a fraction of the body: what decimals round.
+/// The largest error of the rest position of a joint, as a fraction of the body. Decimals round by as much.
 const SAME_REST: f64 = 1e-3;
 
-/// How far a ratio of lengths may be from that of two units, as a fraction of it: what a lossy file rounds.
+/// The largest error of a ratio of lengths against the ratio of two units, as a fraction. A lossy file rounds by as
+/// much.
 const SAME_UNIT: f64 = 0.01;
 
 /// The shortest distance of two joints that says anything about a unit, as a fraction of the longest.
@@ -336,8 +337,8 @@ impl Change {
     }
 }
 
-/// Where the joints of both are at a few moments, evenly over the motion: in the first frame alone all markers of a
-/// capture may be hidden, and stand in one point.
+/// Positions of the joints of both at a few moments, evenly over the motion. The first frame alone would not do: all
+/// markers of a capture may be hidden in it, and stand in one point.
 fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> {
     const PARTS: u32 = 4;
     let at = |seconds: f64| {
@@ -352,8 +353,8 @@ fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> 
         .collect()
 }
 
-/// The ratio of the distances from the origin, where it is farthest: of a single joint, or of joints that are always in
-/// one point, nothing else has a length.
+/// The ratio of the largest distances from the origin. It serves for a single joint, or for joints that are always in
+/// one point, because they have no other length.
 fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
     let length = |world: &[DMat4], node: usize| world[node].w_axis.truncate().length();
     let distances = seen.iter().flat_map(|(here, there)| {

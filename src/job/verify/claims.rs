@@ -53,7 +53,7 @@ pub(super) fn is_same_file(a: &Origin, b: &Origin) -> bool {
     }
 }
 
-/// Holds what a file says of its source and of its `frames`, where it has any, against what there is.
+/// Checks a file's statements about its source and its `frames`, if it has any, against the source.
 pub(super) fn claims(original: &Scene, provenance: &Provenance, frames: Option<u64>, findings: &mut Vec<Finding>) {
     let mut find = |message: String| findings.push(Finding::new(FindingKind::Provenance, message));
     if let (Some(claimed), Some(found)) = (&provenance.source, &original.metadata.origin)

@@ -29,8 +29,8 @@ pub(super) fn skin_of(skeleton: &Skeleton, metres: f64) -> f64 {
     }
 }
 
-/// For every clip of the source the clip of the file: the one of its name; the others in their order, where as many are
-/// left in both, or where the format of the file has no names of clips.
+/// The clip of the file for every clip of the source, by its name. The others are paired in their order, if as many
+/// remain in both, or if the format of the file has no names of clips.
 pub(super) fn pairs(source: &Scene, output: &Output<'_>) -> Vec<Option<usize>> {
     let ours = names_of(source);
     let theirs = output.clip_names();

@@ -28,7 +28,7 @@ pub(super) struct Comparison<'a> {
     /// Its file, where it has one.
     pub(super) file: Option<&'a Path>,
     pub(super) output: &'a Output<'a>,
-    /// What was done between the two, where that is known.
+    /// The changes between the two, if they are known.
     pub(super) provenance: Option<Provenance>,
     /// Whether the source is a character with the motion of another file: its own clips are not there.
     pub(super) is_of_character: bool,

@@ -1,5 +1,5 @@
-//! Reads `.csv` files as this crate's `fk` writes them, without the code that writes them: a comment with the header as
-//! JSON, the names of the columns, and a row for each frame and joint, as in RFC 4180.
+//! Reads `.csv` files as this crate's `fk` writes them, without the code that writes them. They have a comment with the
+//! header as JSON, the names of the columns, and a row for each frame and joint, as in RFC 4180.
 
 use mocap_scene::error::Result;
 

@@ -29,8 +29,8 @@ const BY_ITEM: [&str; 9] = [
 /// The extensions of a buffer view whose bytes are a compressed stream elsewhere.
 const STREAMS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// How far a number of a node's matrix may be from the number in the file, as a fraction: a node that is animated has
-/// its matrix as translation, rotation and scale.
+/// The largest error of a number of a node's matrix, as a fraction of the number in the file. An animated node has its
+/// matrix as translation, rotation and scale.
 const ROUNDED: f64 = 1e-5;
 
 /// A file, and the bytes of its images.

@@ -1,5 +1,5 @@
-//! Reads `.npz` files as this crate's `fk` writes them, without the code that writes them: a zip archive that is not
-//! compressed, of `.npy` files of the versions 1.0 to 3.0 of `numpy.lib.format`.
+//! Reads `.npz` files as this crate's `fk` writes them, without the code that writes them. They are uncompressed zip
+//! archives of `.npy` files of the versions 1.0 to 3.0 of `numpy.lib.format`.
 
 use std::io::{Cursor, Read};
 

@@ -33,7 +33,7 @@ pub(super) enum Output<'a> {
 
 /// What a glTF file with a skin shows.
 pub(super) struct Skinned {
-    /// Its nodes as they stand, which may be in a frame of the motion, with its meshes.
+    /// Its nodes in their stored pose, which may be a frame of the motion, with its meshes.
     standing: Scene,
     /// Its nodes where the skin is bound: the rest pose.
     bound: Scene,
@@ -337,8 +337,9 @@ impl<'a> Output<'a> {
         self.row().contents == Contents::Points
     }
 
-    /// Whether joints rest where those of `source` do: not in points, in the T-pose of a VRM animation, in BVH, where
-    /// they rest without a rotation, and for a robot in glTF, where a joint that stays has its rotation in its node.
+    /// Whether joints have the rest pose of `source`. They do not in points, in the T-pose of a VRM animation, and in
+    /// BVH, where they rest without a rotation. Nor do they for a robot in glTF, where a constant joint has its
+    /// rotation in its node.
     pub(super) fn has_rest_of(&self, source: &Scene, change: &Change) -> bool {
         let is_new_rest = !self.row().has_rest_rotations && source.metadata.format != Some(self.row().format);
         let is_of_robot = matches!(self, Self::Gltf(..)) && self.is_of_robot(source);
@@ -356,8 +357,8 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Whether the joints have the axes of the source: in glTF of this crate, in its FBX where the axes of the file are
-    /// those of the scene, in a packed clip, and in BVH that was made of BVH.
+    /// Whether the joints have the axes of the source. They do in glTF of this crate, in a packed clip, in BVH that was
+    /// made of BVH, and in FBX of this crate with the axes of the scene.
     pub(super) fn keeps_axes(&self, source: &Scene) -> bool {
         let row = self.row();
         match self {
@@ -401,7 +402,7 @@ pub(super) fn provenance_of(
     }
 }
 
-/// What the file beside a BVH file says of it.
+/// The statements of the file beside a BVH file.
 fn sidecar(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Option<Box<Provenance>>> {
     let beside = Sidecar::path(name);
     let found = open(beside.file_name().unwrap_or_default().as_ref());
@@ -420,7 +421,7 @@ fn sidecar(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -
         .into())
 }
 
-/// Metres in a unit of the source: what it states, else what is guessed.
+/// Metres in a unit of the source: the stated unit, else the guessed one.
 pub(super) fn metres_of(source: &Scene) -> f64 {
     let stated = source.metadata.metres_per_unit;
     stated.unwrap_or_else(|| Figure::new(source).survey.unit.value.metres())

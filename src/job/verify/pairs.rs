@@ -53,7 +53,7 @@ impl Pairs {
     }
 
     /// The pairs that are bones, in a VRM animation of `source`. Its nodes have the names of the joints that they were
-    /// made of; one for a bone that the source lacks has the bone's own name, and is no joint of the source.
+    /// made of. A node for a bone that the source lacks has the bone's own name, and is no joint of the source.
     ///
     /// # Errors
     /// Where there is no pair.
@@ -96,8 +96,8 @@ impl Pairs {
         missing.map(|(joint, _)| joint.name.clone()).collect()
     }
 
-    /// Finds joints that are missing, called otherwise, or on another parent; in a file of this crate, which leaves
-    /// nothing out and adds nothing, also end sites that are missing, and joints that are too many.
+    /// Finds joints that are missing, renamed, or on another parent. A file of this crate drops nothing and adds
+    /// nothing. In it, missing end sites and additional joints are findings too.
     pub(super) fn find(
         &self,
         ours: &Skeleton,
@@ -144,7 +144,7 @@ impl Pairs {
         }
     }
 
-    /// Pairs whose names differ by more than what formats change.
+    /// Pairs whose names differ by more than the changes of formats.
     fn renamed(&self, ours: &Skeleton, theirs: &Skeleton) -> Vec<String> {
         let mut of_name: HashMap<String, usize> = HashMap::new();
         for joint in &ours.joints {
@@ -235,8 +235,8 @@ struct PairSearch<'a, 'b> {
     joints_below: [Vec<usize>; 2],
 }
 
-/// Pairs joints of equal keys. Of several with one key, a joint goes with one below the pair of the joint above it, so
-/// that the hand of the left arm is that of the left arm; those for which there is none follow in their order.
+/// Pairs joints of equal keys. Of several joints with one key, a joint is paired below the pair of its parent, so that
+/// the hand of the left arm stays with the left arm. The remaining joints follow in their order.
 fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String) -> Vec<(usize, usize)> {
     // Other programs do not mark end sites, so that whether a node is one tells nodes apart only if the file says so.
     let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
@@ -391,13 +391,14 @@ fn is_unnamed(joint: &Joint) -> bool {
     joint.name.trim().is_empty()
 }
 
-/// Whether a name is another only in what a name in some formats cannot have: separators, braces and `#`, for which `_`
-/// or the replacement character stands, and space around it. A joint without a name may have any.
+/// Whether two names differ only in characters that a name in some formats cannot have. These are separators, braces
+/// and `#`, replaced by `_` or the replacement character, and space around the name. A joint without a name may have
+/// any.
 fn is_kept(ours: &str, theirs: &str) -> bool {
     ours.trim().is_empty() || kept_of(ours) == kept_of(theirs)
 }
 
-/// What is left of a name in every format.
+/// The part of a name that every format keeps.
 pub(super) fn kept_of(name: &str) -> String {
     let is_replaced = |c: char| c.is_control() || "{}#\u{fffd}\u{2028}\u{2029}".contains(c);
     let stands_for = |c: char| if is_replaced(c) { '_' } else { c };

@@ -13,12 +13,12 @@ pub(super) struct Rates {
     pub(super) of_clips: Vec<f64>,
     /// Of frames that the file may have keys at beside those: the sides of a cut keep their ticks.
     others: Vec<f64>,
-    /// Whether the file has whole rates where those of the source are next to one.
+    /// Whether the file has whole rates if the rates of the source are near to whole ones.
     is_whole: bool,
 }
 
 impl Rates {
-    /// A file of this crate has whole rates where it states one instead of that of its fastest clip.
+    /// A file of this crate has whole rates if it states a whole rate instead of that of its fastest clip.
     pub(super) fn new(source: &Scene, steps: &[AppliedStep], output: &Output<'_>) -> Self {
         let mut of_clips: Vec<f64> = source.animations.iter().map(|clip| clip.ticks_per_second).collect();
         let mut others = Vec::new();
@@ -61,7 +61,7 @@ impl Rates {
         rates
     }
 
-    /// The lowest frame rate on whose frames those of all clips stand, where these have several whole ones.
+    /// The lowest frame rate that has the frames of all clips, if these have several whole rates.
     pub(super) fn common(&self) -> Option<f64> {
         /// Frames per second at most.
         const MOST: u64 = 6000;
@@ -87,7 +87,7 @@ impl Rates {
         (rates.len() > 1).then_some(common as f64)
     }
 
-    /// Those of the clips, each once, where they have several and none in common.
+    /// The rates of the clips, each once, if they have several and none in common.
     pub(super) fn several(&self) -> Vec<f64> {
         /// A file is read again for each.
         const MOST: usize = 16;

@@ -24,10 +24,10 @@ pub struct Verification {
     pub rms_error: f64,
     /// Where and when the largest distance is. Absent where nothing was compared.
     pub worst: Option<LargestDeviation>,
-    /// How far the rotation of a joint alone moves a point 3 cm from it, at most, in metres; with the distance of the
-    /// joint where it moves no other joint. In a skeleton smaller than a metre the point is nearer, in proportion.
-    /// Where the joints of the file may stand otherwise at rest, as in files of other programs, rotations count from
-    /// those of the first frame. Absent where nothing was compared.
+    /// The largest distance in metres by which the rotation of a joint alone moves a point 3 cm from it. If it moves no
+    /// other joint, the distance of the joint is added. In a skeleton smaller than a metre the point is nearer, in
+    /// proportion. Where the joints of the file may stand otherwise at rest, as in files of other programs, rotations
+    /// count from those of the first frame. Absent where nothing was compared.
     pub rotation_error: Option<f64>,
     /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above:
     /// those are about the frames that the file has.
@@ -182,9 +182,9 @@ impl fmt::Display for Finding {
 pub enum FindingKind {
     /// The motion of the file starts later or ends earlier than that of the source.
     MissingFrames,
-    /// The motion of the file goes on behind the end of that of the source.
+    /// The motion of the file continues after the end of the source's motion.
     ExtraFrames,
-    /// The file holds values between its keys, where those of the source go straight.
+    /// The file holds values between its keys, but the source is linear there.
     Stepped,
     /// The source has a clip that the file does not have.
     MissingClip,
@@ -192,7 +192,7 @@ pub enum FindingKind {
     ExtraClip,
     /// A clip has another name in the file, which this crate wrote.
     RenamedClip,
-    /// Lengths in the file are those of its source by a factor that is the ratio of no two units of length, or are in
+    /// The ratio of lengths in the file and in its source is not that of two units of length, or the lengths are in
     /// another unit than the file states.
     Unit,
     /// Another axis points up in the file than it states.

@@ -15,8 +15,8 @@ use super::change::Change;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
 
-/// How far a joint may be from where it was bound, as a fraction of the largest distance of two joints of the mesh, and
-/// its axes as a fraction of their length: what products of 32-bit matrices round.
+/// The largest distance of a joint from its bind position, as a fraction of the largest distance of two joints of the
+/// mesh. The error of its axes is a fraction of their length. Products of 32-bit matrices round by as much.
 const SAME_PLACE: f64 = 1e-3;
 
 /// The scene of a glTF file, whose format has this row, with its meshes. Its rest pose is that of the nodes or that in

@@ -16,8 +16,8 @@ const SAME_TICK: f64 = 1e-6;
 /// How near, in frames, a key of a file is to the frame that it stands for: its time is rounded.
 const NEAR_FRAME: f64 = 1e-2;
 
-/// How far a joint is moved at least, in metres, by a motion whose lack is said: the usual error of compressed files.
-/// What is less is seen in the distances.
+/// The least movement of a joint, in metres, by a motion whose absence is reported: the usual error of compressed
+/// files. What is less is seen in the distances.
 pub(super) const SMALLEST_MOTION: f64 = 1e-3;
 
 /// Moments between frames that are looked at, for each frame on average, at most.
@@ -42,7 +42,7 @@ pub(super) struct Timeline {
     pub(super) is_resampled: bool,
     /// The frames between which the source jumps, and another frame rate takes no value.
     cuts: Vec<(f64, f64)>,
-    /// Whether anything is known of what was done to times.
+    /// Whether the changes of times are known.
     is_recorded: bool,
 }
 
@@ -162,8 +162,8 @@ impl Timeline {
         (tick - self.first) / self.file_rate
     }
 
-    /// Moments halfway between keys of the file at which it can be looked at beside its frames: where one of two
-    /// neighbouring keys is at no frame, as the samples of a cubic curve are. Halfway, because a jump is at a key.
+    /// Moments halfway between keys of the file at which it can be compared beside its frames. One of the two
+    /// neighbouring keys is at no frame, as samples of a cubic curve are. Halfway, because a jump is at a key.
     pub(super) fn between(&self, theirs: &Skeleton) -> Vec<f64> {
         let near = NEAR_FRAME * self.frame;
         let is_frame = |tick: f64| {

@@ -39,7 +39,7 @@ pub struct RetargetedClip {
     pub robot_motion: Option<RobotMotion>,
     /// The face of the source, where that is a VRM animation with one.
     pub(crate) face: Vec<FaceTrack>,
-    /// How far its limbs point from those of the source, where the target is a robot.
+    /// The angles between its limbs and those of the source, if the target is a robot.
     pub(super) limb_angles: Option<Vec<LimbAngles>>,
 }
 

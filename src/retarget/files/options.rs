@@ -67,8 +67,8 @@ impl RetargetOptions {
         self
     }
 
-    /// Whether feet are held on the ground where those of the source stand; a foot of a character only where it would
-    /// slide more than that of the source. Default: `true`.
+    /// Whether feet are held on the ground while the source's feet are in contact. A foot of a character is held only
+    /// if it would slide more than the source's foot. Default: `true`.
     pub fn lock_feet(mut self, lock: bool) -> Self {
         self.lock_feet = lock;
         self
@@ -107,8 +107,8 @@ impl RetargetOptions {
         self
     }
 
-    /// What becomes of the motion over the ground of clips on a character or a skeleton: it stays in the hips, is taken
-    /// out, or moves with the heading to the uppermost node above the hips. Default: [`RootMotion::Keep`]. Feet are
+    /// What happens to the motion over the ground of clips on a character or a skeleton. It stays in the hips, is
+    /// removed, or moves with the heading to the topmost node above the hips. Default: [`RootMotion::Keep`]. Feet are
     /// locked and measured before.
     pub fn root(mut self, root: RootMotion) -> Self {
         self.root = root;

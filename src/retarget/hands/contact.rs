@@ -19,7 +19,7 @@ pub(super) const THICKNESS: f32 = 0.014;
 /// The shift in metres that is not seen.
 const UNSEEN: f32 = 2e-3;
 
-/// The times in seconds over which a contact comes and goes: half of it at first, and at most.
+/// Seconds over which the weight of a contact rises and falls: the first trial, and the largest.
 const EASE: [f64; 2] = [0.15, 0.6];
 
 /// The time in seconds on both sides of a frame over which shifts are averaged.
@@ -110,8 +110,8 @@ fn mean(values: impl ExactSizeIterator<Item = f32>) -> f32 {
 }
 
 impl Contact {
-    /// Finds how the palm is to be shifted in each frame. Returns how far the hand is at most from where it is beside
-    /// what it touches in the source.
+    /// Finds how the palm is to be shifted in each frame. Returns the largest distance of the hand from its place in
+    /// the source, relative to what it touches.
     fn find_shifts(&mut self, touch: &Touch, places: &Places, hands: &mut Hands<'_>) -> f32 {
         let Some(arm) = hands.arm(self.side) else { return 0.0 };
         let (mut farthest, corner) = (0.0_f32, 0.5 * places.least);
@@ -196,7 +196,7 @@ impl Contact {
         std::iter::once(self.side).chain(other)
     }
 
-    /// How the palm is to be shifted in a frame.
+    /// The shift of the palm in a frame.
     fn shift(&self, frame: usize) -> Vec3 {
         let index = (frame as isize - self.from).clamp(0, self.shifts.len() as isize - 1);
         self.shifts[index as usize]
@@ -264,7 +264,7 @@ impl Hands<'_> {
         [false, true].map(|kept| mean((contact.first..contact.last + 1).map(|frame| error(frame, kept))))
     }
 
-    /// What is said of a contact.
+    /// The report of a contact.
     pub(super) fn report(&mut self, contact: &Contact, places: &Places) -> HandContact {
         let arm = self.arm(contact.side).unwrap_or_default();
         let shape = places.target.iter().find(|shape| shape.part == contact.part);

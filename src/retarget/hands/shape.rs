@@ -1,8 +1,8 @@
 //! The surfaces of a body that hands touch.
 //!
 //! Each part is a capsule of elliptic sections in the frame of its bone in the T-pose: +X left, +Y up, +Z forward. So a
-//! place on the part of one body is a place on that of another: how far along the axis, in which direction as a
-//! multiple of the section, and how far above the surface.
+//! place on a part of one body corresponds to a place on the part of another. It has the distance along the axis, the
+//! direction as a multiple of the section, and the height above the surface.
 
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};

@@ -11,8 +11,8 @@ use super::shape::{LEG, Shape, Spot};
 use crate::hand_report::TouchedPart;
 use crate::measure::Moving;
 
-/// The largest speed in m/s beside what a hand touches, of a body whose leg is [`LEG`] long: slower than feet at rest
-/// may be, for skin and clothes give way.
+/// The largest speed in m/s relative to what a hand touches, of a body whose leg is [`LEG`] long. It is below the speed
+/// of feet at rest, because skin and clothes give way.
 const SPEED: f64 = 0.3;
 
 /// The largest distances in metres of a palm from the surface that it touches, of the same body. How thick the body of

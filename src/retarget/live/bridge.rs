@@ -126,8 +126,8 @@ enum Mover {
 }
 
 impl VmcBridge {
-    /// Onto a character, by its scene in metres with +Y up; what goes out is VMC. Messages that are about no bone, as
-    /// those of blend shapes, go on as they are.
+    /// Onto a character, by its scene in metres with +Y up; what goes out is VMC. Messages about no bone, such as blend
+    /// shapes, pass unchanged.
     ///
     /// # Errors
     /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()): where no humanoid is found in it.

@@ -81,7 +81,7 @@ impl VmcCleaner {
     }
 
     /// Takes a packet that arrived at a time, in seconds since any moment, and gives back those whose time has come.
-    /// What is no OSC is left out.
+    /// Packets that are no OSC are dropped.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Vec<u8>> {
         let mut given = Vec::new();
         for message in flat(packet).unwrap_or_default() {

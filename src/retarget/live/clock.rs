@@ -1,8 +1,8 @@
 //! The time of each frame of a recording, by two clocks.
 //!
 //! VMC defines `/VMC/Ext/T` as a relative time in seconds; senders write Unity's `Time.time` as a 32-bit float. The
-//! sender's clock is free of the jitter of the network, but it starts at 0 again with the sender, and a machine that
-//! slept or set its clock makes it jump. The receiver's clock bridges such a jump.
+//! sender's clock has no jitter of the network. But it starts at 0 again with the sender, and jumps if the machine
+//! slept or set its clock. The receiver's clock bridges such a jump.
 
 use mocap_scene::error::{Code, Diagnostic};
 

@@ -58,7 +58,7 @@ impl VmcPoses {
     }
 
     /// Takes a packet that arrived at a time, in seconds since any moment, and gives the poses of the frames that it
-    /// ends. What is no OSC is left out.
+    /// ends. Packets that are no OSC are dropped.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Pose> {
         if self.begun.is_none() {
             self.recorder.hear(packet, seconds);

@@ -1,10 +1,10 @@
 //! The messages of VMC, and Unity's axes.
 //!
 //! Unity is left-handed with +Y up; a figure there faces +Z and has its left hand at -X. A scene of this crate is
-//! right-handed with +Y up; a figure that faces +Z has its left hand at +X. So one is the other in the mirror
-//! S = diag(-1, 1, 1): a position p is S p = (-x, y, z), and a rotation R is S R S. That turns by the same angle the
-//! other way about the mirrored axis, since a mirror swaps left and right turns: the axis a becomes -S a = (x, -y, -z),
-//! and the quaternion (x, y, z, w) becomes (x, -y, -z, w). Both are their own inverses.
+//! right-handed with +Y up; a figure that faces +Z has its left hand at +X. So one is the other in the mirror S =
+//! diag(-1, 1, 1): a position p is S p = (-x, y, z), and a rotation R is S R S. A mirror swaps left and right turns, so
+//! that turns by the same angle the other way about the mirrored axis. The axis a becomes -S a = (x, -y, -z), and the
+//! quaternion (x, y, z, w) becomes (x, -y, -z, w). Both are their own inverses.
 
 use glam::{Mat4, Quat, Vec3};
 use rosc::{OscMessage, OscPacket, OscType, decoder};

@@ -1,7 +1,7 @@
 //! Whether a hand is inside the skin of its own body: head, trunk or legs.
 //!
-//! The generalised winding number of the faces that the arm does not move tells it: 1 inside a closed surface, 0
-//! outside, and between where the surface is open, as it is at the shoulder (Jacobson, Kavan, Sorkine-Hornung 2013).
+//! The test is the generalised winding number of the faces that the arm does not move (Jacobson, Kavan, Sorkine-Hornung
+//! 2013). It is 1 inside a closed surface, 0 outside, and between at an open surface, as at the shoulder.
 
 use std::f32::consts::PI;
 

@@ -1,4 +1,4 @@
-//! What an animal on four legs does, frame by frame: its trunk, its legs, and when its paws stand.
+//! The motion of an animal on four legs, frame by frame: its trunk, its legs, and the stance of its paws.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use mocap_figure::Figure;
@@ -115,7 +115,7 @@ impl AnimalTrack {
         track
     }
 
-    /// Turns the trunk by the tilt that it has where it stands: shoulders are lower than hips, or higher.
+    /// Turns the trunk by its tilt in stance: shoulders are lower than hips, or higher.
     fn level(&mut self) {
         let tilts = self.frames.iter().map(|frame| (frame.rotation * DVec3::X).z.asin());
         let mut tilts: Vec<f64> = tilts.collect();

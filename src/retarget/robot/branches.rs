@@ -1,11 +1,11 @@
-//! Branches of a limb's solution: the three hinges of a shoulder can point the arm in one direction by several sets of
-//! angles, and each frame begins at the angles of the frame before, even where these lead into a corner of the limits.
-//! So can those of a hip, where a leg is crossed or raised.
+//! Branches of a limb's solution. The three hinges of a shoulder can point the arm in one direction by several sets of
+//! angles. Each frame begins at the angles of the frame before, even if these lead into a corner of the limits. So can
+//! those of a hip, where a leg is crossed or raised.
 //!
 //! Where a limb is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
-//! beginnings are tried, forwards and backwards. Of these tracks the best is taken in each frame, with a cost for each
-//! change of joints, so that one becomes another where they agree: the shortest path by dynamic programming
-//! (R. Bellman, 1957).
+//! beginnings are tried, forwards and backwards. Each frame takes the best of these tracks, with a cost for each change
+//! of joints, so that the path changes tracks where they agree. It is the shortest path by dynamic programming (R.
+//! Bellman, 1957).
 
 use glam::DVec3;
 use mocap_scene::math::quaternion::rotation_vector;

@@ -49,8 +49,8 @@ impl Hull {
     }
 }
 
-/// The capsules of the links of one body: of what collides, else of what is seen, else of the boxes that have their
-/// inertia.
+/// The capsules of the links of one body: of the collision shapes, else of the visual shapes, else of the boxes that
+/// have their inertia.
 pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Capsule> {
     for collides in [true, false] {
         let mut capsules = Vec::new();

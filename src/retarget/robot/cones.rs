@@ -11,8 +11,8 @@ const FRICTION: f64 = 1.0;
 /// The edges of a cone, as a pyramid within it.
 const EDGES: usize = 4;
 
-/// How much the squares of the forces count, against the square of what they leave of the wanted force: so little that
-/// it only decides how contacts share a force.
+/// The weight of the squares of the forces against the square of the residual force. It is so small that it only
+/// decides how contacts share a force.
 const SHARED: f64 = 1e-6;
 
 /// Steps of Newton's method at most, which bound the time of a frame.
@@ -29,7 +29,7 @@ type Wrench = [f64; SIZE];
 #[derive(Clone, Debug, Default)]
 pub struct Cones {
     edges: Vec<(DVec3, Wrench)>,
-    /// What is left of the wanted force; that of the frame before is near.
+    /// The residual of the wanted force. The residual of the frame before is near it.
     left: Wrench,
 }
 
@@ -48,9 +48,9 @@ impl Cones {
 
     /// The forces of the contacts that come nearest to a wanted force and moment, and what they leave of both.
     ///
-    /// With edges a, this minimizes |wanted - sum x a|^2 + s |x|^2 over x >= 0. The dual has six unknowns: x is
-    /// max(0, a r) / s, and r, what is left, minimizes |r|^2 / 2 + sum max(0, a r)^2 / 2 s - wanted r, by Newton's
-    /// method with a search along the line.
+    /// With edges a, this minimizes |wanted - sum x a|^2 + s |x|^2 over x >= 0. The dual has six unknowns: x is max(0,
+    /// a r) / s. The residual r minimizes |r|^2 / 2 + sum max(0, a r)^2 / 2 s - wanted r, by Newton's method with a
+    /// line search.
     pub fn reach(&mut self, force: DVec3, moment: DVec3) -> (Vec<DVec3>, DVec3, DVec3) {
         let wanted = wrench(force, moment);
         for _ in 0..STEPS {

@@ -15,9 +15,9 @@ const AROUND: usize = 16;
 const RINGS: usize = 5;
 
 /// Adds a mesh for each link to a scene with the nodes of [`robot_scene`](crate::robot::robot_scene). Pictures draw
-/// them. A link has the triangles of its mesh files, where
-/// [`Importer::robot_meshes`](mocap_io::Importer::robot_meshes) has read them; else the capsules within its shapes, as
-/// for collisions, or where it has none the lines to the joints that it carries.
+/// them. A link has the triangles of its mesh files, if [`Importer::robot_meshes`](mocap_io::Importer::robot_meshes)
+/// has read them. Else it has the capsules within its shapes, as for collisions. Without shapes it has the lines to the
+/// joints that it carries.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -61,7 +61,7 @@ pub fn add_links(robot: &Robot, scene: &mut Scene) {
     }
 }
 
-/// The triangles of the mesh files of a link: of what is only seen, or else of what touches.
+/// The triangles of the mesh files of a link: of its visual shapes, or else of its collision shapes.
 fn files_of(robot: &Robot, link: usize) -> Option<Surface> {
     let surfaces = |collides: bool| {
         let shapes = robot.links[link]

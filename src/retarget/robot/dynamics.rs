@@ -32,7 +32,7 @@ pub struct Rates {
     pub joints: Vec<f64>,
 }
 
-/// How a body moves, and what acts on it.
+/// The motion of a body, and the forces on it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moving {
     angular: DVec3,
@@ -48,7 +48,7 @@ struct Moving {
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     masses: Vec<Mass>,
-    /// The inertia of what a joint's motor turns besides the links, by bodies.
+    /// The inertia of the parts that a joint's motor turns in addition to the links, by bodies.
     armatures: Vec<f64>,
     moving: Vec<Moving>,
 }

@@ -44,16 +44,16 @@ const LOWEST: f64 = 0.2;
 pub struct Feasibility {
     /// The mass of the robot, in kilograms.
     pub mass: f64,
-    /// The fraction of frames in which the base needs no force above 10 % of the weight, nor a moment above that of the
-    /// weight 5 cm away, beyond what soles on the floor give with a friction of 1.
+    /// The fraction of feasible frames. With a friction of 1, soles on the floor leave no force at the base above 10 %
+    /// of the weight. They leave no moment above that of the weight 5 cm away.
     pub fraction_feasible: f64,
     /// The force at the base beyond what the contacts give, as a fraction of the weight: in 95 % of frames it is less.
     pub residual_force: f64,
     /// The moment at the base beyond what the contacts give, as a lever of the weight in metres: in 95 % of frames it
     /// is less.
     pub residual_lever: f64,
-    /// Of the frames in which soles carry the robot, the fraction in which the centre of pressure would have to be more
-    /// than 1 cm outside the soles; absent where they never do.
+    /// The fraction of the frames in which soles carry the robot, whose centre of pressure would have to be more than 1
+    /// cm outside the soles. Absent if soles never carry the robot.
     pub fraction_pressure_outside: Option<f64>,
     /// The fraction of samples in which a joint needs more torque than the robot's file allows; absent where it states
     /// none.
@@ -73,7 +73,7 @@ struct Support<'a> {
     touching: Vec<(usize, DVec3)>,
 }
 
-/// What a frame takes beyond what the contacts give.
+/// The force and moment of a frame that the contacts do not provide.
 struct Residual {
     force: f64,
     lever: f64,
@@ -113,8 +113,8 @@ pub(super) fn feasibility(
     })
 }
 
-/// How far and where to the centre of pressure is outside the soles in each frame, in metres, 0 where the floor does
-/// not carry; and the mean height of the centre of mass. `None` as for [`feasibility`].
+/// The vector from the soles to the centre of pressure outside them in each frame, in metres: 0 if the floor does not
+/// carry. The last value is the mean height of the centre of mass. `None` as for [`feasibility`].
 pub(super) fn pressures(
     robot: &Robot,
     kinematics: &Kinematics,

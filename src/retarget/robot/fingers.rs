@@ -1,7 +1,7 @@
 //! Fingers of a robot: they are bent as far as those of the source, from open to a fist.
 //!
 //! Hands of robots have fewer joints than those of people, and other axes. So a joint below a hand that bends to one
-//! side, as its limits say, goes as far through its range as the finger of the source does through that of people.
+//! side, by its limits, goes through its range as the finger of the source goes through the range of people.
 
 use glam::Vec3;
 use mocap_figure::Humanoid;

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Floor {
-    /// Under the feet that stand: one that stands up to 6 cm too high is brought down with all of the robot, and a
-    /// robot that would be below the floor is raised.
+    /// Under the feet in stance. A foot that stands up to 6 cm too high is lowered with the whole robot, and a robot
+    /// that would be below the floor is raised.
     #[default]
     Auto,
     /// At height 0 of the source's file; a robot that would be below it is raised.
@@ -29,7 +29,7 @@ pub enum Floor {
     Keep,
 }
 
-/// A foot that stands higher than this above the floor stands on something else, in metres.
+/// The height in metres above the floor from which on a foot in stance stands on something else.
 const HIGHEST: f64 = 0.06;
 
 /// The standard deviation in seconds of the Gaussian that smooths how far a robot is brought down: below a step.
@@ -38,8 +38,8 @@ const BELL: f64 = 0.1;
 /// Standard deviations that the Gaussian reaches: beyond are 0.3 % of it.
 const REACH: f64 = 3.0;
 
-/// How far the robot is brought down in each frame: as far as the lower foot that stands is above the floor, between
-/// such frames smoothly from one to the next. `heights` are those of both soles.
+/// How far the robot is lowered in each frame: by the height of the lower foot in stance above the floor. Between such
+/// frames it passes smoothly from one to the next. `heights` are those of both soles.
 pub fn drops(heights: &[[f64; 2]], contacts: &[[bool; 2]], fps: f64) -> Vec<f64> {
     let standing = heights.iter().zip(contacts);
     let standing = standing.map(|(heights, stands)| standing_height(heights, *stands));
@@ -60,7 +60,7 @@ pub fn drops(heights: &[[f64; 2]], contacts: &[[bool; 2]], fps: f64) -> Vec<f64>
     smooth(&drops, BELL * fps)
 }
 
-/// How far the lower foot that stands is above the floor; `None` where none stands, or on something else.
+/// The height of the lower foot in stance above the floor; `None` if no foot stands, or if it stands on something else.
 pub(super) fn standing_height(heights: &[f64; 2], stands: [bool; 2]) -> Option<f64> {
     let heights = heights.iter().zip(stands).filter(|(_, stands)| *stands);
     let lower = heights.map(|(height, _)| *height).reduce(f64::min)?;

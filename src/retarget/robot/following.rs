@@ -1,4 +1,4 @@
-//! What the links of the robot follow: the bones of the twin, with feet that stay on the floor and where they stand.
+//! The goals of the links of the robot: the bones of the twin, with feet that keep their place on the floor.
 
 use glam::{DQuat, DVec2, DVec3, Quat};
 use mocap_scene::math::quaternion::rotation_vector;
@@ -19,8 +19,8 @@ const DIRECTION: f64 = 1.0;
 /// so that the base stays within micrometres.
 const FIXED: f64 = 1e7;
 
-/// The largest distance in metres by which an ankle is raised, before its foot is turned, to bring the foot above the
-/// floor: what soles of boxes and balls differ from the source's.
+/// The largest distance in metres by which an ankle is raised to bring the foot above the floor, before the foot is
+/// turned. Soles of boxes and balls differ from the source's by as much.
 const RAISED: f64 = 0.02;
 
 /// How many times the interval of the rotation of a foot is halved: 180 degrees become 0.04.
@@ -29,8 +29,8 @@ const HALVINGS: usize = 12;
 /// The cosine of the angle from upright above which hips lie: 60 degrees, between standing and lying.
 const LYING: f64 = 0.5;
 
-/// The difference in height in metres from which on a foot stands on another, lower ball of its sole: more than the
-/// solver leaves, so that the ball does not change from frame to frame.
+/// The least difference in height in metres by which a foot changes to another, lower ball of its sole. It is more than
+/// the solver leaves, so that the ball does not change from frame to frame.
 const LOWER: f64 = 0.002;
 
 /// The cosine of the angle between an axis of the figure and a joint of the ankle that drives it: 45 degrees.
@@ -64,7 +64,7 @@ struct ReachPoint {
 pub(super) struct FootState {
     /// How far the goal of the ankle is from where the twin has it.
     shift: DVec3,
-    /// The ball of the sole on which the foot stands, and where that stays, over the ground.
+    /// The ball of the sole on which the foot stands, and its fixed place over the ground.
     ball: Option<(usize, DVec2)>,
     /// How much higher the ball is than it should be.
     above: f64,
@@ -85,7 +85,7 @@ pub struct SolverGoals {
     rotations: Vec<Follower>,
     reaches: Vec<ReachPoint>,
     figure_to_world: DQuat,
-    /// Of a robot without legs, whose base stays: where that stands.
+    /// The place of the base of a robot without legs, which stays.
     pub(super) stand: Option<Placement>,
     /// Where its source faces, as a rotation about the up axis.
     pub(super) heading: DQuat,
@@ -162,7 +162,7 @@ impl SolverGoals {
         .with_fixed_base()
     }
 
-    /// With goals that keep the base of a robot without legs where it stands.
+    /// With goals that keep the base of a robot without legs in its place.
     fn with_fixed_base(mut self) -> Self {
         if self.stand.is_some()
             && let Some((turn, reach)) = self.hips_places()
@@ -320,7 +320,7 @@ impl SolverGoals {
             held.target = anchor.extend(height + stand.above + sole[*ball].radius);
             held.weight = DVec3::splat(self.settings.foot_place);
         }
-        // A foot that stands is turned as it should be; one in the air follows the leg.
+        // A foot in stance has its wanted rotation; a foot in the air follows the leg.
         let grip = f64::from(u8::from(is_held));
         stand.grip = grip + returned * (stand.grip - grip);
         (stand.twin, stand.height) = (twin, height);

@@ -147,8 +147,8 @@ impl RobotLegs {
         Some(found)
     }
 
-    /// Keeps a knee on one side of the straight leg: that on which the hip is farther from its limits, else the side
-    /// on which the knee is behind the leg. Returns the length of the straight leg.
+    /// Keeps a knee on one side of the straight leg. It is the side on which the hip is farther from its limits, else
+    /// the side on which the knee is behind the leg. Returns the length of the straight leg.
     fn bend(&self, kinematics: &Kinematics, zero: &RobotPose, index: usize, bounds: &mut Bounds) -> f64 {
         let leg = &self.legs[index];
         let [swing, knee] = leg.hinges();

@@ -19,8 +19,8 @@ pub enum LinkOrder {
     BreadthFirst,
 }
 
-/// The base and the links with a joint of their own, frame by frame: links that are fixed to others have no row, nor
-/// those between several joints of one body.
+/// The base and the links with a joint of their own, frame by frame. Links that are fixed to others have no row, nor
+/// have links between several joints of one body.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct LinkMotion {

@@ -123,7 +123,7 @@ impl Measured<'_> {
             .filter(|speed| speed.is_finite())
     }
 
-    /// The motion of the robot as one of the twin whose joints are where those of the robot are.
+    /// The motion of the robot as a motion of the twin, with its joints at the places of the robot's.
     pub(super) fn as_twin(&self) -> Animation {
         let nodes = &self.twin.scene.nodes;
         let frames = self.motion.frames();

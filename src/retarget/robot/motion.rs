@@ -22,7 +22,7 @@ pub struct RobotMotion {
     pub fps: f64,
     /// The base in the world, in metres, +Z up; the floor is at 0.
     pub root: Vec<Placement>,
-    /// The positions of the joints, in radians or metres: those of a frame stand together.
+    /// The positions of the joints, in radians or metres, frame by frame.
     pub dof_pos: Vec<f64>,
     /// The names of the joints, in the order of the robot's links.
     pub dof_names: Vec<String>,

@@ -14,8 +14,8 @@ use mocap_scene::scene::{Animation, NodeId, Scene, UpAxis};
 use super::motion::RobotMotion;
 use super::retargeter::feet_at_rest;
 
-/// Largest part of a rotation, as the vector of a unit quaternion, that is not about the axis of the joint: above the
-/// rounding of a scene, below what anybody sees.
+/// Largest part of a rotation, as the vector of a unit quaternion, that is not about the axis of the joint. It is above
+/// the rounding of a scene, and too small to be seen.
 const OFF_AXIS: f64 = 1e-3;
 
 /// Largest difference of the rest poses of one robot, in metres and as a part of a rotation: the rounding of a scene.
@@ -97,8 +97,8 @@ impl RobotMotion {
     }
 }
 
-/// The position of a joint whose link has this rotation to its parent, and has moved so far from its place at 0: of
-/// the angles that differ by full turns the one nearest to `before`. `None` where the joint cannot turn so.
+/// The position of a joint whose link has this rotation to its parent, and this displacement from its place at 0. Of
+/// the angles that differ by full turns it is the one nearest to `before`. `None` where the joint cannot turn so.
 fn position(joint: &RobotJoint, rotation: DQuat, moved: DVec3, before: f64) -> Option<f64> {
     if joint.kind == JointKind::Slide {
         return Some(moved.dot(joint.origin.rotation * joint.axis));

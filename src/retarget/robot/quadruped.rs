@@ -1,8 +1,8 @@
 //! The motion of an animal on four legs on a robot with four legs.
 //!
 //! The base follows the trunk, and each foot follows its paw, seen from the hip, in the proportion of the legs. A foot
-//! that stands keeps its place, and what that takes fades out in the air before and after. The solver of the first pass
-//! bends the legs within their limits; then joints that would be too fast begin earlier and end later.
+//! in stance keeps its place. The shift for that fades in the air before and after. The solver of the first pass bends
+//! the legs within their limits; then joints that would be too fast begin earlier and end later.
 
 use glam::{DQuat, DVec3};
 use mocap_figure::Figure;
@@ -163,7 +163,7 @@ impl QuadrupedRetargeter {
         motion
     }
 
-    /// How many times as long as those of the source heights and steps are.
+    /// The factor of heights and steps against the source.
     fn scales(&self, track: &AnimalTrack) -> (f64, f64) {
         let reach = 0.25 * self.legs.legs.iter().map(|leg| leg.reach).sum::<f64>();
         let by_legs = STANDING * reach / track.leg.max(f64::EPSILON);
@@ -236,7 +236,7 @@ impl QuadrupedRetargeter {
         }
     }
 
-    /// Holds feet that stand where they stand; the shift fades out in the air.
+    /// Holds feet in stance in their place; the shift fades out in the air.
     fn hold(&self, track: &AnimalTrack, fps: f64, wanted: &mut [Wanted]) {
         let floor = self.floor(track);
         let fade = (RETURN * fps).round().max(1.0);
@@ -361,7 +361,7 @@ impl QuadrupedRetargeter {
         heights
     }
 
-    /// The report of a motion whose steps are so many times as long as those of the source.
+    /// The report of a motion with this factor of its steps against the source.
     fn report(&self, track: &AnimalTrack, motion: &RobotMotion, steps: f64) -> RobotReport {
         let legs = &self.legs.legs;
         let mut errors = [(0.0, 0.0_f64, 0_usize); 4];

@@ -1,4 +1,4 @@
-//! How good a motion is on a robot, and what the robot can do of it.
+//! The quality of a motion on a robot, and whether the robot can perform it.
 
 pub use super::collision::LinkCollision;
 pub use super::feasibility::Feasibility;

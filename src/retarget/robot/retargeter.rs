@@ -70,7 +70,7 @@ pub struct RobotOptions {
     pub map: RobotMap,
     /// Whether joints keep within the velocities of the robot's file too. Default: `false`.
     pub velocity_limits: bool,
-    /// Whether feet are held on the ground where those of the source stand. Default: `true`.
+    /// Whether feet are held on the ground while the source's feet are in contact. Default: `true`.
     pub lock_feet: bool,
     /// How often a motion is solved. 1: frame by frame. 2: then all frames of a window together, so that joints move
     /// smoothly, within the velocities of the robot's file, and without jumps. Default: 2.
@@ -242,7 +242,7 @@ impl RobotRetargeter {
         )
     }
 
-    /// How far the limbs of the motion that was made last point from those of its source, frame by frame.
+    /// The angles between the limbs of the last motion and those of its source, frame by frame.
     pub(crate) fn limb_angles(&self, source: &Scene, animation: &Animation, motion: &RobotMotion) -> Vec<LimbAngles> {
         self.measured(motion).limb_angles(&self.retargeter, source, animation)
     }
@@ -257,7 +257,7 @@ impl RobotRetargeter {
         steps: &Steps,
     ) -> (RobotMotion, RobotReport) {
         match self.following.stand {
-            // What is left of its goals: micrometres.
+            // The remaining error of its goals: micrometres.
             Some(stand) => motion.root.fill(stand),
             None => {
                 let raised = self.raised(&motion);
@@ -312,7 +312,7 @@ impl RobotRetargeter {
     /// Solves the frames of each window together.
     fn second_pass(&mut self, goals: &mut [Goals], steps: &Steps, motion: &mut RobotMotion) {
         self.following.loosen(goals, &motion.contacts, motion.fps);
-        // A body whose knees or seat are thicker than those of the source rests higher.
+        // A body with thicker knees or a thicker seat than the source rests higher.
         if self.twin.has_legs && self.options.floor != Floor::Keep {
             let raised = self.measured(motion).raised_by_links(&self.collisions);
             for (frame, raised) in raised.into_iter().enumerate().filter(|(_, raised)| *raised > 0.0) {

@@ -93,8 +93,8 @@ pub struct RobotReport {
     /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, where the limb of the source turns
     /// by less than half of that.
     pub fraction_of_jumps: f64,
-    /// Of the frames in which a foot of the source stands, the fraction in which the sole is more than 5 cm above the
-    /// floor; 1 where none stands, and the soles never come nearer to the floor.
+    /// The fraction of the frames in which a foot of the source stands, with the sole more than 5 cm above the floor.
+    /// It is 1 if no foot stands and the soles never come nearer to the floor.
     pub fraction_floating: Option<f64>,
     /// The fraction of frames in which the hips of the source lie: the up axis of the file may be another.
     pub fraction_lying: f64,
@@ -117,7 +117,7 @@ pub struct RobotReport {
 /// How much farther limbs may be off after the second pass, in degrees in the mean: what it takes for smoothness.
 const FARTHER: f64 = 2.0;
 
-/// How much faster soles may slide after the second pass, in metres a second.
+/// The largest increase of the sliding speed of soles after the second pass, in metres a second.
 const FASTER: f64 = 0.05;
 
 impl RobotReport {
@@ -232,7 +232,7 @@ impl fmt::Display for RobotReport {
 /// What a robot does not do whose base stays, on wheels or fixed.
 const WITHOUT_LEGS: [&str; 3] = ["legs", "the path over the floor", "turns of the whole body"];
 
-/// What was measured of a motion besides its joints.
+/// The measures of a motion except those of its joints.
 pub(super) struct ObservedFrames {
     /// The bones of the robot against those of the source.
     pub(super) found: RetargetReport,
@@ -242,7 +242,7 @@ pub(super) struct ObservedFrames {
     pub(super) source_skate: Option<f64>,
     /// The height of the lowest sole in each frame.
     pub(super) lowest: Vec<f64>,
-    /// The heights of soles whose foot of the source stands.
+    /// The heights of soles while the foot of the source is in contact.
     pub(super) standing: Vec<f64>,
     /// How far the deepest link is below the floor in each frame.
     pub(super) depths: Vec<f64>,

@@ -43,8 +43,8 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// Puts the motion of one source on a robot while it comes: poses in, poses of the robot out, [`delay`](Self::delay)
 /// seconds later.
 ///
-/// As [`RobotRetargeter::clip`] does it, with a window of 0.5 s: joints keep their limits of position and velocity,
-/// feet that stand stay where they are, soles are above the floor, and a limb that is far off is followed from other
+/// It works as [`RobotRetargeter::clip`], with a window of 0.5 s. Joints keep their limits of position and velocity,
+/// feet in stance keep their place, and soles are above the floor. A limb that is far off is followed from other
 /// beginnings. [`report`](Self::report) is of the last 30 s. [`RobotStream`](super::RobotStream) gives each pose at
 /// once, without a look ahead.
 ///

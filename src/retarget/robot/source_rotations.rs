@@ -1,4 +1,4 @@
-//! How far joints of the source rotate, each by itself: what explains that joints of the robot turn.
+//! The rotations of the joints of the source, each by itself. They explain rotations of the robot's joints.
 //!
 //! The bones that the robot follows may stand for several joints of the source, whose rotations add up, and they have
 //! a roll that was made for the robot. So a jump is judged by the file itself.

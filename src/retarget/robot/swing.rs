@@ -24,7 +24,7 @@ pub(super) fn most_clearance(twin: &StandIn) -> f64 {
     f64::min(CLEARANCE * length.sum::<f64>(), MOST)
 }
 
-/// How high a sole is at least for each m/s of its speed over the floor, in seconds: a sole that lands or pushes off is
+/// The least height of a sole for each m/s of its speed over the floor, in seconds. A sole that lands or pushes off is
 /// slow, and carries the body. 1.2 cm at 0.3 m/s, from which on a sole scrapes.
 const BY_SPEED: f64 = 0.04;
 
@@ -42,8 +42,8 @@ pub(super) fn speeds(points: &[[Vec<DVec3>; 2]], fps: f64) -> Vec<[f64; 2]> {
     (0..points.len()).map(of_frame).collect()
 }
 
-/// How high the lowest point of each sole is at least in each frame: `most` in the middle of a swing, less where the
-/// sole is slow, and 0 where the foot stands. A foot that never stands has no swing.
+/// The least height of the lowest point of each sole in each frame. It is `most` in the middle of a swing, less for a
+/// slow sole, and 0 in stance. A foot that never stands has no swing.
 pub fn clearances(contacts: &[[bool; 2]], speeds: &[[f64; 2]], fps: f64, most: f64) -> Vec<[f64; 2]> {
     let mut found = vec![[0.0; 2]; contacts.len()];
     for side in 0..2 {

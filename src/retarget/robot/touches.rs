@@ -1,8 +1,8 @@
 //! Links that are pushed apart, from round to round of a window.
 //!
 //! A term pushes links apart that are in each other. In the next round they are apart, and without the term they would
-//! go back: half of the frames would end in each other. So a term stays as long as it pushes, and goes where it would
-//! pull.
+//! go back: half of the frames would end in each other. So a term stays as long as it pushes, and is removed if it
+//! would pull.
 
 use std::collections::BTreeSet;
 

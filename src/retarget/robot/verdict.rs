@@ -1,4 +1,4 @@
-//! The verdict on a motion: what is measured of it, with the bounds of good and fair, in one table.
+//! The verdict on a motion: its measures with the bounds of good and fair, in one table.
 
 use serde::{Deserialize, Serialize};
 

@@ -14,8 +14,8 @@ weights! {
     /// ```
     Weights in "robot" {
         twist = 0.01, "1/rad^2",
-            "Rotation of a limb about itself, and of a foot about an axis that no joint of the ankle drives. A \
-            hundredth of a direction: it only decides what directions leave open.";
+            "Roll of a limb, and rotation of a foot about an axis that no joint of the ankle drives. A hundredth of a \
+            direction, so that it decides only what directions leave undetermined.";
         hand = 0.2, "1/rad^2",
             "Rotation of a hand. Below a direction, so that a wrist with few joints does not bend the forearm.";
         head = 0.3, "1/rad^2",
@@ -24,13 +24,13 @@ weights! {
             "Rotation of a foot in the air about the axes that the ankle drives. Below a direction, so that the foot \
             follows the leg.";
         foot_heading = 0.3, "1",
-            "Fraction of `foot` about the up axis, about which the hip turns a foot, and not the ankle.";
+            "Fraction of `foot` about the up axis. The hip turns a foot about this axis, not the ankle.";
         standing = 12.0, "1",
-            "How many times `foot` is added in contact, so that a foot that stands is flat. `tools/robot/check` \
+            "Factor by which `foot` is added in contact, so that a foot in stance is flat. `tools/robot/check` \
             measures how far soles are from the floor.";
         foot_place = 10000.0, "1/m^2",
-            "Position of an ankle or of the sole on which a foot stands, and depth below the floor. A centimetre \
-            costs as much as a radian of a direction: feet shall not slide, which `tools/robot/check` measures.";
+            "Position of an ankle or of the sole of a foot in stance, and depth below the floor. A centimetre costs as \
+            much as a radian of a direction, so that feet do not slide; `tools/robot/check` measures it.";
         hips_place = 9.0, "1/m^2",
             "Position of the hips. It also weighs the velocity of the base (m/s) against the velocity of a joint \
             (rad/s). A third of a metre costs as much as a radian: legs keep their lengths, so the hips give way.";
@@ -44,8 +44,8 @@ weights! {
             "Time constant in which the weight of an ankle changes between air and ground: a fifth of the swing of a \
             walk, which takes 0.4 s.";
         held_distance = 0.1, "m",
-            "Largest distance by which a foot that stands is held away from its source: less than half a foot. \
-            Farther away, the source walks on.";
+            "Largest distance by which a foot in stance is held away from its source: less than half a foot. Farther \
+            away, the source walks on.";
         return_time = 0.12, "s",
             "Time constant in which a foot that leaves the ground returns to its source: a third of the swing of a \
             walk, which takes 0.4 s.";
@@ -53,11 +53,11 @@ weights! {
             "Change of a joint from the frame before in the first pass. A radian of it costs as much as 0.02 rad of a \
             direction: it only decides between solutions that are equally good.";
         branch_change = 1.0, "1/rad^2",
-            "Change of the joints of a limb from frame to frame at 30 frames per second, where the limb is followed \
+            "Change of the joints of a limb from frame to frame at 30 frames per second, when a limb is followed \
             again. A radian of it costs as much as a radian of a direction.";
         branch_place = 130.0, "1/m^2",
-            "Largest weight of a position where a limb is followed again: 3 cm cost as much as 20 degrees, from which \
-            on a limb is followed again.";
+            "Largest weight of a position when a limb is followed again. 3 cm cost as much as 20 degrees, the limits \
+            from which on a limb is followed again.";
         velocity = 4e-7, "s^2/rad^2",
             "Velocity of a joint in the second pass. 16 rad/s, faster than people move limbs, cost as much as 0.01 \
             rad of a direction.";
@@ -68,15 +68,15 @@ weights! {
             "Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot: its \
             jitter is a force that no floor gives. Its angular acceleration has ten times `acceleration`.";
         base_smoothing = 0.06, "s",
-            "Standard deviation of the Gaussian that takes the jitter from the accelerations of the base. Half of 3 \
+            "Standard deviation of the Gaussian that removes the jitter from the accelerations of the base. Half of 3 \
             Hz remains: people walk with two steps per second.";
         joint_smoothing = 0.04, "s",
             "Standard deviation of the Gaussian of joints. Half of 5 Hz remains: limbs are faster than the base.";
         step_limit = 100.0, "1/rad^2",
             "Part of the step of a joint that is faster than the robot's file allows. A tenth of a radian costs as \
-            much as a radian of a direction; what remains is cut off.";
+            much as a radian of a direction. The remaining part is cut off.";
         apart = 1000.0, "1/m^2",
-            "Depth of two links in each other. 3 cm cost as much as a radian of a direction; a tenth of `foot_place`, \
-            so that feet stay where they stand.";
+            "Penetration depth of two links. 3 cm cost as much as a radian of a direction. It is a tenth of \
+            `foot_place`, so that feet in stance keep their place.";
     }
 }

@@ -3,8 +3,8 @@
 //!
 //! Gauss-Newton over the terms of the first pass, with the changes of positions and of velocities from frame to frame.
 //! Only frames that are at most two apart have terms in common, and those by joint, so that the normal equations are a
-//! band, which Cholesky's decomposition solves. Limits of positions are a box, as in the first pass; steps that are
-//! longer than [`Steps`] allows are taken back, and held back by a term in the next round. A round solves the frames
+//! band, which Cholesky's decomposition solves. Limits of positions are a box, as in the first pass. Steps that are
+//! longer than [`Steps`] allows are shortened, and a term holds them back in the next round. A round solves the frames
 //! again that still moved in the round before, with those near them. Windows overlap: the frames before a window stay,
 //! those at its end are solved again in the next.
 

@@ -1,4 +1,4 @@
-//! The table of codes: what each means, where it comes from, and what to do.
+//! The table of codes: the meaning of each, its origin, and the remedy.
 
 use std::fmt;
 
@@ -127,7 +127,7 @@ codes! {
         "A count or a range that the file states differs from its data; the data were read."
         "Export the file again."
     UnknownUnit "unknown-unit"
-        "glTF is in metres, and the lengths of the scene are in another unit, or in an unknown unit; or markers are of no body by the unit that their file states."
+        "glTF is in metres, and the lengths of the scene are in another or an unknown unit; or markers fit no body in the unit that their file states."
         "Apply a `Conversion` before writing, or set `Metadata::metres_per_unit` to 1 where the lengths are metres."
     StatedOtherwise "stated-otherwise"
         "An option states another unit or another up axis of the input than the file does; the option was used."

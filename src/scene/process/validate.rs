@@ -58,7 +58,7 @@ rules! {
     11 BoneWeights "A bone's weights are in 0 to 1, and each belongs to a vertex of the mesh, once."
     12 WeightSum "In a mesh with bones the weights of each vertex sum to 1."
     13 AnimationTime "An animation's ticks per second are finite and above 0, its duration finite and not below 0."
-    14 ChannelNode "A channel drives a node: there are no more channels of a name than nodes of that name, and a node that a channel names by its index has its name and no other channel."
+    14 ChannelNode "A channel drives a node. There are no more channels of a name than nodes of that name. A node that a channel names by its index has the name of the channel, and no other channel."
     15 KeyTicks "A track has one tick a key, finite, strictly increasing, within the animation's duration."
     16 KeyValues "A track's values are finite."
     17 UnitRotations "A rotation key is of unit length."

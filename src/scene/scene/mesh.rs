@@ -225,7 +225,7 @@ impl Default for Surface {
     }
 }
 
-/// How a texture goes on beyond its edges.
+/// How a texture repeats beyond its edges.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

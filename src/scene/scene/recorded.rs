@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// What a laboratory recorded beside the motion. Steps and conversions do not change it: times are in seconds from the
-/// first frame of the file, lengths in metres, axes those of the scene as it was read, with +Y up.
+/// What a laboratory recorded beside the motion. Steps and conversions do not change it. Times are in seconds from the
+/// first frame of the file, lengths in metres. Axes are those of the scene as it was read, with +Y up.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -29,8 +29,8 @@ pub struct Recording {
     pub channels: Vec<AnalogChannel>,
     /// Force plates.
     pub plates: Vec<ForcePlate>,
-    /// What a model computed of the markers, such as joint angles: x, y and z of each frame of the file, one after the
-    /// other, in the axes and the unit of the file; NaN where they are not there.
+    /// Values that a model computed from the markers, such as joint angles: x, y and z of each frame of the file, one
+    /// after the other. They are in the axes and the unit of the file, and NaN if they are missing.
     #[serde(skip)]
     pub outputs: Vec<AnalogChannel>,
 }
@@ -72,15 +72,15 @@ pub struct AnalogChannel {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForcePlate {
-    /// The type of the C3D user guide: 1, force and centre of pressure; 2, force and moment; 3, eight sensors of
-    /// Kistler; 4, as 2 with a calibration matrix; 5, eight sensors of which a matrix makes force and moment; 6, three
-    /// forces at each of four corners, and 7, as 3, both with a matrix. Others are kept and not computed.
+    /// The type of the C3D user guide. 1: force and centre of pressure. 2: force and moment. 3: eight sensors of
+    /// Kistler. 4: as 2, with a calibration matrix. 5: eight sensors of which a matrix makes force and moment. 6: three
+    /// forces at each of four corners, with a matrix. 7: as 3, with a matrix. Others are kept and not computed.
     pub plate_type: u32,
     /// The corners in metres, in the quadrants +x +y, -x +y, -x -y and +x -y of the plate's own axes.
     #[cfg_attr(feature = "schema", schemars(with = "[[f32; 3]; 4]"))]
     pub corners: [Vec3; 4],
-    /// In metres: from the origin of the sensors to the middle of the surface, in the plate's axes; of types 3, 6 and 7
-    /// half the distances of the sensors along x and y, and the height of the sensors.
+    /// In metres. It is the vector from the origin of the sensors to the middle of the surface, in the plate's axes.
+    /// For types 3, 6 and 7 it has half the distances of the sensors along x and y, and the height of the sensors.
     #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub origin: DVec3,
     /// The indices of its channels in [`Recording::channels`].

@@ -75,7 +75,7 @@ static UNUSED: Mutex<Vec<TextMemory>> = Mutex::new(Vec::new());
 
 /// The last failure of a thread.
 struct LastFailure {
-    /// Why it failed. The text stays as it is until the next failure, for C evaluates arguments in any order: in
+    /// Why it failed. The text stays unchanged until the next failure, because C evaluates arguments in any order. In
     /// `printf("%s %d", mocap_error_text(), ...)` a call that succeeds may come between the text and its use.
     text: Option<TextMemory>,
     /// Whether it is that of the last call.

@@ -125,9 +125,9 @@ pub unsafe extern "C" fn mocap_controller_free(controller: *mut Controller) {
     });
 }
 
-/// Goes on by a frame, a sixtieth of a second, as a stick asks: with a velocity over the ground along x and z, in
-/// metres per second, looking along (`look_x`, `look_z`), or where it goes while both are 0. Velocity and direction
-/// change smoothly. Seen from behind a figure that looks along +Z, right is along -X.
+/// Advances by a frame, a sixtieth of a second, by the input of a stick. The input is a velocity over the ground along
+/// x and z, in metres per second, and a facing (`look_x`, `look_z`). While both are 0, the figure faces its velocity.
+/// Velocity and direction change smoothly. Seen from behind a figure that looks along +Z, right is along -X.
 ///
 /// Nothing is allocated. One thread at a time may use a figure.
 ///
@@ -150,8 +150,8 @@ pub unsafe extern "C" fn mocap_controller_steer(
     })
 }
 
-/// Goes on by a frame towards a trajectory of 12 floats: x and z in metres of where the figure is to be in 20, 40 and
-/// 60 frames, then x and z of where it is to look. Nothing is allocated.
+/// Advances by a frame towards a trajectory of 12 floats: x and z in metres of the figure's place in 20, 40 and 60
+/// frames, then x and z of its facing. Nothing is allocated.
 ///
 /// # Safety
 /// `controller` is a figure that no other thread uses, and `trajectory` points to 12 floats.
@@ -176,13 +176,13 @@ pub unsafe extern "C" fn mocap_controller_follow(controller: *mut Controller, tr
 }
 
 /// The pose of a figure: the matrices of all nodes to their parents go to `local`, and to the world to `world`; either
-/// may be NULL. `count` is how many matrices there is room for, at least `mocap_node_count` of its scene. Where the
-/// figure stands and looks goes to the 4 floats of `root`, if that is not NULL: x and z in metres, x and z of a
-/// direction of length 1. Nothing is allocated.
+/// may be NULL. `count` is how many matrices there is room for, at least `mocap_node_count` of its scene. Place and
+/// facing of the figure go to the 4 floats of `root`, if that is not NULL. They are x and z in metres, then x and z of
+/// a direction of length 1. Nothing is allocated.
 ///
 /// # Safety
-/// `controller` is a figure that no other thread uses; `local` and `world` are NULL or point to room for 16 x `count`
-/// floats, and `root` is NULL or points to room for 4.
+/// `controller` is a figure that no other thread uses. `local` and `world` are NULL or point to room for 16 x `count`
+/// floats. `root` is NULL or points to room for 4.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_controller_pose(
     controller: *const Controller,

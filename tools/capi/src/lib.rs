@@ -86,10 +86,10 @@ pub extern "C" fn mocap_version() -> *const c_char {
 
 /// Why the last call of this thread failed, in UTF-8; empty if it did not.
 ///
-/// The text is that of the thread, at most 4,095 bytes, and stays as it is until the thread's next call that fails; a
-/// call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a pointer that
-/// is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each thread sees its
-/// own failures alone.
+/// The text belongs to the thread, and has at most 4,095 bytes. It stays unchanged until the thread's next call that
+/// fails. A call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a
+/// pointer that is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each
+/// thread sees its own failures alone.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_error_text() -> *const c_char {
     border::last_failure()
@@ -404,8 +404,8 @@ unsafe fn fill(
             let message = format!("there is room for {count} matrices, and the scene has {needed} nodes");
             return Err(Failure::argument(&message));
         }
-        // SAFETY: there is room for `count` matrices, which is no less than `needed`; zero bits make floats, the
-        // caller's memory is written once to hold them, and a float array has the alignment of a float.
+        // SAFETY: there is room for `count` matrices, which is no less than `needed`. Zero bits make floats, and the
+        // caller's memory is written once to hold them. A float array has the alignment of a float.
         let matrices = unsafe {
             matrices.write_bytes(0, 16 * needed);
             slice::from_raw_parts_mut(matrices.cast::<Matrix>(), needed)

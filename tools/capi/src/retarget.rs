@@ -79,9 +79,8 @@ pub unsafe extern "C" fn mocap_retargeter_free(retargeter: *mut Retargeter) {
 /// Nothing is allocated. One thread at a time may use a retargeter.
 ///
 /// # Safety
-/// `retargeter` is a retargeter that no other thread uses, `source` points to 16 x `source_count` floats, and `local`
-/// and `world` are NULL or point to room for 16 x `count` floats, which do not overlap with each other or with
-/// `source`.
+/// `retargeter` is a retargeter that no other thread uses. `source` points to 16 x `source_count` floats. `local` and
+/// `world` are NULL or point to room for 16 x `count` floats. They do not overlap with each other or with `source`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_retarget_pose(
     retargeter: *mut Retargeter,

@@ -111,10 +111,10 @@ pub unsafe extern "C" fn mocap_robot_stream_joint_name(stream: *const RobotStrea
     })
 }
 
-/// Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes
-/// the frame whose time has come to `frame`, and whether there is one to `given`: MuJoCo's `qpos`, x, y and z of the
-/// base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres. `count`
-/// is how many numbers there is room for, at least 7 and one for each joint.
+/// Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes the
+/// frame whose time has come to `frame`, and whether there is one to `given`. The frame is MuJoCo's `qpos`: x, y and z
+/// of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres.
+/// `count` is how many numbers there is room for, at least 7 and one for each joint.
 ///
 /// One thread at a time may use a stream.
 ///

@@ -22,8 +22,8 @@ pub struct Table {
 ///
 /// - "angles": the joint angles of a humanoid in degrees, and the position of its pelvis in metres, with the names and
 ///   signs of `docs/biomechanics.md`;
-/// - "forces": of each force plate of a C3D file the force of the ground in newtons, the centre of pressure in metres
-///   and the free moment in newton metres, +Y up;
+/// - "forces": of each force plate of a C3D file, with +Y up: the ground force in newtons, the centre of pressure in
+///   metres, the free moment in newton metres;
 /// - "analog": the analog channels of a C3D file, in its units.
 ///
 /// Returns NULL where the scene has nothing of it; `mocap_error_text` says why. `mocap_table_free` frees it. It does

@@ -7,8 +7,8 @@ export interface InputCallOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   allRows?: boolean;
   /**
-   * The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or .pkl, or a
-   * file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   * The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H or SMPL-X, .npz or
+   * .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
    */
   body?: File;
   /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
@@ -17,7 +17,7 @@ export interface InputCallOptions {
   format?: Format;
   /**
    * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25,
-   * mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
+   * mhr70, mhr127, or a JSON file. Default: arrays with the joints of SMPL are solved.
    */
   joints?: string;
   /**
@@ -26,15 +26,15 @@ export interface InputCallOptions {
    */
   lengths?: Lengths;
   /**
-   * Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of that
-   * subject; or a JSON file, an object from labels to landmarks. Default: markers stay points.
+   * Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a JSON file, an object
+   * from labels to landmarks. Default: markers stay points.
    */
   markers?: string;
   /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
   retime?: number;
   /** How the root's OFFSET and its position channels combine. Default: `"auto"`. */
   rootOffset?: RootOffset;
-  /** A file of markers of somebody who stands, which may have more markers than the motion. */
+  /** A static trial: markers of a standing person, which may be more than those of the motion. */
   static?: File;
   /** Treat every warning as an error. */
   strict?: boolean;
@@ -61,7 +61,7 @@ export interface SourceFramesOptions {
    * `"keep"`.
    */
   root?: "keep" | "inPlace" | "extract";
-  /** Put the T-pose before the first frame, on the floor. */
+  /** Insert the T-pose before the first frame, on the floor. */
   tPoseFirst?: boolean;
 }
 
@@ -75,8 +75,8 @@ export interface SizeCallOptions {
    */
   maxError?: Length;
   /**
-   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
-   * joints and end sites alone.
+   * Distance of points around each joint, such as the skin, that keep the largest error too; 3cm is the default of ACL.
+   * Default: 0, joints and end sites alone.
    */
   shellDistance?: Length;
 }
@@ -99,11 +99,11 @@ export interface CharacterTargetOptions {
    */
   feet?: Feet;
   /**
-   * Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch, free leaves
-   * them where the directions of the arms put them. Default: `"keep"`.
+   * Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the source touch,
+   * free to the place that the directions of the arms give. Default: `"keep"`.
    */
   hands?: Hands;
-  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
   scale?: Scale;
 }
 
@@ -115,13 +115,13 @@ export interface RobotTargetOptions {
    */
   feet?: Feet;
   /**
-   * Where the floor is: auto, under the feet that stand, so that one that stands a little too high comes down; z=0, at height
-   * 0 of the motion's file; keep, where the motion has it in the mean, with no height changed. Default: `"auto"`.
+   * Where the floor is: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its mean height in
+   * the motion, with no height changed. auto also lowers a foot that stands a little too high. Default: `"auto"`.
    */
   floor?: Floor;
   /**
-   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so that joints
-   * move smoothly, within the velocities of the robot's file and without jumps. Default: 2.
+   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together. The second
+   * pass moves joints smoothly, within the velocities of the robot's file and without jumps. Default: 2.
    */
   passes?: 1 | 2;
 }
@@ -197,26 +197,25 @@ export interface CharacterTarget {
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
   file?: string;
   /**
-   * Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch, free leaves
-   * them where the directions of the arms put them. Default: `"keep"`.
+   * Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the source touch,
+   * free to the place that the directions of the arms give. Default: `"keep"`.
    */
   hands?: Hands;
   /**
-   * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
-   * does not name are searched for.
+   * Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target; those that it does
+   * not name are searched for.
    */
   map?: BoneMap | null;
   /**
    * Largest allowed angle in degrees; above it the job fails after it has written, with the exit code 1. It is the worst of
-   * all: between a limb of the motion and that of the character in any frame, and in the mean a roll of a limb, a line of the
-   * trunk, a palm.
+   * these angles: of a limb in any frame, and in the mean of a roll of a limb, a line of the trunk, a palm.
    */
   "max-angle"?: Angle | null;
   /** The names of the clips, in the order of the motions. Default: the names in the files. */
   "names-of-clips"?: string[];
-  /** Leave out the animations that the character has; by default they stay. */
+  /** Drop the animations of the character; by default they stay. */
   "replace-animations"?: boolean;
-  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
   scale?: Scale;
 }
 
@@ -347,7 +346,7 @@ export interface FbxOutputOptions {
   "fbx-rest"?: FbxRest | null;
   /** Version of the file. Default: `"7.5"`. */
   "fbx-version"?: FbxVersion;
-  /** The program whose conventions the file is to have: unit, axes, root, frame rate. */
+  /** The program whose conventions the file follows: unit, axes, root, frame rate. */
   target?: FbxTarget | null;
   /** Where the images of textures are. Default: `"embedded"`. */
   textures?: FbxTextures;
@@ -386,7 +385,7 @@ export type FbxTextures = "embedded" | "beside";
 export type FbxVersion = "7.4" | "7.5";
 
 /**
- * What happens to feet that stand.
+ * What happens to feet in contact.
  * `"lock"`: A foot is held still while the source foot is in ground contact.
  * `"free"`: Feet are not corrected.
  */
@@ -540,8 +539,8 @@ export interface GraphJob {
   /** How their moments are compared. */
   graph: GraphJobOptions;
   /**
-   * The file of the distances of all moments of two clips, or of one clip to itself: a picture, .png, in which what is
-   * lighter is more alike and red dots are transitions, or an array, .npy.
+   * The file of the distances of all moments of two clips, or of one clip to itself: a .png picture or a .npy array. In the
+   * picture lighter means more alike, and red dots are transitions.
    */
   matrix?: string | null;
   /** How the inputs are read. */
@@ -572,7 +571,7 @@ export interface GraphJobOptions {
    * Default: `"0.06m"`.
    */
   threshold?: Length;
-  /** Keep the transitions too that lead out of the largest strongly connected component, or into it from outside. */
+  /** Keep transitions into and out of the largest strongly connected component too. */
   whole?: boolean;
   /** The length of the window that is compared, and of a transition, in seconds. Default: `0.3333333333333333`. */
   window?: number;
@@ -598,8 +597,8 @@ export interface InputOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   "all-rows"?: boolean;
   /**
-   * The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X, .npz or .pkl, or a
-   * file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   * The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H or SMPL-X, .npz or
+   * .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
    */
   body?: string | null;
   /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
@@ -608,7 +607,7 @@ export interface InputOptions {
   from?: Format | null;
   /**
    * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25,
-   * mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
+   * mhr70, mhr127, or a JSON file. Default: arrays with the joints of SMPL are solved.
    */
   joints?: string | null;
   /**
@@ -617,8 +616,8 @@ export interface InputOptions {
    */
   lengths?: Lengths | null;
   /**
-   * Solve a skeleton from the markers of a file: auto, where their labels are those of a known set; auto:NAME, of that
-   * subject; or a JSON file, an object from labels to landmarks. Default: markers stay points.
+   * Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a JSON file, an object
+   * from labels to landmarks. Default: markers stay points.
    */
   markers?: string | null;
   /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
@@ -627,7 +626,7 @@ export interface InputOptions {
   "root-offset"?: RootOffset;
   /** The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the only one. */
   skeleton?: string | null;
-  /** A file of markers of somebody who stands, which may have more markers than the motion. */
+  /** A static trial: markers of a standing person, which may be more than those of the motion. */
   static?: string | null;
   /** Treat every warning as an error. */
   strict?: boolean;
@@ -787,7 +786,7 @@ export type OutUp = "y" | "z";
 /** What a job writes, and how. What a format does not take is refused. */
 export interface OutputOptions {
   /**
-   * Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in Blender a
+   * Turn the frames of joints at rest so that this axis points along the bone, and another is the bending axis: in Blender a
    * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
    */
   "bone-axis"?: OutBoneAxis | null;
@@ -804,8 +803,8 @@ export interface OutputOptions {
   /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
   mesh?: MeshStyle | null;
   /**
-   * Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or those of a JSON file: {"bones":
-   * {"hips": "NAME", ...}}, as `mocap skeleton --json` prints. Default: those of the input.
+   * Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or a JSON file. The file has {"bones":
+   * {"hips": "NAME", ...}}, as `mocap skeleton --json` prints. Default: the names in the input.
    */
   names?: JointNames | null;
   /**
@@ -813,7 +812,7 @@ export interface OutputOptions {
    * folder, which is there or ends in /. Default: `""`.
    */
   output?: string;
-  /** Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion. */
+  /** Write only the skeleton and its motion, without the meshes, materials and other contents of the input. */
   "skeleton-only"?: boolean;
   /** Fewer keys and bits. */
   smaller?: SizeOptions;
@@ -846,27 +845,27 @@ export interface RobotTarget {
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
   file?: string;
   /**
-   * Where the floor is: auto, under the feet that stand, so that one that stands a little too high comes down; z=0, at height
-   * 0 of the motion's file; keep, where the motion has it in the mean, with no height changed. Default: `"auto"`.
+   * Where the floor is: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its mean height in
+   * the motion, with no height changed. auto also lowers a foot that stands a little too high. Default: `"auto"`.
    */
   floor?: Floor;
   /**
-   * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
-   * does not name are searched for.
+   * Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target; those that it does
+   * not name are searched for.
    */
   map?: BoneMap | null;
   /** The names of the clips, in the order of the motions. Default: the names in the files. */
   "names-of-clips"?: string[];
   /**
-   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so that joints
-   * move smoothly, within the velocities of the robot's file and without jumps. Default: 2.
+   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together. The second
+   * pass moves joints smoothly, within the velocities of the robot's file and without jumps. Default: 2.
    */
   passes?: number | null;
-  /** Fail after writing, with the exit code 1, where the verdict of a motion is worse than this. */
+  /** Fail after writing, with the exit code 1, if the verdict of a motion is worse than this. */
   require?: RequiredVerdict | null;
-  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
   scale?: Scale;
-  /** With one pass: keep joints within the velocities too that the file of the robot allows. */
+  /** Keep joints within the velocities of the robot's file with one pass, too. */
   "velocity-limits"?: boolean;
 }
 
@@ -1028,8 +1027,8 @@ export interface SizeOptions {
    */
   "max-error"?: Length | null;
   /**
-   * Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL. Default: 0,
-   * joints and end sites alone.
+   * Distance of points around each joint, such as the skin, that keep the largest error too; 3cm is the default of ACL.
+   * Default: 0, joints and end sites alone.
    */
   "shell-distance"?: Length | null;
 }
@@ -1044,20 +1043,20 @@ export interface SkeletonTarget {
   /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
   file?: string;
   /**
-   * Hands that touch the body, each other or the floor: keep brings them to where the hands of the source touch, free leaves
-   * them where the directions of the arms put them. Default: `"keep"`.
+   * Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the source touch,
+   * free to the place that the directions of the arms give. Default: `"keep"`.
    */
   hands?: Hands;
   /**
-   * Take the bones of the target from this JSON file, of the shape that `mocap skeleton --json` prints for it; those that it
-   * does not name are searched for.
+   * Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target; those that it does
+   * not name are searched for.
    */
   map?: BoneMap | null;
   /** Largest allowed angle in degrees, as for a character. */
   "max-angle"?: Angle | null;
   /** The names of the clips, in the order of the motions. Default: the names in the files. */
   "names-of-clips"?: string[];
-  /** Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor. */
+  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
   scale?: Scale;
 }
 
@@ -1074,7 +1073,7 @@ export interface SourceFrames {
    * `"keep"`.
    */
   root?: RootMotion;
-  /** Put the T-pose before the first frame, on the floor. */
+  /** Insert the T-pose before the first frame, on the floor. */
   "t-pose-first"?: boolean;
   /** Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out. */
   trim?: TimeRange | null;
@@ -1130,11 +1129,11 @@ export interface SurveyJob {
 /** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
 export interface SurveyOptions {
   /**
-   * By what to select, where quality leaves out bad clips and near-duplicates first; or what to keep in one part of a split:
-   * person, skeleton, near-duplicate. Default: quality,diversity, and near-duplicate of a split.
+   * How to select: diversity, or quality,diversity, which first drops bad clips and near-duplicates. For a split, what to
+   * keep in one part: person, skeleton, near-duplicate. Default: quality,diversity, and near-duplicate of a split.
    */
   by?: SelectBy[];
-  /** Fail where a clip that is kept is so bad: the exit code is 1, and the problem of a report says so. */
+  /** Fail if a kept clip has this verdict or a worse one: the exit code is 1, and the problem of a report says so. */
   "fail-on"?: string | null;
   /** Write a page that shows the corpus: counts, the worst and usual clips as moving figures, twins, a map. */
   html?: string | null;
@@ -1152,7 +1151,7 @@ export interface SurveyOptions {
    * once for each kind.
    */
   threshold?: string[];
-  /** Keep the rows for which this holds, as "skate < 1 and not twin". */
+  /** Keep the rows for which this is true, such as "skate < 1 and not twin". */
   where?: string | null;
 }
 
@@ -1198,9 +1197,9 @@ export interface WalkJob {
 export interface WalkOptions {
   /** Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is. */
   path?: [number, number][] | null;
-  /** Walk for so long, where it was seldom. */
+  /** Walk for so many seconds, to moments that it has seldom visited. */
   seconds?: number | null;
-  /** The number that a walk of some seconds depends on: another gives another walk. Default: `1`. */
+  /** The seed of a walk of some seconds: another seed gives another walk. Default: `1`. */
   seed?: number;
   /** Walk through these clips in this order, by the cheapest transitions; CLIP@SECONDS is a moment of a clip. */
   through?: string[];
@@ -1285,7 +1284,7 @@ export interface FootLockStep {
   height?: number;
   /** The largest speed of a foot in contact, in metres per second. Default: 0.25. */
   speed?: number;
-  /** How many times as high or as fast a foot in contact must be to leave. Default: 1.6. */
+  /** The factor of height or speed at which a foot leaves a contact. Default: 1.6. */
   release?: number;
   /** The shortest contact, in seconds; shorter ones are dropped. Default: 0.08. */
   shortest?: number;
@@ -1294,8 +1293,8 @@ export interface FootLockStep {
   /** The height of the floor along the up axis, in metres. Default: where the feet rest. */
   floor?: number;
   /**
-   * The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives way, and keeps
-   * a part of its slide. Default: none, no foot slides.
+   * The largest change of any other joint, in metres. A foot that would move a knee or the hips farther keeps a part of its
+   * slide. Default: none, no foot slides.
    */
   "largest-change"?: number;
   /** The weights of the lock that differ from their defaults. Default: none. */
@@ -1303,17 +1302,17 @@ export interface FootLockStep {
 }
 
 /**
- * Mirrors a motion across the plane of the figure, as it looks on the average: what the left side does the right one does
- * then. A figure that walks forward still walks forward.
+ * Mirrors a motion across the mean plane of the figure: the right side moves as the left side did. A figure that walks
+ * forward still walks forward.
  */
 export interface MirrorStep {
   step: "mirror";
 }
 
 /**
- * Filters rotations and positions, of all joints or of some. Rotations are averaged in the tangent space of each, so that no
- * axis is preferred, and a joint may rotate as far as it likes. The first and the last frame stay, and everything outside a
- * range and its ease.
+ * Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each rotation: no
+ * axis is preferred, and a joint may rotate by any angle. The first and the last frame stay. Everything outside a range and
+ * its ease stays too.
  */
 export interface SmoothStep {
   step: "smooth";
@@ -1323,7 +1322,7 @@ export interface SmoothStep {
   "cut-off"?: number;
   /** The part of the body. Default: everything, unless joints are named. */
   part?: "upper" | "legs" | "arms" | "head";
-  /** Joints by their names or by those of bones, each without what is below it; with a part, they come to it. */
+  /** Joints by their names or the names of bones, without the joints below them. With `part`, they are added to the part. */
   joints?: string[];
   /** The part of the motion. Default: the whole. */
   range?: string;
@@ -1332,12 +1331,12 @@ export interface SmoothStep {
 }
 
 /**
- * Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the frames
- * before and after.
+ * Replaces spikes, which are rotations and positions that leave the motion for a few frames and come back. The frames before
+ * and after are interpolated.
  */
 export interface DespikeStep {
   step: "despike";
-  /** How many times farther off its neighbours than the frames around it a frame must be. Default: 8. */
+  /** The least distance of a spike from its neighbours, as a multiple of the distances in the frames around it. Default: 8. */
   threshold?: number;
   /** The smallest jump of a rotation, in degrees. Default: 3. */
   angle?: number;
@@ -1348,15 +1347,15 @@ export interface DespikeStep {
 }
 
 /**
- * Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them when markers
- * were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and after it. Of markers and
- * other points without a skeleton, the gaps are the frames in which each was not seen.
+ * Fills gaps: frames in which every joint exactly repeats the frame before, as programs write them for unseen markers. A
+ * cubic curve with the speeds before and after the gap continues the motion. For markers and other points without a skeleton,
+ * a gap is the frames in which a point was not seen.
  */
 export interface FillStep {
   step: "fill";
-  /** The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5. */
+  /** The longest gap to fill, in seconds. A longer hold may be intended. Default: 0.5. */
   longest?: number;
-  /** The shortest, in seconds. Default: 0, two equal frames. */
+  /** The shortest gap to fill, in seconds. Default: 0, two equal frames. */
   shortest?: number;
 }
 
@@ -1401,10 +1400,10 @@ export interface LoopStep {
 }
 
 /**
- * Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a motion that
- * is cut in two there comes back. Poses more than 45 degrees or 30 cm apart at the seam, and speeds more than 1 m/s, are a
- * warning of the scene, `PosesApart`. `within` lets the end of the first and the beginning of the second go where the two are
- * more alike nearby: by the distance of motion graphs, of windows of a third of a second.
+ * Appends a second motion, which has the same joints. The first frame of the second motion is the last of the first, so that
+ * a motion that was cut in two is restored. Poses more than 45 degrees or 30 cm apart at the seam, and speeds more than 1 m/s
+ * apart, are a warning of the scene, `PosesApart`. `within` searches nearby for the end and the beginning that are most
+ * alike. The measure is the distance of motion graphs, over windows of a third of a second.
  */
 export interface ConcatStep {
   step: "concat";
@@ -1412,23 +1411,22 @@ export interface ConcatStep {
   with?: number;
   /** Seconds in which the difference of the poses fades after the seam. Default: 0.3. */
   blend?: number;
-  /** Whether the second motion begins where the first one ends, and looks where it looks. Default: `true`. */
+  /** Whether the second motion begins at the place and in the heading in which the first ends. Default: `true`. */
   align?: boolean;
   /**
-   * Seconds of the end of the first and of the beginning of the second within which they are joined, where they are most
-   * alike. Default: 0, all of both stays.
+   * Seconds at the end of the first and at the beginning of the second motion in which the most alike frames are joined.
+   * Default: 0, all of both stays.
    */
   within?: number;
 }
 
 /**
- * Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are aligned in
- * time by dynamic time warping of their poses, so that a step meets a step, and the result is as long as its fraction of
- * both. Its steps over the ground are mixed as each figure sees them from where it looks, so two walks in different
- * directions are a walk in one between. Poses that are mixed and are more than 45 degrees or 30 cm apart, wherever the
- * figures stand, are a warning of the scene, `PosesApart`. `within` lets one of the two begin later, and one end earlier,
- * where the two are more alike: by the distance of motion graphs, of windows of a third of a second. The second motion then
- * begins where the first does, and looks where it looks.
+ * Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic time warping
+ * of the poses aligns both in time, so that a step meets a step. The result is as long as its fraction of both. Steps over
+ * the ground are mixed in the heading of each figure: two walks in different directions give a walk in a direction between.
+ * Mixed poses more than 45 degrees or 30 cm apart, wherever the figures stand, are a warning of the scene, `PosesApart`. With
+ * `within` one motion may begin later, and one end earlier, at the most alike frames. The measure is the distance of motion
+ * graphs, over windows of a third of a second. The second motion then begins at the place and in the heading of the first.
  */
 export interface BlendStep {
   step: "blend";
@@ -1437,15 +1435,15 @@ export interface BlendStep {
   /** The fraction of the second motion. Default: 0.5 all the time. */
   weight?: number | [number, number][];
   /**
-   * Seconds at the beginning and at the end of both within which they begin and end, where they are most alike. Default: 0,
-   * all of both is mixed.
+   * Seconds at the beginning and at the end of both motions in which the most alike frames are searched. Default: 0, all of
+   * both is mixed.
    */
   within?: number;
 }
 
 /**
- * Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which has the same
- * joints, at the same time. Where the second motion ends, its last pose stays.
+ * Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints, at the
+ * same time. After the end of the second motion, its last pose stays.
  */
 export interface LayerStep {
   step: "layer";
@@ -1458,24 +1456,24 @@ export interface LayerStep {
 /** Makes parts of a motion faster or slower, or bends its path over the ground. */
 export interface WarpStep {
   step: "warp";
-  /** Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. The start stays. */
+  /** Pairs of a time in the motion and its new time, in seconds, both increasing. The start stays. */
   moments?: [number, number][];
-  /** How many times as fast all of the motion is to be, above 0. */
+  /** The factor of the speed of the whole motion, above 0. */
   speed?: number;
-  /** The points over the ground at which the figure is to be, in metres, each with or without its time. */
+  /** Points over the ground through which the figure passes, in metres, each with or without its time. */
   path?: { seconds?: number | null; at: [number, number] }[];
-  /** Where the figure looks: along the path, or as it did. Default: along. */
+  /** The facing of the figure: along the path, or as before. Default: along. */
   facing?: "along" | "kept";
 }
 
-/** Keyframe animation: keeps the poses of chosen frames, and replaces the others by what lies between those. */
+/** Keyframe animation: keeps the poses of chosen frames, and interpolates the others. */
 export interface InBetweenStep {
   step: "in-between";
   /** The frames whose poses stay. The first and the last frame always do. */
   keys?: number[];
-  /** Every so many frames stay, besides those. Default: 0, no others. */
+  /** The distance in frames of further keys. Default: 0, no others. */
   every?: number;
-  /** How the others are computed. Default: squad, which keeps constant speeds and has no jumps of speed. */
+  /** The interpolation between keys. Default: squad, which keeps constant speeds and has no jumps of speed. */
   interpolation?: "slerp" | "squad";
 }
 
@@ -1493,14 +1491,14 @@ export interface ResampleStep {
   rate?: number;
 }
 
-/** Drops the first frame, which is a rest pose in some files; by default only where it is one. */
+/** Drops the first frame if it is a rest pose, as in some files. */
 export interface DropFirstFrameStep {
   step: "drop-first-frame";
-  /** Whether it is dropped also where it is no rest pose. Default: `false`. */
+  /** Whether to drop it also if it is no rest pose. Default: `false`. */
   always?: boolean;
 }
 
-/** Keeps the root above where it begins: its height and its rotation stay. */
+/** Keeps the root above its start point. Its height and its rotation stay. */
 export interface InPlaceStep {
   step: "in-place";
 }
@@ -1510,7 +1508,7 @@ export interface RootMotionStep {
   step: "root-motion";
 }
 
-/** Plays a motion backwards: its last frame is its first. Twice, it is what it was. */
+/** Plays a motion backwards: its last frame becomes its first. A second `reverse` restores it. */
 export interface ReverseStep {
   step: "reverse";
 }
@@ -1522,14 +1520,14 @@ export interface RestStep {
   pose?: "t-pose" | "a-pose";
 }
 
-/** Puts the T-pose before the first frame: on the floor, where the motion begins. */
+/** Inserts the T-pose before the first frame, on the floor at the start point. */
 export interface TPoseFirstStep {
   step: "t-pose-first";
 }
 
 /**
- * Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the axis about
- * which the joint bends. Nothing moves, neither at rest nor in motion.
+ * Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the bending axis.
+ * Nothing moves, neither at rest nor in motion.
  */
 export interface BoneAxisStep {
   step: "bone-axis";
@@ -1538,10 +1536,10 @@ export interface BoneAxisStep {
 }
 
 /**
- * Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within the part it
- * is there; before and after it goes there and back. Two bones are turned, by the law of cosines; the limb bends about the
- * axis about which it bends in the motion. A hand turns with its forearm, a foot keeps its rotation in the world. Everything
- * else stays.
+ * Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. It is there during
+ * the part. It moves there before the part, and back after it. Two bones turn by the law of cosines, about the axis about
+ * which the limb bends in the motion. A hand turns with its forearm, a foot keeps its rotation in the world. Everything else
+ * stays.
  */
 export interface ReachStep {
   step: "reach";
@@ -1549,7 +1547,7 @@ export interface ReachStep {
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
   /** The target. It must be given. */
   to: string | [number, number, number];
-  /** A point that goes along with the target, from its origin in metres along its axes. Default: its origin. */
+  /** The point to reach, from the origin of the target in metres along its axes. Default: the origin. */
   offset?: [number, number, number];
   /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
   start?: string;
@@ -1567,16 +1565,16 @@ export interface ReachStep {
 }
 
 /**
- * Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move and rotate,
- * or next to it where the limb is too short for that. It is held in a given part of the motion, or in every part in which it
- * is near and slow beside it. Two bones, or the joints of a chain, are turned as by `Reach`; everything else stays. Feet on
- * the floor are for `FootLock`, which lets them roll.
+ * Holds a hand or a foot at what it touches. It keeps its mean position in the frame of the target, which may move and
+ * rotate. If the limb is too short for that, it comes as near as it can. It is held in a given part of the motion, or in
+ * every part in which it is near the target and slow beside it. Two bones, or the joints of a chain, turn as in `reach`.
+ * Everything else stays. Use `foot-lock` for feet on the floor, because it lets them roll.
  */
 export interface PinStep {
   step: "pin";
   /** The limb. Default: the right hand. */
   limb?: "left-hand" | "right-hand" | "left-foot" | "right-foot";
-  /** What it touches. Default: the world, where it is. */
+  /** The target that it touches. Default: the world, at its place. */
   to?: string | [number, number, number];
   /** The first joint of a chain of any skeleton, instead of a limb. Default: none. */
   start?: string;
@@ -1596,10 +1594,10 @@ export interface PinStep {
 }
 
 /**
- * Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between the eyes, or
- * from the joint of the head, goes through it. The neck takes a fraction of the rotation, the head the rest. Beyond the
- * limit, an angle from where the trunk faces, the head stays behind smoothly; at what is behind its back the figure does not
- * look.
+ * Turns neck and head so that the figure looks at a target in a part of a motion. The line of sight goes through the target.
+ * It starts between the eyes, or at the joint of the head, and points forward. The neck takes a fraction of the rotation, the
+ * head the rest. Beyond the limit, an angle from the facing of the trunk, the head stays behind smoothly. The figure does not
+ * look at a target behind its back.
  */
 export interface LookAtStep {
   step: "look-at";
@@ -1618,17 +1616,16 @@ export interface LookAtStep {
 }
 
 /**
- * Puts a motion on the floor at height 0: takes out the slope of the floor and the drift of the body as `clean` does, and
- * then the height, however small. `docs/cleaning.md` says how they are found, and what counts as a hill, as stairs and as a
- * treadmill, which stay.
+ * Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as `clean` does, and
+ * then the height, however small. Hills, stairs and treadmills stay: `docs/cleaning-algorithm.md` says how they are found.
  */
 export interface GroundStep {
   step: "ground";
 }
 
 /**
- * Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it looks in a
- * direction there. Everything that the animation moves goes along.
+ * Turns a motion about the vertical through the figure's place in the first frame. It turns by an angle, or until the figure
+ * faces a direction in that frame. Everything that the animation moves turns too.
  */
 export interface TurnStep {
   step: "turn";

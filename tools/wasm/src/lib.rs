@@ -131,9 +131,9 @@ pub extern "C" fn mocap_clip_free(clip: u32) {
     with_state(|state| state.clips.free(clip));
 }
 
-/// Goes on by a frame with a figure, where the answer that made it says: with a velocity along x and z, in metres per
-/// second, looking along another vector, or where it goes if that is zero. 0 where there is no such figure. Nothing is
-/// allocated.
+/// Advances a figure by a frame. The pose goes to the address in the answer that made the figure. The input is a
+/// velocity along x and z, in metres per second, and a facing. If the facing is zero, the figure faces its velocity. 0
+/// where there is no such figure. Nothing is allocated.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_controller_steer(figure: u32, x: f32, z: f32, look_x: f32, look_z: f32) -> u32 {
     let (velocity, look) = (Vec2::new(x, z), Vec2::new(look_x, look_z));

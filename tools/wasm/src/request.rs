@@ -70,8 +70,8 @@ enum Request {
     },
     /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
     View { scene: u32, name: String },
-    /// The numbers of a motion on a robot: the joints with their limits, and as bytes of 64 bits the positions of the
-    /// base, its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
+    /// The numbers of a motion on a robot. It has the joints with their limits. As bytes of 64 bits it has the
+    /// positions of the base, its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
     RobotMotion { scene: u32 },
     /// A scene as a file: by the extension of a written format, or as csv, json or png.
     Write {

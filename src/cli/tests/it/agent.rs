@@ -234,8 +234,8 @@ fn searches_end_and_stay_in_the_folder() {
     }
 }
 
-/// A texture has the name that a character gives it, and a sidecar that of its motion: neither replaces what the
-/// session has not written, also where the session has written the file to which it belongs.
+/// A texture has the name that a character gives it, and a sidecar has the name of its motion. Neither replaces a file
+/// that the session has not written, even if the session has written the file to which it belongs.
 #[test]
 fn a_session_replaces_nothing_beside_its_outputs() {
     let root = Folder::of_real(&["cmu_short.bvh"]);

@@ -127,8 +127,8 @@ fn plates_give_the_forces_that_another_reader_finds() {
     assert!((recorded.events[0].time - 0.02).abs() < 1e-6);
 }
 
-/// Samples of two plates, less the mean of frames 1 to 10, which `FORCE_PLATFORM:ZERO` names: ezc3d's forces at sample
-/// 1244 are (-39.5116, 22.4299, 838.5556), and (-26.1762, 0.0525, 21.2040) in the mean of the first 40.
+/// Samples of two plates, less the mean of frames 1 to 10, which `FORCE_PLATFORM:ZERO` names. ezc3d's forces at sample
+/// 1244 are (-39.5116, 22.4299, 838.5556). In the mean of the first 40 they are (-26.1762, 0.0525, 21.2040).
 #[test]
 fn a_baseline_is_taken_out_of_real_plates() {
     let forces =

@@ -1,6 +1,6 @@
-//! What steers a terminal, such as the beginnings of escape sequences and marks of another direction of text, reaches
-//! neither words nor JSON, on a stream or in a file, wherever a file has it: in its name, in its joints, in what is
-//! wrong with it.
+//! Characters that control a terminal reach neither words nor JSON. They are the beginnings of escape sequences and
+//! marks of another direction of text, for example. The file may be a stream, and may have them in its name, in its
+//! joints, or in its fault.
 
 use std::process::Output;
 

@@ -14,8 +14,8 @@ use mocap::{Binding, Code, Importer, Pose, Scene, SkeletonMesh, Trs};
 /// As a share of the skeleton's height.
 const TOLERANCE: f64 = 1e-5;
 
-/// Five dialects: a plain file, one whose root adds to its OFFSET, one with six channels a joint that move, one whose
-/// joints turn in different orders, and one with NaN among the values.
+/// Five dialects: a plain file, a root that adds to its OFFSET, six moving channels on a joint, joints with different
+/// rotation orders, and NaN among the values.
 const DIALECTS: [(&str, Root); 5] = [
     ("cmu_12_01_walk", Root::Replace),
     ("additive_root_walk", Root::Add),
@@ -381,8 +381,8 @@ fn options_without_a_meaning_are_refused() {
     assert_eq!(Arrays::of(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
 }
 
-/// Blocks of frames against one frame after the other, for what the independent kinematics does not read: formats with
-/// groups and scales, frames between frames, and a number of frames that two threads share.
+/// Blocks of frames against one frame after the other. The independent kinematics does not read these cases: formats
+/// with groups and scales, frames between frames, and a number of frames that two threads share.
 #[test]
 fn blocks_of_frames_are_as_good_as_single_poses() {
     let files = [

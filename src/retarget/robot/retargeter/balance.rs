@@ -1,10 +1,10 @@
 //! Balance: the base goes to where the floor can carry the robot.
 //!
-//! A robot has its masses and its feet elsewhere than a person, so that over the feet of a person it would fall: the
+//! A robot has its masses and its feet elsewhere than a person. Over the feet of a person it would fall, because the
 //! centre of pressure would be outside the soles. For a mass at the height h it is at x - h/g x'' (the cart on a table
 //! of S. Kajita et al., "Biped walking pattern generation by using preview control of zero-moment point", ICRA 2003).
-//! It comes nearer by e where the mass is shifted by d, with d - h/g d'' = -e; the shift that is bounded at all times
-//! is e smoothed by exp(-|t|/T) / 2T, with T = sqrt(h/g).
+//! It comes nearer by e if the mass is shifted by d, with d - h/g d'' = -e. The shift that is bounded at all times is e
+//! smoothed by exp(-|t|/T) / 2T, with T = sqrt(h/g).
 
 use glam::DVec2;
 use mocap_scene::scene::{Animation, Scene};
@@ -26,10 +26,10 @@ const FEASIBLE: f64 = 0.97;
 /// The fraction of frames that a shift must gain: less is not worth what it costs.
 const GAIN: f64 = 0.01;
 
-/// The angle in degrees by which limbs may become worse: a tenth of what is seen.
+/// The angle in degrees by which limbs may become worse: a tenth of a visible angle.
 const FARTHER: f64 = 0.3;
 
-/// The speed in m/s by which feet that stand may become worse: below what a report counts.
+/// The speed in m/s by which feet in stance may become worse: below the resolution of a report.
 const FASTER: f64 = 0.002;
 
 /// How far outside a centre of pressure is believed, in metres.

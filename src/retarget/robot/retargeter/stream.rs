@@ -9,8 +9,8 @@ use super::super::kinematics::RobotPose;
 use super::super::solver::Bounds;
 use super::{FIRST_STEPS, RobotOptions, RobotRetargeter, STEPS, continued};
 
-/// Puts poses of a source on a robot, one after the other. A clip has what a stream lacks: feet that are held where
-/// they stand, and smoothness by what comes next. A stream keeps the limits of joints, and soles above the floor.
+/// Puts poses of a source on a robot, one after the other. A stream lacks two things of a clip: feet that are held in
+/// contact, and smoothness by coming frames. A stream keeps the limits of joints, and soles above the floor.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -20,8 +20,8 @@ fn turns() -> [Quat; 3] {
     ]
 }
 
-/// The bytes of a `.glb` or `.vrm` with a node above its skeleton that is turned, and the skeleton turned back where
-/// the world is to stay: then the skin, whose inverse bind matrices stay, is where it was.
+/// The bytes of a `.glb` or `.vrm` with a turned node above its skeleton. If the world is to stay, the skeleton is
+/// turned back. Then the skin, whose inverse bind matrices stay, is where it was.
 fn with_armature(bytes: &[u8], turn: Quat, world_stays: bool) -> Vec<u8> {
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let mut file: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();

@@ -248,8 +248,8 @@ fn trot(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The dog of another size and facing moves as the dog: every joint is where that of the source is, turned and made
-/// larger, but for the height of the ground.
+/// The dog of another size and facing moves as the dog. Every joint is at the place of the source's joint, turned and
+/// scaled, but for the height of the ground.
 #[test]
 fn a_creature_moves_as_another_of_its_kind() {
     for (size, heading) in [(1.0, 0.0), (1.7, FRAC_PI_2), (0.4, -FRAC_PI_2)] {

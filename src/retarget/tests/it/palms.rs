@@ -37,8 +37,8 @@ const JAPANESE: Names = Names {
     ],
 };
 
-/// Where the back of a hand looks, in right, up and back of the hips, by the line along the hand and that from the
-/// little finger to the index finger.
+/// The direction of the back of a hand, in right, up and back of the hips. Two lines determine it: along the hand, and
+/// from the little finger to the index finger.
 fn back_of_hand(scene: &Scene, pose: &Pose, names: &Names, side: usize) -> Vec3 {
     let at = |name: &str| {
         let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
@@ -101,7 +101,7 @@ fn palms_are_as_far_off_as_the_report_says() {
     }
 }
 
-/// Joints of a finger that are numbered from 1 to 4 begin at the knuckle, in a long hand and in a short one: 1, 2 and 3
+/// Joints of a finger that are numbered from 1 to 4 begin at the knuckle, in a long hand and in a short one. 1, 2 and 3
 /// are its bones, and 4 is the tip. So Mixamo names them.
 #[test]
 fn numbered_joints_of_fingers_begin_at_the_knuckle_in_hands_of_every_length() {

@@ -134,8 +134,8 @@ fn a_motion_of_the_same_robot_stays() {
     assert!(report.mean_degrees < 1.0, "{}", report.mean_degrees);
 }
 
-/// The path of the base is that of the hips and shoulders of the dog, as many times as long as the report says, and
-/// each foot is before its hip when the paw is before the hip of the dog.
+/// The path of the base is that of the hips and shoulders of the dog, scaled by the factor in the report. Each foot is
+/// before its hip when the paw is before the hip of the dog.
 #[test]
 fn base_and_feet_go_where_trunk_and_paws_go() {
     let robot = robot(BOTH, 30.0);

@@ -63,8 +63,8 @@ fn bound_at(scene: &Scene, tick: f64) -> Scene {
     made
 }
 
-/// In the middle of a walk the arms may be as in an I-pose, and limbs are rolled as they happen to be: left and right
-/// do not mirror each other, and the hinges of the motion count.
+/// In the middle of a walk the arms may be as in an I-pose, and limbs have any roll. Left and right do not mirror each
+/// other, so the hinges of the motion count.
 #[test]
 fn a_moment_of_a_motion_is_no_pose_to_believe() {
     let target = character("human_game_engine");

@@ -60,8 +60,8 @@ fn the_base_goes_to_where_the_floor_carries_the_robot() {
     );
 }
 
-/// The source's floor is where its feet stand in the mean; 10 cm above that in the file, the robot is 10 cm higher by
-/// the file's height 0, times the scale of the legs.
+/// The source's floor is the mean height at which its feet stand. If that is 10 cm above the file's height 0, the robot
+/// is 10 cm higher by that height, times the scale of the legs.
 #[test]
 fn the_floor_is_where_the_options_have_it() {
     let robot = Importer::new()

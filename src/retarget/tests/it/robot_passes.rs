@@ -73,8 +73,8 @@ fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
     }
 }
 
-/// The fraction of frames after which a joint moves by more than 0.5 rad, while no joint of the arms or legs of the
-/// file, or of its trunk, turns by half of that: the rule of `tools/robot/measure.py`, at 30 frames a second.
+/// The fraction of frames with a jump, by the rule of `tools/robot/measure.py` at 30 frames a second. A joint moves by
+/// more than 0.5 rad, while no joint of the file's arms, legs or trunk turns by half of that.
 fn jumps_by_the_file(source: &mocap::Scene, motion: &RobotMotion) -> f64 {
     let turned = |names: &[&str], frame: usize| -> f64 {
         let channels = source.animations[0].channels.iter();

@@ -120,8 +120,8 @@ impl AppliedStep {
     }
 }
 
-/// A step of `edit` as files record it: a JSON object with the name of the step in `step` and its options beside it; in
-/// files of earlier versions a text.
+/// A step of `edit` as files record it. It is a JSON object with the name of the step in `step` and its options beside
+/// it, or a text in files of earlier versions.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -96,7 +96,7 @@ class Graph:
         and degrees. One of ``seconds``, ``path`` and ``through`` says where it goes.
 
         Args:
-            seconds: Walk for so long, where it was seldom.
+            seconds: Walk for so many seconds, to moments that it has seldom visited.
             path: Walk along these points over the ground in metres: x and z where +Y is up, x and y where +Z is.
             through: Walk through these clips in this order; ``"turn@1.5"`` is a moment of one.
             seed: Another gives another walk of ``seconds``.
@@ -139,7 +139,7 @@ def graph(
         rate: Frames per second at which clips are compared.
         window: The length of a moment, and of a transition, in seconds.
         threshold: The largest distance at which a figure may pass, in metres.
-        whole: Keep the transitions too that lead out of the largest strongly connected component.
+        whole: Keep transitions out of the largest strongly connected component too.
         on: The file of a body on which all clips are put first.
         unit: Unit of length of the clips, by name or as metres in one; what they say, else a guess, if ``None``.
         up: The axis of the clips that points up; a guess if ``None``.

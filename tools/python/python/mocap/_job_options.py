@@ -39,21 +39,20 @@ class ReadOptions:
 
     Attributes:
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
-        body: The body on which arrays of rotations are put, as those of AMASS: a model of SMPL, SMPL-H or SMPL-X,
-            .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+        body: The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H
+            or SMPL-X, .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
-            mediapipe33, openpose25, mhr70, mhr127, or a JSON file. Default: an array with the joints of SMPL is solved.
+            mediapipe33, openpose25, mhr70, mhr127, or a JSON file. Default: arrays with the joints of SMPL are solved.
         lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
             that joints are where their positions are.
             ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
                 points.
             ``"moving"``: Those of each frame: joints are where their points are, and bones change their lengths.
-        markers: Solve a skeleton from the markers of a file: auto, where their labels are those of a known set;
-            auto:NAME, of that subject; or a JSON file, an object from labels to landmarks. Default: markers stay
-            points.
+        markers: Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a
+            JSON file, an object from labels to landmarks. Default: markers stay points.
         retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
         root_offset: How the root's OFFSET and its position channels combine.
             ``"auto"``: Add if the root's position is near zero, in the first frame or in the median of all, while
@@ -62,7 +61,7 @@ class ReadOptions:
             ``"add"``: The position channels are added to the OFFSET.
         skeleton: The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the
             only one.
-        static: A file of markers of somebody who stands, which may have more markers than the motion.
+        static: A static trial: markers of a standing person, which may be more than those of the motion.
         strict: Treat every warning as an error.
         hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
     """
@@ -109,8 +108,8 @@ class WriteOptions:
     """How to write a file.
 
     Attributes:
-        bone_axis: Turn the frames of joints at rest so that this axis points along the bone, and joints bend about
-            another: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
+        bone_axis: Turn the frames of joints at rest so that this axis points along the bone, and another is the
+            bending axis: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
             ``"y"``: +Y, as Blender draws bones; joints bend about +X.
             ``"x"``: +X, as in Unreal; joints bend about +Z.
             ``"none"``: Frames are those of the input.
@@ -131,7 +130,7 @@ class WriteOptions:
         fbx_version: Version of the file.
             ``"7.4"``: 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
             ``"7.5"``: 7.5, of FBX 2016 and newer.
-        fbx_target: The program whose conventions the file is to have: unit, axes, root, frame rate.
+        fbx_target: The program whose conventions the file follows: unit, axes, root, frame rate.
             ``"blender"``: Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is
                 named.
             ``"unreal"``: Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
@@ -148,10 +147,11 @@ class WriteOptions:
             ``"segmented"``: One mesh per node.
             ``"skinned"``: One mesh with bones.
             ``"none"``: No mesh.
-        names: Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or those of a JSON
-            file: {"bones": {"hips": "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: those of the input.
-        skeleton_only: Leave out the meshes, the materials and all else that the input has beside its skeleton and
-            its motion.
+        names: Names of joints in the output: vrm, mixamo, unreal, cmu, godot, unity, mhr, soma, or a JSON file. The
+            file has {"bones": {"hips": "NAME", ...}}, as ``mocap skeleton --json`` prints. Default: the names in the
+            input.
+        skeleton_only: Write only the skeleton and its motion, without the meshes, materials and other contents of
+            the input.
         compress: How to store the keys. Default with a largest error: int16, otherwise none.
             ``"none"``: 32-bit floats, which every client reads.
             ``"int16"``: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp
@@ -162,8 +162,8 @@ class WriteOptions:
                 file then requires. Needs the feature ``meshopt``.
         max_error: Largest distance of any joint or end site from its position, at any frame, in metres. Keys and
             bits are removed within it; fails where it cannot be kept. Default with a compression: 1mm.
-        shell_distance: Points at this distance from each joint keep the largest error too, as the skin; 3cm is the
-            default of ACL. Default: 0, joints and end sites alone.
+        shell_distance: Distance of points around each joint, such as the skin, that keep the largest error too; 3cm
+            is the default of ACL. Default: 0, joints and end sites alone.
         out_unit: Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the
             input's; glTF is in metres.
         out_up: Up axis of the output. Default: the input's; glTF has +Y up.

@@ -87,10 +87,10 @@ class Database:
             last: The last second.
             pose: Whether the pose at ``first`` is looked for, and not a part.
             animation: The number of the animation, from 0.
-            count: How many are found at most.
-            per_clip: How many parts of one take are found at most: a clip and its near-duplicates are one take. None is any
+            count: Largest number of results.
+            per_clip: Largest number of results from one take: a clip and its near-duplicates are one take. None is any
                 number.
-            mirror: Whether what is like the mirror image is found too.
+            mirror: Whether results may match the mirror image.
             where: Look at the clips for which this holds, as ``"walking > 0.5"``.
 
         Raises:
@@ -125,7 +125,7 @@ def index(
 
     Args:
         paths: The files.
-        mirror: Whether each motion is there with left and right exchanged too.
+        mirror: Whether the database has the mirror image of each motion too.
         pack: Whether the motions themselves are within, as packed clips.
         read_options: How to read.
 

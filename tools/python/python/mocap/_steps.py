@@ -60,12 +60,12 @@ def foot_lock(
         blend: Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
         height: The largest height of a foot in contact above the level of rest, in metres. Default: 0.05.
         speed: The largest speed of a foot in contact, in metres per second. Default: 0.25.
-        release: How many times as high or as fast a foot in contact must be to leave. Default: 1.6.
+        release: The factor of height or speed at which a foot leaves a contact. Default: 1.6.
         shortest: The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
         gap: The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
         floor: The height of the floor along the up axis, in metres. Default: where the feet rest.
-        largest_change: The largest change of any other joint, in metres: a foot that would take a knee or the hips
-            farther gives way, and keeps a part of its slide. Default: ``None``, no foot slides.
+        largest_change: The largest change of any other joint, in metres. A foot that would move a knee or the hips
+            farther keeps a part of its slide. Default: ``None``, no foot slides.
         weights: The weights of the lock that differ from their defaults. Default: ``None``.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
     """
@@ -86,8 +86,8 @@ def foot_lock(
 
 @step_function
 def mirror(*, bones: Bones | None = None) -> Step:
-    """Mirrors a motion across the plane of the figure, as it looks on the average: what the left side does the right
-    one does then. A figure that walks forward still walks forward.
+    """Mirrors a motion across the mean plane of the figure: the right side moves as the left side did. A figure that
+    walks forward still walks forward.
 
     Args:
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -106,16 +106,16 @@ def smooth(
     ease: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Filters rotations and positions, of all joints or of some. Rotations are averaged in the tangent space of each,
-    so that no axis is preferred, and a joint may rotate as far as it likes. The first and the last frame stay, and
-    everything outside a range and its ease.
+    """Filters rotations and positions of all joints or of some. Rotations are averaged in the tangent space of each
+    rotation: no axis is preferred, and a joint may rotate by any angle. The first and the last frame stay.
+    Everything outside a range and its ease stays too.
 
     Args:
         filter: The filter. Default: Butterworth.
         cut_off: The cut-off in Hz. Default: 6, which keeps a walk.
         part: The part of the body. Default: everything, unless joints are named.
-        joints: Joints by their names or by those of bones, each without what is below it; with a part, they come to
-            it.
+        joints: Joints by their names or the names of bones, without the joints below them. With ``part``, they are
+            added to the part.
         range: The part of the motion. Default: the whole.
         ease: Seconds before and after the range in which the filter comes and goes. Default: 0.2.
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -140,11 +140,12 @@ def despike(
     distance: float | None = None,
     longest: int | None = None,
 ) -> Step:
-    """Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
-    frames before and after.
+    """Replaces spikes, which are rotations and positions that leave the motion for a few frames and come back. The
+    frames before and after are interpolated.
 
     Args:
-        threshold: How many times farther off its neighbours than the frames around it a frame must be. Default: 8.
+        threshold: The least distance of a spike from its neighbours, as a multiple of the distances in the frames
+            around it. Default: 8.
         angle: The smallest jump of a rotation, in degrees. Default: 3.
         distance: The smallest jump of a position, as a fraction of the distance between the ends of the skeleton.
             Default: 0.02.
@@ -155,13 +156,13 @@ def despike(
 
 @step_function
 def fill(*, longest: float | None = None, shortest: float | None = None) -> Step:
-    """Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them
-    when markers were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and
-    after it. Of markers and other points without a skeleton, the gaps are the frames in which each was not seen.
+    """Fills gaps: frames in which every joint exactly repeats the frame before, as programs write them for unseen
+    markers. A cubic curve with the speeds before and after the gap continues the motion. For markers and other
+    points without a skeleton, a gap is the frames in which a point was not seen.
 
     Args:
-        longest: The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5.
-        shortest: The shortest, in seconds. Default: 0, two equal frames.
+        longest: The longest gap to fill, in seconds. A longer hold may be intended. Default: 0.5.
+        shortest: The shortest gap to fill, in seconds. Default: 0, two equal frames.
     """
     return step_of("fill", longest=longest, shortest=shortest)
 
@@ -245,19 +246,19 @@ def concat(
     align: bool | None = None,
     within: float | None = None,
 ) -> Step:
-    """Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
-    motion that is cut in two there comes back. Poses more than 45 degrees or 30 cm apart at the seam, and speeds
-    more than 1 m/s, are a warning of the scene, ``PosesApart``. ``within`` lets the end of the first and the
-    beginning of the second go where the two are more alike nearby: by the distance of motion graphs, of windows of
-    a third of a second.
+    """Appends a second motion, which has the same joints. The first frame of the second motion is the last of the
+    first, so that a motion that was cut in two is restored. Poses more than 45 degrees or 30 cm apart at the seam,
+    and speeds more than 1 m/s apart, are a warning of the scene, ``PosesApart``. ``within`` searches nearby for the
+    end and the beginning that are most alike. The measure is the distance of motion graphs, over windows of a third
+    of a second.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
         blend: Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-        align: Whether the second motion begins where the first one ends, and looks where it looks. Default:
+        align: Whether the second motion begins at the place and in the heading in which the first ends. Default:
             ``True``.
-        within: Seconds of the end of the first and of the beginning of the second within which they are joined,
-            where they are most alike. Default: 0, all of both stays.
+        within: Seconds at the end of the first and at the beginning of the second motion in which the most alike
+            frames are joined. Default: 0, all of both stays.
     """
     return step_of("concat", other=other, blend=blend, align=align, within=within)
 
@@ -269,19 +270,19 @@ def blend(
     *,
     within: float | None = None,
 ) -> Step:
-    """Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
-    aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result is as long
-    as its fraction of both. Its steps over the ground are mixed as each figure sees them from where it looks, so
-    two walks in different directions are a walk in one between. Poses that are mixed and are more than 45 degrees
-    or 30 cm apart, wherever the figures stand, are a warning of the scene, ``PosesApart``. ``within`` lets one of
-    the two begin later, and one end earlier, where the two are more alike: by the distance of motion graphs, of
-    windows of a third of a second. The second motion then begins where the first does, and looks where it looks.
+    """Mixes with a second motion, which has the same joints. Weight 0 gives the first motion, 1 the second. Dynamic
+    time warping of the poses aligns both in time, so that a step meets a step. The result is as long as its
+    fraction of both. Steps over the ground are mixed in the heading of each figure: two walks in different
+    directions give a walk in a direction between. Mixed poses more than 45 degrees or 30 cm apart, wherever the
+    figures stand, are a warning of the scene, ``PosesApart``. With ``within`` one motion may begin later, and one
+    end earlier, at the most alike frames. The measure is the distance of motion graphs, over windows of a third of
+    a second. The second motion then begins at the place and in the heading of the first.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
         weight: The fraction of the second motion. Default: 0.5 all the time.
-        within: Seconds at the beginning and at the end of both within which they begin and end, where they are most
-            alike. Default: 0, all of both is mixed.
+        within: Seconds at the beginning and at the end of both motions in which the most alike frames are searched.
+            Default: 0, all of both is mixed.
     """
     return step_of("blend", other=other, weight=weight, within=within)
 
@@ -293,8 +294,8 @@ def layer(
     *,
     bones: Bones | None = None,
 ) -> Step:
-    """Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which
-    has the same joints, at the same time. Where the second motion ends, its last pose stays.
+    """Takes the rotations of a part of the body, relative to their parents, from a second motion with the same joints,
+    at the same time. After the end of the second motion, its last pose stays.
 
     Args:
         other: The second motion; one with another skeleton is retargeted.
@@ -311,13 +312,13 @@ def in_between(
     every: int | None = None,
     interpolation: Literal["slerp", "squad"] | None = None,
 ) -> Step:
-    """Keyframe animation: keeps the poses of chosen frames, and replaces the others by what lies between those.
+    """Keyframe animation: keeps the poses of chosen frames, and interpolates the others.
 
     Args:
         keys: The frames whose poses stay. The first and the last frame always do.
-        every: Every so many frames stay, besides those. Default: 0, no others.
-        interpolation: How the others are computed. Default: squad, which keeps constant speeds and has no jumps of
-            speed.
+        every: The distance in frames of further keys. Default: 0, no others.
+        interpolation: The interpolation between keys. Default: squad, which keeps constant speeds and has no jumps
+            of speed.
     """
     return step_of("in-between", keys=keys, every=every, interpolation=interpolation)
 
@@ -334,17 +335,17 @@ def resample(rate: float | None = None) -> Step:
 
 @step_function
 def drop_first_frame(*, always: bool | None = None) -> Step:
-    """Drops the first frame, which is a rest pose in some files; by default only where it is one.
+    """Drops the first frame if it is a rest pose, as in some files.
 
     Args:
-        always: Whether it is dropped also where it is no rest pose. Default: ``False``.
+        always: Whether to drop it also if it is no rest pose. Default: ``False``.
     """
     return step_of("drop-first-frame", always=always)
 
 
 @step_function
 def in_place() -> Step:
-    """Keeps the root above where it begins: its height and its rotation stay."""
+    """Keeps the root above its start point. Its height and its rotation stay."""
     return step_of("in-place")
 
 
@@ -356,7 +357,7 @@ def root_motion() -> Step:
 
 @step_function
 def reverse() -> Step:
-    """Plays a motion backwards: its last frame is its first. Twice, it is what it was."""
+    """Plays a motion backwards: its last frame becomes its first. A second ``reverse`` restores it."""
     return step_of("reverse")
 
 
@@ -373,7 +374,7 @@ def rest(pose: Literal["t-pose", "a-pose"] | None = None, *, bones: Bones | None
 
 @step_function
 def t_pose_first(*, bones: Bones | None = None) -> Step:
-    """Puts the T-pose before the first frame: on the floor, where the motion begins.
+    """Inserts the T-pose before the first frame, on the floor at the start point.
 
     Args:
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -383,8 +384,8 @@ def t_pose_first(*, bones: Bones | None = None) -> Step:
 
 @step_function
 def bone_axis(axis: Literal["y", "x"] | None = None, *, bones: Bones | None = None) -> Step:
-    """Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the axis
-    about which the joint bends. Nothing moves, neither at rest nor in motion.
+    """Turns the frame of every joint at rest so that one of its axes points to the next joint, and another is the
+    bending axis. Nothing moves, neither at rest nor in motion.
 
     Args:
         axis: The axis that points along the bone. Default: +Y.
@@ -406,16 +407,15 @@ def reach(
     ease_out: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within
-    the part it is there; before and after it goes there and back. Two bones are turned, by the law of cosines; the
-    limb bends about the axis about which it bends in the motion. A hand turns with its forearm, a foot keeps its
+    """Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. It is
+    there during the part. It moves there before the part, and back after it. Two bones turn by the law of cosines,
+    about the axis about which the limb bends in the motion. A hand turns with its forearm, a foot keeps its
     rotation in the world. Everything else stays.
 
     Args:
         to: The target.
         limb: The limb. Default: the right hand.
-        offset: A point that goes along with the target, from its origin in metres along its axes. Default: its
-            origin.
+        offset: The point to reach, from the origin of the target in metres along its axes. Default: the origin.
         start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
         tip: The joint that goes to the target, at or below the hand or the foot, or below ``start``. Default: the
             wrist or the ankle, or the only end effector below ``start``.
@@ -451,13 +451,13 @@ def pin(
     blend: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
-    and rotate, or next to it where the limb is too short for that. It is held in a given part of the motion, or in
-    every part in which it is near and slow beside it. Two bones, or the joints of a chain, are turned as by
-    ``Reach``; everything else stays. Feet on the floor are for ``FootLock``, which lets them roll.
+    """Holds a hand or a foot at what it touches. It keeps its mean position in the frame of the target, which may move
+    and rotate. If the limb is too short for that, it comes as near as it can. It is held in a given part of the
+    motion, or in every part in which it is near the target and slow beside it. Two bones, or the joints of a chain,
+    turn as in ``reach``. Everything else stays. Use ``foot-lock`` for feet on the floor, because it lets them roll.
 
     Args:
-        to: What it touches. Default: the world, where it is.
+        to: The target that it touches. Default: the world, at its place.
         limb: The limb. Default: the right hand.
         start: The first joint of a chain of any skeleton, instead of a limb. Default: none.
         tip: The joint that touches, at or below the hand or the foot, or below ``start``. Default: the wrist or the
@@ -495,10 +495,10 @@ def look_at(
     ease_out: float | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between
-    the eyes, or from the joint of the head, goes through it. The neck takes a fraction of the rotation, the head
-    the rest. Beyond the limit, an angle from where the trunk faces, the head stays behind smoothly; at what is
-    behind its back the figure does not look.
+    """Turns neck and head so that the figure looks at a target in a part of a motion. The line of sight goes through
+    the target. It starts between the eyes, or at the joint of the head, and points forward. The neck takes a
+    fraction of the rotation, the head the rest. Beyond the limit, an angle from the facing of the trunk, the head
+    stays behind smoothly. The figure does not look at a target behind its back.
 
     Args:
         at: The target.
@@ -524,9 +524,9 @@ def look_at(
 
 @step_function
 def ground(*, bones: Bones | None = None) -> Step:
-    """Puts a motion on the floor at height 0: takes out the slope of the floor and the drift of the body as ``clean``
-    does, and then the height, however small. ``docs/cleaning.md`` says how they are found, and what counts as a
-    hill, as stairs and as a treadmill, which stay.
+    """Puts a motion on the floor at height 0. It removes the slope of the floor and the drift of the body as ``clean``
+    does, and then the height, however small. Hills, stairs and treadmills stay: ``docs/cleaning-algorithm.md`` says
+    how they are found.
 
     Args:
         bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
@@ -541,8 +541,8 @@ def turn(
     facing: Literal["x", "-x", "y", "-y", "z", "-z"] | None = None,
     bones: Bones | None = None,
 ) -> Step:
-    """Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it
-    looks in a direction there. Everything that the animation moves goes along.
+    """Turns a motion about the vertical through the figure's place in the first frame. It turns by an angle, or until
+    the figure faces a direction in that frame. Everything that the animation moves turns too.
 
     Args:
         by: The angle in degrees, counterclockwise as seen from above.

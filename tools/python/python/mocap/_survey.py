@@ -92,7 +92,7 @@ def survey(
     Args:
         paths: Files and folders; of a folder every file at any depth that has the extension of a format. A ``.jsonl`` file is
             what a former survey wrote.
-        where: Keep the rows for which this holds, as ``"skate < 1 and not twin"``.
+        where: Keep the rows for which this is true, such as ``"skate < 1 and not twin"``.
         select: Keep so many clips, or so many per cent, as ``"3%"``, which are as different as can be.
         split: Split the clips into parts of these fractions, as ``(0.8, 0.1, 0.1)``: ``split`` of a row is ``"train"``,
             ``"validation"`` or ``"test"``.

@@ -21,8 +21,8 @@ fn farthest(a: &[Vec<Vec3>], b: &[Vec<Vec3>]) -> f32 {
     joints.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
 }
 
-/// Two parts of one walk that overlap: where the first ends and the second begins they are alike in no pose, but in the
-/// part that both have they are the same, so that the whole walk comes back.
+/// Two parts of one walk that overlap. The end of the first and the beginning of the second are alike in no pose. But
+/// both share a part, so that the whole walk is restored.
 #[test]
 fn parts_that_overlap_become_the_whole() {
     let walk = import(WALK);

@@ -91,8 +91,8 @@ fn bones_lie_along_their_axis_and_nothing_moves() {
     }
 }
 
-/// Knees and elbows bend about one axis of their frame: in a clip in which they bend, the axis of the shin's rotation
-/// from the thigh, as the positions of hip, knee and ankle show it, is that of the frame.
+/// Knees and elbows bend about one axis of their frame. The positions of hip, knee and ankle show the axis of the
+/// shin's rotation from the thigh. In a clip in which they bend, it is the axis of the frame.
 #[test]
 fn hinges_bend_about_an_axis_of_the_frame() {
     use mocap::figure::{Humanoid, HumanoidBone as Bone};

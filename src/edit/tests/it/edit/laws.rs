@@ -67,8 +67,8 @@ fn no_step_changes_the_length_of_a_bone() {
     }
 }
 
-/// A motion of one frame, of two, without a rate to speak of, of a skeleton that is no figure, and without joints: each
-/// step does something valid, or it says why not and leaves the scene as it was.
+/// Odd motions: of one frame, of two, with a useless rate, of a skeleton that is no figure, and without joints. Each
+/// step does something valid, or gives a reason and leaves the scene unchanged.
 #[test]
 fn odd_motions_are_changed_or_refused() {
     let walk = import("cmu_12_01_walk.bvh");

@@ -84,9 +84,9 @@ fn a_walk_goes_on_the_same_way() {
     assert!(way(&before).dot(way(&after)) > 0.95, "{} {}", way(&before), way(&after));
 }
 
-/// The distances between all bones of a figure and those of its mirror image differ by no more than its sides do: those
-/// of Rokoko's hands are turned by half a turn against each other, and the run's rest pose has one leg ahead and hangs
-/// the legs askew on the spine, 2.4 cm off.
+/// The distances between all bones of a figure and of its mirror image differ by no more than its sides do. Rokoko's
+/// hands are turned by half a turn against each other. The run's rest pose has one leg ahead, and hangs the legs askew
+/// on the spine, 2.4 cm off.
 #[test]
 fn sides_may_be_turned_and_bent_differently_at_rest() {
     for (file, most) in [

@@ -66,8 +66,8 @@ fn a_limb_reaches_its_target() {
     }
 }
 
-/// An elbow or a knee is not swung about where the limb is far from where it was, where it comes near to it for a
-/// moment, nor where the body jumps in one frame: its acceleration is at most 1.3 times the largest of the source.
+/// An elbow or a knee is not swung about. That holds if the limb is far from its place, or near to it for a moment, and
+/// if the body jumps in one frame. Its acceleration is at most 1.3 times the largest of the source.
 #[test]
 fn the_middle_of_a_limb_is_not_swung_about() {
     let arm = ["leftLowerArm", "leftHand", "head"];
@@ -291,8 +291,8 @@ fn a_motion_is_put_on_the_floor() {
     assert!(off.abs() < 0.02, "{off} {report}");
 }
 
-/// The arm of the lecture, which is no humanoid, goes with the tip of its hand to a point in frames 3 to 5, and the
-/// tip of a hand of a humanoid with all joints of its arm; joints keep their distances, and nothing else moves.
+/// The tip of the hand of the lecture's arm, which is no humanoid, goes to a point in frames 3 to 5. So does the tip of
+/// a humanoid's hand, with all joints of its arm. Joints keep their distances, and nothing else moves.
 #[test]
 fn the_tip_of_any_chain_reaches_its_target() {
     for (file, step, start, tip, range) in [

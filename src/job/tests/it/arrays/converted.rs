@@ -1,5 +1,5 @@
-//! What a job without a target writes as arrays, read again: against the kinematics of the source's text, and against
-//! the joints of the robot that the source was made of.
+//! Arrays that a job without a target writes, read again. They are compared with the kinematics of the source's text,
+//! and with the joints of the robot that the source was made of.
 
 use std::fs;
 use std::path::Path;

@@ -327,7 +327,7 @@ fn a_frame_time_longer_than_the_motion_is_not_believed() {
     accepted(&source, Format::Bvh);
 }
 
-/// A VRM animation has a hand where its source has none: a joint of nearly that name, or of that name, is no bone where
+/// A VRM animation has a hand although its source has none. A joint of that name, or nearly that name, is no bone if
 /// the source states its bones without it.
 #[test]
 fn a_joint_that_is_no_bone_of_a_vrm_animation_is_not_compared() {

@@ -17,8 +17,8 @@ fn the_way_changes_where_tracks_agree() {
     assert_eq!(shortest(&[first, second], 1.0), [0, 0, 1, 1, 1, 0]);
 }
 
-/// A leg of the G1 that should be in a pose which joints reach, and is stuck in the corner of the limits that its
-/// solver comes to from the worst of many beginnings.
+/// A leg of the G1 that should be in a pose which joints reach. It is stuck in the corner of the limits that its solver
+/// reaches from the worst of many beginnings.
 struct StuckLeg {
     kinematics: Kinematics,
     branches: Branches,

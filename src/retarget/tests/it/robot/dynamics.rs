@@ -4,8 +4,7 @@ use mocap::glam::DVec3;
 use mocap::scene::robot::{Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink};
 use mocap_retarget::internals::{Dynamics, GRAVITY, Kinematics, Rates};
 
-/// A rod of 2 kg and 1 m on a hinge about Y at its end, which hangs along X: by hand, m g l / 2 holds it, and
-/// m l^2 / 3 turns it.
+/// A rod of 2 kg and 1 m on a hinge about Y at its end, along X. By hand, m g l / 2 holds it, and m l^2 / 3 turns it.
 #[test]
 fn a_rod_takes_what_is_computed_by_hand() {
     let rod = Inertial {

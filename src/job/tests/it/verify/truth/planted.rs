@@ -1,6 +1,6 @@
 //! Corruptions that are planted in the files themselves, by code that shares nothing with the writers, the readers or
-//! `verify`: in the JSON and the bytes of glTF, the elements of FBX, the lines of text, the arrays of NumPy and the
-//! columns of Parquet.
+//! `verify`. They are in the JSON and the bytes of glTF, the elements of FBX, the lines of text, the arrays of NumPy
+//! and the columns of Parquet.
 
 mod fbx;
 mod gltf;
