@@ -90,8 +90,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// As in play: every tenth frame a search from the frame that plays, whose trajectory is turned and lengthened by
-/// what a stick does that moves a little every sixth of a second, for what is nearer than the frame that plays.
+/// As in play: every tenth frame a search from the current frame for a nearer one. A stick that moves a little every
+/// sixth of a second turns and lengthens the trajectory of the current frame.
 fn play(tree: &FeatureTree, rows: &[Row], queries: usize, random: &mut Random) {
     let (mut at, mut angle, mut pace, mut turning) = (0, 0.0_f32, 1.0_f32, 0.0);
     let (mut jumps, mut seconds) = (0, 0.0);

@@ -1,5 +1,6 @@
-//! Motion capture: reads BVH, FBX, glTF, VRM, ASF/AMC, C3D and robots' files into one kind of scene, plays and changes
-//! the motion, retargets it to other characters and robots, writes it for other programs, and verifies what it wrote.
+//! Motion capture: reads BVH, FBX, glTF, VRM, ASF/AMC, C3D and robots' files into one kind of scene. It plays and
+//! changes the motion, and retargets it to other characters and robots. It writes the motion for other programs, and
+//! verifies the files.
 //!
 //! Convert a file in one line. Lengths become metres with +Y up. BVH states neither, so both are inferred:
 //!

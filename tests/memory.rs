@@ -18,7 +18,7 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 ///
 /// The densest input is a joint in 20 characters, `ROOT a{OFFSET 0 1 0}`, which becomes a node and a channel of some
 /// 500 bytes while it is read. The mesh adds the pointer on its parent (12 vertices with normals and indices, 336
-/// bytes) and its own knob (24 vertices, 672 bytes), and while it is made the corners of both.
+/// bytes) and its own knob (24 vertices, 672 bytes). While the mesh is made, the corners of both are there too.
 const FACTORS: [(SkeletonMesh, usize); 2] = [(SkeletonMesh::None, 32), (SkeletonMesh::Segmented, 128)];
 
 /// Bytes of memory for a byte of any input: what `SECURITY.md` promises.

@@ -413,8 +413,8 @@ impl Cells {
         [x.0[lane] as i32, y.0[lane] as i32, z.0[lane] as i32]
     }
 
-    /// Eight cells whose corners are all lattice points of one lane's cell and up to a step around it: the cell moved
-    /// by a step back or ahead along each axis.
+    /// Eight cells: one lane's cell, moved by a step back or ahead along each axis. Their corners are all lattice
+    /// points of the cell and up to a step around it.
     #[inline(always)]
     fn neighbours(&self, lane: usize) -> Self {
         let all = |vectors: &Vectors| Vectors::all(vectors.lane(lane));

@@ -1,8 +1,8 @@
 //! Error compensation: each joint is encoded for the parent that a reader has, not for the parent of the raw clip.
 //!
-//! Errors add up along a chain: a hand is off by the errors of all joints above it. So the target of a joint is the
-//! rotation to its lossy parent that puts its children where the raw clip has them, although the joint itself is a
-//! little off. What remains at the end of a chain is hardly more than the error of its last joint.
+//! Errors add up along a chain: a hand is off by the errors of all joints above it. So the target of a joint is its
+//! rotation to the lossy parent that puts its children in their positions of the raw clip. The joint itself is a little
+//! off. What remains at the end of a chain is hardly more than the error of its last joint.
 //!
 //! N. Frechette calls this in-place correction: "Animation Compression: Error Compensation",
 //! <https://nfrechette.github.io/2016/12/22/anim_compression_error_compensation/>
@@ -44,8 +44,8 @@ impl Target {
         arms.error(self.position_error, self.parent_to_raw * rotation)
     }
 
-    /// The least change of a rotation `off` the best one, axis times angle in the axes of the joint, that brings the
-    /// error to `goal`; `None` where the error is no larger than `largest`.
+    /// The least change of a rotation that is `off` the best one and brings the error to `goal`. Both are axis times
+    /// angle in the axes of the joint. `None` if the error is no larger than `largest`.
     #[inline]
     pub(super) fn correction(&self, arms: &LeverArms, off: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         arms.correction(self.position_error, self.rotation_error + off, largest, goal)

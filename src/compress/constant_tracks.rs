@@ -7,8 +7,8 @@ use super::error_bound::Bounds;
 use super::error_metric::SHELL_DISTANCE;
 use super::raw_clip::RawClip;
 
-/// Makes tracks constant whose values all differ from their mean by so little that no joint and no point of a shell
-/// moves by more than this `fraction` of its bound.
+/// Makes a track constant if all its values are near their mean. Then no joint and no point of a shell moves by more
+/// than this `fraction` of its bound.
 pub(super) fn compact(clip: &mut RawClip, bounds: &Bounds, fraction: f32) {
     // How far from a joint its rotation moves something: the next joints that rotate compensate for it.
     let mut lever_arms = vec![SHELL_DISTANCE; clip.joints.len()];

@@ -20,8 +20,8 @@ use super::read_ahead;
 pub(super) enum Decoder {
     /// Normalize the keys and interpolate along the arc, as the specification of glTF says.
     Slerp,
-    /// As [`Self::Slerp`], but use lengths as they are: the matrix of a quaternion whose length is not quite 1 scales
-    /// what it rotates. Babylon.js does that, and three.js except between keys that are near to one another.
+    /// As [`Self::Slerp`], but with unchanged lengths: the matrix of a quaternion whose length is not quite 1 also
+    /// scales. Babylon.js does that, and three.js except between keys that are near to one another.
     Unnormalized,
     /// Interpolate component by component and normalize, as many engines do.
     Nlerp,

@@ -12,8 +12,8 @@ use super::quantize::{RotationFormat, TranslationFormat};
 /// [`TranslationFormat`].
 #[doc(hidden)]
 pub trait Encoding {
-    /// How the rotations of a joint are stored. `steps` is how many steps a component needs from 0 to the root of a
-    /// half so that the end of the joint's longest lever arm moves by about its tolerance. A format with a lattice is
+    /// How the rotations of a joint are stored. `steps` is the number of steps of a component from 0 to the root of a
+    /// half. One step moves the end of the joint's longest lever arm by about its tolerance. A format with a lattice is
     /// where the search for the lowest bit rate starts.
     fn rotations(&self, steps: f32) -> RotationFormat;
 

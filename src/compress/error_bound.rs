@@ -2,7 +2,7 @@
 //!
 //! A joint with its own bound has a *weight*. [`measure`](super::measure) and [`refinement`](super::refinement) compare
 //! weighted errors with one bound. Constant tracks, first tolerances and decimals are chosen before there is an error.
-//! They take the smallest bound among the joints that a track moves: no rotation corrects an error along the bone, so a
+//! They take the smallest bound among the joints that a track moves. No rotation corrects an error along the bone, so a
 //! joint is hardly nearer to its position than its parent is.
 
 use std::collections::BTreeMap;

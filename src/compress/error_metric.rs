@@ -1,8 +1,8 @@
 //! The error metric: how far a rotation error of a joint moves what is attached to the joint.
 //!
-//! Attached are the joints at the ends of its lever arms, and a rigid shell around the joint that stands for its skin:
-//! a twist about the bone moves no joint, but the skin. The metric and its shell distance come from the Animation
-//! Compression Library: N. Frechette, "Animation Compression: Measuring Accuracy",
+//! Attached are the joints at the ends of its lever arms, and a rigid shell around the joint. The shell represents the
+//! skin, because a twist about the bone moves no joint, but the skin. The metric and its shell distance come from the
+//! Animation Compression Library: N. Frechette, "Animation Compression: Measuring Accuracy",
 //! <https://nfrechette.github.io/2016/11/01/anim_compression_accuracy/>
 
 use glam::{Mat3, Quat, Vec3};
@@ -52,7 +52,7 @@ impl LeverArms {
     }
 
     /// The error of a joint whose position is off by `position_error`, and whose rotation is off by `rotation_error`,
-    /// both in its own axes: the largest distance that an end of an arm or a point of the shell is off.
+    /// both in its own axes. It is the largest error of an end of an arm or a point of the shell.
     pub fn error(&self, position_error: Vec3, rotation_error: Quat) -> f32 {
         let rotation = small_rotation_vector(rotation_error);
         let shell = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
@@ -61,8 +61,8 @@ impl LeverArms {
         at_ends.fold(shell, f32::max).sqrt()
     }
 
-    /// The least change of a rotation error, axis times angle, that brings what is farthest off to `goal`, or as near
-    /// to it as the position error allows; `None` where it is off by no more than `largest`.
+    /// The least change of a rotation error, axis times angle, that brings the farthest point to the error `goal`, or
+    /// as near to it as the position error allows. `None` if its error is at most `largest`.
     #[inline]
     pub(super) fn correction(&self, position_error: Vec3, rotation: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         let mut square = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);

@@ -1,15 +1,15 @@
 //! Key frame reduction with fitted keys, for a track that has key frames of its own.
 //!
 //! A key need not be the target at its frame: anything within the tolerance will do. A line through two targets has its
-//! errors on one side of a curve; a line beside them has them on both, and on a parabola it is longer by the root of 2.
+//! errors on one side of a curve. A line beside them has errors on both sides, and on a parabola it is longer by the
+//! root of 2.
 //!
 //! From a key, the lines that are within the tolerance at all frames up to another form a cone, which gets narrower
-//! with each frame; the line ends where nothing is left of the cone (J. Sklansky and V. Gonzalez, "Fast polygonal
-//! approximation of digitized curves", Pattern Recognition 12, 1980; J. O'Rourke, "An on-line algorithm for fitting
-//! straight lines between data ranges", Communications of the ACM 24, 1981). Values here have three components, so a
-//! cone is not computed: a line within it is kept, and where a frame excludes that line, another is found by
-//! projections onto the frames that exclude it (the method of L. M. Bregman, 1965, for a point that convex sets have in
-//! common).
+//! with each frame. The line ends when the cone is empty (J. Sklansky and V. Gonzalez, "Fast polygonal approximation of
+//! digitized curves", Pattern Recognition 12, 1980; J. O'Rourke, "An on-line algorithm for fitting straight lines
+//! between data ranges", Communications of the ACM 24, 1981). Values here have three components, so a cone is not
+//! computed, and a line within it is kept. If a frame excludes that line, another is found by projections onto the
+//! frames that exclude it (the method of L. M. Bregman, 1965, for a point that convex sets have in common).
 //!
 //! A line that is as long as possible may end where the next cannot be long. So it ends at the one of its last frames
 //! from which the next line gets farthest. Then each key moves towards the least-squares fit of the two lines that it
@@ -36,11 +36,12 @@ const PROJECTIONS: usize = 4;
 const GOAL: f32 = 0.99;
 /// What rounding to 16 bits may add to the angle of a rotation, in radians.
 const INT16_ROUNDING: f32 = 3e-5;
-/// How far apart two readers may be between two keys of a rotation, one that uses nlerp and one that uses slerp, at the
-/// end of the chain below the joint: a fraction of the tolerance. Joints further down compensate for nlerp alone.
+/// The largest distance between a reader that uses nlerp and one that uses slerp, between two keys of a rotation. It is
+/// measured at the end of the chain below the joint, as a fraction of the tolerance. Joints further down compensate for
+/// nlerp alone.
 pub const NLERP_SHARE: f32 = 0.03;
-/// The largest angle between nlerp and slerp, as a fraction of the cube of the angle from one key to the next, if that
-/// is small: the largest value of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1, a 432th of the root of 3.
+/// The largest angle between nlerp and slerp, as a fraction of the cube of a small angle from one key to the next. It
+/// is the largest value of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1, a 432th of the root of 3.
 pub const NLERP_FROM_SLERP: f32 = 0.004;
 
 /// A track to which keys are fitted.
@@ -82,7 +83,7 @@ pub struct RotationFit<'a> {
     arms: &'a LeverArms,
     format: RotationFormat,
     tolerance: f32,
-    /// The tolerance without what rounding may take of it.
+    /// The tolerance minus the share of rounding.
     before_rounding: f32,
     longest: f32,
 }

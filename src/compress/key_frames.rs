@@ -19,8 +19,8 @@ pub fn every_frame(frames: usize) -> KeyFrames {
 /// The key frames that are left if `fits(from, to)` has to hold for every two keys in sequence. Two frames that follow
 /// one another have no frame between them and always fit.
 ///
-/// The distance to the next key is found by exponential search, which starts from the distance before it: a key costs
-/// about as many calls as the logarithm of how much the distance changed.
+/// The distance to the next key is found by exponential search, which starts from the previous distance. The number of
+/// calls for a key is about the logarithm of the change of the distance.
 pub fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) -> KeyFrames {
     let mut key_frames = vec![0];
     let last = frames.saturating_sub(1);
@@ -125,9 +125,9 @@ pub fn between(ticks: &[f64], from: usize, to: usize) -> impl Iterator<Item = (u
     frames.map(move |frame| (frame, alpha(ticks, from, to, frame)))
 }
 
-/// Calls `visit(frame, key, alpha)` for every frame of `ranges`: `key` is the index of the last key that is not after
-/// the frame, and `alpha` the interpolation factor from there to the next, 0 at a key. Each range starts at a key and
-/// ends before one.
+/// Calls `visit(frame, key, alpha)` for every frame of `ranges`. `key` is the index of the last key that is not after
+/// the frame. `alpha` is the interpolation factor from there to the next key, 0 at a key. Each range starts at a key
+/// and ends before one.
 pub fn for_each_frame(
     key_frames: &[u32],
     ticks: &[f64],

@@ -8,10 +8,10 @@
 //! 1. `raw_clip` samples the animation at every frame; `object_space` is where errors count.
 //! 2. `constant_tracks`: a track that hardly moves anything becomes constant.
 //! 3. `shared_key_frames`, `key_frames`, `fitted_keys`: key frame reduction, for the pose or for each track alone.
-//! 4. `encode` encodes joint by joint from the root on. The `error_metric` says what a rotation error moves, with
-//!    lever arms and a shell distance; `compensation` what rotation a joint needs below its lossy parent;
-//!    `bit_rate` how many bits, and which of the `candidates` around that rotation, with the help of the `trellis`.
-//!    `quantize` has the formats.
+//! 4. `encode` encodes joint by joint from the root on. The `error_metric` measures the effect of a rotation error,
+//!    with lever arms and a shell distance. `compensation` computes the rotation that a joint needs below its lossy
+//!    parent. `bit_rate` chooses the number of bits, and one of the `candidates` around that rotation, with the help of
+//!    the `trellis`. `quantize` has the formats.
 //! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
 //! 7. `clip` is the result, for FBX as `curves`.
@@ -106,8 +106,8 @@ const SURELY_SMALLER: f32 = 0.85;
 /// own.
 const MAYBE_CONSTANT: f32 = 0.85;
 
-/// The fractions of a bound that are tried where the bound itself is not kept: near the precision of the numbers
-/// roundings add up by chance, so a smaller bound may be kept where a larger one is not.
+/// The fractions of a bound that are tried if the bound itself is not kept. Near the precision of the numbers roundings
+/// add up by chance, so a smaller bound may be kept although a larger one is not.
 const TIGHTER_BOUNDS: [f64; 2] = [0.5, 0.25];
 
 /// Compresses `animation` so that no joint is farther from its position than `bound` allows.

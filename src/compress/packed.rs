@@ -49,7 +49,7 @@ use super::{CompressedClip, ErrorBound};
 #[derive(Clone, Debug)]
 pub struct PackedClip<'a> {
     bytes: Cow<'a, [u8]>,
-    /// The pose of what does not move; of what moves the rest pose.
+    /// The pose of constant nodes, and the rest pose of moving nodes.
     rest: Vec<Trs>,
     /// The rest transforms of nodes whose constant ones are others.
     at_rest: Vec<(u32, Trs)>,
@@ -88,10 +88,10 @@ impl PackedClip<'static> {
     /// from its position, at any frame. An [`ErrorBound`] holds for a shell around each joint too.
     ///
     /// # Errors
-    /// [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the bound cannot be kept;
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a scale is not uniform and constant, a value
-    /// is not finite, there is no such animation or there are too many nodes;
-    /// [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where there are too many frames.
+    /// - [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) if the bound cannot be kept
+    /// - [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) if a scale is not uniform and constant, a value
+    ///   is not finite, there is no such animation or there are too many nodes
+    /// - [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) if there are too many frames
     pub fn encode(scene: &Scene, animation: usize, max_error: impl Into<ErrorBound>) -> Result<Self> {
         Ok(Self::pack(scene, animation, max_error.into())?.0)
     }
@@ -113,7 +113,7 @@ impl<'a> PackedClip<'a> {
         Ok(read::open(bytes.into())?)
     }
 
-    /// Whether bytes begin as those of a packed clip do.
+    /// Whether bytes begin like a packed clip.
     #[doc(hidden)]
     pub fn sniff(bytes: &[u8]) -> bool {
         bytes.starts_with(&layout::MAGIC)

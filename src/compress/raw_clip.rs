@@ -16,8 +16,8 @@ const UNIFORM: f32 = 1e-4;
 /// Points of the shell of a joint: one on each of its axes.
 const SHELL_POINTS: usize = Vec3::AXES.len();
 
-/// The distance of the shell of a joint whose rotation moves no other joint, in metres, where no other is asked for:
-/// that of ACL, and about as far as the skin around a joint.
+/// The default distance of the shell of a joint whose rotation moves no other joint, in metres. It is that of ACL, and
+/// about the distance of the skin around a joint.
 const SKIN: f32 = 0.03;
 
 /// By how much the squared length of a quaternion may differ from 1, to be a rotation: more than 16-bit integers round

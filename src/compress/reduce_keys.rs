@@ -6,14 +6,14 @@ use mocap_scene::scene::{Keys, Scene};
 
 use super::{ErrorBound, Float32, Track, compress};
 
-/// Removes keys of every animation such that no joint or end site is more than `max_error` metres from its position
-/// before, at any whole tick and at any tick that had a key. Returns the largest distance, in metres.
+/// Removes keys of every animation. No joint or end site is then more than `max_error` metres from its previous
+/// position, at any whole tick and at any tick that had a key. Returns the largest distance, in metres.
 ///
 /// The scene must be in metres: see [`convert_units`](mocap_scene::Scene::convert_units). Every joint has its own keys,
-/// and their values change: a joint's rotation compensates for the errors of its ancestors, so that errors do not
-/// add up along a chain (the error metric is measured in object space, as in the Animation Compression Library).
-/// Between keys positions are interpolated linearly and rotations by slerp. A cut is kept, because no pair of keys
-/// can bridge it within the bound. A track that can be constant within the bound has one key.
+/// and their values change. A joint's rotation compensates for the errors of its ancestors, so that errors do not add
+/// up along a chain. The error metric is measured in object space, as in the Animation Compression Library. Between
+/// keys positions are interpolated linearly and rotations by slerp. A cut is kept, because no pair of keys can bridge
+/// it within the bound. A track that can be constant within the bound has one key.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

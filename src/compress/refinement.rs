@@ -1,8 +1,8 @@
 //! Refinement: from one encoding pass to the next, until the error is within the bound.
 //!
-//! Where the error at a frame is too large, shared key frames get a key there, as in the algorithm of Ramer, Douglas
-//! and Peucker; only the new keys are encoded. Where a frame with a key has too large an error, or each joint has key
-//! frames of its own, the joints up the chain get smaller tolerances, and another pass starts.
+//! If the error at a frame is too large, shared key frames get a key there, as in the algorithm of Ramer, Douglas and
+//! Peucker. Only the new keys are encoded. A frame with a key may have too large an error, or each joint may have its
+//! own key frames. Then the joints up the chain get smaller tolerances, and another pass starts.
 
 use std::iter::zip;
 use std::ops::Range;
@@ -34,7 +34,7 @@ const FIRST_TOLERANCE: f32 = 0.75;
 /// The tolerance of the first pass at the end of a chain, as a fraction of the bound. Found by trials on the fixtures.
 const LAST_TOLERANCE: f32 = 0.97;
 
-/// An encoder, and what is needed to measure the error of what it makes.
+/// An encoder, and the data to measure the error of its output.
 pub(super) struct Refinement<'a> {
     pub(super) encoder: Encoder<'a>,
     /// The times of the frames in the file.

@@ -1,8 +1,8 @@
 //! Trellis quantization: of all sequences of corners, one for each frame, the one that costs least, found by dynamic
 //! programming (the algorithm of Viterbi), as video encoders do.
 //!
-//! The rate of a step from a corner to one of the next frame is a sum over the three axes, and a corner is on the near
-//! or the far side along each. So the least of the 64 sums is found axis by axis, with 16 sums for each.
+//! The rate of a step from a corner to a corner of the next frame is a sum over the three axes. A corner is on the near
+//! or the far side along each axis. So the least of the 64 sums is found axis by axis, with 16 sums for each.
 
 use mocap_scene::math::soa::single::{LANES, Lanes};
 
@@ -53,8 +53,8 @@ impl Component {
     }
 }
 
-/// The rates along each axis from the cell of the frame before to the cell of each frame, from the near or far side
-/// to the near or far side: `[axis][from][to]`. The first frame has none.
+/// The rates along each axis from the cell of the frame before to the cell of each frame, as `[axis][from][to]`. `from`
+/// and `to` are the near or the far side. The first frame has none.
 pub struct Rates([[[Lanes; 2]; 2]; 3]);
 
 impl Rates {

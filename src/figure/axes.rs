@@ -3,16 +3,16 @@
 //! Where a bone points is seen in the positions of its ends; how it is turned about that line is not. A rest pose that
 //! stands says it. Where none does, the motion does:
 //!
-//! - An elbow and a knee are hinges. The axis about which they bend is at right angles to both bones, and is constant
-//!   in the frames of both joints: the mean of the cross products of upper and lower bone, over the frames in which
-//!   they are bent. In a T-pose that faces +Z a shin would go back and a forearm forward, so the axis is +X for a
-//!   knee, -Y for the left and +Y for the right elbow.
-//!   Where a joint's frame is laid along its bone, the axis is that of its coordinates, if it is near to one.
+//! - An elbow and a knee are hinges. Their bending axis is at right angles to both bones, and constant in the frames of
+//!   both joints. It is the mean of the cross products of upper and lower bone, over the frames in which the limb is
+//!   bent. In a T-pose that faces +Z a shin would bend back and a forearm forward. So the axis is +X for a knee, -Y for
+//!   the left elbow and +Y for the right elbow. Where a joint's frame is laid along its bone, the axis is that of its
+//!   coordinates, if it is near to one.
 //! - A limb that never bends has the hinge of the other side, mirrored, if joint frames are mirrored.
 //! - Pelvis, spine, neck and head are turned as hips and shoulders on the average of the frames in which the body
 //!   stands: nobody looks aside all the time. A frame that is laid along the spine has axes of the body.
-//! - An upper arm or a thigh that never bends is turned about itself by as little as can be on the average, against
-//!   the trunk; so is a hand, against its forearm.
+//! - An upper arm or a thigh that never bends gets the smallest average roll against the trunk. A hand gets the
+//!   smallest average roll against its forearm.
 //! - Feet, toes, hands and fingers are against their parents as on the average, and so are knuckles against hands.
 
 mod average;
@@ -40,12 +40,12 @@ const FARTHEST: f32 = 1.05;
 /// The error of a hinge in radians above which it is a guess: 3 degrees.
 const VAGUE: f32 = 0.05;
 
-/// The choice between quarter turns is clear up to this angle between an axis of the lower joint and the average axis
-/// of the hinge, in the frame of the joint: the cosine of 25 degrees.
+/// The cosine of 25 degrees. Up to this angle the choice between quarter turns is clear. It is between an axis of the
+/// lower joint and the average axis of the hinge, in the frame of the joint.
 const CLEAR: f32 = 0.906;
 
-/// The largest angle in radians between the axes of the body and a joint of the trunk whose frame is laid along it, on
-/// the average of the motion, with which its axes are those of the body: 34 degrees.
+/// An angle of 34 degrees, in radians, on the average of the motion. Up to this angle from the axes of the body, a
+/// joint of the trunk whose frame is laid along it has the axes of the body.
 const AGREES: f32 = 0.6;
 
 /// The same angle in radians of a head, which looks around: 46 degrees.
@@ -79,8 +79,8 @@ pub(super) struct Shown {
     vague: BTreeSet<Bone>,
     /// For a bone that never bends: the joint, and the axes in its frame that mirror the hinge of the other side.
     mirrored: BTreeMap<Bone, (NodeId, Vec<Vec3>)>,
-    /// For a shin or forearm whose joint twists it too: the joint, the hinge of the bone above in its frame, and
-    /// whether that is clearly one of the joint's coordinate axes.
+    /// For a shin or forearm whose joint twists it too: the joint, and the hinge of the bone above in its frame. The
+    /// flag states whether the hinge is clearly one of the joint's coordinate axes.
     loose_hinges: BTreeMap<Bone, (NodeId, Vec3, bool)>,
     /// From joints of the trunk, and of limbs at their beginnings, to left, up and forward.
     averages: BTreeMap<NodeId, Quat>,
@@ -238,8 +238,8 @@ impl Shown {
     }
 
     /// The rotation about `along`, the direction of a bone in the world, that turns it as the motion shows it. `axes`
-    /// rotates the frame of the T-pose to the world. `rotation` is the rotation in the world of a joint of the bone as
-    /// it is now, and `above` is the rotation in the world of a forearm's joint in the T-pose.
+    /// rotates the frame of the T-pose to the world. `rotation` is the current world rotation of a joint of the bone.
+    /// `above` is the world rotation of a forearm's joint in the T-pose.
     pub(super) fn roll(
         &self,
         bone: Bone,

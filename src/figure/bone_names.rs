@@ -43,7 +43,7 @@ pub enum BoneNames {
     Soma,
 }
 
-/// What stands before every name of Mixamo.
+/// The prefix of every name of Mixamo.
 const MIXAMO_PREFIX: &str = "mixamorig:";
 
 /// Bones in the middle and on the left, and what Mixamo, Unreal and CMU call them. `*` stands for the side, `^` for its

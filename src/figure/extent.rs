@@ -72,8 +72,8 @@ impl Extent {
 
     /// The unit in which the figure is nearest to a person's height.
     ///
-    /// Decimetres are rare, and less than twice CMU's unit: they are chosen only if the rest pose agrees, because it
-    /// does not crouch, and has its arms spread in CMU's files.
+    /// Decimetres are rare, and less than twice CMU's unit. They are chosen only if the rest pose agrees: it does not
+    /// crouch, and has its arms spread in CMU's files.
     pub(super) fn unit(&self) -> Guess<Unit> {
         let off = |size: f64, unit: &Unit| {
             let ratio = size * unit.metres() / TYPICAL_HEIGHT;

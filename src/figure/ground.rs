@@ -1,10 +1,10 @@
 //! Where the ground is: the one definition, for contacts, cleaning, pictures, retargeting, robots and surveys.
 //!
-//! The ankles have a level on which they rest in the motion, and so have the balls of the feet and the toes' ends:
-//! the fifth percentile of the height of the lowest one, without feet that have sunk into the ground. A frame counts as
-//! far as the feet move before and after it, so a long stance counts about as much as a step. Held frames count
-//! nothing, nor does a rest pose from which the motion jumps away. The lowest of these levels is that of the soles, or
-//! the skin shows where they are. A floor at height 0 is expected: the ground is there if the soles are near.
+//! The ankles have a level on which they rest in the motion, and so have the balls of the feet and the toes' ends. The
+//! level is the fifth percentile of the height of the lowest one, without feet that have sunk into the ground. A frame
+//! counts as far as the feet move before and after it, so a long stance counts about as much as a step. Held frames
+//! count nothing, nor does a rest pose from which the motion jumps away. The lowest of these levels is that of the
+//! soles, or the skin shows where they are. A floor at height 0 is expected: the ground is there if the soles are near.
 
 mod drift;
 mod levels;
@@ -30,8 +30,8 @@ const STANDS: f32 = 0.1;
 const HIGHEST: f32 = 0.2;
 
 /// How far from height 0 soles may be that stand on a floor there, as a fraction of the leg, and where a floor at 0
-/// explains nothing any more. In clips of fifteen makers with a floor at 0 the lowest joints of the feet rest at -0.065
-/// to 0.065 of the leg: they are centres of joints, or markers on shoes.
+/// explains nothing any more. In clips of fifteen makers with a floor at 0, the lowest joints of the feet rest at
+/// -0.065 to 0.065 of the leg. They are centres of joints, or markers on shoes.
 const ON_ZERO: [f32; 2] = [0.07, 0.17];
 
 /// The height of an ankle over the sole as a fraction of the leg (Winter, "Biomechanics and motor control", 2009).
@@ -251,8 +251,8 @@ fn shown_by_motion(body: &Body, scene: &Scene) -> Option<f32> {
 }
 
 /// The height of the ankles over the origin when the body stands: in its rest pose if that stands on the ground, else
-/// in its animations. Where nothing shows it, the soles are as far below the lowest joints of the feet as those of
-/// another body in its motion, of whose size this one is `scale` times.
+/// in its animations. If nothing shows the soles, they are taken from another body in its motion, times `scale`, the
+/// ratio of the sizes: their distance below the lowest joints of the feet.
 pub fn of_character((body, scene): (&Body, &Scene), (other, motion): (&Body, &Scene), scale: f32) -> f32 {
     let soles = || {
         let floor = other.figure.ground_of(motion).map_or(0.0, Ground::height);

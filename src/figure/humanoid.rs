@@ -1,9 +1,10 @@
 //! Which joint is which bone of a humanoid: from names, from the shape of the tree, and from the lengths of its bones.
 //!
 //! Names alone mislead: one word is another bone in another program, and many skeletons have numbers for names. So
-//! every pair of limbs is tried as legs and as arms, each chain of joints in every reading that keeps their order, and
-//! the reading is taken that fits names and lengths best. All of it rests on the skeleton, not on the motion, so that
-//! two clips of one skeleton get one map; only where names and rest pose do not tell left from right the motion does.
+//! every pair of limbs is tried as legs and as arms, and each chain of joints in every reading that keeps their order.
+//! The reading that fits names and lengths best is taken. All of it depends on the skeleton and not on the motion, so
+//! that two clips of one skeleton get one map. The motion decides only if names and rest pose do not tell left from
+//! right.
 
 mod body;
 mod creature;

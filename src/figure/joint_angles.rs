@@ -72,7 +72,7 @@ pub fn parts() -> impl Iterator<Item = Part> {
         .chain([Side::Left, Side::Right].into_iter().flat_map(of_sides))
 }
 
-/// How the rotation of a joint is taken apart.
+/// How the rotation of a joint is decomposed.
 #[derive(Clone, Copy)]
 pub enum Rotations {
     /// About Z, X and Y, with these signs.

@@ -1,5 +1,5 @@
-//! What a motion file does not state: its unit, its up axis, its exact frame rate, whether its first frame is part of
-//! the motion, and the body in it: which joint is which bone, where it looks, and its T-pose.
+//! What a motion file does not state: its unit, its up axis, its exact frame rate, and whether its first frame is part
+//! of the motion. The body in it is inferred too: which joint is which bone, its facing, and its T-pose.
 //!
 //! Every answer is a guess with a reason. [`Figure`] changes nothing; the caller decides what to do.
 

@@ -48,8 +48,10 @@ pub struct NamingReport {
 /// ```
 ///
 /// # Errors
-/// [`Code::NotHumanoid`] where no bones are found; [`Code::InvalidValue`] where a name is empty or has control
-/// characters, where two bones have one name, and where a joint that keeps its name has one of the new ones.
+/// - [`Code::NotHumanoid`] if no bones are found
+/// - [`Code::InvalidValue`] if a name is empty or has control characters, if two bones have one name, or if a joint
+///   that keeps its name has one of the new names
+///
 /// `scene` is then unchanged.
 pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) -> Result<NamingReport> {
     if !humanoid.found {

@@ -115,7 +115,7 @@ impl Name {
         }
     }
 
-    /// How well the name fits `part`: up to 1 where it says so, 0 where it says nothing, below where it says another.
+    /// How well the name fits `part`: 1 at most, 0 if it says nothing, below 0 if it names another bone.
     pub(crate) fn fits(&self, part: Part) -> f32 {
         let weight = self
             .meaning

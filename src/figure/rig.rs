@@ -1,9 +1,9 @@
 //! Rigs whose joints of the skin hang elsewhere than the joints that they follow.
 //!
-//! In a modelling program constraints move such joints, and files do not carry constraints: an IK control of a foot
-//! hangs below the root, an eye or a hat beside the skeleton, a deforming spine beside the spine that animators move.
-//! A motion of the skeleton would leave them behind, and stretch the skin. Here such a joint gets the parent that it
-//! follows, by the first rule that applies:
+//! In a modelling program constraints move such joints, and files do not carry constraints. Examples are an IK control
+//! of a foot below the root, an eye or a hat beside the skeleton, and a deforming spine beside the spine that animators
+//! move. A motion of the skeleton would leave them behind, and stretch the skin. Here such a joint gets the parent that
+//! it follows, by the first rule that applies:
 //!
 //! 1. It stands where a joint without a skin of its own stands, which carries other joints of the skin.
 //! 2. It shares vertices or faces with a joint far down another limb, and next to none with the top of that limb.
@@ -27,7 +27,7 @@ const SAME_PLACE: f32 = 2e-4;
 /// Part of what a joint shares with a limb that it may share with the top of the limb and still follow a joint below.
 const NEAR_PARENT: f32 = 0.05;
 
-/// Least distance to its parent of a joint that follows another whose skin is near, as the same fraction: hips without
+/// Least distance to its parent of a joint that follows another whose skin is near, as the same fraction. Hips without
 /// a skin of their own are near to thighs and spine.
 const FAR_FROM_PARENT: f32 = 0.2;
 

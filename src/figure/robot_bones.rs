@@ -1,7 +1,7 @@
 //! Which links of a robot are bones of a humanoid, by the shape of its tree; names help where they can.
 //!
-//! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs; two of
-//! them that begin at one link and mirror each other are a pair; the pair that reaches lowest is the legs, the pair
+//! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs. Two
+//! limbs that begin at one link and mirror each other are a pair. The pair that reaches lowest is the legs, the pair
 //! that begins highest the arms. In a limb the knee or elbow are the joints of that name, from the first whose axis is
 //! across the limb, else the fourth joint.
 
@@ -79,7 +79,7 @@ struct Limb {
     links: Vec<usize>,
 }
 
-/// The bones of the humanoid that a robot has, with those of `map` instead of what is found.
+/// The bones of the humanoid that a robot has. The bones of `map` replace inferred ones.
 ///
 /// # Errors
 /// [`Code::NotHumanoid`] where there are neither two legs nor two arms, as upper bodies on wheels have them;
@@ -398,9 +398,9 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The first and the last joint of the knee or elbow in a limb: of several of that name, the first that bends the
-    /// limb begins it, for one before that rolls the limb above; without the name it is the fourth, or the middle of
-    /// few.
+    /// The first and the last joint of the knee or elbow in a limb. Of several joints of that name, it begins with the
+    /// first that bends the limb: a joint before that rolls the limb above. Without the name it is the fourth joint, or
+    /// the middle one of few.
     fn middle(&self, limb: &Limb, word: &str) -> [usize; 2] {
         let mut named = (1..limb.links.len()).filter(|index| self.has_word(limb.links[*index], word));
         if let Some(last) = named.clone().next_back() {
@@ -420,8 +420,8 @@ impl<'a> Tree<'a> {
         [usual.max(1); 2]
     }
 
-    /// Of a limb of more than four joints without the names of knees and elbows: the joint that bends it where both
-    /// parts are longest, which the joints of hips, shoulders, ankles and wrists do not.
+    /// The joint that bends a limb of more than four joints without the names of knees and elbows. It is the joint with
+    /// the longest parts on both sides, unlike the joints of hips, shoulders, ankles and wrists.
     fn halving(&self, limb: &Limb) -> Option<usize> {
         let (start, end) = (self.start(limb), self.end(limb));
         let shorter = |index: usize| {

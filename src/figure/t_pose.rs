@@ -1,10 +1,10 @@
 //! The T-pose of a humanoid: arms sideways, legs down, facing forward. There is one for each figure: the commands that
 //! show it, draw it, move motions by it and write it take it from here.
 //!
-//! It is made in three steps. The *reference pose* is a figure that stands: the rest pose where it stands, else the
-//! first frame of the motion where that is a T-pose, else one that is computed from the bones (`standing`). From it
-//! each bone is turned to its T-pose (`builder`). Feet, head and shoulders are then levelled as the motion
-//! shows them (`level`). `docs/retargeting-algorithm.md` says what each bone keeps.
+//! It is made in three steps. The *reference pose* is a figure that stands. It is the rest pose if that stands, else
+//! the first frame of the motion if that is a T-pose, else a pose that is computed from the bones (`standing`). From it
+//! each bone is turned to its T-pose (`builder`). Feet, head and shoulders are then levelled as the motion shows them
+//! (`level`). `docs/retargeting-algorithm.md` says what each bone keeps.
 
 mod builder;
 mod level;
@@ -66,8 +66,8 @@ pub enum TPoseReason {
     AverageOfMotion,
     /// It points where it does in a T-pose, turned about itself so that the palm is down, by the knuckles.
     Knuckles,
-    /// It points where it does in a T-pose, turned about itself so that its knee or elbow bends as it does in the
-    /// motion: a shin goes back, a forearm forward.
+    /// It has its direction of a T-pose. Its roll makes its knee or elbow bend as in the motion: a shin bends back, a
+    /// forearm forward.
     Hinge,
     /// Its knee or elbow bends as in the motion, but the hinge of the other side is not the mirror image of this one.
     HingeUnlikeOtherSide,
@@ -112,7 +112,7 @@ pub struct TPoseBone {
     /// The rotation in the world, about the joint, that brings the bone there from the rest pose, after those of the
     /// bones above it.
     pub rotation: Quat,
-    /// How far to trust how the bone is turned about itself. Where it points is beyond doubt.
+    /// The confidence in the roll of the bone. Its direction is certain.
     pub confidence: Confidence,
     /// Why it is turned so.
     pub reason: TPoseReason,

@@ -61,11 +61,11 @@ pub fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
 
-/// Whether two positions tell the direction from one to the other. A bone that is too short for how far it is from the
-/// origin has only its rotation: of the seven digits of 32 bits too few are left for its direction.
+/// Whether two positions tell the direction from one to the other. A bone that is too short for its distance from the
+/// origin has only its rotation. Of the seven digits of 32 bits, too few remain for its direction.
 fn is_told(start: Vec3, end: Vec3) -> bool {
-    /// The length of a bone below which its direction is not told, as a fraction of the distance of its farther end
-    /// from the origin: of seven digits, three are left.
+    /// The length of a bone below which its direction is unknown, as a fraction of the distance of its farther end from
+    /// the origin. Of seven digits, three remain.
     const SHORTEST: f32 = 1e-4;
     start.distance(end) > SHORTEST * start.abs().max(end.abs()).max_element()
 }
@@ -76,8 +76,8 @@ pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let joint = from.joint(bone)?;
     let segment = from.segment(bone);
     let end = limb_end(bone).and_then(|end| from.joint(end));
-    // Where several joints share a twist, the last has all that of a thigh or an upper arm, and the first nothing of
-    // what a shin or a forearm takes over from foot or hand.
+    // Several joints can share a twist. Then the last joint has the whole twist of a thigh or an upper arm. The first
+    // has no part of the twist that a shin or a forearm takes over from foot or hand.
     let twisted = if is_twisted_at_beginning(bone) {
         segment.last()
     } else {

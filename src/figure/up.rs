@@ -13,8 +13,8 @@ use mocap_scene::scene::report::Guess;
 const AXES: [Axis; 4] = [Axis::Y, Axis::Z, Axis::NegY, Axis::NegZ];
 
 /// What an axis scores, in natural logarithms of likelihoods. The weights are near those of a logistic regression over
-/// 261 clips of 25 makers and 150 made motions (crawls, lies, handstands, sit-ups, walks), each turned to all axes and
-/// counted by how often files have the axis up.
+/// 261 clips of 25 makers and 150 made motions: crawls, lies, handstands, sit-ups, walks. Each is turned to all axes,
+/// and counted by how often files have the axis up.
 ///
 /// Y and -Y: more than nine of ten BVH files are Y up.
 const IS_Y: f32 = 2.1;

@@ -29,11 +29,11 @@ pub const ENDS: [Bone; 5] = [
     Bone::RightFoot,
 ];
 
-/// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the
-/// humanoid: the bones and the path of the source, in a T-pose that faces +Z with its feet on the ground. In it no
+/// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the humanoid.
+/// The skeleton has the bones and the path of the source. Its T-pose faces +Z with its feet on the ground. In it no
 /// node has a rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move
-/// otherwise than by rotation. Nodes of a face stand behind the bones, as they are. `known` has the bones, where
-/// they are not to be searched for.
+/// otherwise than by rotation. Nodes of a face stand behind the bones, as they are. `known` has the bones, where they
+/// are not to be searched for.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -158,9 +158,9 @@ impl Importer {
         Ok(scene)
     }
 
-    /// Imports a motion that is resampled to `rate`: at its own frame rate, or where it states none, at `rate`; and
-    /// with curves sampled at `rate` where the file's own rate makes more frames than the limits allow. `import`
-    /// imports it with the importer that it is given.
+    /// Imports a motion that is resampled to `rate`. It is read at its own frame rate, or at `rate` if it states none.
+    /// Curves are sampled at `rate` if the file's own rate makes more frames than the limits allow. `import` imports it
+    /// with the importer that it is given.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -275,7 +275,7 @@ impl Importer {
     }
 
     /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within
-    /// [`Limits::max_bytes`] if that is less; a stream whose beginning belongs to no known format is not read on,
+    /// [`Limits::max_bytes`] if that is less. A stream whose beginning belongs to no known format is not read on,
     /// unless [`Importer::format`] or the extension of `name` names one.
     ///
     /// ```

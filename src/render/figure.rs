@@ -120,7 +120,7 @@ pub struct DrawnClip<'a> {
     is_shown: Vec<bool>,
     /// The largest distance of a joint from the root: about half the height of a person.
     pub(super) reach: f32,
-    /// The height of the ground; of what is no humanoid, the height of its lowest joint in the whole clip.
+    /// The height of the ground. For a scene without a humanoid, the height of its lowest joint in the whole clip.
     pub(super) floor: f32,
     /// Metres in one unit of the scene.
     pub(super) metres: f32,
@@ -256,8 +256,8 @@ pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     in_body
 }
 
-/// Every node with its parent, except to and from a node that only groups others, and from one that stays where it is
-/// to a figure that moves away from it.
+/// Every node with its parent. Nodes that only group others are excepted, and so is the link from a still node to a
+/// figure that moves away from it.
 pub fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
     let leaves = leaves_a_still_node(scene, humanoid);
     let nodes = scene.nodes.iter().enumerate();

@@ -15,8 +15,8 @@ const BLACK: f32 = 0.5;
 const DOT: usize = 1;
 const MARK: [u8; 3] = [220, 30, 40];
 
-/// Draws a matrix as PNG, as the paper has it: the moments of the first clip from top to bottom, those of the
-/// second from left to right, and the lighter, the more alike. `marked` are rows and columns that get a red dot.
+/// Draws a matrix as PNG, as the paper has it. The moments of the first clip run from top to bottom, those of the
+/// second from left to right. Lighter means more alike. `marked` are rows and columns that get a red dot.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

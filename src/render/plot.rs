@@ -52,9 +52,9 @@ struct Curve {
 }
 
 impl Drawing {
-    /// Draws two panels for each joint: its position in the world, in the unit of the scene where it is known, and its
-    /// rotation relative to its parent, in degrees about the axes of its channels, in their order. The time axis is in
-    /// seconds, to the last frame.
+    /// Draws two panels for each joint. The first has its position in the world, in the unit of the scene if it is
+    /// known. The second has its rotation relative to its parent, in degrees about the axes of its channels, in their
+    /// order. The time axis is in seconds, to the last frame.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

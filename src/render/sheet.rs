@@ -44,8 +44,9 @@ const HEAD: f32 = 220.0;
 const POSE_ASPECT: f32 = 1.35;
 
 impl Drawing {
-    /// Draws every clip as a row: its name, a summary, the path of its root seen from above, and its poses, evenly
-    /// spaced in time, each with its time and the root's path on the floor. All poses of a row have the same scale.
+    /// Draws every clip as a row: its name, a summary, the path of its root seen from above, and its poses. The poses
+    /// are evenly spaced in time. Each has its time and the root's path on the floor. All poses of a row have the same
+    /// scale.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -44,9 +44,8 @@ const VIEWS: [(&str, f32, f32); 3] = [
 ];
 
 impl Drawing {
-    /// Draws the T-pose of each skeleton as a row: where it comes from, and the figure from the front, from its left
-    /// and from above, with the names of the bones. Left is blue, right orange, the middle green, and what is no bone
-    /// grey.
+    /// Draws the T-pose of each skeleton as a row: its origin, and the figure from the front, from its left and from
+    /// above, with the names of the bones. Left is blue, right orange, the middle green, and what is no bone grey.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

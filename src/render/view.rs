@@ -155,10 +155,9 @@ struct PageData {
 
 /// A page that plays `clips` together, side by side or overlaid.
 ///
-/// The keys of a clip that take more than 4 MiB are packed. The page states how far that puts a joint from its position
-/// in the file: in no frame more than a ten thousandth of the figure's reach, 0.1 mm for a person. Those of more than
-/// 128 MiB, half an hour at 120 frames a second, are within 15 ten thousandths, 1.4 mm, so that the page of an hour has
-/// about 20 MB.
+/// The keys of a clip that take more than 4 MiB are packed. The page states the resulting error of a joint. In no frame
+/// is it more than a ten thousandth of the figure's reach, 0.1 mm for a person. Motions of more than 128 MiB, half an
+/// hour at 120 frames a second, are within 15 ten thousandths, 1.4 mm. So the page of an hour has about 20 MB.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

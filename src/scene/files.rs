@@ -130,7 +130,7 @@ fn write_noted(
     write().map_err(|source| Error::io(path, source))
 }
 
-/// What a path stands for.
+/// The kind of file that a path names.
 enum Target {
     /// A regular file or a new one; links are followed.
     File(PathBuf),

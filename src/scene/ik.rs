@@ -4,8 +4,8 @@
 //! [`Pose::bend_chain`](crate::Pose::bend_chain) solves chains of any length, with limits, step by step. Both change a
 //! [`Pose`](crate::Pose). [`TwoBone::solve`] and [`ChainOptions::bend_positions`] are these solvers on plain positions.
 //!
-//! No goal gives a pose that is not finite: one that is not finite itself, or that asks for what the bones cannot do,
-//! changes nothing, or as much as is possible.
+//! No goal gives a pose that is not finite. A goal that is not finite changes nothing. A goal that the bones cannot
+//! reach changes as much as is possible.
 
 mod chain;
 mod goal;

@@ -59,8 +59,8 @@ setters! {
 }
 
 impl Limits {
-    /// The limit on values that are made of less: of `stated` bytes, in formats in which few bytes can state a long
-    /// take (curves, or keys far apart), or of `stated` values, at another frame rate.
+    /// The limit on values that are made of less. They are made of `stated` bytes, in formats in which few bytes can
+    /// state a long take (curves, or keys far apart). Or they are made of `stated` values, at another frame rate.
     ///
     /// The limit grows with what is there, so that memory stays in proportion to it. 256 values per byte are more than
     /// a file needs in which one joint of a hundred moves and the others have one key.

@@ -46,8 +46,8 @@ macro_rules! setters {
 pub use setters;
 
 /// Declares a struct of weights from one table: field, default, unit, and the reason for the default with its source.
-/// It gives the documentation, the default, the setters, the JSON in which only other values than the defaults stand,
-/// and `ROWS`, from which `docs/weights.md` and the schema of jobs are written.
+/// It gives the documentation, the default, the setters, and the JSON that has only values other than the defaults. It
+/// also gives `ROWS`, from which `docs/weights.md` and the schema of jobs are written.
 #[macro_export]
 macro_rules! weights {
     (

@@ -86,8 +86,8 @@ impl Player {
         Self::of_length(animation.duration, animation.ticks_per_second)
     }
 
-    /// A player of what has a length in ticks and is no [`Animation`], such as a packed clip, whose
-    /// `player` it is. A length that is not above 0 is 0.
+    /// A player of something with a length in ticks that is no [`Animation`], such as a packed clip, whose `player` it
+    /// is. A length that is not above 0 is 0.
     pub fn of_length(duration: f64, ticks_per_second: f64) -> Self {
         Self {
             tick: 0.0,

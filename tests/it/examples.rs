@@ -22,7 +22,7 @@ const LECTURE: &str = "fixtures/real/lecture_Test.bvh";
 
 /// The lecture's arm in frame `frame`, from 0: name, x and y of each node. Nothing leaves the plane z = 0.
 ///
-/// The shoulder is at (0.1 (frame + 1), 0.02 frame), the links are 2, 1.5 and 0.5 long, and each joint is turned by its
+/// The shoulder is at (0.1 (frame + 1), 0.02 frame). The links are 2, 1.5 and 0.5 long. Each joint is turned by its
 /// angle times frame + 1 against the link before.
 fn arm(frame: f64) -> [(&'static str, f64, f64); 4] {
     let count = frame + 1.0;

@@ -1,8 +1,8 @@
 //! Forward kinematics of a BVH file, in double precision, straight from its text.
 //!
-//! The tests compare the library with this. It shares no code with the library: it has its own reader (line by line
-//! where the library reads tokens), its own 3x3 matrices in place of quaternions, and no single precision anywhere. It
-//! reads plain files, not every dialect; a fixture in a dialect is compared through the plain text that means the same.
+//! The tests compare the library with this. It shares no code with the library. It has its own reader (line by line;
+//! the library reads tokens), its own 3x3 matrices in place of quaternions, and no single precision. It reads plain
+//! files, not every dialect; a fixture in a dialect is compared through the plain text that means the same.
 //!
 //! The position of a joint is `parent_position + parent_rotation * local`, where `local` is its OFFSET with each
 //! component that has a position channel replaced by the channel's value. Its rotation is `parent_rotation * R1 * R2 *

@@ -116,8 +116,8 @@ fn every_report_has_a_text_and_is_data() {
     }
 }
 
-/// Types that have all the variants or fields that they will ever have, or that a program makes as literals, so that a
-/// new field is to be an error in it.
+/// Types that will never get another variant or field, or that a program makes as literals, in which a new field should
+/// be an error.
 const CLOSED: &[&str] = &[
     // The scene, which readers and writers of other formats build: each field is an answer that they owe.
     "Animation",

@@ -3,7 +3,7 @@
 use super::bits::{bits_at, lowest};
 
 pub(super) const MAGIC: [u8; 4] = *b"MCLP";
-/// Clips whose nodes stand at rest as they do in the motion, and all.
+/// The version of clips whose nodes have their rest pose in the motion, and the version of all clips.
 pub(super) const VERSION: u16 = 1;
 pub(super) const VERSION_WITH_REST: u16 = 2;
 

@@ -84,8 +84,8 @@ impl RotationFormat {
     }
 }
 
-/// Four integers next to the components of `rotation`: of the sixteen roundings up or down the one whose length is
-/// nearest to 1, because a reader that does not normalize would stretch what the joint carries.
+/// Four integers next to the components of `rotation`. Of the sixteen roundings up or down they are the one whose
+/// length is nearest to 1. A reader that does not normalize would otherwise stretch what the joint carries.
 fn quantize_int16(rotation: Quat) -> QuantizedRotation {
     let exact = rotation.to_array().map(|c| c * INT16_MAX);
     let below = exact.map(floor);
@@ -146,7 +146,7 @@ pub struct Lattice {
     /// The largest integer that a component can be; it stands for the root of a half. Its two lowest bits are set: in
     /// their place the fourth stored integer has the dropped component.
     max: i32,
-    /// Whether a reader rounds what it decodes to 16-bit integers, as that of the filter does.
+    /// Whether a reader rounds its decoded values to 16-bit integers, as the reader of the filter does.
     rounds: bool,
 }
 

@@ -53,8 +53,8 @@ impl TranslationFormat {
         Self::Multiples(step.max(largest / MAX_MULTIPLE).max(f32::MIN_POSITIVE))
     }
 
-    /// Within `tolerance` of `translation`, and with the numbers of the key before where they are within a step: a
-    /// number that does not change costs nothing in a stream of differences.
+    /// Within `tolerance` of `translation`, and with the numbers of the key before if they are within a step. A number
+    /// that does not change costs nothing in a stream of differences.
     pub(crate) fn quantize(
         self,
         translation: Vec3,

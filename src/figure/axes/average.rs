@@ -78,8 +78,8 @@ impl Knuckle {
 /// The largest angle between a trunk and the up axis of a body that stands, in radians.
 const UPRIGHT: f32 = 0.26;
 
-/// The fraction of frames in which a body stands that stands as a rule: one that leans all the time stands anyhow in
-/// the few frames in which it does not.
+/// The least fraction of frames in which a body stands, if it stands as a rule. A body that leans all the time still
+/// stands in a few frames.
 const STANDS_OFTEN: f32 = 0.33;
 
 /// A joint of the trunk, or of a limb at its beginning, against the trunk.

@@ -17,7 +17,7 @@ const BENT: f32 = 0.2;
 /// of an elbow whose joint turns the forearm too is not.
 const FIXED: f32 = 0.21;
 
-/// Above this the axes are anywhere, as those of knees whose joints are turned at random about their bones: 52 degrees.
+/// Above 52 degrees the axes have no order, as for knees whose joints are rolled at random.
 const WIDEST: f32 = 0.9;
 
 /// The angle at which an axis counts half in the mean, in radians.

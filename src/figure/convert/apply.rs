@@ -13,9 +13,9 @@ impl Conversion {
     ///
     /// The guesses of unit, up axis and first frame are added to
     /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions), and so are part of the output. Guesses
-    /// about the figure are added too, and change nothing: whether it is a humanoid and, for one, the direction that it
-    /// faces at rest in the axes of the file, its rest pose and its sides. Of these, only names of the wrong side are
-    /// returned. The exact rate of a rounded frame time is returned and not added.
+    /// about the figure are added too, and change nothing. They say whether it is a humanoid. For a humanoid they add
+    /// its facing at rest in the axes of the file, its rest pose and its sides. Of these, only names of the wrong side
+    /// are returned. The exact rate of a rounded frame time is returned and not added.
     ///
     /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///

@@ -17,8 +17,8 @@ use crate::{Figure, Humanoid, HumanoidBone as Bone, HumanoidMap, Side};
 /// The fraction of the size of a skeleton below which two joints coincide, and no direction is between them.
 const COINCIDENT: f32 = 1e-4;
 
-/// The sine of the angle between a bone and the axis about which it would bend below which that says nothing: what is
-/// left of the axis across the bone is rounding.
+/// The least sine of the angle between a bone and its bending axis. Below it, the part of the axis across the bone is
+/// rounding.
 const ALONG: f32 = 1e-3;
 
 /// The axis of a joint's frame that points along its bone: [`Conversion::bone_axis`] has an example.

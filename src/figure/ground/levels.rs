@@ -108,7 +108,7 @@ fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
     before.map(|(height, _)| height)
 }
 
-/// How much each examined frame counts: half of the mean ways of the points to it and from it, in metres.
+/// The weight of each examined frame: half of the mean distance that the points move to it and from it, in metres.
 fn weights(tracks: &[&[Vec3]], (frames, stride): (usize, usize), metres: f32, rate: f64) -> Vec<f32> {
     let examined: Vec<usize> = (0..frames).step_by(stride).collect();
     let standing = STANDING * (stride as f64 / rate.max(f64::MIN_POSITIVE)) as f32;

@@ -143,8 +143,8 @@ fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
     })
 }
 
-/// Where thighs are children of the first joint of the spine, as in Biped, or legs of a joint of their own, the hips
-/// are the joint above that has their name.
+/// Thighs may be children of the first joint of the spine, as in Biped, or legs may have a joint of their own. Then the
+/// hips are the joint above that has their name.
 pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     let trunk = &mut body.trunk;
     let pelvis = body.legs.pair.branch;
@@ -173,7 +173,7 @@ pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     }
 }
 
-/// The best reading of what is between legs and arms.
+/// The best reading of the joints between legs and arms.
 fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
     trunk_but(tree, legs, arms, None)
 }

@@ -1,7 +1,7 @@
 //! Creatures that have legs and a trunk, and are no humanoids.
 //!
-//! Names of parts that people do not have, a tail, and the lengths of a bird say so, which are alike in all clips of a
-//! skeleton; and so does how it stands, where its limbs have the lengths of four legs.
+//! The evidence is alike in all clips of a skeleton: names of parts that people do not have, a tail, and the lengths of
+//! a bird. If the limbs have the lengths of four legs, the stance is evidence too.
 
 use glam::Vec3;
 use mocap_scene::scene::{NodeId, Scene};
@@ -69,14 +69,14 @@ const SOLE_OF_BIRD: f32 = 0.6;
 /// From the shoulders to the head, as a fraction of thigh and shin: 0.3 for people.
 const NECK_OF_BIRD: f32 = 0.6;
 
-/// Upper arm and forearm as a fraction of thigh and shin, from which on they can be legs: 0.6 for people, with a spread
-/// of 0.06, and 0.8 to 1.1 for dogs, cats and horses.
+/// The least length of upper arm and forearm that can be legs, as a fraction of thigh and shin. People have 0.6, with a
+/// spread of 0.06; dogs, cats and horses have 0.8 to 1.1.
 const FRONT_LEGS: f32 = 0.78;
 
 /// The same ratio where no names say that they are arms: 0.78 for a dog whose hind legs have four bones.
 const FRONT_LEGS_WITHOUT_NAMES: f32 = 0.7;
 
-/// Why a skeleton whose limbs stand is an animal.
+/// Why a skeleton that stands on its limbs is an animal.
 pub(super) const ON_FOUR_LEGS: &str = "the limbs at both ends of the trunk stand below it: an animal on four legs";
 
 /// What the best reading of a skeleton is instead of a humanoid, and why.
@@ -133,8 +133,8 @@ fn tail(tree: &Tree, body: &Body) -> Option<usize> {
     })
 }
 
-/// Whether the legs are those of an animal that stands on its toes, and its neck is long: longer than the trunk too,
-/// which it is not in figures with large heads and short legs.
+/// Whether the legs are those of an animal that stands on its toes, and its neck is long. The neck must be longer than
+/// the trunk too, unlike in figures with large heads and short legs.
 fn has_lengths_of_bird(tree: &Tree, body: &Body) -> bool {
     let stands_on_toes = body.legs.joints.iter().all(|joints| {
         let [_, Some(lower), Some(foot), Some(toes)] = *joints else {

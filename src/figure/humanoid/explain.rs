@@ -1,4 +1,5 @@
-//! Why a skeleton is read as it is: what each table says of the chosen reading, and what came second.
+//! The reasons for the reading of a skeleton: the scores of each table for the chosen reading, and the second best
+//! reading.
 
 use mocap_scene::scene::Scene;
 use serde::Serialize;

@@ -57,8 +57,8 @@ const MOST_CHAINS: usize = 16;
 /// How far the knuckles are from the wrist, as a fraction of the forearm.
 const KNUCKLES: f32 = 0.36;
 
-/// How far from the wrist joints of the palm begin at most, as a fraction of the forearm. Where joints are numbered
-/// from 1 and the first is farther, it is the knuckle, and a fourth the tip, as in Mixamo; in SOMA the first is of the
+/// How far from the wrist joints of the palm begin at most, as a fraction of the forearm. If joints are numbered from 1
+/// and the first is farther, it is the knuckle, and a fourth is the tip, as in Mixamo. In SOMA the first belongs to the
 /// palm, and a joint `End` follows the fourth.
 const PALM: f32 = 0.2;
 

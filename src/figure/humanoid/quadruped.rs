@@ -316,8 +316,8 @@ fn search<'a>(scene: &Scene, tree: &'a Tree, all: &'a [Legs]) -> Option<Stance<'
     best.map(|(_, stance)| stance)
 }
 
-/// How much longer than wide the trunk between two pairs of limbs is, from 0 to 1: four limbs of one joint can be
-/// paired across the trunk and along it.
+/// How much longer than wide the trunk between two pairs of limbs is, from 0 to 1. It is needed because four limbs of
+/// one joint can be paired across the trunk and along it.
 fn length_of_trunk(views: &[&[Vec3]], pairs: [&Legs; 2]) -> f32 {
     let of_view = |view: &&[Vec3]| {
         let along = pairs[0].middle(view).distance(pairs[1].middle(view));

@@ -26,8 +26,8 @@ const BENT: f32 = 0.015;
 /// A foot that turns off from the shin by less than 26 degrees points nowhere: the cosine.
 const STRAIGHT_ON: f32 = 0.9;
 
-/// The cosine of the largest angle between the lines of hips and shoulders in a pose that tells left from right: a
-/// living trunk is not wrung by more than 75 degrees.
+/// The cosine of 75 degrees. In a pose that tells left from right, the lines of hips and shoulders are at most this far
+/// apart: no living trunk twists more.
 const WRUNG: f32 = 0.26;
 
 /// What one pose says about the sides, each from -1 to 1: above 0 where the limb of the first root is the left one.
@@ -87,7 +87,7 @@ pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> 
     }
 }
 
-/// What the rest pose says; nothing where it is not that of a standing figure.
+/// The evidence of the rest pose; none if the figure does not stand in it.
 pub(super) fn at_rest(tree: &Tree, body: &Body) -> Evidence {
     if stands(tree, body) {
         evidence(tree, body, |node| tree.at[node])
@@ -355,8 +355,8 @@ fn is_wrung(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> bool {
 /// The least cosine of the angle between hips and shoulders, in the mean, with which arms are clearly above their legs.
 const ABOVE: f32 = 0.5;
 
-/// How much the first arm is on the side of the first leg, from -1 to 1: at rest, and where it does not show there, in
-/// the mean of the motion.
+/// How much the first arm is on the side of the first leg, from -1 to 1. It is measured at rest, or in the mean of the
+/// motion if the rest pose does not show it.
 fn arm_above_leg(scene: &Scene, tree: &Tree, body: &Body) -> f32 {
     let Some(arms) = &body.arms else { return 1.0 };
     let same_way = |at: &dyn Fn(usize) -> Vec3| {

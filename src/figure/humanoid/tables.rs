@@ -1,9 +1,9 @@
-//! The tables by which a reading of a skeleton is judged: how likely the lengths, the names and the shape of its joints
-//! are for the bones that they are read as.
+//! The tables by which a reading of a skeleton is judged. They state how likely the lengths, the names and the shape of
+//! the joints are for the bones of the reading.
 //!
-//! A reading scores the sum of natural logarithms of likelihoods. The logarithm of a ratio of two lengths is taken to
-//! be normally distributed, with one mean and one spread for all bodies: grown people and the skeletons that programs
-//! ship. A name and a sign in the shape of the tree add how much likelier they are where the reading is right.
+//! A reading scores the sum of natural logarithms of likelihoods. The logarithm of a ratio of two lengths is assumed to
+//! be normally distributed. One mean and one spread serve all bodies: adults and the skeletons that programs ship. A
+//! name and a sign in the shape of the tree add how much likelier they are where the reading is right.
 //!
 //! Means are near those of the skeletons of `fixtures`, by their maps that were made by hand: `tools/figure/fit` prints
 //! them beside these. Spreads are wider than what it prints, since there are skeletons of other kinds too: children,

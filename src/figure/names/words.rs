@@ -1,9 +1,14 @@
 //! The words that joint names are made of, and which parts of a body each means.
 //!
-//! Gathered from the names that programs and capture systems write: Biovision, CMU, Acclaim, MotionBuilder, Mixamo, 3ds
-//! Max Biped, Maya, Blender Rigify, Unreal, VRM, MikuMikuDance, Poser, Daz, MakeHuman, Second Life, Xsens, Rokoko,
-//! Perception Neuron, mocopi, Kinect, SlimeVR, SMPL, LAFAN1, SOMA. One word is not one part: `LeftShoulder` is a collar
-//! bone or an upper arm, `LeftLeg` a shin or a thigh, so each part has a weight.
+//! Gathered from the names that programs and capture systems write:
+//!
+//! - modelling programs: MotionBuilder, Mixamo, 3ds Max Biped, Maya, Blender Rigify, Unreal, VRM, MikuMikuDance, Poser,
+//!   Daz, MakeHuman, Second Life
+//! - capture systems: Biovision, CMU, Acclaim, Xsens, Rokoko, Perception Neuron, mocopi, Kinect, SlimeVR
+//! - data sets: SMPL, LAFAN1, SOMA
+//!
+//! One word is not one part: `LeftShoulder` is a collar bone or an upper arm, `LeftLeg` a shin or a thigh, so each part
+//! has a weight.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;

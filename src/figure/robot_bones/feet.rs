@@ -12,8 +12,8 @@ const SHIN: f64 = 0.5;
 const LEVEL_SOLE: f64 = 0.02;
 
 impl Tree<'_> {
-    /// The foot of a shin without an ankle: the lowest link that is fixed to it, if that is below the knee, else the
-    /// shin itself, where its shapes show how far it reaches.
+    /// The foot of a shin without an ankle. It is the lowest link that is fixed to the shin, if that is below the knee.
+    /// Else it is the shin itself, if its shapes show how far it reaches.
     pub(super) fn fixed_foot(&self, shin: usize) -> Option<usize> {
         let height = |link: &usize| self.transforms[*link].translation.z;
         let fixed = (shin + 1..self.transforms.len()).filter(|link| self.is_fixed_to(*link, shin));

@@ -20,8 +20,8 @@ pub fn scene_of_clip(robot: &Robot, clip: Option<Animation>) -> Scene {
     scene
 }
 
-/// Moves the nodes of links that are bones to where their bones begin: the frame of a link may be anywhere, and that of
-/// a thigh is 12 cm below the hip. How links are turned, and where the others are, stays.
+/// Moves the nodes of links that are bones to where their bones begin. The frame of a link may be anywhere: that of a
+/// thigh is 12 cm below the hip. How links are turned, and where the others are, stays.
 fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose: &RobotTPose) {
     let mut begins = vec![Vec3::ZERO; robot.links.len()];
     for bone in bones {

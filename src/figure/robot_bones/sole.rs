@@ -41,11 +41,11 @@ const LONGEST: f64 = 0.6;
 /// Degrees by which a foot may be tilted where all joints are at 0: knees of some robots are bent there.
 const MOST_TILTED: usize = 48;
 
-/// Degrees of a step in which its sole is looked for: half of what makes a face stand on an edge.
+/// Degrees of a step of the search for the sole: half of the angle at which a face stands on an edge.
 const TILT_STEP: usize = 3;
 
-/// How many times as large the face must be on which a tilted foot stands, against what touches the floor without a
-/// turn.
+/// The least size of the face on which a tilted foot stands, as a multiple of the face that touches the floor without a
+/// rotation.
 const LARGER: f64 = 1.5;
 
 /// How far balls may be from the plane of a face, as a fraction of the leg.
@@ -129,7 +129,7 @@ pub fn on_the_floor(mut balls: Vec<SoleBall>, foot: &Placement, leg: f64, is_sho
     }
 }
 
-/// The rotation that brings a foot onto the largest face that it can stand on; none where it stands on one already.
+/// The rotation that brings a foot onto the largest face that it can stand on; none if it stands on it already.
 fn to_flat(balls: &[SoleBall], leg: f64) -> DQuat {
     let as_it_is = face(balls, DVec3::NEG_Z, leg);
     let mut best = (

@@ -145,8 +145,8 @@ impl Builder<'_> {
     /// The end of a forearm that has no hand: along the forearm, as far beyond its centre of mass as that is from the
     /// elbow, and a little less. The centre of its shapes is taken where the file states no mass.
     fn tip(&self, forearm: Bone) -> Option<DVec3> {
-        /// The distance of the end of a forearm from the elbow, as a multiple of the distance of its centre of mass: 2
-        /// for a bar, less for a forearm that is thicker at the elbow.
+        /// The distance of the end of a forearm from the elbow, as a multiple of the distance of its centre of mass. A
+        /// bar has 2; a forearm that is thicker at the elbow has less.
         const BEYOND: f64 = 1.8;
 
         /// The distance in metres of a centre from the elbow below which it tells no direction: rounding of files.

@@ -20,8 +20,8 @@ const FACING_IS_INEXACT: f32 = 0.09;
 /// A foot that points further down than this, as a fraction of its length, does not stand on its sole at rest.
 const POINTED_FOOT: f32 = 0.9;
 
-/// The largest angle of a shortest rotation from a rest pose that stands, in radians, that leaves no doubt how the
-/// bone is turned about itself: arms that hang down turn by 90 degrees.
+/// The largest angle, in radians, of a shortest rotation from a rest pose that stands and leaves no doubt about the
+/// roll of the bone. Arms that hang down turn by 90 degrees.
 const SMALL_TURN: f32 = 1.05;
 
 /// The roll of a palm that looks forward or back in a rest pose that stands, in radians. One that is rolled further
@@ -192,11 +192,11 @@ impl Builder {
         (self.source == TPoseSource::Computed).then_some((to_t_pose, TPoseReason::AverageOfMotion))
     }
 
-    /// A hand that points along `direction` after `to_t_pose`, rolled until the palm is down: the knuckle of the index
-    /// finger in front of the knuckle of the little finger, or the thumb in front of the hand. A hand of a rest pose
-    /// that stands is rolled only where its palm looks forward, back or up: hands are not quite flat at rest. That a
-    /// palm looks up must be seen in the thumb too, which begins on the side of the index finger: fingers whose names
-    /// are in the opposite order would turn the hand over.
+    /// A hand that points along `direction` after `to_t_pose`, rolled until the palm is down. Then the knuckle of the
+    /// index finger is in front of the knuckle of the little finger, or the thumb in front of the hand. A hand of a
+    /// rest pose that stands is rolled only where its palm looks forward, back or up: hands are not quite flat at rest.
+    /// The thumb, which begins on the side of the index finger, must show too that a palm looks up. Otherwise fingers
+    /// with names in the opposite order would turn the hand over.
     fn palm_down(&self, bone: Bone, joint: NodeId, to_t_pose: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
         let at = |finger: Bone| Some(self.offset(joint, self.knuckles.of(finger.on(side))?));

@@ -20,8 +20,8 @@ const TIPPED_HEAD: f32 = 0.7;
 /// mean is at most 20 degrees.
 const TURNED_SHOULDER: f32 = 0.35;
 
-/// The smallest angle in radians of a foot of a rest pose that stands, that counts: in fixtures whose rest pose stands
-/// on its soles, the feet of the motion seem to stand up to 13 degrees otherwise.
+/// The smallest angle, in radians, of a foot that counts, in a rest pose that stands. In fixtures whose rest pose
+/// stands on its soles, the feet of the motion differ from it by up to 13 degrees.
 const SMALLEST_LEVELLED: f32 = 0.26;
 
 /// The same of any other rest pose, in radians: what rounding leaves.
@@ -31,8 +31,8 @@ const SMALLEST_WITHOUT_REST: f32 = 0.02;
 /// off, and its feet are rolled with them.
 const SMALLEST_APART: f32 = 0.1;
 
-/// Feet are rolled with the legs where they stand in the motion rolled by this fraction of the angle by which those are
-/// apart: 0.7 to 1.6 in clips of CMU's database. Feet of a rest pose with flat soles stand as they are.
+/// Feet are rolled with the legs if the motion shows this fraction of the roll that separates the legs. Clips of CMU's
+/// database show 0.7 to 1.6. Feet of a rest pose with flat soles stand as they are.
 const ROLLED_WITH_LEGS: std::ops::RangeInclusive<f32> = 0.3..=2.0;
 
 impl Builder {
@@ -98,8 +98,8 @@ impl Builder {
     }
 
     /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. Where the
-    /// rest pose does not stand, the reference pose says nothing about how the feet roll. Where it stands with its legs
-    /// apart, as that of CMU's database, its feet may be rolled outwards with them.
+    /// rest pose does not stand, the reference pose says nothing about how the feet roll. If it stands with its legs
+    /// apart, as in CMU's database, its feet may be rolled outwards with the legs.
     fn level_feet(&mut self, scene: &Scene) {
         let stands = self.source == TPoseSource::RestPose;
         let levelled = match stands {
@@ -143,8 +143,8 @@ impl Builder {
         }
     }
 
-    /// Turns a head that the motion shows tipped over against the chest all the time: the bones of a rest pose that had
-    /// to be computed say nothing about how its joint is turned.
+    /// Turns a head that the motion shows tipped against the chest all the time. If the rest pose had to be computed,
+    /// its bones say nothing about the rotation of the head's joint.
     fn level_head(&mut self, scene: &Scene) {
         let (Some(head), Some((chest, chest_joint))) = (self.joint(Bone::Head), self.chest()) else {
             return;
@@ -213,7 +213,7 @@ impl Builder {
     }
 }
 
-/// Whether feet that stand are rolled against the reference pose as its legs are, which stand apart by an angle.
+/// Whether feet in stance are rolled against the reference pose by the angle by which its legs are apart.
 fn rolled_with_legs(apart: f32, left: f32, right: f32) -> bool {
     ROLLED_WITH_LEGS.contains(&(0.5 * (right - left) / apart))
 }

@@ -1,7 +1,7 @@
 //! How a foot is turned when it stands on its sole, and a head on its neck, seen in the motion.
 //!
 //! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot
-//! whose ankle and ball are as low as they ever are stands on its sole.
+//! stands on its sole if its ankle and ball have their lowest heights.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::directions::rotation_of;
@@ -17,7 +17,7 @@ const SHARE: f32 = 0.2;
 /// The fraction of the positions of an ankle that are lower than the least height of it that counts, as noise is.
 const NOISE: f64 = 0.02;
 
-/// The fewest frames that show how a foot stands.
+/// The least number of frames that show the stance of a foot.
 const FEWEST: usize = 8;
 
 /// The largest difference of the middle half of these frames, in radians.
@@ -43,7 +43,7 @@ pub(super) struct Foot {
     pub(super) joint_to_frame: Quat,
 }
 
-/// How the feet of the reference pose are turned where they stand in the motion, in radians.
+/// The rotation of the feet of the reference pose in stance in the motion, in radians.
 #[derive(Clone, Debug)]
 pub(super) struct Stance {
     /// Of both, where the motion shows it. Positive where the toes of the motion are higher than those of the reference
@@ -109,8 +109,8 @@ struct Sample {
     roll: f32,
 }
 
-/// How a joint is turned against another on the average, each given with the inverse of its rotation in the T-pose;
-/// `None` where the motion does not show it.
+/// The average rotation of a joint against another, each given with the inverse of its rotation in the T-pose; `None`
+/// if the motion does not show it.
 pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Quat)) -> Option<Quat> {
     let (mut sum, mut count) = (Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), 0);
     sample(scene, |pose| {

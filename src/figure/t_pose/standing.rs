@@ -24,8 +24,8 @@ pub(super) struct Sources<'a> {
     pub(super) shown: Option<&'a Shown>,
 }
 
-/// The rest pose where it stands, and nothing of the motion is `shown`; else the first frame of the motion if that is
-/// a T-pose; else a figure whose bones are turned to where they point in one.
+/// The rest pose if it stands; nothing of the motion is `shown` then. Else the first frame of the motion if that is a
+/// T-pose. Else a figure whose bones are turned to their directions in a T-pose.
 pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_to_world: &Mat3) -> (TPoseSource, Pose) {
     let &Sources { humanoid, shown, .. } = sources;
     let rest = Pose::rest(scene);

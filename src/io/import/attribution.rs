@@ -12,7 +12,7 @@ const NAME: &str = "mocap.toml";
 /// A larger file is somebody else's.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Tells a scene what the files beside `path` say of it and what its own file does not state; the nearest wins.
+/// Adds to a scene the statements of the files beside `path` that its own file does not have; the nearest wins.
 pub(super) fn complete(scene: &mut Scene, path: &Path) -> Result<()> {
     let Ok(path) = std::path::absolute(path) else {
         return Ok(());

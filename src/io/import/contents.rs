@@ -1,7 +1,7 @@
 //! Opens input files, and holds their bytes against the limits while it reads them.
 //!
-//! Files are read, not mapped into memory: another program that shortens a mapped file ends the process that reads it,
-//! and one that changes it would change bytes that a reader has checked.
+//! Files are read, not mapped into memory. Another program that shortens a mapped file ends the process that reads it.
+//! A program that changes it would change bytes that a reader has checked.
 
 use std::fs::{self, File};
 use std::io::{self, Read};

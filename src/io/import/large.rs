@@ -80,7 +80,7 @@ impl LargeFile {
         self.state.lock().expect("nothing panics while it holds this lock")
     }
 
-    /// Hashes what was read, and what will be.
+    /// Hashes the bytes that were read, and those that will be.
     pub(super) fn start_hash(&self) {
         let mut sum = Sha256Sum::default();
         sum.add(&self.beginning);

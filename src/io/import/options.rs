@@ -170,9 +170,8 @@ impl Importer {
         self
     }
 
-    /// Solves a skeleton with rotations from the markers of a file: `auto` where their labels are those of a known set
-    /// (`docs/markers.md`), `auto:NAME` for that subject of several, or a JSON file, an object from labels to
-    /// landmarks.
+    /// Solves a skeleton with rotations from the markers of a file. `auto` is for labels of a known set
+    /// (`docs/markers.md`), `auto:NAME` for one subject of several. A JSON file has an object from labels to landmarks.
     /// Default: markers are points without a skeleton.
     ///
     /// ```
@@ -212,10 +211,10 @@ impl Importer {
         self
     }
 
-    /// The body on which arrays of rotations are put, such as those of AMASS: a model of SMPL, SMPL-H or SMPL-X as
-    /// `.npz` or `.pkl`, whose shape then follows the coefficients of the motion, or a file with a figure in any
-    /// format. Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] where the
-    /// file has lengths of its own.
+    /// The body on which arrays of rotations are put, such as those of AMASS. It is a file with a figure in any format,
+    /// or a model of SMPL, SMPL-H or SMPL-X as `.npz` or `.pkl`. The shape of such a model follows the coefficients of
+    /// the motion. Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] where
+    /// the file has lengths of its own.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

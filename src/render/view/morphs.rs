@@ -1,8 +1,8 @@
 //! Morph targets of a skin for a page.
 //!
 //! Targets of one name are one slider, over all meshes. For all sliders together the block has the vertices that they
-//! move (32 bits), what they add to their positions (3 of 16 bits, signed, in steps of the slider), and, after the
-//! skin's normals, what they add to those (3 signed bytes, 63 for 1).
+//! move (32 bits). Then come the offsets of their positions (3 of 16 bits, signed, in steps of the slider). After the
+//! skin's normals follow the offsets of the normals (3 signed bytes, 63 for 1).
 
 use std::collections::HashMap;
 
@@ -154,7 +154,7 @@ impl Morphs {
         }
     }
 
-    /// Adds those of a mesh whose vertices begin at `first`.
+    /// Adds the sliders of a mesh whose vertices begin at `first`.
     pub fn push(&mut self, mesh: &Mesh, first: usize) {
         if self.are_left_out {
             return;

@@ -2,15 +2,15 @@
 //!
 //! A block has the frames from one tick to another of every track that is not constant. Each component of a track is a
 //! row of numbers, stored as its least value, a step, and how many steps each frame is above the least. A row has the
-//! fewest bytes a frame whose step is within the precision, or 32-bit floats. Of a rotation the component that stays
-//! farthest from zero is left out, because the four have length 1. (Smallest three, as in Glenn Fiedler's "Snapshot
-//! Compression", with the ranges of a run of frames, as in ACL.)
+//! fewest bytes a frame whose step is within the precision, or 32-bit floats. A rotation omits the component that stays
+//! farthest from zero, because the four have length 1. (Smallest three, as in Glenn Fiedler's "Snapshot Compression",
+//! with the ranges of a run of frames, as in ACL.)
 //!
 //! The positions of all joints are compared with the source in every frame; a block whose joints are farther from it
 //! than [`MAX_ERROR`] allows is packed again with finer steps.
 //!
-//! In a page that is a file a block is a packed clip (`pack/clip_block.rs`) where that can be, which has less than half
-//! of the bytes and takes several times as long to write.
+//! In a page that is a file, a block is a packed clip (`pack/clip_block.rs`) if possible. It has less than half of the
+//! bytes, and takes several times as long to write.
 
 mod clip_block;
 
@@ -41,8 +41,8 @@ const MAX_ERROR: f64 = 1e-4;
 /// [`LONG_MAX_ERROR`] in a page that is a file.
 const LONG_BYTES: usize = 128 << 20;
 
-/// Of such a motion the largest distance of a joint from its position in the file, as a fraction of the figure's reach:
-/// 1.4 mm for a person, less than a pixel where the figure fills a screen of 1080 lines.
+/// The largest distance of a joint of such a motion from its position in the file, as a fraction of the figure's reach.
+/// It is 1.4 mm for a person, less than a pixel if the figure fills a screen of 1080 lines.
 const LONG_MAX_ERROR: f64 = 1.5e-3;
 
 /// The component of a unit quaternion above which it may be left out: the largest of four is at least a half.
@@ -247,7 +247,7 @@ fn pack_rows(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<Row> {
 
 /// The form of a rotation track whose four components are all there.
 const ALL_FOUR: u8 = 4;
-/// Added to the number of the component left out, where that is below zero.
+/// Added to the number of the omitted component if that is below zero.
 const NEGATIVE: u8 = 8;
 
 pub fn pack_rotations(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<Row> {

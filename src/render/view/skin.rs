@@ -82,7 +82,7 @@ pub(super) struct PackedSkin {
     pub(super) motion: Vec<(usize, Keys<f32>)>,
 }
 
-/// The skin of a scene, where it has one that can be shown, and what is not shown of it.
+/// The skin of a scene, if it has one that can be shown, and the parts that are not shown.
 pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
     let shown = |mesh: &&Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
     let meshes: Vec<&Mesh> = scene.own_meshes().filter(shown).collect();

@@ -69,7 +69,7 @@ pub(super) fn has_mark(path: &Path) -> bool {
     ends().is_ok_and(is_ours)
 }
 
-/// Whether the creator is a text of the metadata: its length, and digits of a version, are around it.
+/// Whether the creator is a text of the metadata. Its length stands before it, and digits of a version after it.
 fn has_creator(ends: &[u8]) -> bool {
     const SHORTEST: u8 = PARQUET_CREATOR.len() as u8 + 5;
     memchr::memmem::find_iter(ends, PARQUET_CREATOR.as_bytes()).any(|at| {

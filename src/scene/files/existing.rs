@@ -34,10 +34,10 @@ const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 /// - an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` that is no table of points;
 /// - a file that the record of outputs knows as made from these inputs, where the program keeps a record
 ///   (`mocap::job::remember_outputs`);
-/// - a glTF, FBX or USD file that this crate wrote, according to its `Provenance`. If an input is of these formats, it
-///   must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second is not an
-///   output. The file of a character to which this crate added animations says so in their `extras.mocap`; one of them
-///   must name two inputs, its motion and the character.
+/// - a glTF, FBX or USD file that this crate wrote, according to its `Provenance`. If an input is of these formats, the
+///   file must also name an input as its source. Otherwise a shell that expands `*.glb` to two files would make the
+///   second an output. The file of a character to which this crate added animations says so in their `extras.mocap`;
+///   one of them must name two inputs, its motion and the character.
 ///
 /// A file that the record knows, and that has changed since, is none of the last three.
 ///

@@ -136,8 +136,8 @@ impl OutputFile<'_> {
     }
 }
 
-/// Refuses two outputs of one call that are one file, or that are one on a system that does not tell capitals from
-/// small letters: the second would replace the first.
+/// Refuses two outputs of one call that are one file, or that are one on a system that does not distinguish capitals.
+/// The second would replace the first.
 ///
 /// # Errors
 /// [`Code::InvalidValue`].

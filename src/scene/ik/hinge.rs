@@ -13,9 +13,9 @@ use crate::scene::NodeId;
 /// The sine of the bend at which the bend that is seen counts as much as the hinge: 3 degrees.
 const SEEN: f64 = 0.05;
 
-/// The most that a hinge counts against the bend that is seen, as a fraction of the first bone's length by which the
-/// middle joint is aside: that of a bend of 2.3 degrees. A joint that is seen to bend farther back than that stays
-/// there.
+/// The largest weight of a hinge against the visible bend, as the distance of the middle joint from the line, in
+/// lengths of the first bone. It is that of a bend of 2.3 degrees. A joint that is seen to bend farther back than that
+/// stays there.
 pub const MOST_OF_HINGE: f64 = 0.02;
 
 /// The rotations of two bones in the world, to be applied after those that they have, that bring the end to a goal.
@@ -70,7 +70,7 @@ pub fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2]) -> Opt
     };
     let rotation = |from: DVec3, to: DVec3| Some(DQuat::from_mat3(&turn(from, to)?).normalize());
     let (upper, lower) = (rotation(first, upper_way)?, rotation(second, lower_way)?);
-    // What is left of rounding goes by the shortest rotation.
+    // The shortest rotation removes the remaining rounding.
     let exact = |rotation: DQuat, from: DVec3, to: DVec3| wide_arc(rotation * from, to, normal) * rotation;
     let (upper, lower) = (exact(upper, first, upper_way), exact(lower, second, lower_way));
     let found = HingeRotations {
@@ -89,8 +89,8 @@ pub fn seen_hinge(pose: &Pose, limb: [NodeId; 3]) -> Vec3 {
 }
 
 /// The rotations that bring the end of a limb to `goal`, in the plane in which it bends now, turned with the direction
-/// of its end by the smallest rotation. Where it is nearly straight and has to bend more, noise decides that plane, so
-/// the hinge counts by as much as the middle joint goes farther aside, up to [`MOST_OF_HINGE`]. `hinge` is as in
+/// of its end by the smallest rotation. If the limb is nearly straight and has to bend more, noise decides that plane.
+/// So the hinge counts by as much as the middle joint goes farther aside, up to [`MOST_OF_HINGE`]. `hinge` is as in
 /// [`plane_normal`].
 #[doc(hidden)]
 pub fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<HingeRotations> {

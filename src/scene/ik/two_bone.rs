@@ -33,7 +33,7 @@ impl TwoBone {
     /// one between the bones, and of the end.
     ///
     /// Out of reach, the bones are straight towards the goal; nearer than they can fold, folded. The plane in which
-    /// they bend turns with the direction of the end by the smallest rotation, so that nothing twists; with `pole`, a
+    /// they bend turns with the direction of the end by the smallest rotation, so that nothing twists. With `pole`, a
     /// position, the middle joint bends towards it.
     ///
     /// ```

@@ -2,7 +2,8 @@
 
 use super::cholesky::dot;
 
-/// An axis is left where the rows vary by less than this part of what they vary along the first, squared.
+/// The least squared variation of rows along an axis, as a fraction of that along the first axis. Further axes are
+/// dropped.
 const LEAST: f64 = 1e-12;
 
 /// Up to `count` eigenvectors of a symmetric matrix, those of the largest eigenvalues first, by power iteration of so

@@ -58,7 +58,7 @@ pub fn log(rotation: Quat) -> Vec3 {
     v * (2.0 * sin.atan2(w) / sin)
 }
 
-/// The quotient of an angle and its sine as a polynomial in 1 less the cosine: the interpolation of degree 9 at
+/// The quotient of an angle and its sine as a polynomial in 1 less the cosine. It is the interpolation of degree 9 at
 /// Chebyshev's nodes of 0 to 1, which is within 2e-8.
 pub const ANGLE_OVER_SINE: [f32; 10] = [
     1.0,
@@ -127,8 +127,8 @@ pub fn exp(vector: Vec3) -> Quat {
     Quat::from_xyzw(v.x, v.y, v.z, half.cos())
 }
 
-/// The twist of a rotation about an axis of unit length: what is left of it after the shortest rotation that brings the
-/// axis where the rotation brings it (swing-twist decomposition).
+/// The twist of a rotation about an axis of unit length (swing-twist decomposition). It remains after the shortest
+/// rotation that moves the axis as the rotation does.
 pub fn twist(rotation: Quat, axis: Vec3) -> Quat {
     let along = axis * rotation.xyz().dot(axis);
     let twist = Quat::from_xyzw(along.x, along.y, along.z, rotation.w);

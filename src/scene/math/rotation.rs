@@ -32,8 +32,8 @@ pub fn euler_rot(order: RotationOrder) -> EulerRot {
     }
 }
 
-/// The rotation by `degrees` about each axis in turn, each axis turned by the rotations before it: `R = R1 R2 R3`, as
-/// matrices on column vectors, in the order in which CHANNELS names them.
+/// The rotation by `degrees` about each axis in turn, each axis turned by the rotations before it. As matrices on
+/// column vectors it is `R = R1 R2 R3`, in the order in which CHANNELS names them.
 ///
 /// Each factor is a half-angle quaternion `cos(a/2) + sin(a/2) axis`. This is the definition, for tests; [`lanes`] is
 /// what runs.
@@ -66,8 +66,8 @@ pub fn from_euler(rotations: impl Iterator<Item = (Axis, f64)>) -> DQuat {
 
 /// Of a rotation's two quaternions, the one that Assimp takes.
 ///
-/// Assimp makes the quaternion of the rotation matrix: `w` is positive where the matrix's trace is, which is where
-/// `|w| > 1/2`; else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+/// Assimp makes the quaternion of the rotation matrix. `w` is positive if the matrix's trace is, which is if `|w| >
+/// 1/2`. Else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
 pub fn with_assimp_sign(rotation: DQuat) -> Quat {
     let DQuat { x, y, z, w } = rotation;
     let (xx, yy, zz) = (x * x, y * y, z * z);
@@ -85,13 +85,13 @@ pub fn with_assimp_sign(rotation: DQuat) -> Quat {
     rotation.as_quat()
 }
 
-/// The angles in degrees about the axes of `order` whose [`from_euler`] is `rotation`: of all such triples the one
-/// nearest to `before`, so that angles go on past 180 degrees without a jump.
+/// The angles in degrees about the axes of `order` whose [`from_euler`] is `rotation`. Of all such triples it is the
+/// one nearest to `before`, so that angles go on past 180 degrees without a jump.
 ///
-/// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`, and `cos b` is a factor of all
-/// others in that row and column, which gives `b` and then `c`; what is left of `R` after taking `c` and `b` away gives
-/// `a`. The other solution is `(a + 180, 180 - b, c + 180)`. Where `b` is 90 degrees (gimbal lock) `a` and `c` turn
-/// about one axis, and only their sum is known: `c` stays as it was.
+/// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`. `cos b` is a factor of all others in
+/// that row and column, which gives `b` and then `c`. The rest of `R` without `c` and `b` gives `a`. The other solution
+/// is `(a + 180, 180 - b, c + 180)`. Where `b` is 90 degrees (gimbal lock) `a` and `c` turn about one axis, and only
+/// their sum is known: `c` stays as it was.
 pub fn to_euler(rotation: DQuat, order: RotationOrder, before: [f64; 3]) -> [f64; 3] {
     /// The cosine of `b` below which the single precision of a key says nothing about `c`.
     const LOCKED: f64 = 1e-6;

@@ -1,5 +1,5 @@
-//! One function compiled twice: for every processor, and for those with AVX2, whose vectors are twice as wide, and
-//! with BMI, whose shifts take any register: every processor with AVX2 has it.
+//! One function compiled twice: for every processor, and for those with AVX2, whose vectors are twice as wide. The
+//! second also uses BMI, whose shifts take any register: every processor with AVX2 has it.
 //!
 //! Products and sums are not fused (that would be the instructions FMA), so that both give the same bits.
 

@@ -7,8 +7,9 @@ use crate::scene::{Node, NodeId};
 /// How far, as a fraction of its largest number, a bind pose may be from the rest pose that is equal to it.
 const EQUAL: f64 = 1e-4;
 
-/// Completes the bind pose of a skeleton: a node that no mesh is bound to, such as the end of a chain, follows the
-/// nearest such node above it, to which it is as at rest. `None` remains for nodes that are where they rest.
+/// Completes the bind pose of a skeleton. A node without a bound mesh, such as the end of a chain, follows the nearest
+/// node above it that has one. Its pose relative to that node is that at rest. `None` remains for nodes that are where
+/// they rest.
 ///
 /// Both `rest` and `bind` are to the world.
 pub fn complete_bind_pose(nodes: &[Node], rest: &[DMat4], bind: &mut [Option<DMat4>]) {

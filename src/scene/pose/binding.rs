@@ -16,7 +16,7 @@ pub enum OutOfRange {
     #[default]
     Clamp,
     /// The animation repeats in both directions. Its period is its duration, so the last frame and the first are the
-    /// same moment of two cycles; neither tick is out of range, and each has its own frame.
+    /// same moment of two cycles. Neither tick is out of range, and each has its own frame.
     Loop,
 }
 
@@ -210,8 +210,8 @@ impl Binding {
     /// Calls `drive` with every driven node and its transform to the parent at `tick`.
     ///
     /// Between two keys, positions and scales are interpolated linearly and rotations by slerp on the shorter arc. A
-    /// component whose track has no key keeps its value from when the binding was made; a node whose channel has no key
-    /// at all is left out.
+    /// component whose track has no key keeps its value of the time of binding. A node whose channel has no key at all
+    /// is skipped.
     #[inline]
     pub fn sample(&self, animation: &Animation, tick: f64, mut drive: impl FnMut(NodeId, Trs)) {
         let moment = Moment::new(self.out_of_range.resolve(tick, animation.duration));

@@ -41,8 +41,8 @@ impl Scene {
         tracks.collect()
     }
 
-    /// Gives an animation of the scene, by its index, the tracks of a face: those of a part that no node is are left
-    /// out, or get a node below the first if `adds`. Returns the names of what is left out.
+    /// Gives an animation of the scene, by its index, the tracks of a face. Tracks of a part without a node are
+    /// dropped, or get a node below the first if `adds`. Returns the names of the dropped tracks.
     #[doc(hidden)]
     pub fn set_face(&mut self, animation: usize, tracks: &[FaceTrack], adds: bool) -> Vec<String> {
         let mut left_out = Vec::new();

@@ -1,4 +1,4 @@
-//! Forward kinematics over nodes of which parents stand before children.
+//! Forward kinematics over nodes in which parents precede children.
 
 /// Calls `update` for every node, parents first: with its index, its parent, which has been updated, and the node
 /// itself.

@@ -189,8 +189,8 @@ fn sample<T: Copy>(keys: &Keys<T>, moment: Moment, mix: impl Fn(T, T, f32) -> T)
     }
 }
 
-/// The index of the last key that is not after `tick` (or of the first key), and how far `tick` is from there to the
-/// next key, in 0 to 1.
+/// The index of the last key that is not after `tick`, or of the first key. With it, the position of `tick` from there
+/// to the next key, from 0 to 1.
 fn locate(ticks: &[f64], tick: f64) -> (usize, f32) {
     let after = ticks.partition_point(|&key| key <= tick);
     let from = after.saturating_sub(1);

@@ -6,10 +6,10 @@ use super::Pose;
 use crate::scene::Mesh;
 
 impl Pose {
-    /// Where the vertices of `mesh` are in the world: each is moved by its bones, node to world x
-    /// [offset matrix](crate::scene::Bone::offset_matrix), and the results are averaged by the weights (linear blend
-    /// skinning, N. Magnenat-Thalmann, R. Laperriere and D. Thalmann, 1988). A vertex without a weight stays where the
-    /// mesh has it.
+    /// The vertices of `mesh` in the world. Each is moved by its bones, node to world x [offset
+    /// matrix](crate::scene::Bone::offset_matrix), and the results are averaged by the weights (linear blend skinning,
+    /// N. Magnenat-Thalmann, R. Laperriere and D. Thalmann, 1988). A vertex without a weight stays where the mesh has
+    /// it.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

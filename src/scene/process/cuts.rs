@@ -36,8 +36,8 @@ impl Scene {
     }
 }
 
-/// Whether the first frame of the first animation is a rest pose and the motion jumps away from it, as in the BVH
-/// conversions of the CMU database, which have "a T-pose added as its new first frame".
+/// Whether the first frame of the first animation is a rest pose and the motion jumps away from it. The BVH conversions
+/// of the CMU database, for example, have "a T-pose added as its new first frame".
 #[doc(hidden)]
 pub fn first_frame_is_rest_pose(scene: &Scene) -> bool {
     let Some(animation) = scene.animations.first() else {

@@ -16,8 +16,8 @@ impl Scene {
     /// something else. The faces of needed bones stay in one mesh on its old nodes, before the other meshes, and keep
     /// those bones. Faces without any bone stay with them.
     ///
-    /// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity, so the links
-    /// near the origin of a skeleton in metres are drawn at a wrong position. Here every part is transformed.
+    /// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity. So links near
+    /// the origin of a skeleton in metres are drawn at a wrong position. Here every part is transformed.
     pub fn debone(&mut self) {
         let mut replacements = vec![Vec::new(); self.meshes.len()];
         let mut rigid_parts = Vec::new();

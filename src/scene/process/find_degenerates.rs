@@ -7,7 +7,7 @@ impl Scene {
     /// Makes points of triangles whose three corners have one position, in a separate mesh.
     ///
     /// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex
-    /// each, mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold
+    /// each, mesh 1 the 12 triangles. The bones go with the vertices they move, and the nodes that held mesh 0 hold
     /// both. [`remove_sizeless_meshes()`](Scene::remove_sizeless_meshes) removes the points if they all have one
     /// position.
     ///

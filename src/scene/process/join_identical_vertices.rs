@@ -16,10 +16,15 @@ impl Scene {
     /// Before: a joint with three children at one position has three equal pointers of 12 vertices each. After: 12
     /// vertices for 12 faces. The first of equal vertices stays; the order stays.
     ///
-    /// Two vertices are equal if their positions are equal bit by bit, their normals differ by less than 1e-5, their
-    /// texture coordinates are equal, and one set of bones moves them by equal weights. Assimp does not have the
-    /// last condition, and so gives vertices of one bone to another where two links coincide. A mesh with morph targets
-    /// is left alone: a target may move two vertices of one position apart.
+    /// Two vertices are equal under four conditions:
+    ///
+    /// - Their positions are equal bit by bit.
+    /// - Their normals differ by less than 1e-5.
+    /// - Their texture coordinates are equal.
+    /// - One set of bones moves them by equal weights.
+    ///
+    /// Assimp does not have the last condition, and so gives vertices of one bone to another where two links coincide.
+    /// A mesh with morph targets is left alone: a target may move two vertices of one position apart.
     pub fn join_identical_vertices(&mut self) {
         for mesh in self.meshes.iter_mut().filter(|mesh| mesh.morph_targets.is_empty()) {
             join(mesh);

@@ -18,8 +18,8 @@ impl Scene {
     /// frame, is lost. A [cut](Scene::cuts) is not interpolated: a new frame inside it has the value of the nearer
     /// side, and the frames on both sides become keys at their own, uneven ticks.
     ///
-    /// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333,
-    /// which means 1/120, every fourth frame becomes a frame at 30 per second.
+    /// Rounded frame times are corrected if the new frames then coincide with old ones. In a file with 0.0083333, which
+    /// means 1/120, every fourth frame becomes a frame at 30 per second.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would

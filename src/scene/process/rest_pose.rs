@@ -104,8 +104,8 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
 /// The difference of two values, as a fraction, that is one of rounding.
 const SAME: f32 = 1e-6;
 
-/// How far rounding moves a joint of a pose that was computed in the world, in parts of the distance of the farthest
-/// joint from the origin: each joint of a chain adds a few roundings.
+/// The distance by which rounding moves a joint of a pose that was computed in the world. It is a fraction of the
+/// distance of the farthest joint from the origin: each joint of a chain adds a few roundings.
 const ROUNDINGS: f32 = 64.0 * f32::EPSILON;
 
 fn is_same(one: &Mat4, other: &Mat4) -> bool {

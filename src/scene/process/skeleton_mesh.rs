@@ -30,15 +30,15 @@ const POINTER_WIDTH: f64 = 0.1;
 /// Radius of a knob, as a fraction of the distance to the node's parent; Assimp's proportion.
 const KNOB_RADIUS: f64 = 0.18;
 
-/// Radius of the knob of a node in a group, as a fraction of the diagonal of the box around all such nodes, because the
+/// Radius of the knob of a node in a group, as a fraction of the diagonal of the box around all such nodes. The
 /// distance to a group has no meaning.
 const LONE_KNOB_RADIUS: f64 = 0.01;
 
 impl Scene {
     /// Adds a mesh that shows the skeleton, and its one material.
     ///
-    /// Before: nodes without meshes. After: at every node with children a *pointer* to each child, a pyramid of four
-    /// faces whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A
+    /// Before: nodes without meshes. After: every node with children has a *pointer* to each child, a pyramid of four
+    /// faces whose tip is the child's origin. Every node without children has a *knob*, an octahedron of eight faces. A
     /// child in the position of its parent gets no pointer, so a node whose children are all at its own position has no
     /// piece and no bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes
     /// equal Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.

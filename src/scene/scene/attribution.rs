@@ -40,8 +40,9 @@ impl Attribution {
         self.synthetic = self.synthetic.or(other.synthetic);
     }
 
-    /// What the text of a `mocap.toml` says of a file with this name: keys at its beginning are about all files, those
-    /// of a table `[files."walk_*"]` about files whose names the pattern matches. The last table that matches wins.
+    /// The values that the text of a `mocap.toml` has for a file with this name. Keys at its beginning are about all
+    /// files. Keys of a table `[files."walk_*"]` are about files whose names the pattern matches. The last table that
+    /// matches wins.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] with the line, for what is not a key of these with a text or, of `synthetic`, a boolean.

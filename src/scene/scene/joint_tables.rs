@@ -147,8 +147,8 @@ pub fn smpl(count: usize) -> Option<Vec<Joint>> {
     Some(joints)
 }
 
-/// A row of SOMA's joints: the name, with `*` for the side, the name of the parent, the bone of the left side, and
-/// whether the set of 30 joints has it.
+/// A row of SOMA's joints: the name, with `*` for the side, the name of the parent, and the bone of the left side. The
+/// flag states whether the set of 30 joints has it.
 type Row = (&'static str, &'static str, Option<Bone>, bool);
 
 const SOMA_TRUNK: [Row; 11] = [

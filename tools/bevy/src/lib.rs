@@ -19,8 +19,8 @@
 //! }
 //! ```
 //!
-//! A motion of another skeleton is retargeted, in the background, once for each figure: names, rest pose, unit and axes
-//! need not agree, and feet stand still where those of the source do. [`MotionStarted`], [`MotionLooped`],
+//! A motion of another skeleton is retargeted, in the background, once for each figure. Names, rest pose, unit and axes
+//! need not agree. Feet stand still where the feet of the source do. [`MotionStarted`], [`MotionLooped`],
 //! [`MotionFinished`] and [`MotionFailed`] tell what happens.
 //!
 //! `mocap` and Bevy have both +Y up, right-handed coordinates and column vectors, so numbers go over as they are.

@@ -15,8 +15,8 @@ use crate::body::{figure_of, to_bevy, to_mocap};
 use crate::loader::Motion;
 use crate::player::{Clip, MotionFailed, MotionFinished, MotionLooped, MotionPlayer, MotionStarted};
 
-/// How far a node of one skeleton may be from that of another which is the same, in the unit of the file, relative to
-/// the length of the bone: what files and engines round.
+/// The largest distance of a node from that of an equal skeleton, in the unit of the file, relative to the length of
+/// the bone. Files and engines round by as much.
 const SAME: f32 = 1e-3;
 
 /// The figure that a player moves.

@@ -72,8 +72,8 @@ fn player(app: &mut App, root: Entity) -> Mut<'_, MotionPlayer> {
     app.world_mut().get_mut::<MotionPlayer>(root).unwrap()
 }
 
-/// Where the nodes are at a tick: the shoulder at (0.1 (tick + 1), 0.02 tick), links 2, 1.5 and 0.5 long, each joint
-/// turned by 5, 10 and 8 degrees times tick + 1 against the link before.
+/// The positions of the nodes at a tick. The shoulder is at (0.1 (tick + 1), 0.02 tick), the links are 2, 1.5 and 0.5
+/// long. The joints are turned by 5, 10 and 8 degrees times tick + 1 against the link before.
 fn arm(tick: f64) -> [Vec3; 4] {
     let count = tick + 1.0;
     let (mut x, mut y, mut degrees) = (0.1 * count, 0.02 * tick, 0.0);

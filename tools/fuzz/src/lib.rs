@@ -12,8 +12,8 @@ pub use self::inputs::{BVH, FORMATS, Input, fixture};
 const MESHES: [SkeletonMesh; 3] = [SkeletonMesh::None, SkeletonMesh::Segmented, SkeletonMesh::Skinned];
 
 impl Input {
-    /// An error; or a scene that keeps every rule, with each kind of skeleton mesh, can be posed at any tick, and is
-    /// the same once it is written and read back. Whether there was a scene.
+    /// An error, or a valid scene. Such a scene keeps every rule, with each kind of skeleton mesh, can be posed at any
+    /// tick, and is the same after it is written and read back. Whether there was a scene.
     pub fn hold(&self, bytes: &[u8]) -> bool {
         for mesh in MESHES {
             let Ok(scene) = self.read(bytes, mesh) else {

@@ -3,9 +3,8 @@
 //! glTF, C3D, FBX, packed clips and archives are to their structure.
 //!
 //! An input that runs through something new joins the seeds, where the library was compiled to count that (`guided`);
-//! elsewhere one about which the library says something new.
-//! All memory is limited, so that an allocation without a bound ends the program; the input that was tried is then in
-//! `artifacts`, as it is after a crash in C.
+//! elsewhere one about which the library says something new. All memory is limited, so that an allocation without a
+//! bound ends the program. The input is then in `artifacts`, as after a crash in C.
 
 mod corpus;
 mod coverage;

@@ -1,5 +1,5 @@
-//! What must hold of a scene in every written format: an error with a reason that the format has, or a file that is
-//! read back, and of which `verify` says that it is the scene.
+//! The law of a scene in every written format. It gives an error with a reason that the format has, or a file that is
+//! read back, and that `verify` accepts as the scene.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -130,8 +130,8 @@ fn check_counts(scene: &Scene, again: &Scene, format: Format) {
     }
 }
 
-/// The farthest that a joint of a written file may be from its position in the scene, in metres, and for each metre of
-/// the size of the scene: 32 bits have seven digits, of which a chain of joints loses two.
+/// The largest distance of a joint of a written file from its position in the scene, in metres, and for each metre of
+/// the size of the scene. 32 bits have seven digits, of which a chain of joints loses two.
 const FARTHEST: f64 = 1e-3;
 /// See [`FARTHEST`].
 const FARTHEST_OF_SIZE: f64 = 1e-5;

@@ -11,8 +11,8 @@ use crate::heap::{delete, delete_array, delete_counted_array};
 /// `~aiScene()`
 ///
 /// # Safety
-/// All that the scene points to is NULL or from the C++ heap, belongs to the scene alone, and is not used any more; the
-/// same for the functions below and what they are given.
+/// All that the scene points to is NULL or from the C++ heap, belongs to the scene alone, and is not used any more. The
+/// same holds for the arguments of the functions below.
 pub(crate) unsafe fn scene(scene: &mut aiScene) {
     // SAFETY: the caller promises it for all of these.
     unsafe {

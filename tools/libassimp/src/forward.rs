@@ -1,9 +1,9 @@
 //! Functions that the system's Assimp has and this library has not, and the tables of C++ classes.
 //!
 //! Each such symbol is a stub, two instructions that jump to where its entry points. At first that is a routine which
-//! opens the system's Assimp, looks the symbol up, and writes its address into the entry: arguments of every type and
-//! number pass through untouched. A program that calls such a function where there is no other Assimp is ended with a
-//! text, as the dynamic linker would have done for a missing symbol; nothing could be returned to it.
+//! opens the system's Assimp, looks the symbol up, and writes its address into the entry. Arguments of every type and
+//! number pass through untouched. A program that calls such a function without another Assimp is ended with a text, as
+//! the dynamic linker does for a missing symbol. Nothing could be returned to it.
 
 mod functions;
 pub(crate) mod objects;

@@ -1,8 +1,10 @@
 //! The system's own Assimp, which takes what is not read, written or done here. It is opened at first need.
 //!
-//! It has the same name and the same symbols as this library. It is opened by its path, so that it is not taken for
-//! this library, which the dynamic linker has loaded under that name already; with `RTLD_LOCAL`, so that the program's
-//! calls still come here; and with `RTLD_DEEPBIND`, so that its own calls stay within it.
+//! It has the same name and the same symbols as this library. It is opened in a special way:
+//!
+//! - by its path, so that it is not taken for this library, which the dynamic linker has already loaded under that name
+//! - with `RTLD_LOCAL`, so that the program's calls still come here
+//! - with `RTLD_DEEPBIND`, so that its own calls stay within it
 
 pub(crate) mod calls;
 

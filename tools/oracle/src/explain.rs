@@ -119,8 +119,8 @@ impl<'a> Case<'a> {
         count == self.frames() || (count == 1 && self.processed && constant())
     }
 
-    /// Whether the root's positions are relative to its OFFSET: on the axes that have a position channel, the first
-    /// position or the median of all is near zero beside the OFFSET, or the median is along the OFFSET.
+    /// Whether the root's positions are relative to its OFFSET. On the axes with a position channel, the first position
+    /// or the median of all is near zero beside the OFFSET, or the median is along the OFFSET.
     fn adds_root_offset(&self, joint: &Joint) -> bool {
         let offset = self.motion.nodes[joint.node].offset;
         let mut moved_offset = [0.0; 3];

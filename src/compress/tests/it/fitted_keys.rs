@@ -21,9 +21,8 @@ fn ticks() -> Vec<f64> {
     (0..FRAMES).map(|frame| frame as f64).collect()
 }
 
-/// Of the parabola `x^2`, a line of length `h` is off by `h^2 / 4` in its middle if its ends are on the parabola,
-/// and by `h^2 / 8` there and at its ends if these are as far below as its middle is above. Within 25, `h` is 10
-/// and 14.1.
+/// A line of length `h` with its ends on the parabola `x^2` is off by `h^2 / 4` in its middle. If its ends are as far
+/// below as its middle is above, it is off by `h^2 / 8` at all three points. Within 25, `h` is 10 and 14.1.
 #[test]
 fn fitted_lines_along_a_parabola_are_longer_by_the_root_of_two() {
     let (ticks, tolerance) = (ticks(), 25.0);

@@ -113,7 +113,7 @@ impl Stance<'_> {
         votes
     }
 
-    /// A limb whose first bone does not point down as that of a girdle: it carries the leg sideways.
+    /// A limb whose first bone does not point down, like a girdle: it carries the leg sideways.
     fn without_girdle(&self, limb: &Limb) -> Limb {
         let down = self.mean(|view| {
             let leg = (view[limb.paw] - view[limb.upper]).normalize_or_zero();

@@ -8,8 +8,8 @@ use mocap::scene::{NodeId, Scene};
 use crate::animals::{CAT, DOG, LLAMA, PERSON};
 use crate::placed_joints::{Joint, scene};
 
-/// Hip or shoulder and paw of the left and right front leg and of the left and right hind leg, by the index of the
-/// joint: +Y is up; the cat and the dog look along +X, the llama along +Z.
+/// Hip or shoulder and paw of each leg, by the index of the joint: left and right in front, left and right behind. +Y
+/// is up. The cat and the dog look along +X, the llama along +Z.
 const LEGS_OF_CAT: [[usize; 2]; 4] = [[10, 12], [6, 8], [18, 20], [22, 24]];
 const LEGS_OF_LLAMA: [[usize; 2]; 4] = [[13, 25], [5, 2], [17, 26], [9, 24]];
 

@@ -204,8 +204,8 @@ fn figure(posture: impl Fn(f32) -> Posture, world: Quat, lift: f32) -> Figure {
     Figure::new(&mocap::Importer::new().read(text.as_bytes(), "ground.bvh").unwrap())
 }
 
-/// Of a crawl along Z the way from the feet to the head is along Z, and of one who lies it is that of one who stands
-/// with another axis up. What touches the ground lies in one plane, and most files are Y up.
+/// In a crawl along Z the feet-to-head direction is along Z. A person who lies has the direction of one who stands with
+/// another axis up. What touches the ground lies in one plane, and most files are Y up.
 #[test]
 fn a_body_on_the_ground_has_the_up_axis_of_the_ground() {
     let kinds: [Kind; 3] = [("crawl", crawl), ("lie", lie), ("sit-up", sit_up)];

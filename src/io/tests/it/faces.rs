@@ -1,5 +1,5 @@
-//! Curves of morph targets through readers, steps and writers. The fixtures state what they are: the weight of
-//! `arm_and_face.gltf` is the second of the motion; `smile` of `face_alone.gltf` is too, and `frown` falls from 1 to
+//! Curves of morph targets through readers, steps and writers. The fixtures state their weights. The weight of
+//! `arm_and_face.gltf` is the second of the motion, and so is `smile` of `face_alone.gltf`. `frown` falls from 1 to
 //! 0.25 at half a second, and to 0 at one. Another reader of glTF, the crate `gltf`, says what was written.
 
 use mocap::edit::{Blend, BlendWeight, Concat, Loop, Resample, Reverse, Step, StepInput, Trim, Warp};

@@ -27,7 +27,7 @@ impl ClipBlocks {
     ) -> Option<Self> {
         let animation = animation.filter(|_| tracks.iter().all(|track| track.part != Part::Scale))?;
         let mut nodes = scene.nodes.clone();
-        // What does not move stands as it does at the first frame.
+        // Constant nodes have their pose of the first frame.
         for (node, channel) in Binding::new(scene, animation).driven() {
             let node = &mut nodes[node.index()];
             let rest = Trs::from_matrix(node.transform);

@@ -164,8 +164,8 @@ impl UserRecord {
         *self.is_usable.get_or_init(|| self.prepare().is_ok())
     }
 
-    /// Notes that the file at `path` gets these contents, made from files of the names `sources`. What cannot be noted
-    /// is left out.
+    /// Notes that the file at `path` gets these contents, made from files of the names `sources`. Files that cannot be
+    /// recorded are skipped.
     pub fn note(&self, path: &Path, contents: &mut dyn Read, sources: &[&str]) {
         let Some(path) = path.to_str().filter(|_| self.is_usable()) else {
             return;

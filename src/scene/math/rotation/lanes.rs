@@ -13,9 +13,9 @@ pub type Lanes = soa::Lanes<f64, LANES>;
 type Quaternions = soa::Quaternions<f64, LANES>;
 
 wide::dispatch! {
-    /// Fills `keys` with one rotation for each frame, from columns of Euler angles in degrees: about each axis in turn,
-    /// each axis rotated by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns they
-    /// are identities.
+    /// Fills `keys` with one rotation for each frame, from columns of Euler angles in degrees. They are about each axis
+    /// in turn, each axis rotated by the rotations before it: `R = R1 R2 R3` as matrices on column vectors. Without
+    /// columns they are identities.
     pub fn fill(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
         fill_lanes(columns, keys);
     }
@@ -85,8 +85,8 @@ fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
 
 /// Of a rotation's two quaternions, the one that Assimp takes.
 ///
-/// Assimp makes the quaternion of the rotation matrix: `w` is positive where the matrix's trace is, which is where
-/// `|w| > 1/2`; else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+/// Assimp makes the quaternion of the rotation matrix. `w` is positive if the matrix's trace is, which is if `|w| >
+/// 1/2`. Else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
 #[inline(always)]
 fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
     let mut components = [[0.0_f32; LANES]; 4];
@@ -109,8 +109,8 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
 }
 
 /// The sine and cosine of half an angle in degrees, each within 1e-15 of the exact value. A key is a 32-bit float,
-/// whose rounding is far coarser; but a file that is written from keys reads back to the very same keys only if the
-/// angles found for them do not come to stand on the other side of a rounding.
+/// whose rounding is far coarser. But a file that is written from keys must read back to the very same keys. So the
+/// angles of the keys must not come to the other side of a rounding.
 ///
 /// Degrees can be brought near zero without an error: `half - 90 n` is exact in binary floating point, where the same
 /// step in radians would need many digits of pi. What is left, at most 45 degrees, goes into the Taylor polynomials of

@@ -9,8 +9,8 @@ use crate::math::quaternion::wide_arc;
 /// The cosine of the angle between directions from which on their shortest rotation is computed lane by lane.
 const OPPOSITE: f32 = -0.9999;
 
-/// The quotient of the sine of an angle and the angle, as a polynomial in the square of the angle: the Taylor series,
-/// which up to a right angle is within 5e-10.
+/// The quotient of the sine of an angle and the angle, as a polynomial in the square of the angle. It is the Taylor
+/// series, which up to a right angle is within 5e-10.
 const SINE_OVER_ANGLE: [f32; 7] = [
     1.0,
     -1.0 / 6.0,
@@ -81,8 +81,8 @@ impl<const N: usize> Quaternions<f32, N> {
         self * before + to * after
     }
 
-    /// What is left of a rotation after the shortest rotation that brings an axis of length 1 where it brings it. It is
-    /// the identity where the axis is reversed.
+    /// The remainder of a rotation after the shortest rotation that moves an axis of length 1 as the rotation does. It
+    /// is the identity where the axis is reversed.
     #[inline(always)]
     pub fn twist(self, axis: [f32; 3]) -> Self {
         let axis = Vectors::all(axis);

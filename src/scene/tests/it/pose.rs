@@ -15,8 +15,8 @@ use mocap::{Binding, OutOfRange, Pose, Scene, Trs, Updater};
 /// Shoulder --2-- Elbow --1.5-- Wrist --0.5-- EndSite_Wrist
 /// ```
 ///
-/// In frame n (from 0) the shoulder is at (0.1 (n + 1), 0.02 n, 0), and the joints are rotated about z by 5, 10 and
-/// 8 degrees times n + 1.
+/// In frame n (from 0) the shoulder is at (0.1 (n + 1), 0.02 n, 0). The joints are rotated about z by 5, 10 and 8
+/// degrees times n + 1.
 fn lecture() -> Scene {
     let offsets = [0.0, 2.0, 1.5, 0.5].map(|x| Vec3::new(x, 0.0, 0.0));
     let names = ["Shoulder", "Elbow", "Wrist", "EndSite_Wrist"];

@@ -146,8 +146,8 @@ pub(crate) unsafe fn state<'a>(importer: *const Importer) -> Option<&'a mut Stat
     }
 }
 
-/// Defines methods of the class, each under its symbol: what it does for an importer of this library, and the value
-/// where the method of the system's Assimp has to be called and cannot be.
+/// Defines methods of the class, each under its symbol. A method has its effect for an importer of this library. It
+/// also has a value in case the system's Assimp has to be called and cannot be.
 macro_rules! methods {
     ($(
         $(#[$attribute:meta])*

@@ -123,9 +123,9 @@ pub(super) fn matrix_of([w, x, y, z]: aiQuaternion) -> aiMatrix3x3 {
     ]
 }
 
-/// The rotation as a quaternion, by Shepperd's method: the part that is divided by comes from the trace where that is
-/// positive, else from the greatest element of the diagonal, and is positive itself. That fixes which of the two
-/// quaternions it is, and also the answer for a matrix that shears.
+/// The rotation as a quaternion, by Shepperd's method. The divisor comes from the trace if that is positive, else from
+/// the greatest element of the diagonal. It is positive itself. That fixes which of the two quaternions it is, and also
+/// the answer for a matrix that shears.
 pub(super) fn quaternion_of([[a1, a2, a3], [b1, b2, b3], [c1, c2, c3]]: aiMatrix3x3) -> aiQuaternion {
     let twice_root = |sum: f32| 2.0 * sum.sqrt();
     if a1 + b2 + c3 > 0.0 {

@@ -1,5 +1,5 @@
-//! The functions of the system's Assimp that this library calls by itself, each with its symbol and its signature: the
-//! one place where the two are tied, so that a look-up needs no proof of its own.
+//! The functions of the system's Assimp that this library calls by itself, each with its symbol and its signature. Only
+//! here are the two tied, so that a look-up needs no further proof.
 
 use std::ffi::{CStr, c_char, c_void};
 

@@ -13,8 +13,8 @@ const SMALL_FACE: f64 = 1e-5;
 impl Case<'_> {
     /// Whether the normals point the same way, as far as Assimp's rounded vertices can say.
     ///
-    /// It computes a normal from vertices in mesh space, so far from the origin the rounding of the vertices turns it:
-    /// by about the rounding over the height of the triangle.
+    /// It computes a normal from vertices in mesh space. Far from the origin the rounding of the vertices turns the
+    /// normal, by about the rounding over the height of the triangle.
     fn same_direction(&self, mesh: usize, vertex: usize) -> bool {
         let (assimp, ours) = (&self.assimp.meshes[mesh], &self.ours.meshes[mesh]);
         let Some(face) = face_of(assimp, vertex) else {
