@@ -9,11 +9,14 @@
 //! | `.mot`, `.sto` | `mot`: a text of named columns |
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and texts, and calls nothing |
 //!
-//! What the arrays mean is told by their names and shapes (`layouts`): AMASS, SMPL-X's dictionaries, GVHMR, GEM-X,
-//! Motion-X, PHUMA, Kimodo, SAM 3D Body, joint angles of OpenSim, the arrays of this program, and positions
-//! alone, which are points without a skeleton. Rotations without lengths are put on a body that is given (`body`), or
-//! else on one of our own (`proportions`): no file of a licensed model is needed, and nothing of one stands here.
-//! `docs/arrays.md` says what each layout is.
+//! Names and shapes determine the meaning of the arrays (`layouts`):
+//!
+//! - rotations: AMASS, SMPL-X's dictionaries, GVHMR, GEM-X, Motion-X, PHUMA, Kimodo, SAM 3D Body
+//! - joint angles of OpenSim, and the arrays of this program
+//! - positions alone, which are points without a skeleton
+//!
+//! Rotations without lengths are put on a given body (`body`), or else on generic proportions (`proportions`). No file
+//! of a licensed model is needed, and nothing of one stands here. `docs/arrays.md` says what each layout is.
 
 #[cfg(feature = "arrays")]
 pub(crate) mod read;

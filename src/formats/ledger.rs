@@ -78,8 +78,8 @@ pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Textures, Carriage::Kept),
 ];
 
-/// The joints of a scene that have no place in `written`, which is what a format has of it, and how many of them move
-/// and are lost: the joints below another one turn with it.
+/// The joints of a scene that have no place in `written`, the part that a format has of it. Also the number of those
+/// that move and are lost: the joints below another one turn with it.
 pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, DataLoss) {
     let is_left = |node: &Node| written.nodes.iter().all(|other| other.name != node.name);
     let joints = scene

@@ -1,8 +1,8 @@
 //! The triangles of the mesh files that robots name, for pictures.
 //!
-//! What a picture does not show is left out: corners within a fiftieth of the mesh's size become one where it has many
-//! ([Rossignac and Borrel 1993], vertex clustering), and corners whose faces look into one of six directions share a
-//! normal. A file that cannot be read is left out with a warning, and its link is drawn without a mesh.
+//! Details that a picture does not show are dropped. In a mesh with many corners, corners within a fiftieth of its size
+//! become one ([Rossignac and Borrel 1993], vertex clustering). Corners whose faces look into one of six directions
+//! share a normal. A file that cannot be read is left out with a warning, and its link is drawn without a mesh.
 
 mod collada;
 

@@ -13,10 +13,10 @@
 //!   <equality> <joint joint1 joint2 polycoef>
 //! ```
 //!
-//! Bodies are nested. Joints of a body are applied in their order, each about a point of the body; a body with several
-//! gets a link for each, and a ball joint becomes three hinges about X, Y and Z. Attributes that an element lacks come
-//! from its class, else from the class of the body around it, else from the outermost `<default>`. Angles are degrees
-//! unless the compiler says `radian`. Quaternions are `w x y z`.
+//! Bodies are nested. Joints of a body are applied in their order, each about a point of the body. A body with several
+//! joints gets a link for each. A ball joint becomes three hinges about X, Y and Z. Attributes that an element lacks
+//! come from its class, else from the class of the body around it, else from the outermost `<default>`. Angles are
+//! degrees unless the compiler says `radian`. Quaternions are `w x y z`.
 //!
 //! A body without `<inertial>` has the mass of its geoms, unless one of them is a mesh.
 //!

@@ -1,6 +1,6 @@
 //! MikuMikuDance: `.pmx`, a model, and `.vmd`, a motion for models that have bones of these names.
 //!
-//! A VMD has keys of bones and of morphs by name, and no skeleton: it is read with the PMX of its model, or onto the
+//! A VMD has keys of bones and of morphs by name, and no skeleton. It is read with the PMX of its model, or onto the
 //! bones that most models have, with generic proportions. There are 30 frames a second.
 //!
 //! | in the files | in the scene |

@@ -106,8 +106,8 @@ fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
     }
 }
 
-/// Takes a marker at the origin as not seen, where it is there in all frames, or would have jumped there: capture
-/// systems write zeros for what they did not see.
+/// Takes a marker at the origin as unseen if it is there in all frames, or would have jumped there. Capture systems
+/// write zeros for unseen markers.
 pub(crate) fn leave_out_zeros(track: &mut Track) {
     let at_zero = |position: &&Vec3| **position == Vec3::ZERO;
     let zeros = track.positions.iter().filter(at_zero).count();

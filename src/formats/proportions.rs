@@ -1,8 +1,8 @@
 //! A body of our own for files that have rotations and no lengths: 1.70 m tall, in a T-pose.
 //!
-//! Legs and arms are fractions of the height by Drillis and Contini, *Body Segment Parameters* (1966), as Winter
-//! prints them: thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head and
-//! hands are round numbers. No model of a body was measured for it.
+//! Legs and arms are fractions of the height by Drillis and Contini, *Body Segment Parameters* (1966), as Winter prints
+//! them. Thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head and hands
+//! are round numbers. No model of a body was measured for it.
 
 use glam::Vec3;
 

@@ -30,9 +30,8 @@ impl UniqueNames {
         }
     }
 
-    /// The name of a node in a file, which a format that separates names by more than quotes can hold: `_` stands for
-    /// each character that is not `allowed`, and an empty name becomes `Joint`, `EndSite` or `Group`. A change is added
-    /// to `renamed`.
+    /// The name of a node in a file, for a format that separates names by more than quotes. `_` replaces each character
+    /// that is not `allowed`. An empty name becomes `Joint`, `EndSite` or `Group`. A change is added to `renamed`.
     pub(crate) fn of_node(
         &mut self,
         scene: &Scene,

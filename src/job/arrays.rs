@@ -12,8 +12,8 @@
 //! | [`Arrays::contacts`] | frames x joints | whether a foot stands on the ground |
 //!
 //! Each is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. NaN and
-//! infinity in the file are replaced by the last finite value, and
-//! [`Importer::root_offset`](mocap_io::Importer::root_offset) decides how a root's OFFSET is used; both happen when the
+//! infinity in the file are replaced by the last finite value.
+//! [`Importer::root_offset`](mocap_io::Importer::root_offset) decides how a root's OFFSET is used. Both happen when the
 //! file is read, and are in the scene's warnings and in the provenance.
 
 #[cfg(feature = "npz")]
@@ -189,10 +189,11 @@ impl Arrays {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where an option is not valid, such as a pattern that matches no joint's name, or a part
-    /// that begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the
-    /// default [`Limits::max_values`] and that of another frame rate; [`Code::Unrepresentable`] where a value is not
-    /// finite.
+    /// - [`Code::InvalidValue`] if an option is not valid, such as a pattern that matches no joint's name, or a part
+    ///   that begins after the motion's end
+    /// - [`Code::LimitExceeded`] if the arrays would have more values than the default [`Limits::max_values`] and that
+    ///   of another frame rate
+    /// - [`Code::Unrepresentable`] if a value is not finite
     pub fn of(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
         let mut provenance = Provenance::of(scene);
         let frame = frame::Frame::new(scene, options, &mut provenance)?;

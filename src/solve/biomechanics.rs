@@ -2,7 +2,7 @@
 //! the frames of its joints.
 //!
 //! [`JointAngles`] are the angles of the International Society of Biomechanics (Wu and others, 2002 and 2005), knees as
-//! Grood and Suntay (1983) have them; [`Gait`] has the events of a walk and the table that is made of them;
+//! Grood and Suntay (1983) have them. [`Gait`] has the events of a walk and the table that is made of them.
 //! [`TimeSeries`] has analog channels and ground reaction forces.
 
 mod angles;

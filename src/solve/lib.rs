@@ -5,10 +5,10 @@
 //! 1. Gaps in the points are filled by straight lines, and named.
 //! 2. [`Lengths`] are medians over the frames, so that a few bad frames change nothing, or those of each frame.
 //! 3. From the root outwards each joint gets a rotation. Hips and chest are fitted to the line across and the line up.
-//!    Of a limb the direction is exact; how it is turned about itself (its roll) is told by the hinge below it: a knee
-//!    bends so that the shin goes back, an elbow so that the forearm goes forward with palms down. Where a limb is too
-//!    straight to tell, the roll goes evenly from what it was to what it will be, in a frame that is carried along with
-//!    the least twist. A spine shares the twist between hips and chest. All other joints twist as little as they can.
+//!    The direction of a limb is exact. The hinge below it determines its roll: a knee bends so that the shin goes
+//!    back, an elbow so that the forearm goes forward with palms down. If a limb is too straight to show its roll, the
+//!    roll changes evenly from the last known to the next known value. The frame for this is carried along with the
+//!    least twist. A spine shares the twist between hips and chest. All other joints twist as little as they can.
 //!
 //! The rest pose is a T-pose without rotations, facing +Z, as that of VRM and of SMPL.
 

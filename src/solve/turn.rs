@@ -203,15 +203,16 @@ impl Solver<'_> {
         above.iter().enumerate().map(rotation).collect()
     }
 
-    /// The direction to the child, and a line between two points: across a head from the right to the left, across a
-    /// hand from the little finger to the index, which is forward in the T-pose, across a foot to the left.
+    /// The direction to the child, and a line between two points. It runs across a head from the right to the left, and
+    /// across a foot to the left. Across a hand it runs from the little finger to the index, which is forward in the
+    /// T-pose.
     fn marked(&mut self, joint: usize, child: Option<usize>, mark: &Mark, above: Vec<Quat>) -> Vec<Quat> {
         let line = |frame: usize| self.points.all[mark.to][frame] - self.points.all[mark.from][frame];
         let is_hand = self.set.joints[joint]
             .bone
             .is_some_and(|bone| bone.on(Side::Left) == Bone::LeftHand);
-        // The big toe is on the inside: from the right foot's small toe to its big one is to the left, and from the
-        // left foot's big toe to its small one.
+        // The big toe is on the inside. So left is the direction from the right foot's small toe to its big toe, and
+        // from the left foot's big toe to its small toe.
         let axis = if is_hand { Vec3::Z } else { Vec3::X };
         let Some(child) = child else {
             let rotation = |(frame, above): (usize, &Quat)| (arc(*above * axis, line(frame)) * *above).normalize();

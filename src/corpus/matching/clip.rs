@@ -18,8 +18,8 @@ pub(super) const SAMPLE_RATE: f64 = 20.0;
 /// How far a joint of a packed motion may be from where it was, in metres. On a body with longer legs the knee of a leg
 /// that is almost straight bends as its position tells: with a millimetre some bent sideways for a frame.
 const PACKED_ERROR: f64 = 0.0001;
-/// So far around each joint too, which keeps rotations within a sixteenth of a degree: else nothing holds the roll of a
-/// hand, which has joints of its own on another body.
+/// The same distance around each joint, which keeps rotations within a sixteenth of a degree. Otherwise nothing bounds
+/// the roll of a hand, which has more joints on another body.
 const PACKED_SHELL: f64 = 0.1;
 
 /// The longest leg in metres that is believed: larger numbers are damage.
@@ -58,8 +58,8 @@ impl IndexedClip {
         &self.features
     }
 
-    /// What of the feet is at rest in each frame: the sum of 1 for the left ankle, 2 for the right one, 4 for the left
-    /// ball, 8 for the right one.
+    /// The parts of the feet that are at rest in each frame. It is the sum of 1 for the left ankle, 2 for the right
+    /// one, 4 for the left ball, 8 for the right one.
     pub fn contacts(&self) -> &[u8] {
         &self.contacts
     }
@@ -86,7 +86,7 @@ impl IndexedClip {
 
 impl IndexedClip {
     /// Indexes the clips of a file that move a humanoid, and with `mirror` each with left and right exchanged too.
-    /// `file` is its name in the database. A clip that cannot be indexed is left out.
+    /// `file` is its name in the database. A clip that cannot be indexed is skipped.
     ///
     /// The [module](crate::matching) has an example.
     pub fn of(scene: &Scene, file: &str, mirror: bool) -> Vec<IndexedClip> {

@@ -1,9 +1,9 @@
 //! Motion matching, frame by frame.
 //!
-//! Every sixth of a second the frame is looked for whose feet, hips and trajectory are nearest to those of the frame
-//! that plays with the trajectory that is asked for (Clavet, 2016). Where another one is nearer, the motion goes on
-//! there, and what the two poses differ by, in position and speed, fades out by a polynomial of degree 5 in a third
-//! of a second (inertialisation: Bollo, 2016). A foot that stands is held where it is, by the bones of its leg.
+//! Every sixth of a second it searches the nearest frame (Clavet, 2016). The query has feet and hips of the current
+//! frame, and the wanted trajectory. If another frame is nearer, the motion continues there. The difference of both
+//! poses in position and speed fades by a polynomial of degree 5 in a third of a second (inertialisation: Bollo, 2016).
+//! The bones of its leg hold a foot in stance in its place.
 
 use glam::{Quat, Vec2, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -27,7 +27,7 @@ const NEAR: usize = 20;
 /// Frames in which the difference of two poses fades out.
 const FADE: usize = 20;
 
-/// How much of what a figure is off its path is corrected in a frame: half of it in a third of a second.
+/// The fraction of the distance from the path that is corrected in a frame: half of it in a third of a second.
 const CORRECTED: f32 = 0.034;
 
 /// The largest shift of a figure by a correction, as a part of its step: it is not seen as sliding.
@@ -41,7 +41,7 @@ const STOPS_WITHIN: f32 = 0.1;
 /// The hips of a frame that stands are slower, in metres per second on such legs.
 const STANDS_BELOW: f32 = 0.1;
 
-/// The difference of what is shown from a frame, and its change per frame.
+/// The difference of the shown pose from a frame, and its change per frame.
 type Difference = (Vec3, Vec3);
 
 /// A figure that follows a trajectory by jumps between the frames of a database. It allocates nothing after it is made.
@@ -189,8 +189,9 @@ impl Controller {
         self.show();
     }
 
-    /// Goes on by a frame as a stick asks: with a velocity over the ground along x and z of the world, in metres per
-    /// second, looking along `look`, or where it goes while that is zero. Velocity and direction change smoothly.
+    /// Advances by a frame by the input of a stick. The input is a velocity over the ground along x and z of the world,
+    /// in metres per second, and a facing, `look`. While `look` is zero, the figure faces its velocity. Velocity and
+    /// direction change smoothly.
     ///
     /// [`play`](Self::play) has the sticks of a file.
     pub fn steer(&mut self, velocity: Vec2, look: Vec2) {
@@ -303,7 +304,7 @@ impl Controller {
         (position, Quat::from_rotation_y(angle) * frame.rotation)
     }
 
-    /// The hips with what is left of their difference.
+    /// The hips with the remainder of their difference.
     fn hips_now(&self) -> (Vec3, Quat) {
         let frame = &self.moves.frames[self.frame];
         let (position, rotation) = self.placed(frame, &frame.root);
@@ -313,7 +314,7 @@ impl Controller {
         (position + moved, (exp(turned) * rotation).normalize())
     }
 
-    /// Makes the pose of the frame, with what is left of the differences, and holds the feet.
+    /// Makes the pose of the frame, with the remaining differences, and holds the feet.
     fn show(&mut self) {
         self.hips = self.hips_now();
         let rotations = self.moves.rotations(self.frame);
@@ -346,7 +347,7 @@ impl Controller {
     }
 }
 
-/// Of the two rotation vectors up to 360 degrees that are the rotation `vector`, the one nearer to `other`: near 180
+/// Of the two rotation vectors up to 360 degrees that are the rotation `vector`, the one nearer to `other`. Near 180
 /// degrees the shorter one changes its sign from frame to frame, which is no motion.
 pub fn nearest_to(other: Vec3, vector: Vec3) -> Vec3 {
     let angle = vector.length();

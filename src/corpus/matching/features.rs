@@ -8,9 +8,9 @@
 //! | 15-20 | position on the ground in 20, 40 and 60 frames: to the left, forward |
 //! | 21-26 | where the body looks in 20, 40 and 60 frames: to the left, forward |
 //!
-//! All are in the frame of the root: the point of the ground below the hips, looking where the body looks, both
-//! smoothed by Savitzky and Golay's filter of degree 3 over 31 and 61 frames. Axes are left, up and forward. Lengths
-//! are in metres on a body whose legs are [`LEG`] long.
+//! All are in the frame of the root: the point of the ground below the hips, in the facing of the body. Savitzky and
+//! Golay's filter of degree 3, over 31 and 61 frames, smooths both. Axes are left, up and forward. Lengths are in
+//! metres on a body whose legs are [`LEG`] long.
 
 use glam::Vec3;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
@@ -48,7 +48,7 @@ const SMOOTH_DIRECTION: usize = 30;
 /// foot.
 const LEFT: u8 = 0b0101;
 
-/// Where a body stands on the ground, and where it looks: horizontal, of length 1.
+/// The place of a body on the ground, and its facing, horizontal and of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
     pub position: Vec3,
@@ -213,7 +213,7 @@ fn roots(hips: &[Vec3], forwards: &[Vec3]) -> Vec<Root> {
     let pairs = positions.into_iter().zip(directions);
     pairs
         .map(|(position, direction)| {
-            // A body that lies on its side looks nowhere: it goes on looking where it did.
+            // A body that lies on its side has no facing, and keeps its last one.
             last = direction.with_y(0.0).try_normalize().unwrap_or(last);
             Root {
                 position,

@@ -13,8 +13,8 @@
 //! | bytes | the packed clips (`.mclip`) of those that have their motion within |
 //! | 32 | the SHA-256 of all bytes before |
 //!
-//! A reader takes the bytes in blocks and allocates for what it has read, so that a count that is not true costs no
-//! memory; the list says how many bytes follow, and none may follow after them.
+//! A reader takes the bytes in blocks and allocates for the bytes that it has read, so that a wrong count costs no
+//! memory. The list states how many bytes follow, and none may follow after them.
 
 use std::io::{self, Read};
 

@@ -1,10 +1,17 @@
 //! The files of Holden's demonstration of motion matching (orangeduck/Motion-Matching), which its controller reads:
 //! `database.bin` and `features.bin`. All numbers are little-endian.
 //!
-//! `database.bin` has, each after its counts of rows and columns: positions, velocities, rotations (w, x, y, z) and
-//! angular velocities of the bones in every frame, to their parents; the parents of the bones, -1 for the first; where
-//! the clips begin and end; which foot stands. Bone 0 is the root, on the ground below the hips; bone 1 is the hips.
-//! `features.bin` has the normalized features of the frames, and what was taken off and divided by.
+//! `database.bin` has these arrays, each after its counts of rows and columns:
+//!
+//! - positions, velocities, rotations (w, x, y, z) and angular velocities of the bones in every frame, to their parents
+//! - the parents of the bones, -1 for the first
+//! - the first and the last frame of each clip
+//! - the foot that stands
+//!
+//! Bone 0 is the root, on the ground below the hips; bone 1 is the hips. `features.bin` has the normalized features of
+//! the frames, and their offsets and divisors.
+//!
+//! They are not a format of `mocap-formats`: they hold a database, which that package does not know.
 
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};

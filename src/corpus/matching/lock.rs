@@ -1,4 +1,4 @@
-//! Holds a foot where it stands.
+//! Holds a foot in contact in its place.
 
 use glam::Vec3;
 

@@ -1,4 +1,4 @@
-//! What searches find, and how a figure followed what it was asked for.
+//! The results of searches, and how a figure followed its commands.
 
 pub use super::follow::FollowReport;
 pub use super::like::Match;

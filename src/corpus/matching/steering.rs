@@ -1,5 +1,5 @@
-//! How a figure is led by a stick: critically damped springs bring its velocity to the one that the stick asks for, and
-//! the direction in which it looks to the one asked for, as in Holden's demonstration ("Spring-It-On", 2021).
+//! A stick leads a figure. Critically damped springs bring its velocity and its facing to those of the stick, as in
+//! Holden's demonstration ("Spring-It-On", 2021).
 
 use std::f32::consts::{LN_2, PI, TAU};
 

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-/// Where a figure is asked to be, and to look, in 20, 40 and 60 frames of 60 in a second: in the world, in metres; the
-/// heights do not count.
+/// The wanted places and facings of a figure in 20, 40 and 60 frames, at 60 frames a second. They are in the world, in
+/// metres; heights do not count.
 ///
 /// [`Controller`](super::Controller) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,13 +1,13 @@
 //! The frame nearest to a query, exactly: a tree of boxes around 8, 64, 512, ... frames. A box is left out where its
 //! nearest point is farther than the best frame so far; of eight boxes the nearest is looked into first. Holden's
-//! demonstration has boxes around consecutive frames. Here the frames are split in halves along the feature in which
-//! they spread most, and the halves again, as in a k-d tree (Friedman, Bentley and Finkel, 1977), so that boxes are
-//! small. Eight frames, or boxes, stand side by side in memory, and are compared at once.
+//! demonstration has boxes around consecutive frames. Here the frames are split in halves along the feature with the
+//! widest spread, and the halves again. Boxes are then small, as in a k-d tree (Friedman, Bentley and Finkel, 1977).
+//! Eight frames, or boxes, stand side by side in memory, and are compared at once.
 //!
-//! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times
-//! a weight. Boxes stand along the principal axes of all frames (Pearson, 1901; Sproull, 1991, for k-d trees): many
-//! features say nearly one thing, so boxes along the features themselves are mostly empty. Distances of frames are
-//! those of the features; a box counts as nearer by what rounding can do, so it leaves no frame out.
+//! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times a
+//! weight. Boxes stand along the principal axes of all frames (Pearson, 1901; Sproull, 1991, for k-d trees). Many
+//! features are nearly equal, so boxes along the features themselves are mostly empty. Distances of frames are those of
+//! the features; a box counts as nearer by what rounding can do, so it leaves no frame out.
 
 use std::ops::Range;
 
@@ -74,7 +74,7 @@ pub struct FeatureTree {
     axes: Box<[[f64; FEATURES]; FEATURES]>,
     /// How far the farthest frame is from the mean.
     farthest: f32,
-    /// The frames that can be found, so that those of a box stand together.
+    /// The frames that can be found, ordered so that the frames of a box are together.
     frames: Vec<u32>,
     /// Their features.
     leaves: Vec<Leaf>,
@@ -169,8 +169,8 @@ impl FeatureTree {
     }
 }
 
-/// What the numbers along the axes, of two rows, may be off by rounding, as a part of their lengths: half a unit in the
-/// last place of each, and as much again for the sums of squares.
+/// The rounding error of the numbers along the axes, of two rows, as a fraction of their lengths. It is half a unit in
+/// the last place of each, and as much again for the sums of squares.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
 
 struct Best {
@@ -178,7 +178,7 @@ struct Best {
     distance: f32,
     except: Range<usize>,
     rounding: f32,
-    /// What the squared distance of a box is held against: that of the best frame, and what rounding can do.
+    /// The limit for the squared distance of a box: the distance of the best frame, with a margin for rounding.
     limit: f32,
 }
 

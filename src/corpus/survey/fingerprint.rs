@@ -1,8 +1,8 @@
-//! What of a motion is kept in memory to compare it with others: ten times a second, where ten limbs point in the frame
-//! of the body, how high the hips are, and how fast they move and turn.
+//! The part of a motion that is kept in memory to compare it with others, ten times a second. It has the directions of
+//! ten limbs in the frame of the body, the height of the hips, and their speed of moving and turning.
 //!
-//! Directions depend neither on the lengths of a skeleton nor on how its joints are rolled, and the frame of the body
-//! neither on where the clip stands nor where it looks. A number is a byte, so ten seconds are 3.4 kB.
+//! Directions depend neither on the lengths of a skeleton nor on the roll of its joints. The frame of the body depends
+//! neither on the place nor on the facing of the clip. A number is a byte, so ten seconds are 3.4 kB.
 
 use base64::Engine;
 use glam::Vec3;
@@ -15,8 +15,8 @@ use super::motion::{Body, Motion};
 pub(crate) const RATE: f64 = 10.0;
 /// Limbs, each a direction.
 pub const LIMBS: usize = 10;
-/// Numbers of a sample: three for each limb, the height of the hips in half legs, their speed sideways and forward in
-/// legs per second / 4, and the speed of turning in turns per second.
+/// Numbers of a sample. There are three for each limb, then the height of the hips in half legs and their speed
+/// sideways and forward in legs per second / 4. The last is the speed of turning in turns per second.
 pub const WIDTH: usize = 3 * LIMBS + 4;
 /// The longest part of a clip that is kept, in samples: an hour.
 const MOST_SAMPLES: usize = 36_000;

@@ -1,6 +1,5 @@
-//! A clip without the frames that show no motion: rest poses and a T-pose with which it begins, a T-pose with which it
-//! ends, and frames that repeat the previous frame. What is measured in the others does not depend on how long these
-//! are held.
+//! A clip without the frames that show no motion: rest poses and a T-pose at its beginning, a T-pose at its end, and
+//! frames that repeat the previous frame. What is measured in the others does not depend on how long these are held.
 
 use glam::{Quat, Vec3};
 use mocap_figure::Figure;

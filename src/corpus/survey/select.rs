@@ -98,8 +98,8 @@ pub enum SelectBy {
 const MOST_DISTANCES: usize = 20_000_000;
 
 /// Chooses `count` of the points at `allowed`: from a first one on, again and again the one that is farthest from all
-/// chosen ones. The first is that which is nearest to the mean, or, where there is time to try others, that with which
-/// the largest distance to a chosen one is least: with any it is at most twice the least possible.
+/// chosen ones. The first clip is the one nearest to the mean. If there is time to try others, it is the one with the
+/// least largest distance to a chosen clip. With any first clip this distance is at most twice the least possible.
 pub(super) fn farthest_points(points: &[Option<Vec<f32>>], allowed: &[usize], count: usize) -> Vec<usize> {
     let is_there = |index: &&usize| points[**index].is_some();
     let mut all: Vec<usize> = allowed.iter().filter(is_there).copied().collect();

@@ -30,8 +30,9 @@ impl Corpus {
     /// keep it, with their group. Files that cannot be read are in none.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for fractions that are not above 0 or do not add up to 1, for another `by` than a person,
-    /// a skeleton or near-duplicates, and for clips whose person is not stated.
+    /// - [`Code::InvalidValue`] for fractions that are not above 0 or do not add up to 1
+    /// - [`Code::InvalidValue`] for another `by` than a person, a skeleton or near-duplicates, and for clips without a
+    ///   stated person
     pub fn split(&mut self, parts: &[f64], by: &[SelectBy]) -> Result<()> {
         let sum: f64 = parts.iter().sum();
         if parts.len() < 2 || !parts.iter().all(|part| *part > 0.0) || (sum - 1.0).abs() > OFF_ONE {

@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 
-/// Declares [`DefectKind`] from one line for each: whether it is a defect or a property, its name, its unit, the
-/// amounts from which a clip is suspect and bad, whether it needs the body of a humanoid, and what it is.
+/// Declares [`DefectKind`] from one line for each. A line states whether it is a defect or a property, its name, its
+/// unit, and the amounts from which a clip is suspect and bad. It also states whether the kind needs the body of a
+/// humanoid, and what it is.
 macro_rules! kinds {
     ($($class:ident $variant:ident $name:literal $unit:literal $suspect:literal $bad:literal $body:literal $help:literal)*) => {
         /// What can be wrong with a motion, and properties of a motion that do not lower its verdict.

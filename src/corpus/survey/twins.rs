@@ -1,10 +1,10 @@
-//! Clips that repeat others: the same bytes, the same motion, mirrored, retimed by up to a tenth, at another rate, on
-//! another skeleton, or as a piece of at least two seconds.
+//! Clips that repeat others. They have the same bytes or the same motion. The motion may be mirrored, retimed by up to
+//! a tenth, at another rate, on another skeleton, or a piece of at least two seconds.
 //!
 //! Each clip has samples of where ten limbs point ([`super::fingerprint`]). Clips that may repeat each other
 //! ([`index`]) are aligned: the offset, the pace and the reflection with the least distance of limbs win
-//! ([`alignment`]). A group is a clip, its representative, and shorter clips that are each near to the representative:
-//! what is near to a member alone is in no group with it, so that small differences never add up from clip to clip.
+//! ([`alignment`]). A group is a clip, its representative, and shorter clips that are each near to the representative.
+//! A clip that is near to a member alone does not join, so that small differences never add up from clip to clip.
 
 mod alignment;
 mod index;

@@ -1,5 +1,5 @@
-//! A BVH file as a scene, in three steps: `hierarchy` reads the joints, `motion` and `rows` the numbers, and `scene`
-//! makes nodes and channels of the two; `positions` decides what position channels mean.
+//! A BVH file as a scene, in three steps. `hierarchy` reads the joints, `motion` and `rows` the numbers, and `scene`
+//! makes nodes and channels of the two. `positions` determines the meaning of position channels.
 
 #[doc(hidden)]
 pub(crate) mod channel;
@@ -53,8 +53,8 @@ fn read_memory(
     read_rows(cursor, None, &hierarchy, header.as_ref(), options, warnings, &release)
 }
 
-/// Reads a file without holding its rows in memory, if it is a plain one: what stands before the rows is in
-/// `beginning`, and has no comma, which is read as a decimal point only where the whole text has no point.
+/// Reads a plain file without holding its rows in memory. The text before the rows is in `beginning`, and has no comma:
+/// a comma is a decimal point only if the whole text has no point.
 fn read_blocks(
     beginning: &[u8],
     blocks: &dyn Blocks,

@@ -18,9 +18,9 @@
 //! Angles continue past 180 degrees, so that curves in an editor have no jumps. In gimbal lock the last angle keeps its
 //! value.
 //!
-//! Numbers have the fewest decimals with which the same keys are read back: 1 degree is `1`, and the keys of a BVH file
-//! with four decimals get four decimals again. Keys are the same bit by bit, with two exceptions: 1e-14, the precision
-//! of an angle after some turns, counts as zero, and a quaternion whose sign depends on such a number may become its
+//! Numbers have the fewest decimals with which the same keys are read back. 1 degree is `1`, and the keys of a BVH file
+//! with four decimals get four decimals again. Keys are the same bit by bit, with two exceptions. 1e-14, the precision
+//! of an angle after some turns, counts as zero. A quaternion whose sign depends on such a number may become its
 //! negative. [`BvhOptions::digits`] sets a fixed number of decimals instead.
 
 pub(crate) mod angles;

@@ -238,8 +238,8 @@ impl Header {
         (4 * self.points + samples) * self.number_size()
     }
 
-    /// Takes the analog samples of the parameters, where the file is as long as they say and not as long as the header
-    /// says: then every record would be read at a wrong offset.
+    /// Takes the analog samples of the parameters if they give the length of the file and the header does not. With the
+    /// header every record would be read at a wrong offset.
     fn choose_samples(&mut self, samples: usize, length: usize, warnings: &mut Warnings) {
         let data = length.saturating_sub(self.data) as u64;
         // The rest of the last block is filled up, or left out.

@@ -108,8 +108,8 @@ pub struct FbxOptions {
     /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number.
     /// Default: `false`.
     pub whole_rate: bool,
-    /// The largest distance of a joint, and of a shell that stands for its skin, from its position in any frame, in
-    /// metres, within which keys are left out of the curves. Default: none, every key is written.
+    /// The largest error in metres, in any frame, of a joint and of a shell that represents its skin. Within it keys
+    /// are dropped from the curves. Default: none, every key is written.
     ///
     /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their
     /// keys. The distance of the shell is the bound's, and at least 3 cm.

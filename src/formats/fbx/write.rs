@@ -128,11 +128,13 @@ impl FbxOptions {
     /// ```
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and
-    /// where the scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::InvalidValue`]
-    /// where a unit or the largest error is not above 0; [`Code::ErrorBound`] where single precision cannot keep the
-    /// largest error, and [`Code::Unrepresentable`] where a joint with children changes its scale, for which none can
-    /// be kept; [`Code::LimitExceeded`] where the file is too large for its version.
+    /// - [`Code::Unrepresentable`], with the joint, if a value is not finite or a quaternion is not a rotation, and if
+    ///   the scene has no nodes
+    /// - [`Code::FrameTime`] if ticks per second are not above 0
+    /// - [`Code::InvalidValue`] if a unit or the largest error is not above 0
+    /// - [`Code::ErrorBound`] if single precision cannot keep the largest error
+    /// - [`Code::Unrepresentable`] if a joint with children changes its scale, for which no error can be kept
+    /// - [`Code::LimitExceeded`] if the file is too large for its version
     pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, FbxReport)> {
         if scene.nodes.is_empty() {
             return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());

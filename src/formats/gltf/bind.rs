@@ -1,8 +1,8 @@
 //! The bind pose of skins as the rest pose of a skeleton that moves.
 //!
 //! A node's own transform is what a file shows where nothing moves it. In a file with motion it is often a frame of
-//! that motion: writers leave out tracks that stay constant, and put their values into the nodes. The pose in which the
-//! mesh was bound belongs to the skeleton, and is in the inverse bind matrices: `bind = inverse(matrix)`, up to one
+//! that motion: writers leave out tracks that stay constant, and put their values into the nodes. The bind pose of the
+//! mesh belongs to the skeleton, and is in the inverse bind matrices. It is `bind = inverse(matrix)`, up to one
 //! transform that all joints of a skin have in common. A joint that is bound otherwise than its node stands gets the
 //! transform of the bind pose, and its node's values as a constant track. So no pose of the motion changes.
 

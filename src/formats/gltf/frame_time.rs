@@ -110,8 +110,8 @@ fn key_distance() -> f64 {
     MOST_FRAMES_PER_SECOND.recip() / 10.0
 }
 
-/// The time between two keys: that of the track with the most keys where they are even, else that of the usual frame
-/// rate on whose frames all keys stand, else the shortest; a thirtieth of a second where no track has two.
+/// The time between two keys. It is that of the track with the most keys if they are even, else that of the usual frame
+/// rate on whose frames all keys stand, else the shortest. Without a track of two keys it is a thirtieth of a second.
 fn key_step(tracks: &[Vec<f32>]) -> f64 {
     let longest = tracks.iter().map(Vec::as_slice).max_by_key(|times| times.len());
     if let Some(times @ [first, .., last]) = longest {

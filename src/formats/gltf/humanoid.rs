@@ -1,5 +1,5 @@
-//! The extensions that state which node is which bone of a humanoid: those of VRM 1.0, of VRM 0 and of VRM animations,
-//! which also say what nodes are on a face.
+//! The extensions that state which node is which bone of a humanoid: those of VRM 1.0, of VRM 0 and of VRM animations.
+//! The last also state the nodes of a face.
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic};

@@ -1,7 +1,7 @@
 //! The JSON of a glTF file, as far as motion needs it, and the container that holds it.
 //!
-//! Only what is read is looked at, so that nothing else in a file can stop its motion from being read: neither
-//! materials nor meshes nor what extensions say of them.
+//! Only the parts that are read are parsed. So nothing else in a file can stop its motion from being read: neither
+//! materials nor meshes nor their extensions.
 
 use mocap_scene::error::pointer;
 use serde::Deserialize;

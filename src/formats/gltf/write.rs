@@ -21,9 +21,11 @@
 //! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](mocap_figure::convert::Conversion)
 //! brings a scene there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
 //!
-//! Reasons: a file without a skin gives no skeleton in Blender, Babylon and game engines; a skin without a mesh is
-//! refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a duplicate name, a matrix or a
-//! repeated time is refused or misread by some client.
+//! Reasons:
+//!
+//! - A file without a skin gives no skeleton in Blender, Babylon and game engines.
+//! - Model-viewer and Assimp refuse a skin without a mesh, and optimisers drop it.
+//! - Some client refuses or misreads a mesh under a joint, a duplicate name, a matrix or a repeated time.
 
 mod animation;
 mod buffer;
@@ -86,9 +88,9 @@ pub struct GltfOptions {
     pub buffer: BufferPlace,
     /// How the keys are stored.
     pub compression: Compression,
-    /// How far a joint or end site may be from its position in the scene, in metres, at any whole tick and at any key
-    /// of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
-    /// [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
+    /// The largest distance in metres of a joint or end site from its position in the scene. It holds at any whole tick
+    /// and at any key of the scene, as a reader decodes the file. Within it, keys are removed and numbers are rounded
+    /// as [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
     /// [`Compression::None`], which then keeps every key unchanged, otherwise 1 mm, that of [`ErrorBound`].
     pub error_bound: Option<ErrorBound>,
 }
@@ -155,8 +157,8 @@ impl fmt::Display for GltfReport {
     }
 }
 
-/// The fraction of the largest error that the positions of bones may have: no joint shows how the bone at the end of a
-/// chain is rotated, and the skin around it is to keep the largest error too.
+/// The fraction of the largest error that the positions of bones may have. No joint shows the rotation of the bone at
+/// the end of a chain, and the skin around it must keep the largest error too.
 const BOUND_OF_BONES: f64 = 0.45;
 
 /// What a document holds.
@@ -193,10 +195,11 @@ impl Document {
     /// Makes the glTF document of `scene`.
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, where a value is not finite or a
-    /// quaternion is not a rotation; [`Code::FrameTime`](mocap_scene::Code::FrameTime) where ticks per second are not
-    /// above 0; [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest error cannot be kept;
-    /// [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) where this build has no meshopt.
+    /// - [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, if a value is not finite or a
+    ///   quaternion is not a rotation
+    /// - [`Code::FrameTime`](mocap_scene::Code::FrameTime) if ticks per second are not above 0
+    /// - [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) if the largest error cannot be kept
+    /// - [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) if this build has no meshopt
     pub fn new(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let mut document = build::document(scene, options, Content::Scene)?;
         document.report.warnings.extend(unit_warning(scene, "glTF"));

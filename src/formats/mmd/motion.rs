@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Names are Shift-JIS, up to the first NUL. The 64 bytes of curves are four rows of 16: each row is the first one,
-//! begun a byte later. The first begins with the X of the first point of the four curves, of x, y, z and the rotation;
-//! then come its Y, then X and Y of the second point. Programs put other numbers into the third and the fourth byte, so
+//! begun a byte later. The first begins with the X of the first point of the four curves, of x, y, z and the rotation.
+//! Then come its Y, then X and Y of the second point. Programs put other numbers into the third and the fourth byte, so
 //! every curve is read from the row that begins with it.
 
 use std::collections::BTreeMap;

@@ -355,8 +355,8 @@ fn rows(
     Ok(rows)
 }
 
-/// The turn about an axis by the angle of a rotation, in the sense in which that turns about the axis: bones that
-/// twist turn about one axis, whatever their keys say.
+/// The rotation about an axis by the angle of another rotation, in its sense about the axis. Twist bones turn about one
+/// axis, whatever their keys are.
 fn about(axis: DVec3, rotation: DQuat) -> DQuat {
     let turn = rotation.to_scaled_axis();
     let angle = if turn.dot(axis) < 0.0 {

@@ -32,8 +32,8 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Whether a row is cut off: the text ends with it, without a line end, and it lacks some of its cells, or frames
-    /// that the header states are missing behind it. Its last number may be cut off too.
+    /// Whether a row is cut off. The text ends with it, without a line end. It lacks some of its cells, or frames that
+    /// the header states are missing after it. Its last number may be cut off too.
     pub(crate) fn is_cut_off(&self, row: Word<'_>, is_short: bool, frame: usize, stated: f64) -> bool {
         let is_last = row.offset + row.bytes.len() == self.cursor.text().len();
         is_last && frame > 0 && (is_short || frame as f64 + 1.0 < stated)

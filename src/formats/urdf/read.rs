@@ -81,8 +81,8 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     })
 }
 
-/// Whether a file with elements of xacro is one of which a robot is made first: no joint stands in it, or an expression
-/// such as `${length}` stands for a value.
+/// Whether a file with elements of xacro is a template from which a robot is made first. It has no joint, or an
+/// expression such as `${length}` in place of a value.
 fn is_template(root: &Element<'_, '_>) -> bool {
     let parts = || root.children().filter(|child| matches!(child.name(), "link" | "joint"));
     let is_expression = |element: Element<'_, '_>| element.attributes().any(|(_, value)| value.contains("${"));

@@ -1,8 +1,8 @@
 //! Forward kinematics of a block of frames, node by node.
 //!
-//! [`Pose`](mocap_scene::pose::Pose) goes frame by frame, which suits whoever shows one moment. Where all frames are
-//! wanted, the keys of a track are read one after the other, as they lie in memory, and a node is chained to its parent
-//! in [many frames at once](super::lanes).
+//! [`Pose`](mocap_scene::pose::Pose) goes frame by frame, which suits whoever shows one moment. For all frames, the
+//! keys of a track are read one after the other, as they lie in memory. A node is chained to its parent in [many frames
+//! at once](super::lanes).
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::pose::{Binding, Trs, forward_kinematics};

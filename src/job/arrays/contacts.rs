@@ -102,8 +102,8 @@ impl Feet {
     }
 }
 
-/// Indices of the feet among the joints, those that rest at one level together: by their names if the caller gives a
-/// pattern for these, else the points of the feet of the humanoid.
+/// Indices of the feet among the joints; feet that rest at one level are together. They are found by their names if the
+/// caller gives a pattern, else they are the points of the feet of the humanoid.
 fn groups_of_feet(scene: &Scene, frame: &Frame, joints: &Selection, thresholds: &Contacts) -> Result<Vec<Vec<usize>>> {
     let humanoid = frame.figure.as_ref().map(|figure| &figure.humanoid);
     let humanoid = humanoid.filter(|humanoid| humanoid.found && thresholds.feet.is_none());

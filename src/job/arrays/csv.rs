@@ -9,11 +9,16 @@ use crate::arrays::Arrays;
 impl Arrays {
     /// Comma-separated values: one row for each frame and joint.
     ///
-    /// The first line is a comment, `# ` and the [`Header`](crate::arrays::Header) as JSON; the second names the
-    /// columns: `frame`, `time` in seconds, `joint`, the position as `x`, `y`, `z`, the rotation by
-    /// [`Rotation::columns`](crate::arrays::Rotation::columns), then, if asked for, the velocity as `vx`, `vy`, `vz`,
-    /// and `contact` as 0 or 1. `pandas.read_csv(path, skiprows=1)` reads it. Numbers are as short as they
-    /// can be and still read back as the same 32-bit value. A spreadsheet takes a name such as `=1+1` for a formula;
+    /// The first line is a comment, `# ` and the [`Header`](crate::arrays::Header) as JSON. The second names the
+    /// columns:
+    ///
+    /// - `frame`, `time` in seconds, `joint`
+    /// - the position as `x`, `y`, `z`
+    /// - the rotation by [`Rotation::columns`](crate::arrays::Rotation::columns)
+    /// - if asked for, the velocity as `vx`, `vy`, `vz`, and `contact` as 0 or 1
+    ///
+    /// `pandas.read_csv(path, skiprows=1)` reads it. Numbers are as short as they can be and still read back as the
+    /// same 32-bit value. A spreadsheet takes a name such as `=1+1` for a formula;
     /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
     ///
     /// ```

@@ -1,7 +1,7 @@
 //! Transforms in a block of frames, as structures of arrays: see [`soa`](mocap_scene::math::soa).
 //!
-//! A compiler makes one instruction of the same operation on neighbouring lanes, where a matrix of its own for every
-//! frame leaves it no more than the four numbers of a column. The order of the operations is that of glam's matrices.
+//! A compiler makes one instruction of the same operation on neighbouring lanes. With one matrix for every frame it has
+//! no more than the four numbers of a column. The order of the operations is that of glam's matrices.
 
 use glam::{Mat4, Quat, Vec3};
 

@@ -1,7 +1,7 @@
 //! Motion as NumPy's `.npz`.
 //!
-//! The format of `.npy` is NumPy's `numpy.lib.format`, version 1.0: a magic string, the length of the header,
-//! a Python literal padded with blanks to a multiple of 64 bytes, then the values.
+//! The format of `.npy` is NumPy's `numpy.lib.format`, version 1.0. It has a magic string, the length of the header, a
+//! Python literal padded with blanks to a multiple of 64 bytes, then the values.
 
 use std::io::{Cursor, Write};
 
@@ -53,9 +53,15 @@ pub fn contacts_npz(contacts: &DetectedContacts) -> Vec<u8> {
     Archive::made(|archive| archive.add_contacts(contacts))
 }
 
-/// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w),
-/// `dof_pos` (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the
-/// source; frames x 4 of a robot with four legs, the front feet first). All numbers are float64.
+/// The motion of a robot as an `.npz`:
+///
+/// - `fps`
+/// - `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w)
+/// - `dof_pos` (frames x joints), `dof_names`
+/// - `contacts` (bool, frames x 2: the left and the right foot of the source; frames x 4 of a robot with four legs, the
+///   front feet first)
+///
+/// All numbers are float64.
 pub fn robot_npz(motion: &RobotMotion) -> Vec<u8> {
     let frames = motion.frames();
     Archive::made(|archive| {
@@ -67,8 +73,8 @@ pub fn robot_npz(motion: &RobotMotion) -> Vec<u8> {
     })
 }
 
-/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as
-/// w, x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`robot_npz`].
+/// The motion of a robot as MuJoCo has it. `qpos` (frames x 7 + joints) has the position of the base, its rotation as
+/// w, x, y and z, and the joints. `fps`, `dof_names` and `contacts` are as in [`robot_npz`].
 pub fn robot_qpos_npz(motion: &RobotMotion) -> Vec<u8> {
     let shape = [motion.frames(), 7 + motion.dof_names.len()];
     Archive::made(|archive| {

@@ -103,13 +103,14 @@ pub enum Space {
     Local,
 }
 
-/// Foot contacts, by the rule of [`ContactOptions::detect`](mocap_edit::ContactOptions::detect): a point of a foot is
-/// in contact when it is low and slow, and until it is 1.6 times too high or too fast; contacts shorter than 0.08
+/// Foot contacts, by the rule of [`ContactOptions::detect`](mocap_edit::ContactOptions::detect). A point of a foot is
+/// in contact when it is low and slow, and until it is 1.6 times too high or too fast. Contacts shorter than 0.08
 /// seconds are dropped, gaps shorter than 0.05 seconds closed.
 ///
-/// Heights are along the up axis, above the level on which the points rest: the fifth percentile of the height of the
-/// lowest one, so that a rest pose in the first frame does not count. Ankles have a level, and the balls of the feet
-/// theirs; joints that are chosen by their names have one together. Speeds are central differences, in any direction.
+/// Heights are along the up axis, above the level on which the points rest. The level is the fifth percentile of the
+/// height of the lowest point, so that a rest pose in the first frame does not count. Ankles have a level, and the
+/// balls of the feet theirs; joints that are chosen by their names have one together. Speeds are central differences,
+/// in any direction.
 ///
 /// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -51,9 +51,15 @@ pub fn robot_csv(motion: &RobotMotion, robot: &Robot) -> String {
     text
 }
 
-/// The motion of a robot as a pickle, as GMR writes it. `pickle.load` reads it where NumPy is installed: a dictionary
-/// with `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w), `dof_pos` (frames x joints) and
-/// `dof_names`; `local_body_pos` and `link_body_list` are `None`. Protocol 4.
+/// The motion of a robot as a pickle, as GMR writes it. `pickle.load` reads it if NumPy is installed. It is a
+/// dictionary:
+///
+/// - `fps`
+/// - `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w)
+/// - `dof_pos` (frames x joints), `dof_names`
+/// - `local_body_pos` and `link_body_list`, which are `None`
+///
+/// Protocol 4.
 pub fn robot_pickle(motion: &RobotMotion) -> Vec<u8> {
     Pickle::dictionary(|pickle| {
         pickle_base(motion, pickle);

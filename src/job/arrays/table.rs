@@ -31,13 +31,13 @@
 //! | `contacts` | list of bool | likewise; absent unless asked for |
 //! | `header` | utf8 | the [`Header`](crate::arrays::Header) as JSON |
 //!
-//! [`inventory`] has one row for each file, without its motion: `clip`, `error`, `skeleton`, `joints`, `frames`,
-//! `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, which are guesses where the file does not
-//! state them, and `warnings`, a list of utf8.
+//! [`inventory`] has one row for each file, without its motion. Its columns are `clip`, `error`, `skeleton`, `joints`,
+//! `frames`, `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, and `warnings`, a list of utf8.
+//! `metres_per_unit` and `up` are guesses if the file does not state them.
 //!
-//! `robot_reports` has one row for each motion that was to be put on a robot: `clip`, `error`, `output`, and the
-//! fields of [`RobotReport`](mocap_retarget::robot::report::RobotReport), of which `limbs`, `clamped` and
-//! `self_collisions` are lists of structs.
+//! `robot_reports` has one row for each motion that was to be put on a robot. Its columns are `clip`, `error`,
+//! `output`, and the fields of [`RobotReport`](mocap_retarget::robot::report::RobotReport). Of these `limbs`, `clamped`
+//! and `self_collisions` are lists of structs.
 //!
 //! Which columns there are follows from the [`ArrayOptions`] alone, so tables that were made with the same options can
 //! be concatenated.

@@ -1,13 +1,13 @@
 //! The events of a walk, and the table that a gait laboratory makes of them.
 //!
-//! Each step is found as Zeni, Richards and Higginson (2008) do: the foot is farthest before the pelvis, and then its
+//! Each step is found as Zeni, Richards and Higginson (2008) do. The foot is farthest before the pelvis, and then its
 //! toes farthest behind it, which is when they leave the ground. That holds on a treadmill too. The foot strikes some
 //! hundredths of a second after it was farthest before: when the middle of ankle and ball is lowered fastest, as
 //! O'Connor and others (2007) have it. Where the file itself has the events, as C3D files of laboratories do, they are
 //! taken instead.
 //!
-//! Lengths and widths of steps are those of Huxham and others (2006): a stride goes from a strike of a foot to its next
-//! one, and the strike of the other foot between them divides it; its distance from the line of the stride is the
+//! Lengths and widths of steps are those of Huxham and others (2006). A stride goes from a strike of a foot to its next
+//! strike. The strike of the other foot between them divides it, and its distance from the line of the stride is the
 //! width.
 
 use glam::{DVec2, DVec3};
@@ -344,8 +344,8 @@ fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
     Some((0..rotations.len()).map(mean).collect())
 }
 
-/// The frames in which a foot of these heights is lowered fastest, each soon after one in which it is farthest before
-/// the pelvis; that one where the foot is not lowered then.
+/// The frames in which a foot of these heights is lowered fastest, each soon after the frame in which it is farthest
+/// before the pelvis. If the foot is not lowered then, that frame is taken.
 pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> Vec<usize> {
     for _ in 0..2 {
         heights = averaged(&heights, (HEIGHTS_OVER * frame_rate).round() as usize);
@@ -375,7 +375,7 @@ fn averaged(values: &[f64], half: usize) -> Vec<f64> {
 }
 
 /// The frames in which the values turn from rising to falling, and from falling to rising, after a change of at least
-/// `TURN` of their usual range, on both sides; none where that is less than `least`.
+/// `TURN` of their usual range, on both sides. None if that is less than `least`.
 pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

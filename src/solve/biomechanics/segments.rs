@@ -1,8 +1,8 @@
 //! The segments of a body in their anatomical frames, frame by frame.
 //!
 //! Frames are those of the International Society of Biomechanics: +X points forward, +Y up, +Z to the right, of a body
-//! that stands with arms hanging and palms forward. In the T-pose of a [`Figure`] trunk and legs are in that position;
-//! an arm is abducted by 90 degrees, and its forearm, with the palm down, is pronated by 90 degrees.
+//! that stands with arms hanging and palms forward. In the T-pose of a [`Figure`] trunk and legs are in that position.
+//! An arm is abducted by 90 degrees, and its forearm, with the palm down, is pronated by 90 degrees.
 
 use std::collections::BTreeMap;
 

@@ -19,7 +19,7 @@ const HIP_SIDE: (f64, f64) = (0.33, 0.0073);
 /// Depth of a pelvis in parts of the distance of its front spines, where the back is one marker on the sacrum.
 const SACRAL_DEPTH: f64 = 0.6;
 
-/// The length of the shank of an adult of 1.72 m, that the widths below go with, in metres: 0.246 of the height
+/// The length in metres of the shank of an adult of 1.72 m, for which the widths below hold. It is 0.246 of the height
 /// (Drillis and Contini, in Winter, Biomechanics and Motor Control of Human Movement). It tells the size better than
 /// the pelvis, whose markers stand on the belly of one and on the belt of another.
 const SHANK: f64 = 0.423;

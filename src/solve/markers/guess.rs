@@ -7,8 +7,8 @@
 //! 3. In each part landmarks are told by height, by side, and by to what they are rigid: an ankle to shank and foot, an
 //!    elbow to upper arm and forearm.
 //!
-//! Heights are those of standing adults: Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control of
-//! Human Movement: ankle 0.039, knee 0.285, hip 0.53, shoulder 0.82 of the height of the body.
+//! Heights are those of standing adults: ankle 0.039, knee 0.285, hip 0.53, shoulder 0.82 of the height of the body.
+//! The source is Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control of Human Movement.
 
 use glam::DVec3;
 use mocap_scene::math::median::percentile;
@@ -33,8 +33,8 @@ const SHOULDERS: f64 = 0.72;
 const HEAD: f64 = 0.86;
 /// The part of the height of the body above which markers are of the chest: the navel is at 0.6.
 const CHEST: f64 = 0.55;
-/// The change of distances of markers of the pelvis, as a part of the height of the body, up to which they are on one
-/// bone: about 20 mm, for its skin slides.
+/// The largest change of distances of markers that are on the pelvis, as a fraction of the height of the body. It is
+/// about 20 mm, because the skin slides.
 const RIGID: f64 = 0.012;
 /// The same part of the height for the head: 7 mm.
 const RIGID_HEAD: f64 = 0.004;

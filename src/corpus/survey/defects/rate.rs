@@ -16,8 +16,8 @@ const GRAVITY: f32 = 9.81;
 /// Frames per second below which nothing that moves is recorded, and above which nothing that moves is.
 const RATES: [f64; 2] = [5.0, 1000.0];
 
-/// Half the time over which accelerations are taken, in seconds: noise of a millimetre is 3 m/s^2, and a step of a walk
-/// that is played five times too fast takes 0.1 s.
+/// Half the time over which accelerations are computed, in seconds. Noise of a millimetre is then 3 m/s^2. A step of a
+/// walk that plays five times too fast takes 0.1 s.
 const HALF: f64 = 0.03;
 
 /// The fraction of all frames in which the hips must fall so fast: a single fall is another defect.

@@ -26,8 +26,8 @@ const OFF_IF_ERRATIC: f32 = 0.3;
 /// The mean bend above which a motion is erratic; runs have half of it.
 const ERRATIC: f32 = 0.2;
 
-/// How far the limbs must move in what is compared, each on average, as a sum of chords of the unit sphere: one that
-/// stands is like any other that stands.
+/// The least movement of the compared limbs, each on average, as a sum of chords of the unit sphere. A figure that
+/// stands resembles any other that stands.
 const MOVES: f32 = 0.2;
 /// The time over which movement is counted, in samples: half a second, in which slow limbs move more than the grain.
 const MOVE: usize = 5;

@@ -1,7 +1,7 @@
-//! Which clips may repeat a clip: moments (what the limbs do from 0.4 s before to 0.4 s after) are hashed by the signs
-//! of random projections, and moments of one hash at one offset in two clips vote for it. Moments in which hardly
-//! anything moves have no hash, and of a hash with many moments the first are looked up: the cost grows with the number
-//! of clips and not with its square.
+//! Candidates for clips that repeat a clip. Moments, the motion of the limbs from 0.4 s before to 0.4 s after, are
+//! hashed by the signs of random projections. Moments of one hash at one offset in two clips vote for the pair. Moments
+//! in which hardly anything moves have no hash. Of a hash with many moments, only the first are looked up, so that the
+//! cost grows with the number of clips and not with its square.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

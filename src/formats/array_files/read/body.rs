@@ -1,5 +1,5 @@
-//! The body on which arrays of rotations are put: a file of a model of SMPL's family, or the bones of any figure; and
-//! the robot whose joints are where arrays have them.
+//! The body on which arrays of rotations are put: a file of a model of SMPL's family, or the bones of any figure. Also
+//! the robot whose joint positions arrays have.
 //!
 //! A model states its vertices at rest (`v_template`), which vertices each joint is between (`J_regressor`), and how
 //! coefficients of shape move the vertices (`shapedirs`). The joints of a body with the coefficients `b` are

@@ -11,9 +11,9 @@
 //! | 4 | whether left ankle and toes, right ankle and toes hardly move to the next frame |
 //!
 //! The definition is Guo and others, *Generating Diverse and Natural 3D Human Motions from Text* (CVPR 2022), as their
-//! `motion_representation.ipynb` computes it: what is odd in it (the sign of the shoulders in the heading, the chains
-//! of the arms that begin at the root's rotation) is kept. Lengths are those of the input: the common skeleton onto
-//! which the data set is brought is that of a licensed body.
+//! `motion_representation.ipynb` computes it. Its oddities are kept: the sign of the shoulders in the heading, and the
+//! chains of the arms that begin at the root's rotation. Lengths are those of the input: the common skeleton onto which
+//! the data set is brought is that of a licensed body.
 
 use glam::{DMat3, DQuat, DVec3};
 

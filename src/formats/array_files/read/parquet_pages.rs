@@ -1,5 +1,5 @@
-//! What the pages of a Parquet file claim, held against what is there before any is decoded: the library takes as much
-//! memory as the header of a page says, up to 2 GiB.
+//! The claims of the pages of a Parquet file, checked against the file before any page is decoded. The library takes as
+//! much memory as the header of a page says, up to 2 GiB.
 //!
 //! Headers are structs of Thrift's compact protocol, before each page of a column.
 

@@ -4,9 +4,9 @@
 //! the few names that build arrays, and refuses every other by its name. The operations are those of Python's
 //! `pickletools`, protocols 0 to 5.
 //!
-//! Objects stand in one list and refer to each other by their index, so that a pickle that repeats an object within
-//! itself a thousand times takes no more memory than its bytes. One operation is a byte or more and makes one object at
-//! most: an object takes less than 64 bytes.
+//! Objects stand in one list and refer to each other by their index. So a pickle that repeats an object within itself a
+//! thousand times takes no more memory than its bytes. One operation is a byte or more and makes one object at most: an
+//! object takes less than 64 bytes.
 
 mod build;
 mod machine;

@@ -7,7 +7,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 pub(super) use crate::proportions::HEIGHT;
 use crate::proportions::position;
 
-/// The height in metres of the origin of SMPL's template over its root: the origin is near the middle of the body, and
+/// The height in metres of the origin of SMPL's template over its root. The origin is near the middle of the body, and
 /// the pelvis a little above half of the height.
 const TEMPLATE_ABOVE_PELVIS: f32 = 0.25;
 

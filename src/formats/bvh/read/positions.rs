@@ -61,8 +61,8 @@ pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
 /// rest.
 ///
 /// In nearly every real file the positions are unrelated to the OFFSET, or equal to it in the first frame: they replace
-/// it. In a few files they are moves from the OFFSET: they are near zero in the first frame or in the median of all, or
-/// they stay near zero along an OFFSET that puts the feet on the floor.
+/// it. In a few files they are relative to the OFFSET. Such positions are near zero in the first frame or in the median
+/// of all, or stay near zero along an OFFSET that puts the feet on the floor.
 pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     /// A fraction of the OFFSET's length. The real files that need adding are below 0.0101, all others above 0.3.
     const NEAR_ZERO: f32 = 0.02;

@@ -1,9 +1,9 @@
 //! The rows of the MOTION section, as blocks of columns.
 //!
 //! In nearly every file a row is a line. [`Block::read_plain_row`] reads such rows fast, and [`segments`] reads many of
-//! them with several threads, or without holding the text in memory. At the first other line [`layout`] looks at the
-//! rest of the text once to find the layout of the rows; from then on the careful path reads the lines that the fast
-//! path cannot.
+//! them with several threads, or without holding the text in memory. At the first other line [`layout`] reads the rest
+//! of the text once to find the layout of the rows. From then on the careful path reads the lines that the fast path
+//! cannot.
 
 #[doc(hidden)]
 pub(crate) mod block;

@@ -162,8 +162,8 @@ fn is_elsewhere(position: Vec3, point: Vec3) -> bool {
 
 /// A joint without position channels gets the position of its first frame.
 ///
-/// Some programs take the positions of a root that begins near zero, while its OFFSET does not, as moves from the
-/// OFFSET; and those of a joint that is near zero in all frames. With a zero OFFSET all programs agree.
+/// Some programs add certain positions to the OFFSET. They are those of a root that begins near zero, although its
+/// OFFSET is not, and those of a joint that is near zero in all frames. With a zero OFFSET all programs agree.
 fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool) -> Vec3 {
     if !moves {
         start

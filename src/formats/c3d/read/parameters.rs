@@ -185,8 +185,8 @@ impl Parameters {
         parts.flatten().copied().collect()
     }
 
-    /// The numbers of an array with one thing after the other, and how many belong to each: all sizes but that after
-    /// the first `sizes`, which some writers leave out for one thing alone.
+    /// The numbers of an array of things, and the count of numbers of each thing. The count is the product of all sizes
+    /// but the one after the first `sizes`, which some writers omit for a single thing.
     pub(super) fn array(&self, group: &str, name: &str, sizes: usize) -> Option<(&[f64], usize)> {
         match self.get(group, name)? {
             Values::Numbers(numbers, dimensions) => Some((numbers, dimensions.iter().take(sizes).product())),

@@ -1,8 +1,8 @@
 //! The clips: a stack with one layer each, and curves of angles, positions and scales.
 //!
-//! A curve has a key at every tick of its track. Between two keys it goes straight, as positions of a scene do;
-//! rotations of a scene go along an arc, so that a track of rotations with fewer keys gets one at every frame. Within a
-//! largest error, [`curves`](super::curves) leaves keys out.
+//! A curve has a key at every tick of its track. Between two keys it is linear, as positions of a scene are. Rotations
+//! of a scene follow an arc, so that a track of rotations with fewer keys gets one at every frame. Within a largest
+//! error, [`curves`](super::curves) leaves keys out.
 
 use std::collections::BTreeMap;
 

@@ -188,8 +188,8 @@ fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
     })
 }
 
-/// The number of groups at the beginning that stand for the root that every file has: the root of an FBX file, or,
-/// where no root is wanted above the skeleton, all that do nothing but group.
+/// The number of groups at the beginning that represent the root that every file has. It is the root of an FBX file. If
+/// no root is wanted above the skeleton, it is all nodes that only group.
 fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &BTreeSet<usize>) -> usize {
     let nodes = &scene.nodes;
     let is_still = |index: usize| {

@@ -81,7 +81,7 @@ pub fn end(duration: f64, rate: f64) -> Result<i64> {
 }
 
 /// The moments of keys, each later than the one before. None is later than its tick, so that a position that jumps at a
-/// tick has jumped there: between the two keys of a jump there may be no more than a few hundred of FBX's units.
+/// tick has jumped there. There may be only a few hundred of FBX's units between the two keys of a jump.
 pub fn key_times(ticks: &[f64], rate: f64) -> impl Iterator<Item = i64> {
     /// In FBX's units: what the product of a tick and the length of one is off.
     const ROUNDING: f64 = 1e-3;

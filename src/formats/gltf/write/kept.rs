@@ -109,8 +109,8 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
     Ok(written)
 }
 
-/// Says how many channels go with the animation that is replaced, or with all: a scene has none for pointers, and none
-/// for morph targets that the file does not have.
+/// Warns how many channels are lost with the animation that is replaced, or with all. A scene has none for pointers,
+/// and none for morph targets that the file does not have.
 fn left_out(original: &Original) -> Result<Option<Diagnostic>> {
     let Animations { animations } = parse(utf8(json::split(&original.file.bytes)?.0)?)?;
     let gone = animations.iter().enumerate();

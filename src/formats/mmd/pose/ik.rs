@@ -1,10 +1,10 @@
 //! IK of a model: cyclic coordinate descent, with the loops, the largest step and the limits that the model states.
 //!
 //! In each loop each link, from the target on, turns the target towards the goal. The n-th link turns n times the
-//! stated step at most. A link with limits that turns about one axis alone, as a knee, turns about that axis in the
-//! first half of the loops, and an angle beyond a limit is reflected there while that stays within the limits: so a
-//! straight knee bends to the right side. Angles of limits are Euler angles in the order whose middle axis stays
-//! within 90 degrees. Facts by the authors of MMD's runtimes for browsers, who compared them with MMD.
+//! stated step at most. A link with limits that turns about one axis alone, such as a knee, turns about that axis in
+//! the first half of the loops. There an angle beyond a limit is reflected, while that stays within the limits. So a
+//! straight knee bends to the right side. Angles of limits are Euler angles in the order whose middle axis stays within
+//! 90 degrees. Facts by the authors of MMD's runtimes for browsers, who compared them with MMD.
 
 use std::f64::consts::FRAC_PI_2;
 

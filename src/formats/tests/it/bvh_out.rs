@@ -372,8 +372,8 @@ fn height(scene: &Scene, pose: &mut Pose, binding: &Binding) -> f64 {
     f64::from((most - least).max_element())
 }
 
-/// Its OFFSET is elsewhere, and it has one position channel of three: with all three written, and near zero in all
-/// frames, they could be read as moves from the OFFSET.
+/// Its OFFSET is elsewhere, and it has one position channel of three. With all three written, and near zero in all
+/// frames, they could be read as relative to the OFFSET.
 #[test]
 fn a_joint_that_stays_at_its_parent_does_so_when_it_is_written() {
     let text = "HIERARCHY\nROOT hip\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT arm\n{\n\

@@ -2,8 +2,8 @@
 
 use crate::{Blocks, Failure};
 
-/// Bytes of a piece of memory, at least: enough to make its overhead small, and few enough that it is still in the
-/// second-level cache when its numbers are read after its lines were counted.
+/// The least number of bytes of a piece of memory. It is large enough to make the overhead small. After its lines were
+/// counted, the piece is still in the second-level cache when its numbers are read.
 pub const LENGTH: usize = 1 << 18;
 
 /// Some whole lines.

@@ -1,8 +1,8 @@
 //! Reads plain rows piece by piece, with one thread or several.
 //!
 //! The number of lines of the pieces before gives the index of a piece's first frame, so each thread writes its keys
-//! directly where they stay. Everything after the first line that is not a plain row is discarded and read again
-//! by the careful path, so the result does not depend on the number of threads.
+//! directly where they stay. Everything after the first line that is not a plain row is discarded, and the careful path
+//! reads it again. So the result does not depend on the number of threads.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};

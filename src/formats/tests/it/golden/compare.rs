@@ -132,7 +132,7 @@ impl Comparison {
     /// Compares directions: Assimp's normals are as long as twice their face's area, save where it normalises them.
     ///
     /// It takes them from positions that are rounded after the piece is placed in the whole skeleton, far from the
-    /// origin, so the smaller the face, the more they are off. Ours come from the piece before it is placed.
+    /// origin. So the smaller the face, the larger their error. Ours come from the piece before it is placed.
     fn normals(&mut self, place: &str, mesh: &Mesh, truth: &TruthMesh) {
         self.equal(&format!("{place} count"), mesh.normals.len(), truth.normals.len());
         let rounding = self.reach * f64::from(f32::EPSILON);
