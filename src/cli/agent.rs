@@ -65,7 +65,7 @@ read {"uri": "mocap://job.schema.json"}"#;
 /// Answers the messages of standard input, until it ends.
 pub(crate) fn serve(args: &McpArgs) -> Result<(), Failure> {
     let root = Root::enter(&args.root)?;
-    // Standard error is a log that nobody may read; what is said is in the answers.
+    // Standard error is a log that nobody may read, so notices are in the answers.
     report::set_quiet(true);
     streams::take();
     if args.call {

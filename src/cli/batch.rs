@@ -73,7 +73,7 @@ pub fn for_each<T: Send, E>(
     })
 }
 
-/// What is said of a file on which a command panicked.
+/// The message about a file on which a command panicked.
 pub(crate) const PANICKED: &str = "internal error: the reader or the writer panicked; please report this file";
 
 /// Sorts results into the order of their inputs.

@@ -1,4 +1,4 @@
-//! The JSON Schema of what `--json` prints.
+//! The JSON Schema of the output of `--json`.
 
 use crate::commands::{angles, chain, check, doctor, formats, info, matching, pose, series, skeleton, verify};
 use crate::printed::{

@@ -1,7 +1,7 @@
 //! The command line of `mocap`, which uses only the library's public interface. It is a library so that tests reach
 //! its parts; `main.rs` is the program.
 //!
-//! Data goes to standard output, messages to standard error. What the exit codes mean stands in `--help`:
+//! Data goes to standard output, messages to standard error. `--help` states the meaning of the exit codes:
 //! `args::EXIT_CODES`.
 
 #![warn(clippy::unwrap_used)]

@@ -193,7 +193,7 @@ pub(crate) fn tell_replaced() {
     }
 }
 
-/// What stands on standard output in place of the characters of a file that steer a terminal.
+/// The text on standard output in place of characters of a file that control a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrintableText {
     /// [`visible_lines`].

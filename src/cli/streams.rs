@@ -53,7 +53,7 @@ pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
     Err(Error::from(diagnostic).with_path(path))
 }
 
-/// What of the motions of a job is not on a disk: standard input, where it is one of them.
+/// The motions of a job that are not on a disk: standard input, if it is one of them.
 pub(crate) fn given<'a>(
     read: &InputOptions,
     mut motions: impl Iterator<Item = &'a PathBuf>,
@@ -112,7 +112,7 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
         return Ok(write_file(output, bytes)?);
     }
     check_free()?;
-    // Data, and not for a terminal to interpret: what of it could steer one is shown by `report::data`.
+    // Data that a terminal must not interpret: `report::data` escapes characters that could control it.
     let mut out = report::data();
     out.write_all(bytes)?;
     Ok(out.flush()?)

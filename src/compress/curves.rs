@@ -55,7 +55,7 @@ pub struct Curve {
     pub values: Vec<f32>,
 }
 
-/// The curves of a joint, of x, y and z each; none of what does not move.
+/// The curves of a joint, of x, y and z each; none for constant tracks.
 #[doc(hidden)]
 pub struct JointCurves {
     pub(super) euler: EulerAngles,

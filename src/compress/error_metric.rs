@@ -1,4 +1,4 @@
-//! The error metric: how far a rotation error of a joint moves what is attached to the joint.
+//! The error metric: the distance by which a rotation error of a joint moves the points attached to the joint.
 //!
 //! Attached are the joints at the ends of its lever arms, and a rigid shell around the joint. The shell represents the
 //! skin, because a twist about the bone moves no joint, but the skin. The metric and its shell distance come from the

@@ -66,7 +66,7 @@ pub struct PackedClip<'a> {
     mask_bytes: usize,
     /// Bits of the headers of all tracks of a block.
     header_bits: usize,
-    /// Where the ticks of the frames stand; absent where they are 0, 1, 2 and so on.
+    /// The place of the ticks of the frames; absent if they are 0, 1, 2 and so on.
     ticks: Option<usize>,
     /// Where the offsets of the blocks stand.
     table: usize,

@@ -167,7 +167,7 @@ impl<'a> RawClip<'a> {
         Ok(clip)
     }
 
-    /// The joints that rotate and move no joint by it: nothing stands away from them below.
+    /// The joints whose rotation moves no joint, because no joint below is away from them.
     fn turning_ends(&self) -> Vec<bool> {
         let mut reaches = vec![false; self.joints.len()];
         for (index, joint) in self.joints.iter().enumerate().rev() {

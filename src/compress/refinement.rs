@@ -20,7 +20,7 @@ use super::object_space::ObjectSpaceTrack;
 /// The maximum of passes, and how often at most a pass adds the worst frame between two keys; after that it adds all.
 const MAX_PASSES: usize = 16;
 
-/// The next tolerance, as a fraction of what would do if errors shrank as tolerances do.
+/// The next tolerance, as a fraction of the tolerance that would suffice if errors shrank in proportion.
 const SAFETY: f32 = 0.97;
 /// The least fraction of a tolerance that is left for the next pass.
 const MIN_SHRINK: f32 = 0.5;

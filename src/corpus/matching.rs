@@ -1,5 +1,5 @@
-//! Search in many motions: a database of what every frame of every clip does, on one body, and the frames and parts of
-//! it that are most like another. `docs/search-algorithm.md` has the features, the file and the sources.
+//! Search in many motions: a database of the frames of every clip, on one body. A search returns its frames and parts
+//! that are most like a query. `docs/search-algorithm.md` has the features, the file and the sources.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();

@@ -339,7 +339,7 @@ fn spans(frames: usize, holds: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     spans
 }
 
-/// What a clip of a file is called: by its number where it has no name.
+/// The name of a clip of a file: its number if it has none.
 pub(crate) fn clip_name((index, clip): (usize, &Animation)) -> String {
     match clip.name.is_empty() {
         true => index.to_string(),

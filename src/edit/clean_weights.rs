@@ -3,7 +3,8 @@
 use mocap_scene::options::weights;
 
 weights! {
-    /// The weights of [`Clean`](crate::Clean): what is noise, what is an error, and how strongly it is taken out.
+    /// The weights of [`Clean`](crate::Clean). They decide what is noise, what is an error, and how strongly it is
+    /// removed.
     ///
     /// ```
     /// use mocap::edit::{Clean, CleanWeights};

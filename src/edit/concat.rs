@@ -84,7 +84,7 @@ pub struct ConcatReport {
     pub largest_rotation: f32,
     /// How far the second motion was moved over the ground, in metres.
     pub moved: f32,
-    /// What was left out of the end of the first motion and of the beginning of the second, in seconds.
+    /// The seconds that were dropped from the end of the first motion and from the beginning of the second.
     pub left_out: [f64; 2],
     /// How far the two are apart at the seam in the mean of their joints, in metres, where it was looked for.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -245,7 +245,7 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
     }
 }
 
-/// For each frame whether a point is at rest, by where it is and how high above where it rests.
+/// For each frame whether a point is at rest, by its position and its height above its resting level.
 fn rests(track: &[Vec3], above_rest: &[f32], rate: f64, figure: &Figure, options: &ContactOptions) -> Vec<bool> {
     let flat: Vec<f32> = track.iter().flat_map(Vec3::to_array).collect();
     let speeds = velocities(&flat, 3, rate);

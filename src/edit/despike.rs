@@ -22,9 +22,9 @@ step! {
     ///
     /// Hampel's identifier finds them. The distance of a value from the middle of the two values `n` frames before and
     /// after it is above `threshold` times the median distance of the values around. `n` goes up to the longest spike.
-    /// Longer runs, between two jumps that undo each other, are turned back, as those of a bone that is turned about
-    /// itself for some frames. A turn of a bone about itself in one frame, which stays, is spread over 0.4 s, and
-    /// joints below keep their positions.
+    /// Longer runs, between two jumps that undo each other, are turned back. An example is a bone that is rolled for
+    /// some frames. A turn of a bone about itself in one frame, which stays, is spread over 0.4 s, and joints below
+    /// keep their positions.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

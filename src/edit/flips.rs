@@ -193,7 +193,7 @@ pub(super) fn mend_positions(track: &mut [Vec3], least: f32, rate: f64) -> usize
     runs
 }
 
-/// Whether what lies between two frames, of which those between are not known, is a jump rather than a motion.
+/// Whether two frames with unknown frames between them are separated by a jump rather than a motion.
 pub(super) fn is_jump_over(track: &[Quat], from: usize, to: usize) -> bool {
     let turned = angle(track[from], track[to]);
     let around = from.saturating_sub(AROUND)..(to + AROUND).min(track.len() - 1);

@@ -2,8 +2,8 @@
 //!
 //! What tells are the points of the feet while they are slow. A plane is fitted to the low ones: a foot in the air is
 //! above the floor, and nothing is below it. The fit is iteratively reweighted least squares (Tukey's biweight) with a
-//! decreasing scale. The drift is what is left over time: in height of these points, and over the ground as the speed
-//! of feet that stand.
+//! decreasing scale. The drift is the residual over time: of the heights of these points, and over the ground as the
+//! speed of feet in stance.
 
 mod drift;
 mod least_squares;
@@ -77,7 +77,8 @@ pub(super) struct Floor {
     centre: DVec3,
     /// What is added to the height in each frame.
     drift: Vec<f64>,
-    /// How high each kind of point (ankles, balls) stands, where the others are, and how much higher right than left.
+    /// The level of each kind of point (ankles, balls) relative to the others, and the difference between right and
+    /// left.
     levels: [f64; 2],
     right_over_left: f64,
 }
@@ -117,8 +118,8 @@ impl Floor {
         self.rise[0] * from.x + self.rise[1] * from.y + self.drift[frame]
     }
 
-    /// The height on which each point of `feet` stands on a level floor, and how high it is above where it stands on
-    /// this one, frame by frame.
+    /// The height at which each point of `feet` stands on a level floor, and its height above its level on this floor,
+    /// frame by frame.
     pub(super) fn stands<'a>(&'a self, feet: &'a Feet) -> impl Iterator<Item = (f64, Vec<f64>)> + 'a {
         feet.points.iter().zip(&feet.sides).map(|((kind, track), side)| {
             let level = self.levels[*kind] + self.right_over_left * side;

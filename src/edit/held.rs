@@ -33,7 +33,7 @@ pub struct LimbReport {
     pub farthest: f32,
     /// The frame in which it is left.
     pub farthest_frame: usize,
-    /// The largest change of the position of what goes to the goal.
+    /// The largest change of the position of the tip.
     pub moved: f32,
 }
 

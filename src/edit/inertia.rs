@@ -44,7 +44,7 @@ impl Seam {
         angles.fold(0.0, f32::max)
     }
 
-    /// Adds what is left of the differences `frame` frames after the seam.
+    /// Adds the remainder of the differences `frame` frames after the seam.
     pub(super) fn apply(&self, row: &mut [Trs], frame: usize, steps: usize) {
         for (column, trs) in row.iter_mut().enumerate() {
             let (offset, speed) = self.rotations[column];

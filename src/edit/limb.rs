@@ -189,7 +189,7 @@ impl LimbChain {
         }
     }
 
-    /// From the first joint to the goal of what goes there.
+    /// From the first joint to the goal of the tip.
     pub(super) fn to_goal(&self, pose: &Pose, goal: Vec3) -> Vec3 {
         goal - self.reach(pose).0
     }
@@ -286,7 +286,8 @@ pub(super) struct Swivel {
     pub(super) angle: f32,
     /// How well the angle is known, from 0 to 1.
     pub(super) known: f32,
-    /// How much of what the limb does from frame to frame it keeps, from 0 to 1: a limb that goes far does not.
+    /// The fraction of its own motion from frame to frame that the limb keeps, from 0 to 1. A limb that goes far keeps
+    /// none.
     pub(super) detail: f32,
 }
 

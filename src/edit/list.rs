@@ -25,7 +25,7 @@ macro_rules! steps {
         )*
 
         pub mod report {
-            //! What steps change, and by how much.
+            //! The changes of steps.
 
             $(pub use super::$shared::$shared_report;)*
             $($(pub use super::$file::{$($report),+};)?)*

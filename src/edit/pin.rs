@@ -188,7 +188,7 @@ fn within_reach(
     at
 }
 
-/// Where the limb is in the frame of what it touches, in units of the scene.
+/// The position of the limb in the frame of what it touches, in units of the scene.
 struct PinnedFrame {
     at: Vec<Vec3>,
     metres: f32,
@@ -254,7 +254,7 @@ pub struct PinReport {
     pub contacts: Vec<[usize; 2]>,
     /// Contacts that were found, and left as they are: the limb is too short there, and would slide more.
     pub left: usize,
-    /// How far the limb slid on what it touches, all steps together.
+    /// The sum of the sliding steps of the limb on what it touches.
     pub slide_before: f32,
     /// The same afterwards.
     pub slide_after: f32,

@@ -19,7 +19,7 @@ pub struct Fitted {
     pub quality: String,
 }
 
-/// What brings a second motion onto the skeleton of a scene with these bones; `None` where it is of that skeleton.
+/// The retargeter of a second motion to the skeleton of a scene with these bones; `None` if it has that skeleton.
 pub(crate) type Fit<'a> = &'a dyn Fn(&Scene, &HumanoidMap, &Scene) -> Result<Option<Fitted>>;
 
 /// What errors call the second motions.

@@ -71,7 +71,7 @@ pub(super) fn scalar(text: &str) -> Value {
     }
 }
 
-/// The text of a value; `None` for an empty list. What does not have the form of `takes` is printed as it is.
+/// The text of a value; `None` for an empty list. A value without the form of `takes` is printed unchanged.
 pub(super) fn print(takes: ValueKind, value: &Value) -> Option<String> {
     let joined = |separator: &str, item: fn(&Value) -> String| match value {
         Value::Array(items) => (!items.is_empty()).then(|| items.iter().map(item).collect::<Vec<_>>().join(separator)),

@@ -347,7 +347,7 @@ fn hands(bones: &BTreeMap<Bone, NodeId>) -> Vec<(Bone, NodeId, NodeId, Mean)> {
     sides.filter_map(hand).collect()
 }
 
-/// The joints whose average against the trunk is taken, each with its fraction of the distance from hips to shoulders.
+/// The joints that are averaged against the trunk, each with its fraction of the distance from hips to shoulders.
 fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<TrunkAngle> {
     let joint = |bone: Bone| bones.get(&bone).copied();
     let neck = joint(Bone::Neck).or(joint(Bone::Head));

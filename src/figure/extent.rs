@@ -179,7 +179,7 @@ fn extent(pose: &Pose, nodes: &[NodeId]) -> f32 {
     }
 }
 
-/// Along X there is no answer, and what is left of the path is noise.
+/// Along X there is no answer, and the rest of the path is noise.
 fn longer_axis(to_head: Vec3) -> UpAxis {
     /// Of the length of the path.
     const NOISE: f32 = 0.3;

@@ -5,7 +5,7 @@
 //! move. A motion of the skeleton would leave them behind, and stretch the skin. Here such a joint gets the parent that
 //! it follows, by the first rule that applies:
 //!
-//! 1. It stands where a joint without a skin of its own stands, which carries other joints of the skin.
+//! 1. It coincides with a joint without its own skin that carries other joints of the skin.
 //! 2. It shares vertices or faces with a joint far down another limb, and next to none with the top of that limb.
 //! 3. Nothing above it has a skin, it shares nothing, and its vertices are nearest to those of a joint far down a limb.
 //! 4. Without any skin: it stands where a limb ends.
@@ -229,7 +229,7 @@ struct Parents<'a> {
     has_changed: bool,
     /// Where each node is at rest.
     at: Vec<Vec3>,
-    /// The height of the skeleton, or what is longest of it.
+    /// The height of the skeleton, or its largest extent.
     size: f32,
     skin: SharedSkin,
 }
@@ -318,7 +318,7 @@ impl<'a> Parents<'a> {
         }
     }
 
-    /// Puts joints of the skin below joints without one that stand where they do and carry other joints of the skin.
+    /// Puts joints of the skin below coinciding joints without a skin that carry other joints of the skin.
     fn follow_copies(&mut self, limb: &[usize], weighted: &[usize]) -> bool {
         let mut found = false;
         for &joint in limb {

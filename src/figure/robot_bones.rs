@@ -51,7 +51,7 @@ const ALONG: f64 = 0.8;
 /// The joints of a limb at least.
 const LIMB: usize = 3;
 
-/// What a humanoid has at least, and what an upper body has.
+/// The least bones of a humanoid, and of an upper body.
 const LEGS: [Bone; 6] = [
     Bone::LeftUpperLeg,
     Bone::LeftLowerLeg,

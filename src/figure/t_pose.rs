@@ -54,17 +54,17 @@ pub enum TPoseSource {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum TPoseReason {
-    /// It stays as it stands in the pose from which the T-pose is made.
+    /// It keeps its rotation of the pose from which the T-pose is made.
     Stands,
     /// It is turned by the shortest rotation until it points where it does in a T-pose.
     ShortestArc,
     /// It stands on its sole, and is turned about the up axis until it points forward.
     OnItsSole,
-    /// It is pitched and rolled as where it stands in the motion.
+    /// Its pitch and roll are those of its stance in the motion.
     StandsInMotion,
     /// It is turned as on the average of the motion, against the chest.
     AverageOfMotion,
-    /// It points where it does in a T-pose, turned about itself so that the palm is down, by the knuckles.
+    /// It has its direction of a T-pose, rolled so that the palm is down, by the knuckles.
     Knuckles,
     /// It has its direction of a T-pose. Its roll makes its knee or elbow bend as in the motion: a shin bends back, a
     /// forearm forward.
@@ -171,7 +171,7 @@ impl TPose {
         let bones = humanoid.bones.iter().map(|(bone, joint)| (*bone, joint.joint));
         let bones = bones.collect();
         let knuckles = Knuckles::new(scene, &hierarchy, &bones);
-        // A rest pose that stands says how bones are turned about themselves.
+        // A rest pose that stands shows the roll of bones.
         let shown = (!stands).then(|| Shown::new(scene, &hierarchy, &bones, &knuckles, axes.y_axis));
         let sources = standing::Sources {
             humanoid: &humanoid,

@@ -32,8 +32,8 @@ pub const ENDS: [Bone; 5] = [
 /// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the humanoid.
 /// The skeleton has the bones and the path of the source. Its T-pose faces +Z with its feet on the ground. In it no
 /// node has a rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move
-/// otherwise than by rotation. Nodes of a face stand behind the bones, as they are. `known` has the bones, where they
-/// are not to be searched for.
+/// otherwise than by rotation. Nodes of a face follow the bones, unchanged. `known` has the bones, where they are not
+/// to be searched for.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -226,7 +226,7 @@ fn heading(body: &Body) -> f64 {
 }
 
 /// The whole ticks of an animation, its end, and the keys between: another frame rate leaves those around a cut. A file
-/// whose keys are far more than its frames is taken at its frames.
+/// with far more keys than frames is sampled at its frames.
 fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
     /// Keys that a bone may have in a frame: curves of programs have one.
     const MOST_KEYS_A_FRAME: usize = 4;

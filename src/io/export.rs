@@ -101,8 +101,8 @@ impl Exporter {
         self
     }
 
-    /// How far what may be from its position: keys are removed and numbers are rounded within it. Default: every key
-    /// is written unchanged; a packed clip has the default of [`ErrorBound`].
+    /// The largest error of a position. Keys are removed and numbers are rounded within it. Default: every key is
+    /// written unchanged; a packed clip has the default of [`ErrorBound`].
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -349,7 +349,7 @@ impl Exporter {
         written
             .warnings
             .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
-        // What the writer left out is a note of its own.
+        // Parts that the writer dropped have their own notice.
         for loss in std::mem::take(&mut written.losses) {
             match losses.iter_mut().find(|known| known.kind == loss.kind) {
                 Some(known) => known.count += loss.count,
@@ -395,7 +395,7 @@ fn is_of_unit(warning: &Diagnostic) -> bool {
     warning.code == Code::UnknownUnit
 }
 
-/// The warning of what a file does not state, and the output needs.
+/// The warning about values that the output needs and the file does not state.
 fn inferred(guess: &Assumption) -> Diagnostic {
     Diagnostic::new(Code::UnknownUnit, format!("inferred {guess}")).help(
         "if it is another, state it before: Conversion::new().metres_per_unit(0.01).up(UpAxis::Y).apply(&mut scene)",

@@ -316,7 +316,7 @@ impl<'a> Wording<'a> {
     }
 }
 
-/// Deserializes a JSON text. Errors name the path of the wrong value, and what may stand there.
+/// Deserializes a JSON text. Errors name the path of the wrong value, and the allowed values.
 fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
     let Wording {
         text: whole,

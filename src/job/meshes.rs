@@ -28,7 +28,7 @@ pub(super) fn draw_anew(job: &MotionJob, row: Option<&FormatInfo>, scene: &mut S
     }
 }
 
-/// Decides what becomes of the file of a scene that has meshes, and says what is dropped. `row` is that of the output.
+/// Decides what happens to the file of a scene with meshes, and reports what is dropped. `row` is that of the output.
 pub(super) fn keep_or_drop(
     job: &MotionJob,
     row: Option<&FormatInfo>,

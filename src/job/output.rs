@@ -367,8 +367,8 @@ impl OutputOptions {
 
     /// The axis of joints' frames that points along their bones; `None` where frames are those of the file.
     ///
-    /// Default: what the program wants for which an FBX file is. Clips for Unreal, Unity, Maya and MotionBuilder go
-    /// onto skeletons that stand there, whose frames they have to have.
+    /// Default: what the program wants for which an FBX file is. Clips for Unreal, Unity, Maya and MotionBuilder are
+    /// for existing skeletons there, and need their frames.
     pub fn along_bone(&self) -> Option<AlongBone> {
         match (self.bone_axis, self.fbx.target) {
             (Some(OutBoneAxis::Y), _) | (None, Some(FbxTarget::Blender)) => Some(AlongBone::Y),
@@ -410,7 +410,7 @@ impl OutputOptions {
         exporter.buffer(self.buffer())
     }
 
-    /// How the clips of a character are stored, whose file is passed through.
+    /// How the clips of a character are stored if its file is passed through.
     #[doc(hidden)]
     pub fn gltf(&self) -> GltfOptions {
         self.smaller.gltf().buffer(self.buffer())

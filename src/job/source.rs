@@ -137,7 +137,7 @@ pub enum BoneMap {
     Bones(#[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, MapEntry>"))] HumanoidMap),
 }
 
-/// What a map that stands in a job says.
+/// The bones of a map in a job.
 #[cfg(feature = "schema")]
 #[derive(schemars::JsonSchema)]
 #[schemars(untagged, inline)]

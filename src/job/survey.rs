@@ -167,7 +167,7 @@ impl SurveyOptions {
             .into())
     }
 
-    /// What is written beside the table: the page and the findings, each where it is asked for.
+    /// The files beside the table: the page and the findings, if they are asked for.
     ///
     /// # Errors
     /// As [`thresholds`](Self::thresholds).
@@ -207,7 +207,7 @@ impl SurveyOptions {
     }
 }
 
-/// Whether it says what is selected, and not what a split keeps together.
+/// Whether it determines the selection, and not the parts of a split.
 fn is_of_selection(by: SelectBy) -> bool {
     matches!(by, SelectBy::Quality | SelectBy::Diversity)
 }

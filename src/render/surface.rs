@@ -43,7 +43,7 @@ pub struct Buffer {
     /// In samples.
     width: usize,
     height: usize,
-    /// Towards the camera is more; of what is empty, minus infinity.
+    /// Towards the camera is more; empty pixels have minus infinity.
     depths: Vec<f32>,
     pub colors: Vec<[u8; 3]>,
 }

@@ -59,7 +59,7 @@ struct Part {
 }
 
 impl Surface {
-    /// The skin of a body whose ankles are as high as `ankle` when it stands; `None` without a skin.
+    /// The skin of a body whose ankles have the height `ankle` in stance; `None` without a skin.
     pub(super) fn new(moving: &Moving<'_>, ankle: f32) -> Option<Self> {
         let (body, scene) = (moving.body, moving.scene);
         let limbs = Side::ALL.into_iter();
@@ -214,7 +214,7 @@ fn lies(pose: &Pose, leg: &Arm, up: Vec3) -> f32 {
     ((upright - down) / (upright - slanting)).clamp(0.0, 1.0)
 }
 
-/// By how much the end of a limb, or the whole body, is to be raised in each frame; `None` where it is high enough.
+/// The height by which the end of a limb, or the whole body, is raised in each frame; `None` if it is high enough.
 fn raises(
     target: &Moving<'_>,
     surface: &Surface,

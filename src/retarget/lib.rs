@@ -132,8 +132,8 @@ pub struct PoseRetargetOptions {
     pub target: Option<Humanoid>,
     /// The weights of [`PoseRetargeter::lock_feet`].
     pub foot_lock: FootLockWeights,
-    /// Whether [`PoseRetargeter::clip`] leaves hands where the directions of the limbs put them, instead of on what
-    /// those of the source touch.
+    /// Whether [`PoseRetargeter::clip`] leaves hands where the directions of the limbs put them. Otherwise they are on
+    /// what the source's hands touch.
     pub free_hands: bool,
 }
 

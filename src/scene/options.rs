@@ -115,7 +115,7 @@ pub struct WeightRow {
     pub field: &'static str,
     pub unit: &'static str,
     pub default: f64,
-    /// What it does, and why the default is what it is.
+    /// Its effect, and the reason for the default.
     pub reason: &'static str,
 }
 

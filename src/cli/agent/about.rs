@@ -49,7 +49,7 @@ pub const ABOUT: &[(&str, &str)] = &[
     ("where", "Clips for which this holds: skate < 1 and not twin"),
 ];
 
-/// What an agent reads of an option of a tool, where that is not its help.
+/// The text for an agent about an option of a tool, if it differs from the help.
 pub(super) fn option(tool: &str, option: &str) -> Option<&'static str> {
     let named = |name: &str| ABOUT.iter().find(|(other, _)| *other == name).map(|(_, about)| *about);
     named(&format!("{tool} {option}")).or_else(|| named(option))

@@ -174,7 +174,7 @@ pub(super) fn verified() -> Value {
     object(1, properties)
 }
 
-/// What a job answers is what the tool of its kind answers.
+/// A job has the answer of the tool of its kind.
 pub(super) fn run() -> Value {
     object(0, [("output", text()), ("files", any_list()), ("problem", text())])
 }

@@ -100,7 +100,7 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// What a command makes for which there is no job; a dry run says where it would be.
+    /// The outputs of a command without a job; a dry run states their paths.
     fn made<const N: usize>(
         &mut self,
         outputs: [Option<&PathBuf>; N],

@@ -134,7 +134,7 @@ pub(super) enum Era {
 }
 
 impl Era {
-    /// The era of a request, by what stands in its `_meta`.
+    /// The era of a request, by the contents of its `_meta`.
     pub(super) fn of(params: &Value, is_initialized: bool) -> Result<Self, Fault> {
         let meta = &params["_meta"];
         let revision = match &meta[REVISION_KEY] {

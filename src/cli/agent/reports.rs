@@ -24,7 +24,7 @@ const LONGEST_READ: usize = 64_000;
 /// How many characters of reports are kept; the oldest go first.
 const MOST_KEPT: usize = 64 << 20;
 
-/// What every session has: the name, what it is, its type.
+/// The resources of every session: name, description, type.
 const FIXED: [(&str, &str, &str); 3] = [
     (
         "mocap://job.schema.json",

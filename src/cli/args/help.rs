@@ -48,7 +48,7 @@ const LATER: usize = 100;
 /// The place of an option that comes last of all.
 const LAST: usize = 1000;
 
-/// A command whose subcommands, and theirs, show what their guides say. `words` are those before its subcommands.
+/// A command with the guides of its subcommands, and of theirs. `words` are those before its subcommands.
 fn guided(command: Command, words: &str) -> Command {
     command.mut_subcommands(|command| {
         let words = format!("{words}{}", command.get_name());

@@ -211,7 +211,7 @@ impl FileBatch<'_> {
         let mut own: Vec<PathBuf> = own.flat_map(|output| [output.with_extension("bin"), output]).collect();
         own.extend(run.claims.paths());
         own.push(Manifest::path(self.folder, self.spread.shard));
-        // Not before, because a `.gltf` that is left says whose its buffer is. Those of other shards, which may be at
+        // Not before, because a remaining `.gltf` shows the owner of its buffer. Those of other shards, which may be at
         // work in the same folder, stay.
         remove_all_unfinished(own.iter().map(PathBuf::as_path));
         Ok(())

@@ -8,8 +8,8 @@ use super::spread::SpreadArgs;
 use super::{PANICKED, for_each, thread_count};
 use crate::{Failure, report};
 
-/// Works on all inputs and tells of each that fails. Returns what was made of each or what was told, in the order of
-/// the inputs.
+/// Works on all inputs and tells of each that fails. Returns the output or the notice of each, in the order of the
+/// inputs.
 pub(crate) fn gather<T: Send>(
     spread: &SpreadArgs,
     inputs: &[Input],

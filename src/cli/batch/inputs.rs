@@ -173,7 +173,7 @@ impl InputFiles {
                 self.again.push(path);
                 Ok(())
             }
-            // What has the extension of no motion is ignored, as it would be if it could be read.
+            // Entries without the extension of a motion are ignored, as readable ones are.
             Entry::Problem(path, problem)
                 if path.extension().is_none() || has_known_extension(&path) || path.is_dir() =>
             {

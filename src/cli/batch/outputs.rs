@@ -51,7 +51,7 @@ impl Output<'_> {
         Ok((set, policy, files))
     }
 
-    /// The policy that lets the output pass `check`, with what the manifest of a former run knows where that is needed.
+    /// The policy that lets the output pass `check`, with the data of a former run's manifest if needed.
     fn allowed(&self, check: impl Fn(&ReplacePolicy) -> mocap::Result<()>) -> mocap::Result<ReplacePolicy> {
         let policy = self.policy.clone().made_from(self.input);
         let Err(error) = check(&policy) else {

@@ -77,7 +77,7 @@ impl fmt::Display for ChainView<'_> {
     }
 }
 
-/// What a matrix is, of which joint, and the line of the file that says it.
+/// The kind of a matrix, its joint, and its line in the file.
 fn meaning(part: &ChainMatrix, scene: &Scene) -> String {
     let node = &scene.nodes[part.node.index()];
     let lines = node.source.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! `mocap index`: a database of what every frame of many motions does.
+//! `mocap index`: a database of the frames of many motions.
 
 use std::collections::HashMap;
 use std::fs::File;

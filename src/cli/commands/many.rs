@@ -94,7 +94,7 @@ fn extension(job: &MotionJob, maker: &Maker<'_>) -> String {
     own.unwrap_or("glb").to_ascii_lowercase()
 }
 
-/// Clips of one skeleton, of which those that stand say which axis points up in the others.
+/// Clips of one skeleton. Clips in which the figure stands show the up axis of the others.
 struct ClipGroup<'a> {
     job: &'a MotionJob,
     extension: String,

@@ -95,7 +95,7 @@ fn done(job: &Job, given: &ArgumentSources) -> Result<JobReport, Failure> {
     })
 }
 
-/// Does the job of a command whose `--json` prints what was done, and prints that.
+/// Runs the job of a command with `--json`, and prints the report.
 pub(super) fn printed(job: MotionJob, given: &ArgumentSources) -> Result<(), Failure> {
     if job.write.is_folder() {
         given.refuse(&["json"], "the manifest in the folder has what was done")?;

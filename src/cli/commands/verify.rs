@@ -49,7 +49,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     require(&verification, args.tolerance.max_error.to_metres())
 }
 
-/// What `--json` prints, and whether the file is what its source is.
+/// The output of `--json`, and whether the file equals its source.
 pub(crate) fn result(args: &VerifyArgs) -> Result<(serde_json::Value, bool), Failure> {
     let verification = verification(args)?;
     let verdict = VerifyReport::new(args, &verification);

@@ -28,7 +28,7 @@ pub(super) const MAX_BLOCK_FRAMES: usize = 256;
 pub(super) const HAS_TICKS: u32 = 1;
 pub(super) const ALL_KEYS: u32 = 2;
 
-/// Flags of a node: what moves, and what differs from the identity.
+/// Flags of a node: which parts move, and which differ from the identity.
 pub(super) mod node {
     pub(in super::super) const ROTATES: u8 = 1;
     pub(in super::super) const TRANSLATES: u8 = 2;

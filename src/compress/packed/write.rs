@@ -19,7 +19,7 @@ use crate::clip::{CompressedClip, CompressedTrack, Track};
 use crate::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
 use crate::{Encoding, ErrorBound, compress};
 
-/// The packed form of an animation, whose keys are stored as `encoding` says, and what was packed.
+/// The packed form of an animation with the keys of `encoding`, and the packed values.
 pub(super) fn encode(
     scene: &Scene,
     animation: usize,

@@ -15,8 +15,8 @@ use crate::survey::{Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
 
 /// Samples in a second of where limbs point, by which parts are compared.
 pub(super) const SAMPLE_RATE: f64 = 20.0;
-/// How far a joint of a packed motion may be from where it was, in metres. On a body with longer legs the knee of a leg
-/// that is almost straight bends as its position tells: with a millimetre some bent sideways for a frame.
+/// The largest error of the position of a joint of a packed motion, in metres. On a body with longer legs the knee of a
+/// leg that is almost straight bends as its position tells: with a millimetre some bent sideways for a frame.
 const PACKED_ERROR: f64 = 0.0001;
 /// The same distance around each joint, which keeps rotations within a sixteenth of a degree. Otherwise nothing bounds
 /// the roll of a hand, which has more joints on another body.

@@ -266,8 +266,8 @@ impl Controller {
         }
     }
 
-    /// Goes on in another frame: what the pose would be now and what was shown last, from that frame and the one
-    /// before.
+    /// Continues in another frame. The two poses are the one without the change and the last shown one, from that frame
+    /// and the frame before.
     fn jump(&mut self, frame: usize) {
         let before = frame - usize::from(!self.moves.frames[frame].is_first);
         let (position, rotation) = self.hips_now();

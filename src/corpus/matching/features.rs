@@ -44,8 +44,7 @@ const SMOOTH_POSITION: usize = 15;
 
 /// Half the frames over which the direction of the root is smoothed: a second, two steps.
 const SMOOTH_DIRECTION: usize = 30;
-/// The bits of the contacts of a frame: those of the left ankle and ball, which stand one below those of the right
-/// foot.
+/// The bits of the contacts of a frame: of the left ankle and ball. Each is one below the bit of the right foot.
 const LEFT: u8 = 0b0101;
 
 /// The place of a body on the ground, and its facing, horizontal and of length 1.

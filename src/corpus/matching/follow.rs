@@ -13,7 +13,7 @@ use super::features::{AHEAD, FEATURE_RATE};
 use super::record::Record;
 use super::trajectory::Trajectory;
 
-/// How far along the path the figure is looked for beyond where it was, in seconds at its speed.
+/// The length of the path beyond the last place in which the figure is searched, in seconds at its speed.
 const LOOKED_AT: f64 = 0.5;
 /// How near the end it has arrived, in metres.
 const ARRIVED: f64 = 0.2;

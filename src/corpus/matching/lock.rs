@@ -17,7 +17,7 @@ const FARTHEST: f32 = 0.15;
 const ANKLE: u8 = 1;
 const BALL: u8 = 4;
 
-/// What holds one foot: how far it is moved over the ground from where the motion has it.
+/// The lock of one foot: its shift over the ground from its place in the motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FootLock {
     /// The bit of the point that is held.
@@ -71,7 +71,7 @@ impl FootLock {
         }
     }
 
-    /// What is left of the move since the foot was let go.
+    /// The remainder of the shift since the foot was released.
     fn left(&self) -> Vec3 {
         fade(self.from, Vec3::ZERO, self.since, RELEASE)
     }

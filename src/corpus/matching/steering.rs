@@ -17,7 +17,7 @@ const FASTEST: f32 = 100.0;
 /// Below this length, in metres per second or of a stick, there is no direction.
 const STILL: f32 = 1e-3;
 
-/// What of a figure goes on by itself: along x and z.
+/// The momentum of a figure, along x and z.
 #[derive(Clone, Copy, Debug)]
 pub struct Steering {
     /// Metres per second, and that per second.
@@ -66,7 +66,7 @@ impl Steering {
         Trajectory::new(positions, directions)
     }
 
-    /// How far it has gone after some seconds, and how it goes on.
+    /// The distance after some seconds, and the velocity then.
     fn after(&self, seconds: f32, velocity: Vec2, angle: f32) -> (Vec2, Self) {
         let left = (-RATE * seconds).exp();
         let off = self.velocity - velocity;

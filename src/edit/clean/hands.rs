@@ -263,7 +263,7 @@ impl With {
 }
 
 impl HandContact {
-    /// Takes the noise out of where the hand is to what may meet it; `None` where they do not meet.
+    /// Removes the noise of the hand's position relative to what it may meet; `None` if they do not meet.
     fn new((hand, with, near): (Palm, With, f32), track: Vec<Vec3>, work: &Work<'_>, bank: &Bank) -> Option<Self> {
         let mut apart: Vec<DVec3> = track.iter().map(|apart| apart.as_dvec3()).collect();
         drop(track);

@@ -71,7 +71,7 @@ impl SmoothingOutcome {
     }
 }
 
-/// The noise of the rotations of each joint, as how far the farthest joint below it moves by it, in metres.
+/// The noise of the rotations of each joint, as the displacement of the farthest joint below it, in metres.
 pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     let nodes = work.frames.nodes().iter().enumerate();
     let level = |(column, node): (usize, &NodeId)| {

@@ -44,7 +44,7 @@ const AGREE: f64 = 0.12;
 /// The factors between a stated and a true rate that are corrected: frames that were doubled, halved, or both.
 const FACTORS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
 
-/// The largest deviation from such a factor, as a fraction: half of what two factors are apart is 0.3.
+/// The largest deviation from such a factor, as a fraction. Half of the distance of two factors is 0.3.
 const NEAR: f64 = 0.12;
 
 /// The factor within which the measured rate is the stated one: steps tell the rate no better.

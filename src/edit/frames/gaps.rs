@@ -52,7 +52,7 @@ impl Frames {
         self.with_rows(rows).taking(self, taken)
     }
 
-    /// Frames at whole ticks: those of `chosen`, whose gaps and weights are of other times of this motion.
+    /// Frames at whole ticks: those of `chosen`. Their gaps and weights come from other times of this motion.
     pub(crate) fn picked_of(&self, chosen: &[usize], times: &[f64]) -> Self {
         let taken: Vec<(&Self, f64)> = times.iter().map(|time| (self, *time)).collect();
         self.picked(chosen).taking(self, &taken)

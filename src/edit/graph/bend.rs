@@ -90,7 +90,7 @@ fn along(places: &[DVec2], path: &Polyline) -> Vec<f64> {
     places.iter().map(next).collect()
 }
 
-/// By how much the direction in which places go in a frame is to be turned to be that of the path, in radians.
+/// The angle in radians from the direction of places in a frame to the direction of the path.
 fn turn((places, along): (&[DVec2], &[f64]), path: &Polyline, frame: usize, half: usize) -> f64 {
     let (from, to) = (frame.saturating_sub(half), (frame + half).min(places.len() - 1));
     let (own, wanted) = (places[to] - places[from], path.at(along[to]) - path.at(along[from]));

@@ -1,5 +1,5 @@
-//! Numbers of a window, whose distance is never above that of Kovar, and nearly as large where two windows are alike:
-//! what is far apart by these is not aligned.
+//! Numbers of a window, whose distance is never above that of Kovar, and nearly as large for similar windows. Windows
+//! that are far apart by these numbers are not aligned.
 //!
 //! A point over the ground is a complex number, and a window a vector z of them, each times the root of its weight,
 //! about their mean. The best rotation then leaves
@@ -44,10 +44,10 @@ const SAMPLE: usize = 1024;
 
 /// Rounds of the iteration that finds them, which bounds its time: any patterns give a bound.
 const ROUNDS: usize = 30;
-/// Windows whose numbers are computed at once, so that memory is not that of a long clip.
+/// The number of windows that are computed at once, so that memory does not grow with a long clip.
 const PIECE: usize = 256;
 
-/// What is added to the threshold for the rounding of numbers of 32 bits: a part of it, and metres.
+/// The addition to the threshold for the rounding of numbers of 32 bits: a fraction of it, and metres.
 pub const SLACK: (f32, f32) = (1e-3, 1e-5);
 
 /// The numbers of a window.

@@ -32,8 +32,8 @@ struct Skeleton {
     is_bone: Vec<bool>,
 }
 
-/// How much longer a bone of one clip may be than that of another, as a fraction of the longest bone: what rounding of
-/// decimal numbers leaves.
+/// The largest difference of the length of a bone between clips, as a fraction of the longest bone. Rounding of decimal
+/// numbers causes it.
 const SAME_LENGTH: f32 = 1e-3;
 
 /// The distances of all moments of two clips, in metres.
@@ -281,7 +281,7 @@ impl Skeleton {
     }
 }
 
-/// The nodes of a scene, and what is known of it.
+/// The nodes of a scene, and its known values.
 fn without_motion(scene: &Scene) -> Scene {
     Scene {
         nodes: scene.nodes.clone(),

@@ -78,7 +78,7 @@ pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], thre
 /// Some windows of a clip and of another one, or of the same.
 type Rectangle = [Range<usize>; 2];
 
-/// The bits of rows as those of columns.
+/// The bits of rows, transposed to bits of columns.
 fn transposed(rows: &[u8; LANES]) -> [u8; LANES] {
     let bit = |row: usize, column: usize| (rows[row] >> column & 1) << row;
     std::array::from_fn(|column| (0..LANES).fold(0, |bits, row| bits | bit(row, column)))

@@ -129,7 +129,7 @@ impl<'a> Network<'a> {
         found.ok_or_else(|| Diagnostic::new(Code::InvalidGraph, "no clip has a part in the graph").into())
     }
 
-    /// The error of a file whose parts are not those of a component.
+    /// The error of a file whose parts do not form a component.
     pub(super) fn dead_end(&self, clip: usize, frame: usize) -> mocap_scene::error::Error {
         let file = &self.clips[clip].file;
         let message = format!("no transition of the graph leaves {file} after frame {frame}");

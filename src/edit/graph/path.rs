@@ -61,7 +61,7 @@ const LONGEST: f64 = 1e4;
 /// The slowest walk along a path in m/s: a slower one stands.
 const SLOWEST: f64 = 0.1;
 
-/// A walk so far: where the figure is in its clip, how it is moved, how far along the path it is, and what that costs.
+/// A walk so far: the frame of the clip, the transform of the figure, the distance along the path, and the cost.
 #[derive(Clone, Copy)]
 struct State {
     clip: usize,
@@ -174,7 +174,7 @@ impl Network<'_> {
         }
     }
 
-    /// A point along the axes of the ground as they are in the world, along those of the clouds.
+    /// A point along the axes of the ground in the world, transformed to the axes of the clouds.
     fn over_ground(&self, [first, second]: [f64; 2]) -> DVec2 {
         let upright = self.space.up.abs().max_position();
         let mut axes = DVec3::AXES.into_iter().enumerate().filter(|(axis, _)| *axis != upright);

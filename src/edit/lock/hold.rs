@@ -92,8 +92,8 @@ impl Hold {
             .collect();
     }
 
-    /// How far the foot is to be lifted to its level in the frames of a contact that tell: by the ball, where it rests
-    /// at all. `None` where the foot stands on something else.
+    /// The height by which the foot is lifted to its level, in the frames of a contact that show it. The ball counts if
+    /// it rests at all. `None` where the foot stands on something else.
     fn off_level(&self, frames: std::ops::Range<usize>, up: Vec3) -> Option<Vec<Option<Vec3>>> {
         let off = |point: &ContactTrack, level: f32| -> Vec<Option<f32>> {
             let off = |frame: usize| point.at_rest[frame].then(|| level - point.positions[frame].dot(up));

@@ -24,7 +24,7 @@ pub(super) trait Foot {
     /// Takes in the next frame. The foot of `pose` may be turned.
     fn see(&mut self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32);
 
-    /// Turns the joints of the foot as far as it asks for, so that nothing of it is below the floor.
+    /// Turns the joints of the foot as far as needed, so that no part of it is below the floor.
     fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32);
 
     /// The point that rests in a frame and in the next.

@@ -56,7 +56,7 @@ impl FootLockReport {
     }
 }
 
-/// The frames of a motion whose legs are to be changed.
+/// The frames of a motion whose legs change.
 pub(super) struct Legs {
     pub(super) frames: Frames,
     pub(super) legs: Vec<(Side, Leg)>,

@@ -378,7 +378,7 @@ impl TrunkPath {
         for &index in &spine {
             tally.name(Part::Spine, self.nodes[index], fit(index, Part::Spine), weight);
         }
-        // What is left between spine and neck, or between neck and head, and has no bone.
+        // The remaining joints without a bone between spine and neck, or between neck and head.
         let end = head.unwrap_or(self.nodes.len());
         let left_out =
             |index: &usize| *index > self.branch_at && *index < end && !spine.contains(index) && Some(*index) != neck;

@@ -1,4 +1,4 @@
-//! Which limb is the left one: what names say, and what the body says.
+//! Which limb is the left one, by names and by the body.
 //!
 //! Feet point forward, knees bend forward, elbows backward, and the parts of a face lie in front of the head. With up
 //! and forward known, left is up x forward.
@@ -304,8 +304,8 @@ fn parts_of(evidence: &Evidence, sum: f32) -> String {
     telling.join(" and ")
 }
 
-/// What the rest pose says, and the motion where that says nothing. Where it says something else than the names, the
-/// motion is asked too: bones that lie anywhere at rest may look like a body that stands.
+/// The evidence of the rest pose, or of the motion if the rest pose has none. Where it says something else than the
+/// names, the motion is asked too: bones that lie anywhere at rest may look like a body that stands.
 fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) -> (Evidence, &'static str) {
     let rest = at_rest(tree, body);
     let says = rest.sum().abs() > SAYS_A_SIDE;

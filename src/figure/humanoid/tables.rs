@@ -18,9 +18,9 @@ pub(super) struct Ratio {
     pub(super) mean: f32,
     /// The standard deviation of its natural logarithm.
     pub(super) spread: f32,
-    /// How much it counts: less than 1 where it depends on other ratios of the table.
+    /// Its weight: less than 1 if it depends on other ratios of the table.
     pub(super) weight: f32,
-    /// A smaller ratio counts as this one: some joints stand where the one above them stands.
+    /// A smaller ratio counts as this one, because some joints coincide with their parents.
     pub(super) least: f32,
     /// The lowest logarithm: a length may be anything where somebody did not mind.
     pub(super) lowest: f32,
@@ -170,7 +170,7 @@ pub(super) const HEAD_BELOW_SHOULDERS: Sign = Sign::new("the head springs from b
 /// What a reading scores, in parts.
 pub(super) trait Tally {
     fn ratio(&mut self, row: &'static Ratio, ratio: f32);
-    /// `times` is how often the sign is there, or how much of it.
+    /// `times` is the count of the sign, or its amount.
     fn sign(&mut self, row: &'static Sign, times: f32);
     /// `fit` is how well the name of `node` fits, from -1 to 1.
     fn name(&mut self, part: Part, node: usize, fit: f32, fraction: f32);

@@ -492,7 +492,7 @@ pub enum FingerKind {
     Little,
 }
 
-/// What each finger is called, wherever it stands in a name.
+/// The words for each finger, at any place of a name.
 pub(crate) const FINGERS_WITHIN: &[(FingerKind, &[&str])] = &[
     (FingerKind::Little, &["pinky", "pinkie", "little", "小指"]),
     (

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::Vec3;
 use mocap_scene::scene::{Mesh, Scene};
 
-/// What a face that two joints move adds to what they share; a vertex adds up to a half.
+/// The share of a face that two joints move. A vertex adds up to a half.
 const SHARED_FACE: f32 = 0.1;
 
 /// The vertices of a limb whose nearest neighbours are looked for.

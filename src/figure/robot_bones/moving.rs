@@ -1,4 +1,4 @@
-//! The scene of a robot that moves, whose bones are those of a person.
+//! The scene of a moving robot with the bones of a person.
 
 use glam::{DQuat, Mat4, Vec3};
 use mocap_scene::scene::robot::Robot;
@@ -54,7 +54,7 @@ fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose:
     }
 }
 
-/// Rotates the links of a robot's scene at rest to its T-pose: what moves with a bone goes with it. So whoever takes
+/// Rotates the links of a robot's scene at rest to its T-pose. Links that move with a bone follow it. So whoever takes
 /// the scene for a person finds which way each bone is turned. The links keep their lengths.
 fn rest_in_t_pose(scene: &mut Scene, robot: &Robot, t_pose: &RobotTPose) {
     let mut world: Vec<DQuat> = Vec::with_capacity(robot.links.len());

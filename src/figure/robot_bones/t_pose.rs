@@ -167,7 +167,7 @@ impl Builder<'_> {
         Some(bone.at + BEYOND * vector)
     }
 
-    /// The middle of the shapes of a link and of what is fixed to it.
+    /// The middle of the shapes of a link and of the links fixed to it.
     fn centre_of_shapes(&self, link: usize) -> Option<DVec3> {
         let mut carrier = vec![usize::MAX; self.robot.links.len()];
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -32,7 +32,7 @@ const SMALLEST_WITHOUT_REST: f32 = 0.02;
 const SMALLEST_APART: f32 = 0.1;
 
 /// Feet are rolled with the legs if the motion shows this fraction of the roll that separates the legs. Clips of CMU's
-/// database show 0.7 to 1.6. Feet of a rest pose with flat soles stand as they are.
+/// database show 0.7 to 1.6. Feet of a rest pose with flat soles are unchanged.
 const ROLLED_WITH_LEGS: std::ops::RangeInclusive<f32> = 0.3..=2.0;
 
 impl Builder {

@@ -1,4 +1,4 @@
-//! The T-pose as a pose of the scene: where it stands, and with lowered arms.
+//! The T-pose as a pose of the scene: its place, and with lowered arms.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::pose::Pose;

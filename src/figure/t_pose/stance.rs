@@ -1,4 +1,4 @@
-//! How a foot is turned when it stands on its sole, and a head on its neck, seen in the motion.
+//! The rotation of a foot that stands on its sole, and of a head on its neck, by the motion.
 //!
 //! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot
 //! stands on its sole if its ankle and ball have their lowest heights.

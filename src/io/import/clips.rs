@@ -52,7 +52,7 @@ impl fmt::Display for Clips {
     }
 }
 
-/// What stands before the name of a clip that would mean something else.
+/// The prefix of the name of a clip that would otherwise mean something else.
 const NAME: &str = "name:";
 
 impl From<Clips> for String {

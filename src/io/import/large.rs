@@ -109,7 +109,7 @@ impl LargeFile {
         Ok(self.whole.get().map_or(&[], |whole| whole))
     }
 
-    /// What prevented that the file was read, of which a [`Failure`] has only the message.
+    /// The error that stopped reading the file. A [`Failure`] has only its message.
     pub(super) fn take_failure(&self) -> Option<io::Error> {
         self.state().failure.take()
     }

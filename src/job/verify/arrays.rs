@@ -279,7 +279,7 @@ fn find_in_header(source: &Scene, file: &ArrayFile, findings: &mut Vec<Finding>)
 
 /// A velocity that is not the central difference of the positions, at the ends one-sided.
 fn wrong_velocity(file: &ArrayFile) -> Option<Finding> {
-    /// As a fraction of the numbers of which it is a difference: what 32 bits round.
+    /// As a fraction of the numbers whose difference it is: the rounding of 32 bits.
     const ROUNDING: f64 = 1e-6;
     let velocities = file.velocities.as_ref()?;
     let width = 3 * file.header.joints.len();

@@ -321,7 +321,7 @@ impl<'a> Comparison<'a> {
         }
         let lost = timeline.is_resampled.then(|| {
             let mut frames = timeline.source_frames();
-            // What is left after the last whole frame of the file is less than one, and gone.
+            // The rest after the last whole frame of the file is less than a frame, and dropped.
             let end = timeline.moments.last().copied().unwrap_or(0.0);
             frames.retain(|frame| *frame <= end);
             compared.frames(here, &ours, &theirs, &timeline, &frames)

@@ -22,7 +22,7 @@ const SAME_COORDS: f32 = 1e-4;
 /// The joints of a vertex that every format can store.
 const MOST_JOINTS: usize = 4;
 
-/// How far the weights of a vertex may be from those of the source, all together: formats store them in 255ths.
+/// The largest sum of the errors of the weights of a vertex: formats store them in 255ths.
 const SAME_WEIGHTS: f64 = 0.03;
 
 /// How far a part of a colour may be from that of the source: formats store it linear or as on a screen.

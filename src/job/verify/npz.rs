@@ -200,7 +200,7 @@ impl Array {
     }
 }
 
-/// What stands between `open` and `close` after `key`.
+/// The text between `open` and `close` after `key`.
 fn between<'a>(text: &'a str, key: &str, open: &str, close: &str) -> Option<&'a str> {
     let (_, rest) = text.split_once(key)?;
     let (_, rest) = rest.split_once(open)?;

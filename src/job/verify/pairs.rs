@@ -189,7 +189,7 @@ impl Pairs {
 
     /// What can be compared where a file has only some joints of its source, each with another rest pose.
     pub(super) fn rigid(&self, ours: &Skeleton, theirs: &Skeleton) -> Rigid {
-        // A joint whose offset from the one above in a pair is that of the rest pose, at all times.
+        // A joint that has its rest offset from the joint above in a pair at all times.
         let is_attached = |&(a, b): &(usize, usize)| {
             let above = self.above(ours, &self.of_ours, a);
             let mut between = std::iter::successors(ours.joints[a].parent, |joint| ours.joints[*joint].parent)

@@ -1,7 +1,7 @@
-//! Whether the joints of a skin are tied to it where they stand: the inverse bind matrices.
+//! Whether the inverse bind matrices tie the joints of a skin at their places.
 //!
-//! What is compared is where the first joint of a mesh stands, seen from each other joint of it, when the mesh was
-//! bound. That does not depend on the axes and the unit of the mesh, which no joint tells.
+//! The compared value is the bind position of the first joint of a mesh relative to each other joint. That does not
+//! depend on the axes and the unit of the mesh, which no joint tells.
 
 use std::path::Path;
 

@@ -239,7 +239,7 @@ impl Timeline {
         ours.span(self.first / self.rate, self.last / self.rate).is_some()
     }
 
-    /// Finds what is missing at either end, and what is too much. `farthest` is the greatest error of a frame, and
+    /// Finds missing frames at either end, and additional ones. `farthest` is the greatest error of a frame, and
     /// `allowed` that which a file may have, in metres.
     pub(super) fn find(
         &self,

@@ -40,7 +40,7 @@ impl Space {
         space
     }
 
-    /// What a file is to state whose change was found from its numbers.
+    /// The statement that a file needs, if its change was inferred from its numbers.
     pub(super) fn guessed(source: &Scene, change: &Change) -> Self {
         let space = Self::of(source);
         let is_up = |up: UpAxis, other: &UpAxis| change.turn(direction(up)).dot(direction(*other)) > 0.5;

@@ -72,8 +72,8 @@ impl RetargetedClip {
         self
     }
 
-    /// Gives the clip the face of its source. A gaze is that of the eyes; where they cannot turn, the file that is
-    /// written says so.
+    /// Gives the clip the face of its source. A gaze is the rotation of the eyes. If they cannot turn, a warning of the
+    /// written file says so.
     pub(super) fn set_face(&mut self, face: Vec<FaceTrack>) {
         let has_gaze = face.iter().any(|track| matches!(track.face, Face::LookAt { .. }));
         if let (ClipReport::Body(report), true) = (&mut self.report, has_gaze) {

@@ -67,7 +67,7 @@ pub(super) struct Contact {
     pub(super) strength: f32,
     /// The frame of the first shift, which may be before the motion.
     from: isize,
-    /// How the palm is to be shifted, in the axes of the figure; of two hands the left one.
+    /// The shift of the palm, in the axes of the figure; of two hands the left one.
     shifts: Vec<Vec3>,
     /// The mean distance in the source, as large as it is here.
     gap: f32,

@@ -67,7 +67,7 @@ pub(super) enum Said {
 /// a packet of 64 KiB is thousands of them, one in the other.
 const MOST_BUNDLES: usize = 64;
 
-/// What the messages of a packet say; `None` where it is no OSC.
+/// The contents of the messages of a packet; `None` if it is no OSC.
 pub(super) fn messages(packet: &[u8]) -> Option<Vec<Said>> {
     Some(flat(packet)?.iter().map(said).collect())
 }

@@ -20,7 +20,7 @@ const AROUND: f64 = 0.02;
 /// Shorter gaps between contacts are closed, and shorter contacts dropped, in seconds: a gallop has contacts of 0.06 s.
 const SHORTEST: f64 = 0.04;
 
-/// The fraction of frames in which a paw is lower than where it rests: what is below is noise of capture.
+/// The fraction of frames in which a paw is below its resting level, which is noise of the capture.
 const RESTS: f64 = 0.1;
 
 /// The largest tilt of a trunk that a stance may have, in radians: more is a sitting animal.

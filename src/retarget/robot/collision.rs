@@ -99,7 +99,7 @@ impl Collisions {
         collisions
     }
 
-    /// How far the deepest link but those of `feet`, which have soles, is below the floor in a pose.
+    /// The depth below the floor of the deepest link in a pose, without those of `feet`, which have soles.
     pub(super) fn depth_below_floor(&self, pose: &RobotPose, feet: &[usize]) -> f64 {
         let hulls = self.hulls.iter().zip(&pose.bodies).enumerate();
         let near = hulls.filter(|(body, (hull, at))| at.point(hull.centre).z < hull.radius && !feet.contains(body));

@@ -201,8 +201,8 @@ impl<'a> Support<'a> {
         Some(outside(points.collect(), centre.truncate() - away / force.z))
     }
 
-    /// Lets the floor carry the robot as far as it can: takes what that makes of the torques of joints off, and says
-    /// what is missing at the base.
+    /// Lets the floor carry the robot as far as it can. Its part of the torques of joints is subtracted, and the
+    /// residual at the base is returned.
     fn carry(&mut self, dynamics: &Dynamics, pose: &RobotPose, forces: &mut Rates) -> Residual {
         let load = FloorLoad::new(dynamics, pose, forces);
         let FloorLoad {
@@ -292,7 +292,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     ranked(&mut values, count.saturating_sub(1)).unwrap_or_default()
 }
 
-/// How far and where to a point is outside the convex hull of others, of which there is one at least.
+/// The vector from the convex hull of points, at least one, to a point outside it.
 pub fn outside(mut points: Vec<DVec2>, at: DVec2) -> DVec2 {
     let hull = convex_hull(&mut points);
     if hull.is_empty() {

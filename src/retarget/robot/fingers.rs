@@ -1,4 +1,4 @@
-//! Fingers of a robot: they are bent as far as those of the source, from open to a fist.
+//! Fingers of a robot bend as far as the source's fingers, from open to a fist.
 //!
 //! Hands of robots have fewer joints than those of people, and other axes. So a joint below a hand that bends to one
 //! side, by its limits, goes through its range as the finger of the source goes through the range of people.

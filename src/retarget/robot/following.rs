@@ -287,7 +287,7 @@ impl SolverGoals {
         Some((reach, *turn, sole))
     }
 
-    /// Holds the ball on which a foot stands where it was in the frame before: the foot may roll over it. A foot that
+    /// Holds the ball on which a foot stands at its place of the frame before. The foot may roll over it. A foot that
     /// does not stand comes back to where the twin has it.
     pub(super) fn hold(&mut self, side: usize, stand: &mut FootState, is_held: bool, returned: f64) {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
@@ -353,7 +353,7 @@ impl SolverGoals {
         hips.is_some_and(|up| up.z < LYING)
     }
 
-    /// Raises the hips and the ankles of goals; what stands stays.
+    /// Raises the hips and the ankles of goals; feet in stance stay.
     pub(super) fn raise(&self, goals: &mut Goals, by: f64) {
         let joints = goals.reaches.iter_mut().take(self.reaches.len());
         joints.for_each(|reach| reach.target.z += by);

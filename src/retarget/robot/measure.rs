@@ -26,7 +26,7 @@ pub(super) struct Measured<'a> {
     pub(super) kinematics: &'a Kinematics,
     pub(super) twin: &'a StandIn,
     pub(super) motion: &'a RobotMotion,
-    /// How far the source is turned about the up axis in each frame against a robot whose base stays.
+    /// The angle of the source about the up axis in each frame, against a robot with a fixed base.
     pub(super) headings: &'a [DQuat],
 }
 
@@ -72,7 +72,7 @@ impl Measured<'_> {
         raised(&heights.collect::<Vec<f64>>(), self.motion.fps)
     }
 
-    /// How far the robot is to be raised for its links alone.
+    /// The height by which the robot is raised for its links alone.
     pub(super) fn raised_by_links(&self, collisions: &Collisions) -> Vec<f64> {
         let links = self.depths(collisions).into_iter();
         let heights = links.map(|depth| TOUCHING - depth);
@@ -215,15 +215,15 @@ impl Measured<'_> {
     }
 }
 
-/// The heights of the soles whose foot of the source stands.
+/// The heights of soles while the foot of the source is in contact.
 pub(super) fn standing<const FEET: usize>(heights: &[[f64; FEET]], contacts: &[[bool; FEET]]) -> Vec<f64> {
     let of_frame = |(heights, stands): (&[f64; FEET], &[bool; FEET])| std::iter::zip(*heights, *stands);
     let feet = std::iter::zip(heights, contacts).flat_map(of_frame);
     feet.filter(|(_, stands)| *stands).map(|(height, _)| height).collect()
 }
 
-/// How far a robot whose lowest soles are at these heights is to be raised in each frame, smoothly, so that none is
-/// below the floor.
+/// The heights by which a robot with these lowest soles is raised in each frame, smoothly, so that none is below the
+/// floor.
 pub(super) fn raised(lowest: &[f64], fps: f64) -> Vec<f64> {
     let half = (0.5 * LIFT * fps).ceil().min(1e6) as usize;
     let window = |frame: usize| frame.saturating_sub(half)..(frame + half + 1).min(lowest.len());

@@ -114,7 +114,7 @@ pub struct RobotReport {
     pub verdict: Verdict,
 }
 
-/// How much farther limbs may be off after the second pass, in degrees in the mean: what it takes for smoothness.
+/// The largest increase of the mean angle of limbs by the second pass, in degrees: the cost of smoothness.
 const FARTHER: f64 = 2.0;
 
 /// The largest increase of the sliding speed of soles after the second pass, in metres a second.
@@ -229,7 +229,7 @@ impl fmt::Display for RobotReport {
     }
 }
 
-/// What a robot does not do whose base stays, on wheels or fixed.
+/// The parts of a motion that a robot with a fixed base or wheels does not do.
 const WITHOUT_LEGS: [&str; 3] = ["legs", "the path over the floor", "turns of the whole body"];
 
 /// The measures of a motion except those of its joints.

@@ -1,4 +1,4 @@
-//! Floating-base inverse kinematics: the pose whose links are where they should be, within the limits of the joints.
+//! Floating-base inverse kinematics: the pose that brings links to their goals, within the limits of the joints.
 //!
 //! Damped Gauss-Newton on the rotation vectors of links and the positions of points, each step the solution of the
 //! normal equations by Cholesky's decomposition. Limits are a box: joints that a step would bring beyond are held at
@@ -16,7 +16,7 @@ use super::terms::{Goals, ROOT, Terms};
 /// The largest rotation of a joint in a step, in radians: farther away the linear terms do not hold.
 const LARGEST_STEP: f64 = 0.6;
 
-/// The step below which the solver ends, in radians or metres: a tenth of what a file of six decimals shows.
+/// The step below which the solver ends, in radians or metres: a tenth of the last of six decimals of a file.
 const SMALLEST_STEP: f64 = 2e-6;
 
 /// Rounds in which joints are held at their limits: a limb has at most as many joints that reach them at once.

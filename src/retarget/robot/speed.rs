@@ -19,7 +19,7 @@ pub(super) const WINDOW: f64 = 1.0 / 30.0;
 /// The fraction of that angle by which the limb of the source must turn for it to be no jump.
 pub(super) const EXPLAINED: f64 = 0.5;
 
-/// The part of what would be a jump that is used.
+/// The fraction of the limit of a jump that is used.
 const WITHIN: f64 = 0.9;
 
 /// The largest steps of the joints.

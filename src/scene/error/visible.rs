@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
-/// `text` with escapes instead of what steers a terminal or a page: control characters, such as those that begin an
-/// escape sequence, and characters that change the direction of text. Names and paths come from files and may hold any.
+/// `text` with escapes in place of characters that control a terminal or a page. These are control characters, such as
+/// the beginning of an escape sequence, and characters that change the direction of text. Names and paths come from
+/// files and may hold any.
 ///
 /// ```
 /// assert_eq!(mocap::visible("Hips\u{1b}[2J\u{202e}"), "Hips\\u{1b}[2J\\u{202e}");

@@ -70,8 +70,8 @@ pub fn check_within(path: &Path, folder: &Path) -> io::Result<()> {
         .ok_or_else(|| io::Error::new(io::ErrorKind::PermissionDenied, message))
 }
 
-/// The path without links, of which the end need not exist. `None` where that cannot be said: for a link without a
-/// target, and where `..` follows what does not exist.
+/// The path without links, of which the end need not exist. `None` if that is unknown: for a link without a target, and
+/// if `..` follows a missing entry.
 fn real_path(path: &Path) -> Option<PathBuf> {
     let path = env::current_dir().ok()?.join(path);
     let mut missing = Vec::new();

@@ -1,4 +1,4 @@
-//! Finds what an FBX file of this crate says of itself, without reading the rest of it.
+//! Finds the provenance of an FBX file of this crate, without reading the rest of it.
 
 use memchr::memmem;
 

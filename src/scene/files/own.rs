@@ -28,8 +28,8 @@ static WRITTEN: Mutex<OwnFiles> = Mutex::new(OwnFiles(BTreeMap::new()));
 /// Hears of each file that this process writes, before it may end.
 static HEARS: OnceLock<fn(OwnFiles)> = OnceLock::new();
 
-/// Goes on with the work of other processes: what they have written counts as written by this one, and `hears` is told
-/// of each file that this one writes.
+/// Continues the work of other processes. Their files count as written by this one, and `hears` gets each file that
+/// this one writes.
 #[doc(hidden)]
 pub fn go_on(others: OwnFiles, hears: fn(OwnFiles)) {
     WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).extend(others);

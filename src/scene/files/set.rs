@@ -119,7 +119,7 @@ impl<'a> OutputSet<'a> {
     }
 
     /// Removes temporary files that killed processes have left of these outputs. After [`save`](Self::save), because a
-    /// `.gltf` that is left says whose its buffer is.
+    /// remaining `.gltf` shows the owner of its buffer.
     pub fn remove_unfinished(&self) {
         remove_all_unfinished(self.files.iter().map(|file| file.path.as_path()));
     }

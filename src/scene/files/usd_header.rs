@@ -1,4 +1,4 @@
-//! Finds what a USD file of this crate says of itself, without reading the rest of it.
+//! Finds the provenance of a USD file of this crate, without reading the rest of it.
 
 use memchr::memmem;
 
@@ -15,7 +15,7 @@ pub const ZIP_HEAD: &[u8] = b"PK\x03\x04";
 /// Bytes of the header of a file in an archive before its name: the specification of ZIP.
 const ZIP_HEADER: usize = 30;
 
-/// Where it is looked for: the metadata of the layer stand at its beginning.
+/// The length of the search: the metadata of the layer are at its beginning.
 pub(super) const USD_HEADER: usize = 1 << 20;
 
 /// The JSON that this crate wrote; `None` in files of other programs, also where they have kept it: they write it

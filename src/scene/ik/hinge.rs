@@ -47,8 +47,8 @@ pub fn plane_normal(joints: [Vec3; 3], hinge: Vec3) -> Vec3 {
     (to_the_right_side + SEEN * hinge).normalize().as_vec3()
 }
 
-/// The rotations that bring the end of a limb to `goal`. `normals` are those of the plane in which it bends: as it is,
-/// of [`plane_normal`], and as it is to be. Out of reach, the bones are straight towards the goal.
+/// The rotations that bring the end of a limb to `goal`. `normals` are those of the bending plane: the current one, of
+/// [`plane_normal`], and the wanted one. Out of reach, the bones are straight towards the goal.
 #[doc(hidden)]
 pub fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2]) -> Option<HingeRotations> {
     let [start, middle, end] = joints.map(Vec3::as_dvec3);

@@ -6,8 +6,8 @@ const THIRD: u64 = 715_094_163 << 32;
 /// Steps of Newton's method, each of which doubles the digits.
 const STEPS: usize = 5;
 
-/// The cube root of a number that is finite and above 0. That of the standard library is another in its last bit in
-/// WebAssembly, and then another key is left out.
+/// The cube root of a number that is finite and above 0. The standard library's cube root differs in its last bit in
+/// WebAssembly, and then another key is dropped.
 pub fn cube_root(value: f32) -> f32 {
     let value = f64::from(value);
     let mut root = f64::from_bits(value.to_bits() / 3 + THIRD);

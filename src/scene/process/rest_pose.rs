@@ -21,8 +21,8 @@ impl Scene {
     }
 }
 
-/// Makes a pose the rest pose and the bind pose. The motion does not change: what no animation moved stays where it was
-/// by a constant track.
+/// Makes a pose the rest pose and the bind pose. The motion does not change: a constant track keeps nodes without
+/// animation in their place.
 #[doc(hidden)]
 pub fn set_rest_pose(scene: &mut Scene, pose: &Pose) {
     let changed: Vec<NodeId> = (0..scene.nodes.len())

@@ -17,7 +17,7 @@ pub struct ShearOutcome {
     /// How many nodes sheared.
     #[doc(hidden)]
     pub nodes: usize,
-    /// The one whose axes were farthest from right angles, and how far, in degrees.
+    /// The node whose axes were farthest from right angles, and the difference in degrees.
     #[doc(hidden)]
     pub most: String,
     #[doc(hidden)]

@@ -53,7 +53,7 @@ impl Face {
         "neutral",
     ];
 
-    /// What VRM 0 calls the expressions that VRM 1.0 names, but for those of a look and `surprised`, which it lacks.
+    /// VRM 0's names of the expressions of VRM 1.0, except for looks and `surprised`, which it lacks.
     #[doc(hidden)]
     pub const OF_VRM0: [(&'static str, &'static str); 13] = [
         ("joy", "happy"),

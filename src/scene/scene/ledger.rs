@@ -1,4 +1,4 @@
-//! What a scene holds, counted by kind, so that readers and writers account for what is not carried over.
+//! The contents of a scene, counted by kind, so that readers and writers account for the losses.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Animation, Channel, Keys, Node, NodeKind, SKELETON_MATERIAL, Scene};
 
-/// What is no change of a position or a scale, as a fraction of it: the rounding of products and of text.
+/// The largest difference of a position or a scale that is no change, as a fraction: the rounding of products and of
+/// text.
 const ROUNDING: f32 = 1e-4;
 
 /// Declares [`DataKind`] from one line for each: its documentation, the variant, its name in JSON, and what one and
@@ -108,7 +109,7 @@ kinds! {
     Extras "extras" "object with extras" "objects with extras"
 }
 
-/// Data that a file has and what was made of it has not.
+/// Data of a file that its output does not have.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -214,7 +214,7 @@ pub struct Origin {
     pub frame_time: f64,
 }
 
-/// What readers call a motion whose format has no name for it.
+/// The name that readers give to a motion if its format has none.
 #[doc(hidden)]
 pub const UNNAMED_MOTION: &str = "Motion";
 

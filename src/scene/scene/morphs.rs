@@ -43,7 +43,7 @@ impl Scene {
             .count()
     }
 
-    /// How many of them no mesh of the scene has: those of a file whose meshes were not read.
+    /// The number of them that no mesh of the scene has, because the meshes of the file were not read.
     #[doc(hidden)]
     pub fn weight_curves_without_meshes(&self) -> usize {
         let mut targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);

@@ -64,7 +64,7 @@ pub struct SolvedJoint {
     /// The standard deviation of its position beside its parent in metres, from the covariance of the fit; `None` where
     /// it is not fitted.
     pub deviation: Option<f64>,
-    /// Whether the motion tells it: the deviation is less than half of what the regression alone has.
+    /// Whether the motion determines it: the deviation is less than half of that of the regression alone.
     pub is_told: bool,
 }
 

@@ -113,8 +113,8 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
 /// angles of the keys must not come to the other side of a rounding.
 ///
 /// Degrees can be brought near zero without an error: `half - 90 n` is exact in binary floating point, where the same
-/// step in radians would need many digits of pi. What is left, at most 45 degrees, goes into the Taylor polynomials of
-/// degree 15 and 16, whose next terms are 4.7e-17 and 2.1e-18 there.
+/// step in radians would need many digits of pi. The remainder, at most 45 degrees, goes into the Taylor polynomials of
+/// degree 15 and 16. Their next terms are 4.7e-17 and 2.1e-18 there.
 #[inline(always)]
 pub fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
     /// Adding it rounds to a whole number, which then stands in the low bits.

@@ -163,7 +163,7 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// The second motion, or the skeleton, that a step took: where it comes from, and what was done to it before.
+/// The second motion, or the skeleton, of a step: its origin, and its changes before.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
