@@ -221,33 +221,33 @@ export interface CharacterTarget {
 
 export interface CleanWeights {
   /**
-   * Distance over the ground from where a foot rests within which it belongs to the contact: after smoothing it comes to rest
-   * slowly. Unit: m. Default: `0.03`.
+   * Distance over the ground from the resting place of a foot within which it belongs to the contact. After smoothing, a foot
+   * comes to rest slowly. Unit: m. Default: `0.03`.
    */
   "contact-distance"?: number;
   /**
-   * Time between two contacts on one spot that are one: no foot leaves its spot and comes back to it in less than half a
-   * swing. Unit: s. Default: `0.15`.
+   * Longest gap between two contacts on one spot that are joined. No foot leaves its spot and comes back to it in less than
+   * half a swing. Unit: s. Default: `0.15`.
    */
   "contact-gap"?: number;
   /**
-   * Largest height above where a foot rests that belongs to a contact: a heel that rolls off, and no swing. Unit: m. Default:
-   * `0.08`.
+   * Largest height above the resting level of a foot that belongs to a contact: a heel that rolls off, but no swing. Unit: m.
+   * Default: `0.08`.
    */
   "contact-height"?: number;
   /**
-   * Largest speed of a foot in contact after noise was taken out: what remains of 2 degrees of noise moves one that stands by
+   * Largest speed of a foot in contact after noise was removed. The remains of 2 degrees of noise move a foot in stance by
    * about 0.2 m/s. Unit: m/s. Default: `0.4`.
    */
   "contact-speed"?: number;
   /**
-   * Cost of an exchange of left and right limbs, beside the median change from frame to frame: twice the noise of an estimate
-   * from video, so that noise exchanges nothing. Unit: degrees. Default: `4.0`.
+   * Cost of an exchange of left and right limbs, added to the median change from frame to frame. It is twice the noise of an
+   * estimate from video, so that noise exchanges nothing. Unit: degrees. Default: `4.0`.
    */
   exchange?: number;
   /**
-   * Time in which a meeting comes to count, and counts no more: three frames of video, so that no arm jerks. Unit: s.
-   * Default: `0.1`.
+   * Time in which the weight of a meeting rises and falls: three frames of video, so that no arm jerks. Unit: s. Default:
+   * `0.1`.
    */
   "hand-blend"?: number;
   /**
@@ -255,21 +255,30 @@ export interface CleanWeights {
    * `0.13`.
    */
   "hand-distance"?: number;
-  /** How many times as far a meeting counts no more; between, less and less, so that nothing jumps. Unit: 1. Default: `1.4`. */
+  /**
+   * Factor of the distance from which on a meeting does not count. Between both distances its weight decreases, so that
+   * nothing jumps. Unit: 1. Default: `1.4`.
+   */
   "hand-fade"?: number;
   /**
-   * Largest distance by which an arm is brought to a meeting, and by which a hand may miss it: noise of an estimate from
-   * video is not more. Unit: m. Default: `0.1`.
+   * Largest distance by which an arm is moved to a meeting, and by which a hand may miss it. Noise of an estimate from video
+   * is not larger. Unit: m. Default: `0.1`.
    */
   "hand-noise"?: number;
-  /** Speed on the body below which a hand rests there: one that passes by is faster. Unit: m/s. Default: `0.15`. */
+  /**
+   * Speed of a hand relative to the body below which the hand rests there. A hand that passes by is faster. Unit: m/s.
+   * Default: `0.15`.
+   */
   "hand-speed"?: number;
   /**
-   * Distance of a position that counts as much as a radian of a rotation where both are smoothed: the direction of a bone
-   * shorter than this tells less than its rotation. Unit: m. Default: `0.03`.
+   * Distance of a position that counts as much as a radian of a rotation when both are smoothed. The direction of a shorter
+   * bone is less precise than its rotation. Unit: m. Default: `0.03`.
    */
   "joint-length"?: number;
-  /** Mean change of a bone, as a fraction of its length, above which it is meant, as in a cartoon. Unit: 1. Default: `0.15`. */
+  /**
+   * Mean change of a bone, as a fraction of its length, above which the change is intended, as in a cartoon. Unit: 1.
+   * Default: `0.15`.
+   */
   "largest-length-change"?: number;
   /**
    * Largest angle by which a joint turns to its smoothed position: five times the noise of an estimate from video. Unit:
@@ -282,46 +291,46 @@ export interface CleanWeights {
    */
   "least-angle"?: number;
   /**
-   * Least standard deviation of a position that is noise, and of what an angle moves the farthest joint below it. Marker
-   * systems have less than 1 mm. Unit: m. Default: `0.0015`.
+   * Least standard deviation of a position that is noise, and of the displacement of the farthest joint below an angle.
+   * Marker systems have less than 1 mm. Unit: m. Default: `0.0015`.
    */
   "least-distance"?: number;
   /**
-   * Mean logarithm of the residuals from which a frame was dropped for certain. Of 42 clean cuts of 3 to 8 s at 30 and 60 Hz
-   * none has more than 0.22 anywhere; of 144 frames that were taken out while a joint turned by 60 degrees per second, 142
-   * have more than 0.24. Unit: 1. Default: `0.23`.
+   * Mean logarithm of the residuals from which on a frame was certainly dropped. Of 42 clean cuts of 3 to 8 s at 30 and 60 Hz
+   * none has more than 0.22. 144 frames were removed while a joint turned by 60 degrees per second: 142 have more than 0.24.
+   * Unit: 1. Default: `0.23`.
    */
   "least-evidence"?: number;
   /**
-   * The same for a frame in excess. It is lower than `least_evidence`, since the doubled frame itself is seen. Unit: 1.
+   * The same for a doubled frame. It is lower than `least_evidence`, because the doubled frame itself is visible. Unit: 1.
    * Default: `0.02`.
    */
   "least-evidence-of-doubled"?: number;
   /**
-   * Mean speed of feet in contact below which they are not held, where nothing else was changed: marker systems have as much
-   * in runs, since contacts begin and end in motion. Unit: m/s. Default: `0.2`.
+   * Mean speed of feet in contact below which they are not held, if nothing else was changed. Marker systems have as much in
+   * runs, since contacts begin and end in motion. Unit: m/s. Default: `0.2`.
    */
   "least-skate"?: number;
   /**
-   * Least speed of a joint, or of the body in lengths of itself, at which a dropped frame is put in: below 20 degrees per
-   * second steps tell of the rounding of a file alone. Unit: rad/s. Default: `0.35`.
+   * Least speed of a joint, or of the body in lengths of itself, at which a dropped frame is inserted. Below 20 degrees per
+   * second, steps show only the rounding of a file. Unit: rad/s. Default: `0.35`.
    */
   "least-speed"?: number;
   /**
-   * Mean change of a bone from frame to frame above which it gets one length: positions of files are rounded to less. Unit:
-   * m. Default: `0.001`.
+   * Mean change of a bone from frame to frame above which it gets one length. Rounding of positions in files changes it less.
+   * Unit: m. Default: `0.001`.
    */
   "length-noise"?: number;
-  /** Longest run of held frames that is filled. A longer one is frozen, and may be meant. Unit: s. Default: `0.5`. */
+  /** Longest run of held frames that is filled. A longer run is frozen, and may be intended. Unit: s. Default: `0.5`. */
   "longest-held"?: number;
   /**
-   * Jerk that the smoother allows, as a fraction of what predicts the motion best. The smoother sees both sides of a moment
-   * and a prediction one, so that less is better. Chosen on seed 1 of `tools/clean`. Where it cuts the peaks of the motion,
-   * twice and eight times as much are tried. Unit: 1. Default: `0.5`.
+   * Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother sees both sides of a
+   * moment and a prediction only one, so that it needs less. Chosen on seed 1 of `tools/clean`. If it cuts the peaks of the
+   * motion, twice and eight times as much are tried. Unit: 1. Default: `0.5`.
    */
   smoothing?: number;
   /**
-   * Fraction of the way from where smoothed rotations have a joint to where its smoothed position is: their errors are hardly
+   * Fraction of the way from a joint's position by smoothed rotations to its smoothed position. Their errors are hardly
    * alike, so that a mean is better than either. Chosen on seed 1 of `tools/clean`. Unit: 1. Default: `0.8`.
    */
   world?: number;
@@ -411,7 +420,7 @@ export type FirstFrame = "auto" | "yes" | "no";
 
 /**
  * Where the floor of a motion on a robot is.
- * `"auto"`: Under the feet that stand: one that stands up to 6 cm too high is brought down with all of the robot, and a robot
+ * `"auto"`: Under the feet in stance. A foot that stands up to 6 cm too high is lowered with the whole robot, and a robot
  * that would be below the floor is raised.
  * `"z=0"`: At height 0 of the source's file; a robot that would be below it is raised.
  * `"keep"`: Where the source has it in the mean, with every height as in the source, also below it.
@@ -420,69 +429,72 @@ export type Floor = "auto" | "z=0" | "keep";
 
 export interface FootLockWeights {
   /**
-   * Largest ratio of accelerations, as `speed_ratio`: a foot that is held has to catch up with its swing. `tools/feet/check`
+   * Largest ratio of accelerations, as `speed_ratio`. A foot that is held has to catch up with its swing. `tools/feet/check`
    * measures it on every motion. Unit: 1. Default: `1.5`.
    */
   "acceleration-ratio"?: number;
-  /** Fraction of both ratios at which relaxing aims: keys are rounded, and the next frame moves too. Unit: 1. Default: `0.97`. */
+  /**
+   * Fraction of both ratios at which relaxing aims, because keys are rounded, and the next frame moves too. Unit: 1. Default:
+   * `0.97`.
+   */
   aim?: number;
   /**
-   * Time around a moment whose largest speed and acceleration without the lock count: the lock may move an acceleration to
-   * another frame. A quarter of a step of a walk. Unit: s. Default: `0.25`.
+   * Time around a moment whose largest speed and acceleration without the lock count, because the lock may move an
+   * acceleration to another frame. A quarter of a step of a walk. Unit: s. Default: `0.25`.
    */
   around?: number;
   /**
-   * Time in which a lock is relaxed around a moment, and holds again: below the 0.2 s in which shifts ease out. Unit: s.
-   * Default: `0.15`.
+   * Time in which a lock is relaxed around a moment, and holds again. It is below the 0.2 s in which shifts ease out. Unit:
+   * s. Default: `0.15`.
    */
   ease?: number;
   /**
-   * Time constant in which a foot that is held on a sliding source gives way: two steps of a walk, so that a body whose feet
-   * always slide does not leave them behind. Unit: s. Default: `2.0`.
+   * Time constant in which a foot that is held on a sliding source gives way. It is two steps of a walk, so that a body whose
+   * feet always slide does not leave them behind. Unit: s. Default: `2.0`.
    */
   "gives-way"?: number;
   /**
-   * Cost of a change of the height of a foot against a change of its knee. Nearly straight legs move the knee by centimetres
-   * where the foot moves by a millimetre: the foot gives way there. Unit: 1. Default: `10.0`.
+   * Cost of a change of the height of a foot against a change of its knee. A nearly straight leg moves the knee by
+   * centimetres if the foot moves by a millimetre, so the foot gives way there. Unit: 1. Default: `10.0`.
    */
   "knee-height"?: number;
   /**
-   * Largest angle by which a foot turns to follow the foot of its source: 34 degrees, the range of an ankle (American Academy
-   * of Orthopaedic Surgeons, Joint Motion, 1965, has 20 and 50). Unit: rad. Default: `0.6`.
+   * Largest angle by which a foot turns to follow the foot of its source. It is 34 degrees, within the range of an ankle: 20
+   * and 50 degrees (American Academy of Orthopaedic Surgeons, Joint Motion, 1965). Unit: rad. Default: `0.6`.
    */
   "largest-turn"?: number;
   /** Least fraction by which a round of relaxing changes a lock, so that some rounds are enough. Unit: 1. Default: `0.2`. */
   "least-step"?: number;
   /**
-   * Fraction of the fastest speed and of the largest acceleration of the motion that a foot may always have: what is a
-   * quarter as fast is not seen as a jerk. Unit: 1. Default: `0.25`.
+   * Fraction of the fastest speed and of the largest acceleration of the motion that a foot may always have. A quarter of
+   * them is not visible as a jerk. Unit: 1. Default: `0.25`.
    */
   moving?: number;
   /**
-   * Height in lengths of the leg below which the foot of a source is on the ground, for a retargeted motion: 3 cm of an
-   * adult, below the 5 cm of contacts. From three times as high on it is in the air. Unit: leg. Default: `0.04`.
+   * Height in lengths of the leg below which the foot of a source is on the ground, for a retargeted motion. It is 3 cm of an
+   * adult, below the 5 cm of contacts. From three times as high on the foot is in the air. Unit: leg. Default: `0.04`.
    */
   "on-the-ground"?: number;
   /**
-   * Height in lengths of the leg by which a foot may stay above its goal before the hips come down for it: 8 mm of an adult.
-   * Unit: leg. Default: `0.01`.
+   * Height in lengths of the leg by which a foot may stay above its goal before the hips are lowered: 8 mm of an adult. Unit:
+   * leg. Default: `0.01`.
    */
   slack?: number;
   /**
    * Largest ratio of the speed of a joint of the foot to its speed without the lock. Above it the lock is relaxed: a fifth
-   * faster is not seen. `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.2`.
+   * faster is not visible. `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.2`.
    */
   "speed-ratio"?: number;
   /**
-   * Acceleration that a foot may always have: a fifth of gravity, below what a shifted weight makes. Unit: m/s^2. Default:
+   * Acceleration that a foot may always have: a fifth of gravity, less than a shift of weight makes. Unit: m/s^2. Default:
    * `2.0`.
    */
   "still-acceleration"?: number;
-  /** Speed that a foot may always have: what is slower is not seen as a movement. Unit: m/s. Default: `0.1`. */
+  /** Speed that a foot may always have. A slower movement is not visible. Unit: m/s. Default: `0.1`. */
   "still-speed"?: number;
   /**
-   * Fraction of its full length to which a leg may be stretched, unless the motion stretches it more: the knee of a leg of
-   * 0.84 m then is 13 mm aside, which is not seen. Unit: 1. Default: `0.9995`.
+   * Fraction of its full length to which a leg may be stretched, unless the motion stretches it more. The knee of a leg of
+   * 0.84 m is then 13 mm aside, which is not visible. Unit: 1. Default: `0.9995`.
    */
   stretch?: number;
 }
@@ -881,8 +893,8 @@ export interface RobotWeights {
    */
   "air-place"?: number;
   /**
-   * Depth of two links in each other. 3 cm cost as much as a radian of a direction; a tenth of `foot_place`, so that feet
-   * stay where they stand. Unit: 1/m^2. Default: `1000.0`.
+   * Penetration depth of two links. 3 cm cost as much as a radian of a direction. It is a tenth of `foot_place`, so that feet
+   * in stance keep their place. Unit: 1/m^2. Default: `1000.0`.
    */
   apart?: number;
   /**
@@ -891,18 +903,18 @@ export interface RobotWeights {
    */
   "base-acceleration"?: number;
   /**
-   * Standard deviation of the Gaussian that takes the jitter from the accelerations of the base. Half of 3 Hz remains: people
-   * walk with two steps per second. Unit: s. Default: `0.06`.
+   * Standard deviation of the Gaussian that removes the jitter from the accelerations of the base. Half of 3 Hz remains:
+   * people walk with two steps per second. Unit: s. Default: `0.06`.
    */
   "base-smoothing"?: number;
   /**
-   * Change of the joints of a limb from frame to frame at 30 frames per second, where the limb is followed again. A radian of
-   * it costs as much as a radian of a direction. Unit: 1/rad^2. Default: `1.0`.
+   * Change of the joints of a limb from frame to frame at 30 frames per second, when a limb is followed again. A radian of it
+   * costs as much as a radian of a direction. Unit: 1/rad^2. Default: `1.0`.
    */
   "branch-change"?: number;
   /**
-   * Largest weight of a position where a limb is followed again: 3 cm cost as much as 20 degrees, from which on a limb is
-   * followed again. Unit: 1/m^2. Default: `130.0`.
+   * Largest weight of a position when a limb is followed again. 3 cm cost as much as 20 degrees, the limits from which on a
+   * limb is followed again. Unit: 1/m^2. Default: `130.0`.
    */
   "branch-place"?: number;
   /**
@@ -910,11 +922,11 @@ export interface RobotWeights {
    * Unit: 1/rad^2. Default: `0.3`.
    */
   foot?: number;
-  /** Fraction of `foot` about the up axis, about which the hip turns a foot, and not the ankle. Unit: 1. Default: `0.3`. */
+  /** Fraction of `foot` about the up axis. The hip turns a foot about this axis, not the ankle. Unit: 1. Default: `0.3`. */
   "foot-heading"?: number;
   /**
-   * Position of an ankle or of the sole on which a foot stands, and depth below the floor. A centimetre costs as much as a
-   * radian of a direction: feet shall not slide, which `tools/robot/check` measures. Unit: 1/m^2. Default: `10000.0`.
+   * Position of an ankle or of the sole of a foot in stance, and depth below the floor. A centimetre costs as much as a
+   * radian of a direction, so that feet do not slide; `tools/robot/check` measures it. Unit: 1/m^2. Default: `10000.0`.
    */
   "foot-place"?: number;
   /**
@@ -928,8 +940,8 @@ export interface RobotWeights {
    */
   head?: number;
   /**
-   * Largest distance by which a foot that stands is held away from its source: less than half a foot. Farther away, the
-   * source walks on. Unit: m. Default: `0.1`.
+   * Largest distance by which a foot in stance is held away from its source: less than half a foot. Farther away, the source
+   * walks on. Unit: m. Default: `0.1`.
    */
   "held-distance"?: number;
   /**
@@ -958,7 +970,7 @@ export interface RobotWeights {
    */
   "return-time"?: number;
   /**
-   * How many times `foot` is added in contact, so that a foot that stands is flat. `tools/robot/check` measures how far soles
+   * Factor by which `foot` is added in contact, so that a foot in stance is flat. `tools/robot/check` measures how far soles
    * are from the floor. Unit: 1. Default: `12.0`.
    */
   standing?: number;
@@ -969,12 +981,12 @@ export interface RobotWeights {
   "standing-height"?: number;
   /**
    * Part of the step of a joint that is faster than the robot's file allows. A tenth of a radian costs as much as a radian of
-   * a direction; what remains is cut off. Unit: 1/rad^2. Default: `100.0`.
+   * a direction. The remaining part is cut off. Unit: 1/rad^2. Default: `100.0`.
    */
   "step-limit"?: number;
   /**
-   * Rotation of a limb about itself, and of a foot about an axis that no joint of the ankle drives. A hundredth of a
-   * direction: it only decides what directions leave open. Unit: 1/rad^2. Default: `0.01`.
+   * Roll of a limb, and rotation of a foot about an axis that no joint of the ankle drives. A hundredth of a direction, so
+   * that it decides only what directions leave undetermined. Unit: 1/rad^2. Default: `0.01`.
    */
   twist?: number;
   /**

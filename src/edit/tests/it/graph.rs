@@ -206,7 +206,9 @@ fn a_walk_follows_a_path() {
     // A walk straight on cannot turn, and says where it ends.
     let error = network.along(&[[0.0, 0.0], [4.0, 0.0], [4.0, 5.0]]).unwrap_err();
     assert!(
-        error.to_string().contains("of 9.0 m: the clips have no moves"),
+        error
+            .to_string()
+            .contains("of 9.0 m, because no clip continues as the path does"),
         "{error}"
     );
     let followed = found.motion(&[(&scene, 0)]).unwrap().1.path.unwrap();
