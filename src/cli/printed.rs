@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
+use mocap::biomechanics::report::OutputDifference;
 use mocap::render::Drawing;
 use mocap::report::counted;
 use serde::Serialize;
@@ -142,9 +143,8 @@ pub(crate) struct AnglesReport<'a> {
     /// What is odd about the motion.
     #[serde(skip)]
     pub(crate) note: Option<String>,
-    /// How far the angles are from the model outputs of the file, a line each.
-    #[serde(skip)]
-    pub(crate) beside: Vec<String>,
+    /// How far the angles are from the model outputs of the file.
+    pub(crate) beside_outputs: Vec<OutputDifference>,
 }
 
 impl fmt::Display for AnglesReport<'_> {
@@ -155,9 +155,27 @@ impl fmt::Display for AnglesReport<'_> {
             f,
             "{input} -> {output}: {frames} frames of {columns} columns, in degrees and metres"
         )?;
-        let mut lines = self.note.iter().chain(&self.beside);
-        lines.try_for_each(|line| write!(f, "\n{line}"))
+        self.note.iter().try_for_each(|line| write!(f, "\n{line}"))?;
+        beside(&self.beside_outputs).try_for_each(|line| write!(f, "\n{line}"))
     }
+}
+
+/// Angles beside the model outputs of the file, a line each.
+pub(crate) fn beside(differences: &[OutputDifference]) -> impl Iterator<Item = String> {
+    let title = "beside the model outputs of the file, in degrees: mean difference +- its deviation".to_owned();
+    let line = |difference: &OutputDifference| {
+        let OutputDifference {
+            output,
+            column,
+            mean,
+            deviation,
+            correlation,
+            ..
+        } = difference;
+        format!("{column:18} {output:18} {mean:7.1} +- {deviation:4.1}, correlation {correlation:.2}")
+    };
+    let title = Some(title).filter(|_| !differences.is_empty());
+    title.into_iter().chain(differences.iter().map(line))
 }
 
 /// A page of `mocap view`.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{Place, check_json, import_motion, mapped_figure, print_report};
 use crate::args::{AnglesArgs, GaitArgs};
-use crate::printed::AnglesReport;
+use crate::printed::{AnglesReport, beside};
 use crate::{Failure, report, streams};
 
 pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
@@ -35,27 +35,9 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
         frames: angles.frames(),
         columns: &angles.columns,
         note: faces_aside(&angles),
-        beside: beside(&angles.beside_outputs(&scene)),
+        beside_outputs: angles.beside_outputs(&scene),
     };
     print_report(&found, args.json, Place::Message)
-}
-
-/// Angles beside the model outputs of the file, a line each.
-fn beside(differences: &[OutputDifference]) -> Vec<String> {
-    let title = "beside the model outputs of the file, in degrees: mean difference +- its deviation".to_owned();
-    let line = |difference: &OutputDifference| {
-        let OutputDifference {
-            output,
-            column,
-            mean,
-            deviation,
-            correlation,
-            ..
-        } = difference;
-        format!("{column:18} {output:18} {mean:7.1} +- {deviation:4.1}, correlation {correlation:.2}")
-    };
-    let title = Some(title).filter(|_| !differences.is_empty());
-    title.into_iter().chain(differences.iter().map(line)).collect()
 }
 
 /// What to say of a pelvis that faces aside of the laboratory's forward, about whose axes it tilts.
@@ -87,9 +69,8 @@ pub(crate) struct GaitReport<'a> {
     file: String,
     #[serde(flatten)]
     gait: &'a Gait,
-    /// How far the angles are from the model outputs of the file, a line each.
-    #[serde(skip)]
-    beside: Vec<String>,
+    /// How far the angles are from the model outputs of the file.
+    beside_outputs: Vec<OutputDifference>,
 }
 
 pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
@@ -108,7 +89,7 @@ pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
     let found = GaitReport {
         file: args.file.display().to_string(),
         gait: &gait,
-        beside: angles.map_or_else(Vec::new, |angles| beside(&angles.beside_outputs(&scene))),
+        beside_outputs: angles.map_or_else(Vec::new, |angles| angles.beside_outputs(&scene)),
     };
     print_report(&found, args.json, Place::Result)
 }
@@ -160,7 +141,7 @@ impl fmt::Display for GaitReport<'_> {
         for (time, side, event) in events(gait) {
             writeln!(f, "{time:9.3} s  {side:5}  {event}")?;
         }
-        self.beside.iter().try_for_each(|line| writeln!(f, "{line}"))
+        beside(&self.beside_outputs).try_for_each(|line| writeln!(f, "{line}"))
     }
 }
 

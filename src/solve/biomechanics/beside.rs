@@ -1,29 +1,41 @@
 //! Joint angles beside those that the program of a laboratory wrote into the file.
 
+use glam::{DQuat, EulerRot};
+use mocap_figure::joint_angles::Rotations;
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::AppliedStep;
+use serde::Serialize;
 
 use super::JointAngles;
 
 /// The names of Plug-in Gait's joint angles after the letter of the side, and the columns of their x, y and z; an empty
 /// one has no other that is defined in the same way.
-const JOINTS: [(&str, [&str; 3]); 3] = [
+const JOINTS: [(&str, [&str; 3]); 4] = [
+    (PELVIS, ["pelvis_tilt", "pelvis_list", "pelvis_rotation"]),
     ("HipAngles", ["hip_flexion", "hip_adduction", "hip_rotation"]),
     ("KneeAngles", ["knee_angle", "knee_adduction", "knee_rotation"]),
     ("AnkleAngles", ["ankle_angle", "", "ankle_rotation"]),
 ];
 
+/// The angles of the pelvis, which are those of both sides.
+const PELVIS: &str = "PelvisAngles";
+
+/// What the columns of the pelvis are multiplied with to have the signs of Plug-in Gait: a pelvis that is tilted
+/// forward, whose own side is up and before the other.
+const SIGNS: [(&str, [f64; 3]); 2] = [("L", [-1.0, 1.0, -1.0]), ("R", [-1.0, -1.0, 1.0])];
+
 /// An angle beside one that the file has, in degrees.
 ///
 /// [`JointAngles::beside_outputs`] has an example.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OutputDifference {
     /// The label of the model output in the file.
     pub output: String,
     /// The column of [`JointAngles`].
     pub column: String,
-    /// The mean of this angle less that of the file.
+    /// The mean of this angle less that of the file. Angles of the pelvis have the signs of the file here.
     pub mean: f64,
     /// The RMS of the difference about its mean.
     pub deviation: f64,
@@ -54,19 +66,51 @@ impl JointAngles {
             let (Some(side), Some(name)) = (label.get(..1), label.get(1..)) else {
                 continue;
             };
-            let joint = JOINTS.iter().find(|(start, _)| name.starts_with(start));
-            let columns = joint.map_or([""; 3], |(_, columns)| *columns);
+            let Some((start, columns)) = JOINTS.iter().find(|(start, _)| name.starts_with(start)) else {
+                continue;
+            };
+            let ahead = SIGNS.iter().find(|own| *start == PELVIS && own.0 == side);
+            let ahead = ahead.and_then(|(_, signs)| self.pelvis_ahead(*columns, *signs));
             for (axis, column) in columns.iter().enumerate().filter(|(_, column)| !column.is_empty()) {
-                let column = format!("{column}_{}", side.to_lowercase());
                 let theirs = output.values.chunks_exact(3).map(|values| f64::from(values[axis]));
-                let Some(own) = self.column(&column).filter(|_| theirs.len() == self.frames()) else {
+                let (column, own) = match &ahead {
+                    Some(angles) => ((*column).to_owned(), Some(angles[axis].clone())),
+                    None => {
+                        let column = format!("{column}_{}", side.to_lowercase());
+                        let own = self.column(&column).map(Iterator::collect);
+                        (column, own)
+                    }
+                };
+                let Some(own) = own.filter(|_| theirs.len() == self.frames()) else {
                     continue;
                 };
-                let pairs: Vec<(f64, f64)> = own.zip(theirs).filter(|(_, theirs)| !theirs.is_nan()).collect();
-                found.extend(difference(&output.name, column, &pairs));
+                let pairs = own.into_iter().zip(theirs).filter(|(_, theirs)| !theirs.is_nan());
+                found.extend(difference(&output.name, column, &pairs.collect::<Vec<_>>()));
             }
         }
         found
+    }
+
+    /// The angles of the pelvis from that axis of the laboratory that is nearest to where it looks, as Plug-in Gait has
+    /// them.
+    fn pelvis_ahead(&self, columns: [&str; 3], signs: [f64; 3]) -> Option<[Vec<f64>; 3]> {
+        let [tilt, list, rotation] = columns.map(|column| self.column(column).map(Iterator::collect::<Vec<f64>>));
+        let (tilt, list, rotation) = (tilt?, list?, rotation?);
+        let sum = |of: fn(f64) -> f64| rotation.iter().map(|angle| of(angle.to_radians())).sum::<f64>();
+        let quarters = (sum(f64::sin).atan2(sum(f64::cos)).to_degrees() / 90.0).round();
+        let back = DQuat::from_rotation_y((-90.0 * quarters).to_radians());
+        let mut angles = columns.map(|_| Vec::new());
+        let mut before = None;
+        for ((tilt, list), rotation) in tilt.into_iter().zip(list).zip(rotation) {
+            let [tilt, list, rotation] = [tilt, list, rotation].map(f64::to_radians);
+            let turned = back * DQuat::from_euler(EulerRot::ZXY, tilt, list, rotation);
+            let own = Rotations::PLAIN.of(turned, before);
+            for axis in 0..3 {
+                angles[axis].push(own[axis] * signs[axis]);
+            }
+            before = Some(own);
+        }
+        Some(angles)
     }
 }
 

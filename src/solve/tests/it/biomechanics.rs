@@ -262,6 +262,7 @@ fn angles_are_compared_with_those_of_the_file() {
         output("Anna:LHipAnglesV", [1.0, 33.0, f32::NAN]),
         output("RKneePower", [1.0, 2.0, 3.0]),
         output("LHipAngles", [360.0, 390.0, 390.0]),
+        output("LPelvisAngles", [3.0, 3.0, 3.0]),
     ];
     scene.metadata.recorded = Some(std::sync::Arc::new(Recording {
         outputs,
@@ -282,6 +283,8 @@ fn angles_are_compared_with_those_of_the_file() {
         assert!(off.fold(0.0, f64::max) < 0.01, "{output}: {:?}", of(output));
     }
     assert!(found.iter().all(|found| found.output != "RKneePower"));
+    let tilt = found.iter().find(|found| found.column == "pelvis_tilt").unwrap();
+    assert!((tilt.mean + 3.0).abs() < 0.01, "{tilt:?}");
     // Frames that were cut are not compared.
     Conversion::new().frame_rate(50.0).apply(&mut scene).unwrap();
     let angles = JointAngles::of(&scene).unwrap();
