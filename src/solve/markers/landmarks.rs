@@ -25,6 +25,7 @@ type Row = (&'static str, Bone, MarkerSite, &'static str);
 /// - OpenSim's gait models, OptiTrack's Baseline, Conventional and Biomech sets (docs.optitrack.com)
 /// - Vicon's 53 markers of Blade and Shogun, the 47 of the Human Body Model (van den Bogert 2013)
 /// - OpenCap, whose labels end in `_study`
+/// - CGM2.3, whose clusters are `*THAP`, `*THAD`, `*TIAP` and `*TIAD` (pyCGM2's settings)
 const ROWS: &[Row] = &[
     ("*ASI", Bone::Hips, Hard, "*asi *fwt *asis waist*front *ias"),
     ("*PSI", Bone::Hips, Hard, "*psi *bwt *psis waist*back *ips"),
@@ -51,8 +52,13 @@ const ROWS: &[Row] = &[
         Soft,
         "*thi *thigh *thighupper *th1 *th *thighside *thigh1",
     ),
-    ("*TH2", Bone::LeftUpperLeg, Soft, "*th2 *thighfront f*thi *thigh2"),
-    ("*TH3", Bone::LeftUpperLeg, Soft, "*th3 *thighrear *thigh3"),
+    (
+        "*TH2",
+        Bone::LeftUpperLeg,
+        Soft,
+        "*th2 *thighfront f*thi *thigh2 *thap *thiap",
+    ),
+    ("*TH3", Bone::LeftUpperLeg, Soft, "*th3 *thighrear *thigh3 *thad *thiad"),
     ("*TH4", Bone::LeftUpperLeg, Soft, "*th4"),
     (
         "*ANK",
@@ -64,7 +70,7 @@ const ROWS: &[Row] = &[
         "*ANM",
         Bone::LeftLowerLeg,
         Hard,
-        "*anm *anklemed *anklemedial *anklein *medankle *mma *tam *mmal *mm *mankle",
+        "*anm *anklemed *anklemedial *anklein *medankle *mma *tam *mmal *mm *mankle *med",
     ),
     (
         "*TIB",
@@ -72,8 +78,18 @@ const ROWS: &[Row] = &[
         Soft,
         "*tib *shn *shin *tibia *shank *shankupper *tb1 *sk1 *sk *sh1 *ati",
     ),
-    ("*TB2", Bone::LeftLowerLeg, Soft, "*tb2 *sk2 *shankfront *sh2"),
-    ("*TB3", Bone::LeftLowerLeg, Soft, "*tb3 *sk3 *shankrear *sh3"),
+    (
+        "*TB2",
+        Bone::LeftLowerLeg,
+        Soft,
+        "*tb2 *sk2 *shankfront *sh2 *tiap *tibap",
+    ),
+    (
+        "*TB3",
+        Bone::LeftLowerLeg,
+        Soft,
+        "*tb3 *sk3 *shankrear *sh3 *tiad *tibad",
+    ),
     ("*TB4", Bone::LeftLowerLeg, Soft, "*tb4 *sk4"),
     ("*FHE", Bone::LeftLowerLeg, Hard, "*hf *fax"),
     ("*TTU", Bone::LeftLowerLeg, Hard, "*tt *ttc"),
@@ -153,6 +169,10 @@ const SETS: &[(&str, &str)] = &[
     ("CMU's set", "lfwt rfwt lbwt rbwt lshn rshn lmt5 rmt5 lupa lfrm"),
     ("Plug-in Gait", "lasi rasi lpsi rpsi lthi rthi ltib rtib"),
     ("Helen Hayes' set", "lasi rasi sacr lthi rthi ltib rtib"),
+    (
+        "CGM2's set",
+        "lasi rasi lpsi rpsi lthi rthi lthap rthap lthad rthad ltib rtib ltiap rtiap ltiad rtiad",
+    ),
     (
         "the set of OpenSim's gait models",
         "rasis lasis vsacral rthighupper lthighupper rshankupper lshankupper",

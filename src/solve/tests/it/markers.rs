@@ -5,6 +5,8 @@ mod clusters;
 mod landmarks;
 mod lower_body;
 mod noise;
+mod planted;
+mod sets;
 
 use std::sync::OnceLock;
 

@@ -4,7 +4,7 @@ use mocap_solve::internals::{by_key, keys, set_name};
 
 /// The labels of each set as its guide lists them, where `*` stands for both sides, and how many of them are no
 /// landmark here.
-const GUIDES: &[(&str, &str, usize)] = &[
+pub(super) const GUIDES: &[(&str, &str, usize)] = &[
     (
         "CMU's set",
         "*FHD *BHD C7 T10 CLAV STRN *SHO *UPA *ELB *FRM *WRA *WRB *FIN *FWT *BWT *THI *KNE *SHN *ANK *HEE *MT5 *TOE RBAC",
@@ -16,6 +16,18 @@ const GUIDES: &[(&str, &str, usize)] = &[
         0,
     ),
     ("Helen Hayes' set", "*ASI SACR *THI *KNE *TIB *ANK *HEE *TOE", 0),
+    (
+        "CGM2's set",
+        "*ASI *PSI *THI *THAP *THAD *KNE *KNM *TIB *TIAP *TIAD *ANK *MED *HEE *TOE",
+        0,
+    ),
+    (
+        "the set of OpenSim's gait models",
+        "Sternum *.Acromium Top.Head *.Bicep *.Elbow *.Wrist.Med *.Wrist.Lat *.ASIS V.Sacral *.Thigh.Upper \
+         *.Thigh.Front *.Thigh.Rear *.Knee.Lat *.Knee.Med *.Shank.Upper *.Shank.Front *.Shank.Rear *.Ankle.Lat \
+         *.Ankle.Med *.Heel *.Midfoot.Sup *.Midfoot.Lat *.Toe.Tip *.Toe.Lat *.Toe.Med",
+        0,
+    ),
     (
         "Vicon's set of 53",
         "ARIEL C7 CLAV STRN T10 MFWT MBWT *FHD *BHD *FSH *BSH *UPA *ELB *IEL *FRM *IWR *OWR *IHAND *OHAND *FWT *BWT \
@@ -64,7 +76,7 @@ const GUIDES: &[(&str, &str, usize)] = &[
     ),
 ];
 
-fn labels(guide: &str) -> Vec<String> {
+pub(super) fn labels(guide: &str) -> Vec<String> {
     let of = |name: &str| match name.contains('*') {
         true => vec![name.replace('*', "L"), name.replace('*', "R")],
         false => vec![name.to_owned()],

@@ -13,7 +13,7 @@ const LOWER: &[&str] = &[
     "LTOE", "RTOE", "LMT5", "RMT5",
 ];
 
-/// Where markers are, frame by frame, of the text of a TRC file of millimetres.
+/// Where markers are, frame by frame, of the text of a TRC file of millimetres; NaN where they were not seen.
 pub(super) struct Markers {
     pub(super) labels: Vec<String>,
     pub(super) frames: Vec<Vec<Vec3>>,
@@ -56,8 +56,11 @@ impl Markers {
         );
         for (index, frame) in self.frames.iter().enumerate() {
             write!(text, "{}\t{}", index + 1, index as f32 / 6.0).unwrap();
-            for Vec3 { x, y, z } in frame {
-                write!(text, "\t{x}\t{y}\t{z}").unwrap();
+            for position @ Vec3 { x, y, z } in frame {
+                match position.is_nan() {
+                    true => text.push_str("\t\t\t"),
+                    false => write!(text, "\t{x}\t{y}\t{z}").unwrap(),
+                }
             }
             text.push('\n');
         }
