@@ -14,6 +14,7 @@ mod centres;
 mod cloud;
 mod fit;
 mod functional;
+mod gaps;
 mod guess;
 pub(crate) mod landmarks;
 mod model;
@@ -43,6 +44,10 @@ use super::{rules, turn, turned, write};
 
 /// Frames from which the body is calibrated: the time of a step grows with them.
 const CALIBRATED: usize = 40;
+
+/// Frames a second by way of which the pose of one frame leads to that of another: limbs of a run turn by less than half
+/// a right angle between two.
+const WAY_RATE: f64 = 30.0;
 
 /// What is known of markers beside their labels.
 #[derive(Debug, Default)]
@@ -156,13 +161,22 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         .animations
         .first()
         .map_or(0.0, |animation| animation.ticks_per_second);
-    let known_joints = calibrate(&mut model, &mut frames, noise::of(&take.tracks, rate));
+    let noise = noise::of(&take.tracks, rate);
+    let regressed = model.clone();
+    let mut known_joints = calibrate(&mut model, &regressed, &mut frames, noise);
+    let mut start = (chosen.frames[0], frames[0].pose.clone());
+    if let Some(wanted) = &chosen.spread {
+        let step = ((rate / WAY_RATE) as usize).max(1);
+        frames = track::poses(&model, &take.tracks, (start.0, &start.1), (wanted, step));
+        known_joints = calibrate(&mut model, &regressed, &mut frames, noise);
+        start = (wanted[0], frames[0].pose.clone());
+    }
     // Refinement moves markers on the pelvis: its axes are theirs again.
     let offset = |name: &str| Some(model.markers[take.landmarks.iter().position(|own| own.name == name)?].offset);
     if let Some(axes) = centres::pelvis_axes(offset) {
-        model.turn_root(axes, frames.iter_mut().map(|frame| &mut frame.pose));
+        model.turn_root(axes, std::iter::once(&mut start.1));
     }
-    let tracked = track::track(&model, &take.tracks, (chosen.frames[0], &frames[0].pose));
+    let tracked = track::track(&model, &take.tracks, (start.0, &start.1), rate);
     let solved = report::solved(scene, &take, (&set, &model, &known_joints), &tracked);
     report::say(scene, &take, &solved, &tracked);
     if functional.is_some() {
@@ -223,6 +237,23 @@ struct FrameChoice {
     /// Of these frames.
     take: Take,
     centres: Vec<Centres>,
+    /// Frames that say more of the body, some of whose markers are not seen, where `frames` are near each other.
+    spread: Option<Vec<usize>>,
+}
+
+/// Of each of as many equal parts of `clean` the frame in which the most markers are seen, where `chosen` leaves more
+/// than two of these parts out, as with gaps; else none.
+fn spread(chosen: &[usize], clean: &Take) -> Option<Vec<usize>> {
+    let (count, frames) = (CALIBRATED.min(clean.frames), clean.frames);
+    let mut ends = vec![0];
+    ends.extend_from_slice(chosen);
+    ends.push(frames);
+    let longest = ends.windows(2).map(|pair| pair[1] - pair[0]).max()?;
+    let fullest = |part: usize| {
+        let seen = |frame: &usize| clean.tracks.iter().filter(|track| track[*frame].is_some()).count();
+        (part * frames / count..(part + 1) * frames / count).max_by_key(seen)
+    };
+    (longest * count > 2 * frames).then(|| (0..count).filter_map(fullest).collect())
 }
 
 /// Frames over the whole take in which all joints are known that are known in any.
@@ -261,6 +292,7 @@ fn chosen(take: &Take, standing: Option<&Take>) -> Result<FrameChoice> {
     Ok(FrameChoice {
         take: clean.filled(&sample, standing),
         centres: sample.iter().filter_map(|at| found[*at].clone()).collect(),
+        spread: spread(&sample, &clean).map(|spread| spread.iter().map(|at| all[*at]).collect()),
         frames,
     })
 }

@@ -4,16 +4,26 @@
 const LANES: usize = 4;
 
 /// The sum of the products of two rows of one length.
+#[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let size = a.len().min(b.len());
+    let (a, b) = (&a[..size], &b[..size]);
+    let whole = size - size % LANES;
     let mut lanes = [0.0; LANES];
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f64 = std::iter::zip(a.remainder(), b.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in std::iter::zip(a, b) {
+    // Loops over indices are one loop without calls at every level of optimisation; chains of iterators are not.
+    let mut at = 0;
+    while at < whole {
         for lane in 0..LANES {
-            lanes[lane] += a[lane] * b[lane];
+            lanes[lane] += a[at + lane] * b[at + lane];
         }
+        at += LANES;
     }
-    rest + lanes.iter().sum::<f64>()
+    let mut sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+    while at < size {
+        sum += a[at] * b[at];
+        at += 1;
+    }
+    sum
 }
 
 /// Replaces the lower triangle by its factor L, with L times its transpose the matrix.
@@ -33,10 +43,10 @@ pub fn factor(matrix: &mut [f64], size: usize) {
     }
 }
 
-/// As [`solve`], for a matrix whose row `r` is 0 before column `first[r]`, as that of a tree whose children stand
-/// before their parents. Its factor is 0 there too (A. George, J. Liu, Computer Solution of Large Sparse Positive
-/// Definite Systems, 1981, on envelopes).
-pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
+/// As [`factor`], of a matrix whose row `r` is 0 before column `first[r]`, as that of a tree whose children stand before
+/// their parents. Its factor is 0 there too (A. George, J. Liu, Computer Solution of Large Sparse Positive Definite
+/// Systems, 1981, on envelopes).
+pub fn factor_envelope(matrix: &mut [f64], first: &[usize]) {
     let size = first.len();
     for row in 0..size {
         let (above, here) = matrix.split_at_mut(row * size);
@@ -52,6 +62,12 @@ pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
             }
         }
     }
+}
+
+/// As [`solve`], of a matrix that [`factor_envelope`] factors.
+pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
+    factor_envelope(matrix, first);
+    let size = first.len();
     for row in 0..size {
         let own = &matrix[row * size..(row + 1) * size];
         let known = dot(&own[first[row]..row], &right[first[row]..row]);

@@ -80,6 +80,11 @@ pub(super) struct Model {
     chains: Vec<Vec<usize>>,
 }
 
+/// The turn of a rotation as a vector, in radians, nearly.
+fn turned(rotation: DQuat) -> DVec3 {
+    rotation.xyz() * (2.0 * if rotation.w < 0.0 { -1.0 } else { 1.0 })
+}
+
 impl Model {
     pub(super) fn new(joints: Vec<Joint>, markers: Vec<Marker>, weights: MarkerWeights) -> Self {
         let mut root = 0;
@@ -135,15 +140,25 @@ impl Model {
     }
 
     pub(super) fn marker(&self, marker: usize, world: &World) -> DVec3 {
+        world.positions[self.markers[marker].joint] + self.arm(marker, world)
+    }
+
+    /// From the joint that moves a marker to the marker.
+    pub(super) fn arm(&self, marker: usize, world: &World) -> DVec3 {
         let Marker { joint, offset, .. } = self.markers[marker];
-        world.positions[joint] + world.rotations[joint] * offset
+        world.rotations[joint] * offset
+    }
+
+    /// The joints that move a joint: itself first, the root last.
+    pub(super) fn chain(&self, joint: usize) -> &[usize] {
+        &self.chains[joint]
     }
 
     /// How a marker moves with each unknown of the pose, in their order.
     pub(super) fn moves(&self, marker: usize, world: &World, columns: &mut Vec<(usize, DVec3)>) {
         columns.clear();
         let at = self.marker(marker, world);
-        for &joint in &self.chains[self.markers[marker].joint] {
+        for &joint in self.chain(self.markers[marker].joint) {
             let Some(unknown) = self.unknown[joint] else { continue };
             let arm = at - world.positions[joint];
             columns.extend(
@@ -217,7 +232,7 @@ impl Model {
                     &[(unknown, slope.x), (unknown + 1, slope.y), (unknown + 2, slope.z)],
                 ));
             };
-            let turned = local.xyz() * (2.0 * if local.w < 0.0 { -1.0 } else { 1.0 });
+            let turned = turned(local);
             for axis in DVec3::AXES {
                 term(turned.dot(axis), axis, bend);
             }
@@ -234,6 +249,29 @@ impl Model {
                 term(own.dot(hinge.along), own.cross(hinge.along), self.weights.beside_hinge);
                 term(own.dot(across), own.cross(across), self.weights.beside_hinge);
             }
+        }
+    }
+
+    /// What a rotation of a joint to its parent says of a pose, with its standard deviation in radians.
+    pub(super) fn toward(
+        &self,
+        joint: usize,
+        pose: &Pose,
+        world: &World,
+        (rotation, deviation): (DQuat, f64),
+        mut add: impl FnMut(Term<'_>),
+    ) {
+        let Some(unknown) = self.unknown[joint] else { return };
+        let to_world = self.joints[joint]
+            .parent
+            .map_or(DQuat::IDENTITY, |parent| world.rotations[parent]);
+        let off = turned(pose.local[joint] * rotation.inverse());
+        for axis in DVec3::AXES {
+            let slope = to_world * axis / deviation;
+            add((
+                off.dot(axis) / deviation,
+                &[(unknown, slope.x), (unknown + 1, slope.y), (unknown + 2, slope.z)],
+            ));
         }
     }
 

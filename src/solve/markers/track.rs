@@ -2,8 +2,11 @@
 
 use glam::{DQuat, DVec3};
 
-use super::fit::Fit;
-use super::model::{Model, Pose, World};
+use super::calibrate::Frame;
+use super::fit::{Fit, Toward};
+use super::gaps::Gaps;
+use super::model::{Joint, Model, Pose, World};
+use super::take::Track;
 
 /// Two markers that had each other's labels, with the first frame and the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,8 +29,8 @@ pub(super) struct TrackingOutcome {
     pub(super) ghosts: Vec<usize>,
 }
 
-/// Follows the body from `start`, a frame with its pose, to both ends of the take.
-pub(super) fn track(model: &Model, tracks: &[Vec<Option<DVec3>>], start: (usize, &Pose)) -> TrackingOutcome {
+/// Follows the body from `start`, a frame with its pose, to both ends of the take, which has so many frames a second.
+pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate: f64) -> TrackingOutcome {
     let frames = tracks.first().map_or(0, Vec::len);
     let mut tracked = TrackingOutcome {
         rotations: vec![vec![DQuat::IDENTITY; frames]; model.joints.len()],
@@ -36,36 +39,104 @@ pub(super) fn track(model: &Model, tracks: &[Vec<Option<DVec3>>], start: (usize,
         swaps: Vec::new(),
         ghosts: vec![0; tracks.len()],
     };
-    let mut tracker = Tracker {
-        model,
-        tracks,
-        fit: Fit::default(),
-        seen: Vec::new(),
-        swapped: Vec::new(),
-    };
-    let mut pose = start.1.clone();
-    for frame in start.0..frames {
-        tracker.frame(frame, &mut pose, &mut tracked);
+    let mut tracker = Tracker::new(model, tracks);
+    let mut gaps = Gaps::new(model, start.1, frames);
+    tracker.follow(
+        start,
+        |_| true,
+        |tracker, frame, pose| {
+            let distances = tracked.note(tracker, frame, pose);
+            gaps.note((model, &mut tracker.fit), pose, (frame, &distances));
+        },
+    );
+    for (frame, toward) in gaps.between(model, &tracked.rotations, rate).iter().enumerate() {
+        if !toward.is_empty() {
+            let pose = tracker.again(frame, toward, &tracked);
+            tracked.note(&tracker, frame, &pose);
+        }
     }
-    let mut pose = start.1.clone();
-    for frame in (0..start.0).rev() {
-        tracker.frame(frame, &mut pose, &mut tracked);
-    }
+    let is_ghost = |distance: &&f64| **distance > model.weights.ghost;
+    tracked.ghosts = (tracked.distances.iter())
+        .map(|distances| distances.iter().flatten().filter(is_ghost).count())
+        .collect();
     tracked.swaps = runs(tracker.swapped);
     tracked
 }
 
+/// The poses of some frames, by way of each `step`th frame between them.
+pub(super) fn poses(
+    model: &Model,
+    tracks: &[Track],
+    start: (usize, &Pose),
+    (wanted, step): (&[usize], usize),
+) -> Vec<Frame> {
+    let mut found: Vec<Option<Frame>> = wanted.iter().map(|_| None).collect();
+    let is_on_way = |frame: usize| frame.abs_diff(start.0).is_multiple_of(step) || wanted.contains(&frame);
+    Tracker::new(model, tracks).follow(start, is_on_way, |tracker, frame, pose| {
+        if let Some(index) = wanted.iter().position(|wanted| *wanted == frame) {
+            found[index] = Some(Frame {
+                pose: pose.clone(),
+                seen: tracker.near(),
+            });
+        }
+    });
+    found.into_iter().flatten().collect()
+}
+
+impl TrackingOutcome {
+    /// Notes the pose of a frame, and says how far markers are from it.
+    fn note(&mut self, tracker: &Tracker<'_>, frame: usize, pose: &Pose) -> Vec<Option<f64>> {
+        let distances = tracker.fit.distances(tracker.model, &tracker.seen);
+        for (own, distance) in std::iter::zip(&mut self.distances, &distances) {
+            own[frame] = *distance;
+        }
+        self.roots[frame] = pose.root;
+        for (joint, rotation) in tracker.fit.world.rotations.iter().enumerate() {
+            self.rotations[joint][frame] = *rotation;
+        }
+        distances
+    }
+}
+
 struct Tracker<'t> {
     model: &'t Model,
-    tracks: &'t [Vec<Option<DVec3>>],
+    tracks: &'t [Track],
     fit: Fit,
     seen: Vec<Option<DVec3>>,
     /// Frames and pairs.
     swapped: Vec<(usize, (usize, usize))>,
 }
 
-impl Tracker<'_> {
-    fn frame(&mut self, frame: usize, pose: &mut Pose, tracked: &mut TrackingOutcome) {
+impl<'t> Tracker<'t> {
+    fn new(model: &'t Model, tracks: &'t [Track]) -> Self {
+        Self {
+            model,
+            tracks,
+            fit: Fit::default(),
+            seen: Vec::new(),
+            swapped: Vec::new(),
+        }
+    }
+
+    /// Goes from `start` to the last frame and to the first, over those frames that `is_on_way`, and tells each.
+    fn follow(
+        &mut self,
+        start: (usize, &Pose),
+        is_on_way: impl Fn(usize) -> bool,
+        mut tell: impl FnMut(&mut Self, usize, &Pose),
+    ) {
+        let frames = self.tracks.first().map_or(0, Vec::len);
+        let both: [&mut dyn Iterator<Item = usize>; 2] = [&mut (start.0..frames), &mut (0..start.0).rev()];
+        for frames in both {
+            let mut pose = start.1.clone();
+            for frame in frames.filter(|frame| is_on_way(*frame)) {
+                self.frame(frame, &mut pose);
+                tell(self, frame, &pose);
+            }
+        }
+    }
+
+    fn frame(&mut self, frame: usize, pose: &mut Pose) {
         self.seen.clear();
         self.seen.extend(self.tracks.iter().map(|track| track[frame]));
         self.model.world(pose, &mut self.fit.world);
@@ -87,15 +158,38 @@ impl Tracker<'_> {
             .filter(|pair| !after.contains(pair))
             .chain(after.iter().filter(|pair| !before.contains(pair)));
         self.swapped.extend(once.map(|pair| (frame, *pair)));
+    }
+
+    /// Markers of this frame that are near to where the body has them.
+    fn near(&self) -> Vec<Option<DVec3>> {
         let distances = self.fit.distances(self.model, &self.seen);
-        for (marker, distance) in distances.into_iter().enumerate() {
-            tracked.ghosts[marker] += usize::from(distance.is_some_and(|distance| distance > self.model.weights.ghost));
-            tracked.distances[marker][frame] = distance;
+        let is_near = |distance: Option<f64>| distance.is_some_and(|distance| distance < self.model.weights.outlier);
+        std::iter::zip(&self.seen, distances)
+            .map(|(seen, distance)| seen.filter(|_| is_near(distance)))
+            .collect()
+    }
+
+    /// The pose of a frame once more, with what other frames tell of it.
+    fn again(&mut self, frame: usize, toward: &Toward, tracked: &TrackingOutcome) -> Pose {
+        self.seen.clear();
+        self.seen.extend(self.tracks.iter().map(|track| track[frame]));
+        for &(_, (a, b)) in self.swapped.iter().filter(|(swapped, _)| *swapped == frame) {
+            self.seen.swap(a, b);
         }
-        tracked.roots[frame] = pose.root;
-        for (joint, rotation) in self.fit.world.rotations.iter().enumerate() {
-            tracked.rotations[joint][frame] = *rotation;
+        let world = |joint: usize| tracked.rotations[joint][frame];
+        let local = |(joint, own): (usize, &Joint)| match own.parent {
+            None => world(joint),
+            Some(parent) => (world(parent).inverse() * world(joint)).normalize(),
+        };
+        let mut pose = Pose {
+            root: tracked.roots[frame],
+            local: self.model.joints.iter().enumerate().map(local).collect(),
+        };
+        for &(joint, rotation, _) in toward {
+            pose.local[joint] = rotation;
         }
+        self.fit.fit_toward(self.model, &mut pose, &self.seen, toward);
+        pose
     }
 }
 

@@ -2,6 +2,7 @@
 //! `tools/markers` judges more, with kinematics of its own.
 
 mod clusters;
+mod gaps;
 mod landmarks;
 mod lower_body;
 mod noise;

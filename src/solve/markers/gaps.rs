@@ -1,0 +1,157 @@
+//! What joints do while too few of their markers are seen: they go from where they were last told to where they are told
+//! again, without a jerk, and the markers that are there correct that.
+
+use glam::{DQuat, DVec3};
+
+use super::fit::Fit;
+use super::model::{Model, Pose};
+
+/// How many times its deviation with all markers a joint has, from which on other frames tell it too.
+const LOOSE: f64 = 2.5;
+
+/// The deviation in radians up to which markers tell a joint well enough: a degree.
+const TOLD: f64 = 0.017;
+
+/// How far a joint is from the curve between both ends of a gap of `OVER` seconds, in radians. Errors of interpolation
+/// grow with the square of the time: arms of a walk swing by 0.5 rad within half a second.
+const OFF: f64 = 0.05;
+const OVER: f64 = 0.2;
+
+/// The time in seconds from which the speed of a joint at an end of a gap is known: longer than the noise of a frame
+/// matters, shorter than a swing.
+const SPEED_OVER: f64 = 0.04;
+
+/// Which joints are told by markers in which frames.
+pub(super) struct Gaps {
+    /// Of each joint with all markers.
+    usual: Vec<f64>,
+    /// The markers that were seen when `now` was computed.
+    pattern: Vec<bool>,
+    now: Vec<bool>,
+    /// Joint, then frame.
+    pub(super) loose: Vec<Vec<bool>>,
+}
+
+impl Gaps {
+    pub(super) fn new(model: &Model, pose: &Pose, frames: usize) -> Self {
+        let mut fit = Fit::default();
+        model.world(pose, &mut fit.world);
+        let all: Vec<Option<DVec3>> = (0..model.markers.len())
+            .map(|marker| Some(model.marker(marker, &fit.world)))
+            .collect();
+        Self {
+            usual: fit.deviations(model, pose, &all),
+            pattern: vec![true; model.markers.len()],
+            now: vec![false; model.joints.len()],
+            loose: vec![vec![false; frames]; model.joints.len()],
+        }
+    }
+
+    /// Notes which joints the markers of a frame hardly tell; `distances` are those of markers that are seen.
+    pub(super) fn note(
+        &mut self,
+        (model, fit): (&Model, &mut Fit),
+        pose: &Pose,
+        (frame, distances): (usize, &[Option<f64>]),
+    ) {
+        let counts = |distance: &Option<f64>| distance.is_some_and(|distance| distance < model.weights.outlier);
+        if !distances.iter().map(counts).eq(self.pattern.iter().copied()) {
+            self.pattern = distances.iter().map(counts).collect();
+            let expected = self.pattern.iter().enumerate();
+            let seen: Vec<Option<DVec3>> = expected
+                .map(|(marker, is_seen)| is_seen.then(|| model.marker(marker, &fit.world)))
+                .collect();
+            let deviations = fit.deviations(model, pose, &seen);
+            let is_loose = |(own, usual): (f64, &f64)| own > LOOSE * usual && own > TOLD;
+            self.now = std::iter::zip(deviations, &self.usual).map(is_loose).collect();
+        }
+        for (own, is_loose) in std::iter::zip(&mut self.loose, &self.now) {
+            own[frame] = *is_loose;
+        }
+    }
+
+    /// For each frame the joints that others tell better, with their rotation to their parent, and its deviation in
+    /// radians. `rotations` are to the world: joint, then frame.
+    pub(super) fn between(&self, model: &Model, rotations: &[Vec<DQuat>], rate: f64) -> Vec<Vec<(usize, DQuat, f64)>> {
+        let frames = self.loose.first().map_or(0, Vec::len);
+        let mut found = vec![Vec::new(); frames];
+        let speed_over = ((SPEED_OVER * rate).round() as usize).max(1);
+        for (joint, loose) in self.loose.iter().enumerate() {
+            let local = |frame: usize| match model.joints[joint].parent {
+                None => rotations[joint][frame],
+                Some(parent) => rotations[parent][frame].inverse() * rotations[joint][frame],
+            };
+            for (first, last) in runs(loose) {
+                let (Some(before), after) = (first.checked_sub(1), last + 1) else {
+                    continue;
+                };
+                if after >= frames {
+                    continue;
+                }
+                let told_before = loose[..before].iter().rev().take(speed_over).take_while(|own| !**own);
+                let told_after = loose[after + 1..].iter().take(speed_over).take_while(|own| !**own);
+                let (back, on) = (told_before.count(), told_after.count());
+                let curve = Curve::of(&local, (before, back), (after, on));
+                let deviation = OFF * ((after - before) as f64 / (rate * OVER)).powi(2);
+                for (frame, found) in found.iter_mut().enumerate().take(after).skip(first) {
+                    found.push((joint, curve.at(frame), deviation));
+                }
+            }
+        }
+        found
+    }
+}
+
+/// The runs of frames that are loose, first and last.
+fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for frame in (0..loose.len()).filter(|frame| loose[*frame]) {
+        match runs.last_mut() {
+            Some((_, last)) if *last + 1 == frame => *last = frame,
+            _ => runs.push((frame, frame)),
+        }
+    }
+    runs
+}
+
+/// A cubic curve (Hermite's) of rotation vectors from the first of two frames to the other.
+struct Curve {
+    first: usize,
+    frames: f64,
+    from: DQuat,
+    turn: DVec3,
+    /// Turns in a frame at both ends.
+    speeds: [DVec3; 2],
+}
+
+impl Curve {
+    /// Between two frames; speeds are those over so many frames before and after them.
+    fn of(local: &impl Fn(usize) -> DQuat, (first, back): (usize, usize), (last, on): (usize, usize)) -> Self {
+        let turn = |from: usize, to: usize| {
+            let turn = local(to) * local(from).inverse();
+            (if turn.w < 0.0 { -turn } else { turn }).to_scaled_axis()
+        };
+        let frames = (last - first) as f64;
+        let whole = turn(first, last);
+        let speed = |from: usize, to: usize| match to - from {
+            0 => whole / frames,
+            count => turn(from, to) / count as f64,
+        };
+        Self {
+            first,
+            frames,
+            from: local(first),
+            turn: whole,
+            speeds: [speed(first - back, first), speed(last, last + on)],
+        }
+    }
+
+    fn at(&self, frame: usize) -> DQuat {
+        let part = (frame - self.first) as f64 / self.frames;
+        let (square, cube) = (part * part, part * part * part);
+        let turn = self.turn * (3.0 * square - 2.0 * cube)
+            + self.speeds[0] * (self.frames * (cube - 2.0 * square + part))
+            + self.speeds[1] * (self.frames * (cube - square));
+        (DQuat::from_scaled_axis(turn) * self.from).normalize()
+    }
+}

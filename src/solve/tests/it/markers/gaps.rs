@@ -1,0 +1,39 @@
+//! Joints whose markers are not seen for a while.
+
+use mocap::Pose;
+use mocap::glam::Vec3;
+
+use super::landmarks::GUIDES;
+use super::planted::{joint, planted, walk};
+use super::sets::markers;
+
+/// Every so many frames of the walk, which are 24 a second then.
+const EVERY: usize = 5;
+
+/// A third of a second, in which the arm swings forward.
+const GAP: std::ops::Range<usize> = 40..48;
+
+#[test]
+fn an_arm_swings_on_while_its_markers_are_not_seen() {
+    let whole = planted(&walk(), EVERY, &markers(GUIDES[0].1));
+    let mut gap = planted(&walk(), EVERY, &markers(GUIDES[0].1));
+    for label in ["LUPA", "LELB", "LFRM", "LWRA", "LWRB", "LFIN"] {
+        let marker = gap.labels.iter().position(|own| own == label).unwrap();
+        gap.frames[GAP].iter_mut().for_each(|frame| frame[marker] = Vec3::NAN);
+    }
+    let [whole, gap] = [whole.solved(), gap.solved()];
+    let warned = gap
+        .warnings
+        .iter()
+        .filter(|warning| warning.code == mocap::Code::Gap)
+        .count();
+    assert_eq!(warned, 6, "{:?}", gap.warnings);
+    for frame in GAP {
+        let [own, other] = [&gap, &whole].map(|scene| {
+            let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+            joint(scene, &pose, "leftHand").0
+        });
+        // Millimetres.
+        assert!(own.distance(other) < 30.0, "frame {frame}: {} mm", own.distance(other));
+    }
+}
