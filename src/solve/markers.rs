@@ -45,9 +45,9 @@ use super::{rules, turn, turned, write};
 /// Frames from which the body is calibrated: the time of a step grows with them.
 const CALIBRATED: usize = 40;
 
-/// Frames a second by way of which the pose of one frame leads to that of another: limbs of a run turn by less than half
-/// a right angle between two.
-const WAY_RATE: f64 = 30.0;
+/// Rate of the frames that are solved first, each from the one before, in frames a second. Limbs of a run turn by less
+/// than 45 degrees between two of them.
+const COARSE_RATE: f64 = 30.0;
 
 /// What is known of markers beside their labels.
 #[derive(Debug, Default)]
@@ -166,7 +166,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let mut known_joints = calibrate(&mut model, &regressed, &mut frames, noise);
     let mut start = (chosen.frames[0], frames[0].pose.clone());
     if let Some(wanted) = &chosen.spread {
-        let step = ((rate / WAY_RATE) as usize).max(1);
+        let step = ((rate / COARSE_RATE) as usize).max(1);
         frames = track::poses(&model, &take.tracks, (start.0, &start.1), (wanted, step));
         known_joints = calibrate(&mut model, &regressed, &mut frames, noise);
         start = (wanted[0], frames[0].pose.clone());

@@ -43,9 +43,9 @@ pub fn factor(matrix: &mut [f64], size: usize) {
     }
 }
 
-/// As [`factor`], of a matrix whose row `r` is 0 before column `first[r]`, as that of a tree whose children stand before
-/// their parents. Its factor is 0 there too (A. George, J. Liu, Computer Solution of Large Sparse Positive Definite
-/// Systems, 1981, on envelopes).
+/// As [`factor`], of a matrix whose row `r` is 0 before column `first[r]`, as that of a tree whose children stand
+/// before their parents. Its factor is 0 there too (A. George, J. Liu, Computer Solution of Large Sparse Positive
+/// Definite Systems, 1981, on envelopes).
 pub fn factor_envelope(matrix: &mut [f64], first: &[usize]) {
     let size = first.len();
     for row in 0..size {

@@ -20,8 +20,8 @@ const JOINTS: [(&str, [&str; 3]); 4] = [
 /// The angles of the pelvis, which are those of both sides.
 const PELVIS: &str = "PelvisAngles";
 
-/// What the columns of the pelvis are multiplied with to have the signs of Plug-in Gait: a pelvis that is tilted
-/// forward, whose own side is up and before the other.
+/// The factors, 1 or -1, of the columns of the pelvis that give the signs of Plug-in Gait. There a pelvis is tilted
+/// forward, and its own side is up and before the other.
 const SIGNS: [(&str, [f64; 3]); 2] = [("L", [-1.0, 1.0, -1.0]), ("R", [-1.0, -1.0, 1.0])];
 
 /// An angle beside one that the file has, in degrees.

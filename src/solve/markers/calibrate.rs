@@ -18,9 +18,9 @@ const STEPS: usize = 15;
 /// The step in metres below which the calibration ends: half of the noise of cameras.
 const SMALLEST_STEP: f64 = 5e-4;
 
-/// The most for which a frame counts of an independent one. Where only noise is seen, segments that bend and joints that
-/// are no hinges still are off in the same way in all frames. With 1, planted centres are off by 5.0 mm in the mean of
-/// eight seeds of `tools/markers/planted.py`, with 0.3 and 0.5 by 4.4 and 4.3 mm.
+/// The weight of a frame, as a part of that of an independent one. Segments that bend and joints that are no hinges are
+/// off in the same direction in all frames, which no number of frames corrects. With 1, planted centres are off by 5.0
+/// mm in the mean of eight seeds of `tools/markers/planted.py`, with 0.3 and 0.5 by 4.4 and 4.3 mm.
 const MOST_INDEPENDENT: f64 = 0.4;
 
 /// A pose with the markers that were seen.

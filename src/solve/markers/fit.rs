@@ -38,9 +38,11 @@ pub(super) struct Fit {
     loads: Vec<Load>,
 }
 
-/// Weighted sums over the markers that a joint moves, of their arms about it and of how far they are off: with these,
-/// normal equations cost a few products for each marker, and a block for each pair of joints on a chain, as the inertia
-/// of composite bodies does (Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 6).
+/// Weighted sums over the markers that a joint moves, of their arms about the joint and of their deviations.
+///
+/// With these sums the normal equations cost a few products for each marker, and a block for each pair of joints on a
+/// chain. The inertia of composite bodies is computed so too (Featherstone, Rigid Body Dynamics Algorithms, 2008,
+/// chapter 6).
 #[derive(Clone, Copy, Debug, Default)]
 struct Load {
     weight: f64,
@@ -200,7 +202,7 @@ impl Fit {
         model.unknown.iter().map(deviation).collect()
     }
 
-    /// Adds the rows of the unknowns of all joints above, and of the root, in the columns of a joint's rotation: a turn
+    /// Adds the rows of the unknowns of all joints above, and of the root, in the columns of a joint's rotation. A turn
     /// `u` moves a marker by its cross product with the arm of the marker.
     fn add_joint(&mut self, model: &Model, joint: usize) {
         let Some(column) = model.unknown[joint] else { return };

@@ -1,27 +1,29 @@
-//! What joints do while too few of their markers are seen: they go from where they were last told to where they are told
-//! again, without a jerk, and the markers that are there correct that.
+//! The motion of joints in gaps, while too few of their markers are seen. It is a curve without a jerk from the last
+//! known pose to the next. The markers that are seen correct the curve.
 
 use glam::{DQuat, DVec3};
 
 use super::fit::Fit;
 use super::model::{Model, Pose};
 
-/// How many times its deviation with all markers a joint has, from which on other frames tell it too.
+/// The deviation of a joint from which on other frames determine it too, as a factor of its deviation with all markers.
 const LOOSE: f64 = 2.5;
 
-/// The deviation in radians up to which markers tell a joint well enough: a degree.
+/// The deviation in radians up to which markers determine a joint well enough: a degree.
 const TOLD: f64 = 0.017;
 
-/// How far a joint is from the curve between both ends of a gap of `OVER` seconds, in radians. Errors of interpolation
-/// grow with the square of the time: arms of a walk swing by 0.5 rad within half a second.
+/// The deviation of a joint from the curve in a gap of [`OVER`], in radians. Errors of interpolation grow with the
+/// square of the time: arms of a walk swing by 0.5 rad within half a second.
 const OFF: f64 = 0.05;
+
+/// The length of the gap for which [`OFF`] is stated, in seconds: half a swing.
 const OVER: f64 = 0.2;
 
-/// The time in seconds from which the speed of a joint at an end of a gap is known: longer than the noise of a frame
-/// matters, shorter than a swing.
+/// The time over which the speed of a joint at an end of a gap is measured, in seconds. It is longer than the noise of
+/// a frame matters, and shorter than a swing.
 const SPEED_OVER: f64 = 0.04;
 
-/// Which joints are told by markers in which frames.
+/// The joints that markers determine, in each frame.
 pub(super) struct Gaps {
     /// Of each joint with all markers.
     usual: Vec<f64>,
