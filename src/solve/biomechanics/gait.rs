@@ -3,8 +3,9 @@
 //! Each step is found as Zeni, Richards and Higginson (2008) do. The foot is farthest before the pelvis, and then its
 //! toes farthest behind it, which is when they leave the ground. That holds on a treadmill too. The foot strikes some
 //! hundredths of a second after it was farthest before: when the middle of ankle and ball is lowered fastest, as
-//! O'Connor and others (2007) have it. Where the file itself has the events, as C3D files of laboratories do, they are
-//! taken instead.
+//! O'Connor and others (2007) have it. In a run the toes leave the ground before they are farthest behind. There the
+//! last moment counts in which they are slow, as Ghoussayni and others (2004) have it. Where the file itself has the
+//! events, as C3D files of laboratories do, they are taken instead.
 //!
 //! Lengths and widths of steps are those of Huxham and others (2006). A stride goes from a strike of a foot to its next
 //! strike. The strike of the other foot between them divides it, and its distance from the line of the stride is the
@@ -43,6 +44,14 @@ const STRIKES_WITHIN: f64 = 0.15;
 /// Half of the time in seconds over which heights of a foot are averaged, twice: so as to pass 7 Hz, as O'Connor and
 /// others (2007) filter them.
 const HEIGHTS_OVER: f64 = 0.025;
+
+/// The time in seconds within which toes left the ground before they are farthest behind the pelvis: the flight of a
+/// run, and a part of its swing.
+const LEAVES_WITHIN: f64 = 0.2;
+
+/// The speed in metres per second above which toes have left the ground. In a walk with events set by hand (BTK's
+/// example of Plug-in Gait) the marker on the toes has 1.3 to 1.9 m/s then.
+const LEAVES_AT: f64 = 1.5;
 
 /// From a heel strike of a foot to its next one.
 ///
@@ -267,7 +276,8 @@ impl<'a> Foot<'a> {
                 let heights = std::iter::zip(ankle, ball).map(|(ankle, ball)| ankle.midpoint(*ball).y);
                 let farthest = turns_of(ankle).0;
                 let strikes = landings(heights.collect(), &farthest, segments.frame_rate);
-                (times(strikes), times(turns_of(ball).1))
+                let behind = turns_of(ball).1;
+                (times(strikes), times(leavings(ball, &behind, segments.frame_rate)))
             }
         };
         Some(Self {
@@ -362,6 +372,21 @@ pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> V
         fastest.unwrap_or(farthest)
     };
     farthest.iter().map(landing).collect()
+}
+
+/// The last frames in which a ball of a foot is slow, each soon before one in which it is farthest behind the pelvis;
+/// that one where it is not slow before.
+pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize> {
+    let is_slow = |frame: &usize| {
+        let (before, after) = (frame.saturating_sub(1), (frame + 1).min(ball.len() - 1));
+        ball[before].distance(ball[after]) * frame_rate < LEAVES_AT * (after - before) as f64
+    };
+    let within = (LEAVES_WITHIN * frame_rate).round() as usize;
+    let leaving = |&behind: &usize| {
+        let before = (behind.saturating_sub(within)..=behind).rev();
+        before.into_iter().find(is_slow).unwrap_or(behind)
+    };
+    behind.iter().map(leaving).collect()
 }
 
 /// The mean of each value and those around it, fewer near the ends, so that it stays in the middle of them.

@@ -1,6 +1,7 @@
 //! Extremes of an angle, and when feet land.
 
-use mocap_solve::internals::{landings, turns};
+use mocap::glam::DVec3;
+use mocap_solve::internals::{landings, leavings, turns};
 
 #[test]
 fn turns_of_a_sine_are_its_extremes_and_noise_has_none() {
@@ -29,4 +30,20 @@ fn a_foot_lands_when_it_falls_fastest_soon_after_it_was_farthest_before() {
     assert_eq!(landings(heights(0.0), &[40, 80, 0, 119], RATE)[..2], [40, 80]);
     assert_eq!(landings(vec![0.0; 3], &[0, 2], RATE), [0, 2]);
     assert_eq!(landings(vec![0.0; 0], &[], RATE), [0; 0]);
+}
+
+#[test]
+fn toes_leave_when_they_were_slow_for_the_last_time_before_they_are_farthest_behind() {
+    const RATE: f64 = 100.0;
+    // At rest until frame 40, then upwards by 3 m/s; in the other case by 1 m/s, as slow as in a walk.
+    let ball = |speed: f64| -> Vec<DVec3> {
+        let height = |frame: i32| speed / RATE * f64::from((frame - 40).max(0));
+        (0..80).map(|frame| DVec3::Y * height(frame)).collect()
+    };
+    // In frame 40 itself the ball has half of its speed, by the frames around it.
+    assert_eq!(leavings(&ball(3.1), &[50], RATE), [39]);
+    assert_eq!(leavings(&ball(1.0), &[50], RATE), [50]);
+    // Slow for the last time too long before, and at the end of the motion.
+    assert_eq!(leavings(&ball(3.1), &[65, 79], RATE), [65, 79]);
+    assert_eq!(leavings(&ball(3.1), &[], RATE), [0; 0]);
 }
