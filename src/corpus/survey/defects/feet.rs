@@ -14,7 +14,7 @@ use crate::survey::thresholds::DefectKind::{FootThroughFloor, Skate, Treadmill, 
 const LOW: [f32; 2] = [0.02, 0.06];
 
 /// The speeds in m/s from which on such a foot counts, and counts fully: slower ones roll.
-const GLIDES: [f32; 2] = [0.2, 0.4];
+const GLIDES: [f32; 2] = [0.15, 0.3];
 
 /// The times in seconds from which on it counts, and counts fully: a foot that swings past is as low for less.
 const GLIDES_FOR: [f32; 2] = [0.15, 0.25];
@@ -22,6 +22,13 @@ const GLIDES_FOR: [f32; 2] = [0.15, 0.25];
 /// The vertical accelerations of the hips in m/s^2 below which nothing carries the body, and above which its feet do.
 /// Hips in the flight of a run fall by 6.5 to 11.
 const FALLS: [f32; 2] = [-6.0, -3.0];
+
+/// The heights in metres up to which a foot is level with where it rests, and from which on it is not.
+const LEVEL: [f32; 2] = [0.02, 0.04];
+
+/// The speeds in m/s, up or down, up to which such a foot stays on the floor, and from which on it does not.
+const RISES: [f32; 2] = [0.05, 0.12];
+
 /// The heights of the hips above the floor in lengths of the leg below which feet do not carry the body, and above
 /// which they do: one who sits moves them freely.
 const STANDS: [f32; 2] = [0.6, 0.75];
@@ -153,12 +160,20 @@ fn glides(motion: &Motion, body: &Body, belt: &[bool], findings: &mut Findings<'
         let slowest = points.min_by(|a, b| a.0.total_cmp(&b.0));
         slowest.map(|(speed, _, point)| (speed * most * most, point))
     };
+    // The hips of a fast walk fall as much while a foot stays on the floor, and feet in flight rise and fall.
+    let stays_on = |point: &ContactPoint, frame: usize| {
+        let height = point.above_rest.get(frame).copied().unwrap_or(f32::INFINITY).abs();
+        let rises = motion.velocity(frame, point.node.index(), half).y.abs();
+        (1.0 - ramp(height, LEVEL[0], LEVEL[1])) * (1.0 - ramp(rises, RISES[0], RISES[1]))
+    };
     let speed = |frame: usize| {
         if frame < motion.starts || belt[frame] {
             return 0.0;
         }
-        let speed = slowest(frame).map_or(0.0, |(speed, _)| speed);
+        let (speed, point) = slowest(frame).unzip();
+        let speed = speed.unwrap_or(0.0);
         let carried = ramp(motion.rise(frame, body.hips(), around), FALLS[0], FALLS[1]);
+        let carried = carried.max(point.map_or(0.0, |point| stays_on(point, frame)));
         speed * ramp(speed, GLIDES[0], GLIDES[1]) * carried
     };
     let speeds: Vec<f32> = (0..motion.frames).map(speed).collect();

@@ -45,6 +45,10 @@ const HELD: f64 = 0.5;
 /// told to take one needs a moment.
 const BEGINS: f64 = 0.25;
 
+/// The speed of a hand about the hips in m/s, from one frame to the next, with which a body snaps into a T-pose: who
+/// takes one lifts the arms at 2 m/s, and a punch reaches 10.
+const SNAPS: f32 = 12.0;
+
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
     findings.look_for(&[Frozen, HeldEnd, Gap]);
     let steps = motion.frames - 1;
@@ -102,7 +106,7 @@ pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<
     findings.look_for(&[TPose, TPoseEnd]);
     for [from, to] in t_poses(motion, body) {
         let seconds = (to + 1 - from) as f64 / motion.rate;
-        let is_end = begins(motion, from) || ends(motion, to);
+        let is_end = begins(motion, body, from) || ends(motion, body, to);
         let kind = if is_end { TPoseEnd } else { TPose };
         findings.add(kind, [from, to], None, seconds as f32, 0.9);
     }
@@ -110,30 +114,41 @@ pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<
 
 /// The first frame in which defects are looked for: after rest poses and a T-pose with which the clip begins.
 pub(in crate::survey) fn starts(motion: &Motion) -> usize {
-    let first = motion
-        .body
-        .as_ref()
-        .and_then(|body| t_poses(motion, body).first().copied());
-    let after = first.filter(|[from, to]| begins(motion, *from) && to + 1 < motion.frames);
+    let Some(body) = &motion.body else { return motion.first };
+    let first = t_poses(motion, body).first().copied();
+    let after = first.filter(|[from, to]| begins(motion, body, *from) && to + 1 < motion.frames);
     after.map_or(motion.first, |[_, to]| motion.first.max(to + 1))
 }
 
 /// The frame after the last in which defects are looked for: before a T-pose with which the clip ends.
 pub(in crate::survey) fn stops(motion: &Motion) -> usize {
-    let last = motion
-        .body
-        .as_ref()
-        .and_then(|body| t_poses(motion, body).last().copied());
-    let before = last.filter(|[from, to]| ends(motion, *to) && *from > starts(motion));
+    let Some(body) = &motion.body else { return motion.frames };
+    let last = t_poses(motion, body).last().copied();
+    let before = last.filter(|[from, to]| ends(motion, body, *to) && *from > starts(motion));
     before.map_or(motion.frames, |[from, _]| from)
 }
 
-fn begins(motion: &Motion, frame: usize) -> bool {
-    frame < motion.first + motion.frames_in(BEGINS)
+/// Whether a clip begins in a T-pose that it takes in a frame. One into which the body snaps is within the motion.
+fn begins(motion: &Motion, body: &Body, frame: usize) -> bool {
+    let is_early = frame < motion.first + motion.frames_in(BEGINS);
+    is_early && (frame <= motion.first || !snaps(motion, body, frame))
 }
 
-fn ends(motion: &Motion, frame: usize) -> bool {
-    frame + motion.frames_in(BEGINS) >= motion.frames
+/// Whether a clip ends in a T-pose whose last frame it is. One out of which the body snaps is within the motion.
+fn ends(motion: &Motion, body: &Body, frame: usize) -> bool {
+    let is_late = frame + motion.frames_in(BEGINS) >= motion.frames;
+    is_late && (frame + 1 >= motion.frames || !snaps(motion, body, frame + 1))
+}
+
+/// Whether a hand is elsewhere than in the frame before, farther than a body moves it.
+fn snaps(motion: &Motion, body: &Body, frame: usize) -> bool {
+    let from_hips = |frame: usize, hand: usize| motion.at(frame, hand) - motion.at(frame, body.hips());
+    let hands = [Bone::LeftHand, Bone::RightHand];
+    let mut nodes = hands.iter().filter_map(|hand| body.bones.get(hand));
+    nodes.any(|hand| {
+        let step = from_hips(frame, *hand).distance(from_hips(frame - 1, *hand));
+        step * motion.rate as f32 > SNAPS
+    })
 }
 
 /// Spans of frames in which arms point sideways and legs down.

@@ -213,3 +213,55 @@ fn a_copy_that_trembles_is_a_near_duplicate() {
     let corpus = Corpus::new(clips, &thresholds);
     assert_eq!(corpus.rows().filter(|row| row.twin).count(), 1);
 }
+
+/// A walk that takes the rest pose of the file for 0.3 s, 0.2 s after it has begun or before it ends, and snaps out of
+/// it. A file that begins with the rest pose does not.
+#[test]
+fn a_rest_pose_within_a_walk_is_a_defect_however_near_to_its_ends() {
+    let walk = Bvh::new("real/motionbuilder_vicon_walk");
+    let frames = walk.rows.len();
+    let at_rest = |row: &String| {
+        let mut values: Vec<&str> = row.split_whitespace().collect();
+        values[3..].fill("0");
+        values.join(" ")
+    };
+    for (first, last, is_defect) in [(24, 59, true), (frames - 60, frames - 25, true), (0, 35, false)] {
+        let mut planted = Bvh {
+            hierarchy: walk.hierarchy.clone(),
+            rows: walk.rows.clone(),
+            ..walk
+        };
+        for row in &mut planted.rows[first..=last] {
+            *row = at_rest(row);
+        }
+        let row = planted.row();
+        let seconds = (last + 1 - first) as f64 * walk.frame_time;
+        let [defect, property] = [DefectKind::TPose, DefectKind::TPoseEnd].map(|kind| amount(&row, kind));
+        let expected = if is_defect { [seconds, 0.0] } else { [0.0, seconds] };
+        assert!(
+            (defect - expected[0]).abs() < 0.02 && (property - expected[1]).abs() < 0.02,
+            "{first}: {defect} {property}, not {expected:?}"
+        );
+    }
+}
+
+/// The whole body of a fast walk is moved while its left foot stands. By NumPy the foot stands from frame 832 to 875, and
+/// the hips fall by 8.4 m/s^2 meanwhile, as in the flight of a run.
+#[test]
+fn a_foot_that_slides_in_a_fast_walk_is_found() {
+    let mut walk = Bvh::new("real/motionbuilder_vicon_walk");
+    assert!(amount(&walk.row(), DefectKind::Skate) < 5.0);
+    let inches = 20.0 / 2.54;
+    for (frame, row) in walk.rows.iter_mut().enumerate() {
+        let moved = inches * ((frame as f64 - 832.0) / (875.0 - 832.0)).clamp(0.0, 1.0);
+        let (x, others) = row.split_once(char::is_whitespace).unwrap();
+        *row = format!("{} {others}", x.parse::<f64>().unwrap() + moved);
+    }
+    let row = walk.row();
+    let centimetres = amount(&row, DefectKind::Skate);
+    assert!((10.0..=22.0).contains(&centimetres), "{centimetres}");
+    let found = row.defects.iter().filter(|defect| defect.kind == DefectKind::Skate);
+    let spans: Vec<[usize; 2]> = found.map(|defect| defect.frames).collect();
+    let is_covered = |frame: &usize| spans.iter().any(|[from, to]| (from..=to).contains(&frame));
+    assert!((832..=875).filter(is_covered).count() >= 40, "{spans:?}");
+}
