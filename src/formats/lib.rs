@@ -447,7 +447,8 @@ pub struct ReadOptions {
     pub without_meshes: bool,
     /// Read the meshes of a glTF file.
     pub gltf_meshes: bool,
-    /// Read what only a comparison needs: the meshes of USD, and both bind poses that an FBX file states.
+    /// Read what only a comparison needs: the skeletons that this crate drew in USD, and both bind poses of an FBX
+    /// file.
     pub for_comparison: bool,
     /// Read the morph targets of meshes.
     pub morph_targets: bool,

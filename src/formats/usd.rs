@@ -25,8 +25,9 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "USD",
     description: "Universal Scene Description: UsdSkel, as text or as an archive",
     extensions: Format::Usd.extensions(),
-    reading: "fair: skeletons and animations of UsdSkel; .usdc is refused with the command that makes .usda of it",
-    writing: "good: UsdSkel, with skins, materials and textures",
+    reading: "fair: UsdSkel: skeletons, animations, skinned meshes with blend shapes, colours and textures; .usdc is refused with the \
+              command that makes .usda of it",
+    writing: "good: UsdSkel, with skins, blend shapes, materials and textures",
     sniff,
     feature: Some("usd"),
     reads: cfg!(feature = "usd"),
@@ -55,6 +56,9 @@ const BINARY: &[u8] = b"PXR-USDC";
 
 /// What each joint of a skeleton is: `joint`, `end_site` or `group`.
 const KINDS: &str = "mocap:kinds";
+
+/// Marks a mesh that is drawn of the skeleton, and is none of the character.
+const SKELETON_MESH: &str = "mocap:skeletonMesh";
 
 /// Frames per second of an animation, and its length in frames less one.
 const RATE: &str = "mocap:ticksPerSecond";

@@ -1,6 +1,8 @@
 //! `.usdz`: a ZIP archive of stored files, each of which begins at a multiple of 64 bytes, so that it can be mapped.
 //! The first is the stage. (Pixar, Usdz File Format Specification.)
 
+use std::collections::HashMap;
+
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::files::ZIP_HEAD;
 
@@ -85,15 +87,11 @@ pub fn stage(archive: &[u8]) -> Result<&[u8], Failure> {
         .bytes()
 }
 
-/// The file of an archive with this name.
-pub(super) fn file<'a>(archive: &'a [u8], name: &str) -> Result<&'a [u8], Failure> {
-    for entry in entries(archive)? {
-        let entry = entry?;
-        if entry.name == name.as_bytes() {
-            return entry.bytes();
-        }
-    }
-    Err(broken(&format!("it has no file {name:?}")))
+/// The files of an archive by their names.
+pub(super) fn files(archive: &[u8]) -> Result<HashMap<&[u8], Entry<'_>>, Failure> {
+    entries(archive)?
+        .map(|entry| entry.map(|entry| (entry.name, entry)))
+        .collect()
 }
 
 fn broken(what: &str) -> Failure {
@@ -102,7 +100,7 @@ fn broken(what: &str) -> Failure {
 }
 
 /// A file of an archive.
-struct Entry<'a> {
+pub(super) struct Entry<'a> {
     name: &'a [u8],
     /// Its own bytes, and what the list says of their sum.
     stored: Option<&'a [u8]>,
@@ -111,7 +109,7 @@ struct Entry<'a> {
 }
 
 impl<'a> Entry<'a> {
-    fn bytes(&self) -> Result<&'a [u8], Failure> {
+    pub(super) fn bytes(&self) -> Result<&'a [u8], Failure> {
         if !self.is_stored {
             return Err(broken("a file is compressed, and those of a .usdz are stored"));
         }

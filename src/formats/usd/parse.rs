@@ -41,6 +41,23 @@ pub(super) struct Attribute {
     pub(super) value: Option<Value>,
     /// The values at times, in the order of the times.
     pub(super) samples: Vec<(f64, Value)>,
+    /// Whether its type is of texture coordinates.
+    pub(super) is_of_texture: bool,
+    /// Its metadata, of the prims of meshes alone.
+    pub(super) metadata: Metadata,
+}
+
+impl Attribute {
+    /// The value that does not change, or else the first one.
+    pub(super) fn first(&self) -> Option<&Value> {
+        let sampled = || self.samples.first().map(|(_, value)| value);
+        self.value.as_ref().or_else(sampled)
+    }
+
+    /// What each value of a mesh belongs to, where the attribute says so.
+    pub(super) fn interpolation(&self) -> Option<&str> {
+        self.metadata.get("interpolation")?.texts.first().map(String::as_str)
+    }
 }
 
 #[derive(Debug, Default)]
@@ -57,6 +74,17 @@ impl Prim {
     pub(super) fn texts(&self, name: &str) -> &[String] {
         let value = self.attributes.get(name).and_then(|attribute| attribute.value.as_ref());
         value.map_or(&[], |value| &value.texts)
+    }
+
+    /// The numbers of an attribute; of one that changes the first ones.
+    pub(super) fn numbers(&self, name: &str) -> &[f64] {
+        let value = self.attributes.get(name).and_then(Attribute::first);
+        value.map_or(&[], |value| &value.numbers)
+    }
+
+    /// The name that a user sees.
+    pub(super) fn display_name(&self) -> Option<&String> {
+        self.metadata.get("displayName")?.texts.first()
     }
 }
 
@@ -88,12 +116,12 @@ impl Layer<'_> {
     }
 }
 
-/// Attributes of meshes and textures by which a reader counts what it leaves out, without their numbers.
-const COUNTED: [&str; 4] = [
+/// Attributes by which a mesh is found to have a skin, and which it may have from a prim above it.
+const INHERITED: [&str; 4] = [
+    "skel:animationSource",
+    "skel:skeleton",
+    "skel:joints",
     "material:binding",
-    "info:id",
-    "primvars:skel:jointIndices",
-    "primvars:st",
 ];
 
 /// The layer; of the attributes, only those that this crate reads: those of meshes where they are asked for.
@@ -129,11 +157,15 @@ impl<'a> Parser<'a> {
     /// Whether an attribute is read: those of skeletons and their animations, and transforms of any prim. The points of
     /// meshes need not be kept.
     fn is_read(&self, kind: &str, name: &str) -> bool {
-        let is_of_mesh = || self.with_meshes && matches!(kind, "Mesh" | "Material" | "Shader");
         matches!(kind, "Skeleton" | "SkelAnimation")
             || name.starts_with("xformOp")
-            || name == "skel:animationSource"
-            || is_of_mesh()
+            || INHERITED.contains(&name)
+            || self.is_of_mesh(kind)
+    }
+
+    /// Whether a prim is a part of a mesh, and meshes are read.
+    fn is_of_mesh(&self, kind: &str) -> bool {
+        self.with_meshes && matches!(kind, "Mesh" | "GeomSubset" | "BlendShape" | "Material" | "Shader")
     }
 
     fn metadata_of_layer(&mut self) -> Result<Metadata, Failure> {
@@ -244,16 +276,18 @@ impl<'a> Parser<'a> {
     fn property(&mut self, first: Word<'a>, prim: &mut Prim) -> Result<(), Failure> {
         // Qualifiers and the type stand before the name, which is the last word before `=`, `(` or the next statement.
         let mut name = first;
+        let mut kind = first;
         loop {
             match self.tokens.peek_on_line() {
                 Some(b'[') => {
                     self.tokens.pass(1);
                     self.tokens.expect(b']')?;
                 }
-                Some(byte) if is_word(byte) => name = self.tokens.word()?,
+                Some(byte) if is_word(byte) => kind = std::mem::replace(&mut name, self.tokens.word()?),
                 _ => break,
             }
         }
+        let is_of_texture = kind.bytes.starts_with(b"texCoord2");
         let begin = self.tokens.offset();
         let name = text_of(name);
         if self.tokens.peek() != Some(b'=') {
@@ -268,21 +302,25 @@ impl<'a> Parser<'a> {
                     }
                 }
                 None => {
-                    let mut value = self.value()?;
-                    let is_read = self.is_read(&prim.kind, &name);
-                    if is_read || COUNTED.contains(&name.as_str()) {
-                        if !is_read {
-                            value.numbers = Vec::new();
-                        }
+                    let value = self.value()?;
+                    if self.is_read(&prim.kind, &name) {
                         self.count(&value)?;
-                        prim.attributes.entry(name).or_default().value = Some(value);
+                        let attribute = prim.attributes.entry(name.clone()).or_default();
+                        attribute.value = Some(value);
+                        attribute.is_of_texture = is_of_texture;
                     }
                 }
             }
         }
         let begin = self.tokens.offset();
         match self.tokens.peek() {
-            Some(b'(') => self.metadata().map(drop),
+            Some(b'(') => {
+                let metadata = self.metadata()?;
+                if let Some(attribute) = prim.attributes.get_mut(&name).filter(|_| self.is_of_mesh(&prim.kind)) {
+                    attribute.metadata = metadata;
+                }
+                Ok(())
+            }
             _ => {
                 self.tokens.back_to(begin);
                 Ok(())

@@ -8,12 +8,18 @@
 //! | transforms of the prims above the skeleton | a node above its roots, which moves where they move |
 //! | each `SkelAnimation` with a joint of the skeleton | an animation; the one that is bound comes first |
 //! | time codes | ticks, of `timeCodesPerSecond`, or of the rate that a file of this crate states |
-//! | meshes, materials, blend shapes | nothing, with an assumption in the scene |
+//! | meshes that joints move, with their materials | meshes |
+//! | blend shapes, and their weights in animations | morph targets, where they are asked for |
+//! | meshes that no joint of the skeleton moves | nothing, with an assumption in the scene |
 //! | the selected variant of a set | as if it stood in its prim |
 //! | references, payloads, sets of variants without a selection | nothing, with a warning |
 
 mod above;
 mod animation;
+mod blend_shapes;
+mod faces;
+mod index;
+mod material;
 mod mesh;
 mod skeleton;
 
@@ -21,8 +27,10 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::{PROVENANCE, USD_HEAD};
 use mocap_scene::limits::Limits;
 use mocap_scene::scene::report::DataKind;
-use mocap_scene::scene::{Assumption, Format, NodeId, NodeKind, Scene, Topic, UpAxis};
+use mocap_scene::scene::{Format, NodeId, NodeKind, Scene, UpAxis};
 
+use self::blend_shapes::Shapes;
+use self::index::Index;
 use super::parse::{self, Layer, Prim};
 use super::{BINARY, archive, is_archive};
 use crate::provenance::Provenance;
@@ -72,7 +80,7 @@ fn text(bytes: &[u8]) -> Result<&[u8], Failure> {
 }
 
 fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
-    let layer = parse::parse(text(source.bytes)?, &options.limits, options.for_comparison)?;
+    let layer = parse::parse(text(source.bytes)?, &options.limits, !options.without_meshes)?;
     let skeleton = skeleton::read(&layer, options, warnings)?;
     let mut scene = Scene {
         nodes: skeleton.nodes.clone(),
@@ -82,21 +90,20 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     scene.metadata.attribution = stated(&layer.metadata).unwrap_or_default().attribution;
     scene.metadata.metres_per_unit = Some(metres(&layer)?);
     scene.metadata.up = Some(up(&layer)?);
-    scene.animations = animation::read(&layer, &skeleton, options, warnings)?;
+    let (animations, weights) = animation::read(&layer, &skeleton, options, warnings)?;
+    scene.animations = animations;
     joints_that_are_no_tips(&mut scene);
     check_end(&layer, warnings);
-    if options.for_comparison {
-        mesh::add(&layer, &skeleton, source, &mut scene);
+    scene.lose(DataKind::Cameras, count(&layer, |prim| prim.kind == "Camera"));
+    scene.lose(DataKind::Lights, count(&layer, |prim| prim.kind.ends_with("Light")));
+    if options.without_meshes || !options.morph_targets {
+        scene.lose(DataKind::FaceCurves, animation::moving_shapes(&layer));
     }
-    let meshes = layer.prims.iter().filter(|prim| prim.kind == "Mesh").count();
-    unread(&layer, options, &mut scene);
-    if meshes > 0 && !options.for_comparison {
-        scene.metadata.assumptions.push(Assumption {
-            topic: Topic::Meshes,
-            choice: "left out".to_owned(),
-            reason: format!("the skeleton and the motion of USD are read, and the file has meshes ({meshes})"),
-            confidence: None,
-        });
+    if !options.without_meshes {
+        let index = Index::of(&layer);
+        let mut shapes = Shapes::new(&index, &weights, options);
+        mesh::add(&index, &skeleton, source, options, &mut shapes, (&mut scene, warnings));
+        scene.lose(DataKind::MorphTargets, shapes.unread());
     }
     if scene.animations.is_empty() {
         warnings.push(Code::NoMotion, || {
@@ -107,30 +114,9 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     Ok(scene)
 }
 
-/// Counts what the file has beside the skeleton and its motion.
-fn unread(layer: &Layer, options: &ReadOptions, scene: &mut Scene) {
-    let count = |is_it: &dyn Fn(&Prim) -> bool| layer.prims.iter().filter(|prim| is_it(prim)).count();
-    scene.lose(DataKind::Cameras, count(&|prim| prim.kind == "Camera"));
-    scene.lose(DataKind::Lights, count(&|prim| prim.kind.ends_with("Light")));
-    scene.lose(DataKind::FaceCurves, animation::moving_shapes(layer));
-    if options.for_comparison || options.without_meshes {
-        return;
-    }
-    // A mesh of this program that draws the skeleton has no material.
-    let custom = layer.metadata.get("customLayerData");
-    let is_ours = custom.is_some_and(|custom| custom.texts.iter().any(|text| text == PROVENANCE));
-    let is_mesh = |prim: &Prim| prim.kind == "Mesh" && !(is_ours && prim.texts("material:binding").is_empty());
-    scene.lose(DataKind::Meshes, count(&is_mesh));
-    let is_skin = |prim: &Prim| is_mesh(prim) && prim.attributes.contains_key("primvars:skel:jointIndices");
-    scene.lose(DataKind::Skins, count(&is_skin));
-    scene.lose(
-        DataKind::UvSets,
-        count(&|prim| is_mesh(prim) && prim.attributes.contains_key("primvars:st")),
-    );
-    scene.lose(DataKind::Materials, count(&|prim| prim.kind == "Material"));
-    let is_texture = |prim: &Prim| prim.texts("info:id").iter().any(|id| id == "UsdUVTexture");
-    scene.lose(DataKind::Textures, count(&is_texture));
-    scene.lose(DataKind::MorphTargets, count(&|prim| prim.kind == "BlendShape"));
+/// How many prims are such.
+fn count(layer: &Layer<'_>, is_it: impl Fn(&Prim) -> bool) -> usize {
+    layer.prims.iter().filter(|prim| is_it(prim)).count()
 }
 
 /// Warns of samples behind the end that the layer states: other programs do not play them.

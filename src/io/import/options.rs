@@ -329,7 +329,8 @@ impl Importer {
         Self::new().gltf_meshes(true).morph_targets(self.read.morph_targets)
     }
 
-    /// Whether what only a comparison needs is read: the meshes of USD, and both bind poses that an FBX file states.
+    /// Whether what only a comparison needs is read: the skeletons that this crate drew in USD, and both bind poses that
+    /// an FBX file states.
     #[must_use]
     #[doc(hidden)]
     pub fn for_comparison(mut self, read: bool) -> Self {
@@ -338,8 +339,8 @@ impl Importer {
     }
 
     /// Whether the morph targets of meshes are read: those of a glTF file whose meshes are
-    /// ([`gltf_meshes`](Self::gltf_meshes)), and the blend shapes of FBX. Default: `false`. Targets that cannot be read
-    /// are left out with a [`Code::IgnoredMesh`] warning, and their mesh is read without them.
+    /// ([`gltf_meshes`](Self::gltf_meshes)), and the blend shapes of FBX and USD. Default: `false`. Targets that cannot
+    /// be read are left out with a [`Code::IgnoredMesh`] warning, and their mesh is read without them.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

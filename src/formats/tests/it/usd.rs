@@ -4,6 +4,7 @@
 mod animation;
 mod archive;
 mod composition;
+mod meshes;
 mod names;
 
 use std::fs;

@@ -1,6 +1,6 @@
 //! The animations of a skeleton.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -22,12 +22,16 @@ const DEFAULT_RATE: f64 = 24.0;
 /// How far a tick may be from a whole one and count as it: time codes are rounded.
 const WHOLE: f64 = 1e-9;
 
+/// The weights of an animation by the names of blend shapes.
+pub(super) type Weights = HashMap<String, Keys<f32>>;
+
+/// The animations that drive the skeleton or the shapes of meshes, the bound one first.
 pub(super) fn read(
     layer: &Layer<'_>,
     skeleton: &Skeleton,
     options: &ReadOptions,
     warnings: &mut Warnings,
-) -> Result<Vec<Animation>, Failure> {
+) -> Result<(Vec<Animation>, Vec<Weights>), Failure> {
     let mut found = Vec::new();
     let mut budget = FrameBudget::stated_by(&options.limits, layer.text.len() as u64);
     for (index, prim) in layer
@@ -38,25 +42,26 @@ pub(super) fn read(
     {
         let is_bound = skeleton.source.as_deref() == Some(&layer.path(index));
         let times = Times::of(layer, prim, skeleton, options)?;
-        if prim
-            .texts("joints")
-            .iter()
-            .any(|joint| skeleton.joints.contains_key(joint))
-        {
-            times.check(layer, prim, skeleton.nodes.len(), &mut budget)?;
+        let mut joints = prim.texts("joints").iter();
+        let shapes = prim.texts("blendShapes");
+        if joints.any(|joint| skeleton.joints.contains_key(joint)) || !shapes.is_empty() {
+            times.check(layer, prim, skeleton.nodes.len() + shapes.len(), &mut budget)?;
         }
-        if let Some(animation) = times.animation(prim, skeleton, warnings)? {
-            found.push((!is_bound, animation));
+        let weights = times.weights(layer, index, warnings);
+        if let Some(animation) = times.animation(prim, skeleton, !weights.is_empty(), warnings)? {
+            found.push((!is_bound, animation, weights));
         }
     }
     if found.is_empty() && !skeleton.path.is_empty() {
         let still = Prim::default();
         let times = Times::of(layer, &still, skeleton, options)?;
-        found.push((true, times.with_path(skeleton, Animation::default())));
+        let animation = times.with_path(skeleton, Animation::default());
+        found.push((true, animation, Weights::new()));
     }
     // Stable: the others stay in the order of the file.
-    found.sort_by_key(|(is_other, _)| *is_other);
-    Ok(found.into_iter().map(|(_, animation)| animation).collect())
+    found.sort_by_key(|(is_other, ..)| *is_other);
+    let found = found.into_iter().map(|(_, animation, weights)| (animation, weights));
+    Ok(found.unzip())
 }
 
 /// How many blend shapes change their weight in any animation.
@@ -168,6 +173,7 @@ impl Times {
         &self,
         prim: &Prim,
         skeleton: &Skeleton,
+        has_weights: bool,
         warnings: &mut Warnings,
     ) -> Result<Option<Animation>, Failure> {
         let joints = prim.texts("joints");
@@ -208,7 +214,7 @@ impl Times {
                 scaling_keys: keys(&scales, column, joints.len(), rest.scale, Vec3::from_array),
             });
         }
-        if channels.is_empty() {
+        if channels.is_empty() && !has_weights {
             return Ok(None);
         }
         channels.sort_by_key(|channel| channel.node);
@@ -220,6 +226,35 @@ impl Times {
             ..Animation::default()
         };
         Ok(Some(self.with_path(skeleton, animation)))
+    }
+
+    /// The weights of blend shapes. Those that do not fit their names are left out with a warning, for they are of
+    /// meshes, and the skeleton moves without them.
+    fn weights(&self, layer: &Layer<'_>, index: usize, warnings: &mut Warnings) -> Weights {
+        let prim = &layer.prims[index];
+        let names = prim.texts("blendShapes");
+        match self.track::<1>(prim.attributes.get("blendShapeWeights"), names, "blendShapeWeights") {
+            Ok(track) if !track.1.is_empty() => {
+                let columns = names.iter().enumerate();
+                let of_shape = |(column, name): (usize, &String)| {
+                    let weights = keys(&track, column, names.len(), 0.0, |[weight]: [f32; 1]| weight);
+                    (name.clone(), weights)
+                };
+                columns.map(of_shape).collect()
+            }
+            Ok(_) => Weights::new(),
+            Err(wrong) => {
+                warnings.push(Code::IgnoredChannel, || {
+                    let message = format!(
+                        "{}: weights of blend shapes are left out: {}",
+                        layer.path(index),
+                        wrong.message
+                    );
+                    Diagnostic::new(Code::IgnoredChannel, message)
+                });
+                Weights::new()
+            }
+        }
     }
 
     /// The animation with the motion of the prims above the skeleton, which is that of the first node.
@@ -275,7 +310,10 @@ impl Times {
         let mut rows = Vec::with_capacity(samples.len());
         for (tick, value) in &samples {
             if value.numbers.len() != N * joints {
-                let message = format!("{name} must have {N} numbers for each joint at every time");
+                let message = match N {
+                    1 => format!("{name} must have a number for each shape at every time"),
+                    _ => format!("{name} must have {N} numbers for each joint at every time"),
+                };
                 let found = format!("{} at tick {tick}", value.numbers.len());
                 let expected = format!("{} numbers", N * joints);
                 return Err(Diagnostic::new(Code::InvalidUsd, message)

@@ -1,218 +1,274 @@
-//! The meshes of a layer with the joints that move them, their materials and their textures, for a comparison.
+//! The meshes of a layer that joints of the skeleton move, with their materials and their blend shapes.
+//!
+//! Points are kept where they are, before `geomBindTransform`, which is a part of each bone's offset matrix. A point
+//! whose faces have several normals or texture coordinates becomes several vertices. A mesh with subsets of materials
+//! becomes a mesh for each of them.
 
-use std::collections::HashMap;
-use std::path::Path;
+use std::collections::{BTreeMap, HashMap};
 
-use glam::{DMat4, Vec2, Vec3, Vec4};
-use mocap_scene::error::Result;
-use mocap_scene::scene::{Bone, Material, Mesh, NodeId, Scene, Surface, Texture, VertexWeight};
+use glam::{DMat4, Vec2};
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::scene::report::DataKind;
+use mocap_scene::scene::{Assumption, Bone, Mesh, NodeId, Scene, Topic, VertexWeight};
 
+use super::above::transform;
+use super::blend_shapes::Shapes;
+use super::faces::{Corner, Faces, Normals, Numbers, parts};
+use super::index::Index;
+use super::material::Materials;
 use super::skeleton::Skeleton;
-use crate::usd::archive;
-use crate::usd::parse::{Layer, Prim};
-use crate::{Source, usd};
+use crate::usd::SKELETON_MESH;
+use crate::usd::parse::Prim;
+use crate::warnings::Warnings;
+use crate::{ReadOptions, Source};
+
+/// The joints of each point.
+const INDICES: &str = "primvars:skel:jointIndices";
 
 /// The joints that may move all vertices of a mesh alike: one moves a rigid mesh.
 const MOST_FOR_ALL: usize = 8;
 
-/// Adds the meshes whose numbers fit each other; others are left out.
-pub(super) fn add(layer: &Layer, skeleton: &Skeleton, source: &Source<'_>, scene: &mut Scene) {
-    let Some(joints) = Joints::of(layer, skeleton) else {
-        return;
-    };
-    let is_look = |prim: &&Prim| matches!(prim.kind.as_str(), "Material" | "Shader");
-    let looks = layer.prims.iter().enumerate().filter(|(_, prim)| is_look(prim));
-    let looks: HashMap<String, &Prim> = looks.map(|(index, prim)| (layer.path(index), prim)).collect();
-    let mut materials: HashMap<&str, usize> = HashMap::new();
-    for (path, prim) in looks.iter().filter(|(_, prim)| prim.kind == "Material") {
-        materials.insert(path, scene.materials.len());
-        let material = material(&looks, prim, source, &mut scene.textures);
-        scene.materials.push(material);
+/// Names of texture coordinates where a material names none, the most usual first.
+const USUAL_COORDS: [&str; 4] = ["st", "UVMap", "map1", "uv"];
+
+/// Adds the meshes whose numbers fit each other. Others are left out with a warning, and what is left out is counted.
+pub(super) fn add(
+    index: &Index<'_>,
+    skeleton: &Skeleton,
+    source: &Source<'_>,
+    options: &ReadOptions,
+    shapes: &mut Shapes<'_>,
+    (scene, warnings): (&mut Scene, &mut Warnings),
+) {
+    let mut materials = Materials::of(index, source);
+    let mut joints = Joints::of(index, skeleton);
+    let mut left_out = 0;
+    let prims = index.layer.prims.iter().enumerate();
+    for (mesh, prim) in prims.filter(|(_, prim)| prim.kind == "Mesh") {
+        // The importer draws the skeleton again.
+        if prim.attributes.contains_key(SKELETON_MESH) && !options.for_comparison {
+            continue;
+        }
+        let has_skin = prim.attributes.contains_key(INDICES);
+        let coords = prim.attributes.values().filter(|attribute| attribute.is_of_texture);
+        let coords = coords.count();
+        let read = match &mut joints {
+            Some(joints) if joints.moves(mesh) => joints.meshes(mesh, &mut materials, shapes),
+            _ => Err("no joint of the skeleton moves it"),
+        };
+        let read = match read {
+            Ok(read) => read,
+            Err(reason) => {
+                left_out += 1;
+                scene.lose(DataKind::Meshes, 1);
+                scene.lose(DataKind::Skins, usize::from(has_skin));
+                scene.lose(DataKind::UvSets, coords);
+                // Many files have props beside the figure, which are counted alone.
+                if has_skin {
+                    let message = format!("the mesh \"{}\" was left out: {reason}", prim.name);
+                    warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message));
+                }
+                continue;
+            }
+        };
+        scene.lose(DataKind::UvSets, coords.saturating_sub(1));
+        for mesh in read {
+            scene.nodes[0].meshes.push(scene.meshes.len());
+            scene.meshes.push(mesh);
+        }
     }
-    // A mesh without a material has one without a colour.
-    let plain = scene.materials.len();
-    scene.materials.push(Material::default());
-    for prim in layer.prims.iter().filter(|prim| prim.kind == "Mesh") {
-        let Some(mut mesh) = joints.mesh(prim) else { continue };
-        let bound = prim.texts("material:binding").first();
-        let material = bound.and_then(|path| materials.get(path.as_str()));
-        mesh.material_index = material.copied().unwrap_or(plain);
-        let node = mesh.bones.first().map_or(0, |bone| bone.node.index());
-        scene.nodes[node].meshes.push(scene.meshes.len());
-        scene.meshes.push(mesh);
+    materials.give(scene, warnings);
+    if left_out > 0 {
+        scene.metadata.assumptions.push(Assumption {
+            topic: Topic::Meshes,
+            choice: "skinned".to_owned(),
+            reason: format!("{left_out} meshes that no joint moves were left out"),
+            confidence: None,
+        });
     }
 }
 
 /// The joints of a skeleton in its own order.
 struct Joints<'a> {
+    index: &'a Index<'a>,
     skeleton: &'a Skeleton,
     /// The node of each, and its matrix in the bind pose.
     all: Vec<(usize, DMat4)>,
+    /// The place in `all` of each joint by its path.
+    places: HashMap<&'a str, usize>,
+    /// The places of the joints that a prim states in an order of its own.
+    orders: HashMap<usize, Vec<Option<usize>>>,
 }
 
 impl<'a> Joints<'a> {
-    fn of(layer: &Layer, skeleton: &'a Skeleton) -> Option<Self> {
-        let prim = layer
-            .prims
-            .iter()
-            .find(|prim| prim.kind == "Skeleton" && !prim.texts("joints").is_empty())?;
-        let nodes = prim
-            .texts("joints")
-            .iter()
-            .map(|path| skeleton.joints.get(path).copied());
-        let nodes = nodes.collect::<Option<Vec<usize>>>()?;
-        let (matrices, rest) = numbers(prim, "bindTransforms").as_chunks::<16>();
-        let matrices = matrices.iter().map(DMat4::from_cols_array);
-        let all: Vec<_> = std::iter::zip(nodes, matrices).collect();
-        (rest.is_empty() && all.len() == skeleton.joints.len()).then_some(Self { skeleton, all })
-    }
-
-    fn mesh(&self, prim: &Prim) -> Option<Mesh> {
-        let vectors = |name: &str| -> Vec<Vec3> {
-            let (vectors, _) = numbers(prim, name).as_chunks::<3>();
-            vectors
-                .iter()
-                .map(|vector| Vec3::from(vector.map(|number| number as f32)))
-                .collect()
+    fn of(index: &'a Index<'a>, skeleton: &'a Skeleton) -> Option<Self> {
+        let prim = &index.layer.prims[skeleton.prim];
+        let (matrices, rest) = prim.numbers("bindTransforms").as_chunks::<16>();
+        let names = prim.texts("joints");
+        if !rest.is_empty() || matrices.len() != names.len() {
+            return None;
+        }
+        let of_joint = |(path, matrix): (&'a String, &[f64; 16])| {
+            let matrix = DMat4::from_cols_array(matrix);
+            let is_sound = matrix.is_finite() && matrix.inverse().is_finite();
+            Some((*skeleton.joints.get(path)?, matrix)).filter(|_| is_sound)
         };
-        let (vertices, mut normals) = (vectors("points"), vectors("normals"));
-        // Normals follow from the faces where a file has none, and are not compared.
-        normals.resize(vertices.len(), Vec3::Y);
-        normals
-            .iter_mut()
-            .for_each(|normal| *normal = normal.normalize_or(Vec3::Y));
-        if numbers(prim, "faceVertexCounts").iter().any(|count| *count != 3.0) {
-            return None;
-        }
-        let indices = numbers(prim, "faceVertexIndices").iter().map(|index| *index as u32);
-        let indices: Vec<u32> = indices.collect();
-        if !indices.len().is_multiple_of(3) || indices.iter().any(|index| *index as usize >= vertices.len()) {
-            return None;
-        }
-        let (coords, _) = numbers(prim, "primvars:st").as_chunks::<2>();
-        let coords = coords.iter().map(|[u, v]| Vec2::new(*u as f32, 1.0 - *v as f32));
-        let coords: Vec<Vec2> = coords.collect();
-        let bind = numbers(prim, "primvars:skel:geomBindTransform");
-        let bind = <[f64; 16]>::try_from(bind).map_or(DMat4::IDENTITY, |columns| DMat4::from_cols_array(&columns));
-        Some(Mesh {
-            name: display_name(prim),
-            texture_coords: if coords.len() == vertices.len() {
-                coords
-            } else {
-                Vec::new()
-            },
-            bones: self.bones(prim, vertices.len(), bind)?,
-            vertices,
-            normals,
-            indices,
-            ..Mesh::default()
+        let all = std::iter::zip(names, matrices).map(of_joint);
+        Some(Self {
+            index,
+            skeleton,
+            all: all.collect::<Option<_>>()?,
+            places: (names.iter().enumerate())
+                .map(|(place, path)| (path.as_str(), place))
+                .collect(),
+            orders: HashMap::new(),
         })
     }
 
-    fn bones(&self, prim: &Prim, count: usize, bind: DMat4) -> Option<Vec<Bone>> {
-        let (ties, weights) = (
-            numbers(prim, "primvars:skel:jointIndices"),
-            numbers(prim, "primvars:skel:jointWeights"),
-        );
-        if ties.len() != weights.len() || ties.is_empty() || count == 0 {
-            return None;
+    /// Whether a mesh is bound to this skeleton. One that names none is: its file has one skeleton.
+    fn moves(&self, mesh: usize) -> bool {
+        let bound = self.index.skeletons[mesh];
+        bound.is_none_or(|prim| prim == Some(self.skeleton.prim))
+            && self.index.layer.prims[mesh].attributes.contains_key(INDICES)
+    }
+
+    /// A mesh, once for each of its materials.
+    fn meshes(
+        &mut self,
+        mesh: usize,
+        materials: &mut Materials<'_>,
+        shapes: &mut Shapes<'_>,
+    ) -> Result<Vec<Mesh>, &'static str> {
+        let index = self.index;
+        let prim = &index.layer.prims[mesh];
+        let faces = Faces::of(prim)?;
+        let ties = self.ties(mesh, faces.points.len())?;
+        let normals = Normals::of(prim, &faces);
+        let targets = shapes.of_mesh(mesh, &faces.points);
+        let bind = prim.numbers("primvars:skel:geomBindTransform");
+        let bind = <[f64; 16]>::try_from(bind).map_or(DMat4::IDENTITY, |columns| DMat4::from_cols_array(&columns));
+        let mut meshes = Vec::new();
+        for (material, part) in parts(index, mesh, &faces) {
+            let material = materials.index_of(material, prim);
+            let coords = coords(prim, materials.coords(material));
+            let coords = coords.and_then(|name| Numbers::of(prim, name, 2, &faces));
+            let (corners, indices) = faces.corners(&part, &normals, coords.as_ref());
+            if indices.is_empty() {
+                continue;
+            }
+            let texture = |corner: &Corner| {
+                let coords = coords.as_ref()?.at(corner.coords);
+                // USD begins at the lower left corner of an image, a scene at the upper left.
+                Some(Vec2::new(coords[0] as f32, 1.0 - coords[1] as f32)).filter(|coords| coords.is_finite())
+            };
+            let texture_coords: Vec<Vec2> = corners.iter().filter_map(texture).collect();
+            meshes.push(Mesh {
+                name: prim.display_name().unwrap_or(&prim.name).clone(),
+                vertices: (corners.iter())
+                    .map(|corner| faces.points[corner.point as usize])
+                    .collect(),
+                normals: corners.iter().map(|corner| normals.at(corner.normal)).collect(),
+                texture_coords: match texture_coords.len() == corners.len() {
+                    true => texture_coords,
+                    false => Vec::new(),
+                },
+                indices,
+                bones: self.bones(&ties, &corners, bind)?,
+                morph_targets: shapes.on(&targets, corners.iter().map(|corner| corner.point)),
+                material_index: material,
+                ..Mesh::default()
+            });
         }
-        // One list for each vertex, or a short one for all.
-        let each = match ties.len() % count {
-            0 => ties.len() / count,
-            _ if ties.len() <= MOST_FOR_ALL => ties.len(),
-            _ => return None,
+        meshes.iter_mut().for_each(Mesh::add_targets_at_rest);
+        match meshes.is_empty() {
+            true => Err("it has no face"),
+            false => Ok(meshes),
+        }
+    }
+
+    /// The joints of each point with weights that sum to 1, each as its place in `all`.
+    fn ties(&mut self, mesh: usize, count: usize) -> Result<Vec<Vec<(usize, f32)>>, &'static str> {
+        let index = self.index;
+        let prim = &index.layer.prims[mesh];
+        let (ties, weights) = (prim.numbers(INDICES), prim.numbers("primvars:skel:jointWeights"));
+        if ties.len() != weights.len() || ties.is_empty() || count == 0 {
+            return Err("it has another number of weights than of joints");
+        }
+        let order = index.orders[mesh].map(|stating| {
+            let places = &self.places;
+            let place = |path: &String| places.get(path.as_str()).copied();
+            let own = || index.layer.prims[stating].texts("skel:joints").iter().map(place);
+            &*self.orders.entry(stating).or_insert_with(|| own().collect())
+        });
+        let known = self.all.len();
+        let place = |joint: f64| {
+            let joint = Some(joint as usize).filter(|index| *index as f64 == joint)?;
+            match order {
+                Some(order) => *order.get(joint)?,
+                None => Some(joint).filter(|joint| *joint < known),
+            }
         };
-        let mut weights_of: Vec<Vec<VertexWeight>> = vec![Vec::new(); self.all.len()];
-        for vertex in 0..count {
-            let start = if ties.len() == each { 0 } else { vertex * each };
-            let sum: f64 = weights[start..start + each]
-                .iter()
-                .filter(|weight| **weight > 0.0)
-                .sum();
-            for (joint, weight) in std::iter::zip(&ties[start..start + each], &weights[start..start + each]) {
-                let of_joint = weights_of.get_mut(*joint as usize)?;
-                if *weight > 0.0 && sum > 0.0 {
-                    of_joint.push(VertexWeight {
-                        vertex_id: vertex as u32,
-                        weight: (*weight / sum) as f32,
-                    });
+        // One list for each point, or one for all.
+        let is_for_all = match prim.attributes[INDICES].interpolation() {
+            Some("constant") => true,
+            Some(_) => false,
+            None => !ties.len().is_multiple_of(count) && ties.len() <= MOST_FOR_ALL,
+        };
+        if !is_for_all && !ties.len().is_multiple_of(count) {
+            return Err("it has weights for another number of points");
+        }
+        let each = if is_for_all { ties.len() } else { ties.len() / count };
+        let lists = std::iter::zip(ties.chunks_exact(each), weights.chunks_exact(each));
+        let list = |(ties, weights): (&[f64], &[f64])| -> Option<Vec<(usize, f32)>> {
+            let is_tied = |(_, weight): &(&f64, &f64)| **weight > 0.0 && weight.is_finite();
+            let tied = || std::iter::zip(ties, weights).filter(is_tied);
+            let sum: f64 = tied().map(|(_, weight)| weight).sum();
+            let tie = |(joint, weight): (&f64, &f64)| Some((place(*joint)?, (weight / sum) as f32));
+            tied().map(tie).collect()
+        };
+        let lists: Option<Vec<_>> = lists.map(list).collect();
+        let lists = lists.ok_or("it has a joint that the skeleton has not")?;
+        Ok(match is_for_all {
+            true => vec![lists[0].clone(); count],
+            false => lists,
+        })
+    }
+
+    fn bones(&self, ties: &[Vec<(usize, f32)>], corners: &[Corner], bind: DMat4) -> Result<Vec<Bone>, &'static str> {
+        let mut weights: BTreeMap<usize, Vec<VertexWeight>> = BTreeMap::new();
+        for (vertex_id, corner) in (0_u32..).zip(corners) {
+            let own = &ties[corner.point as usize];
+            // A point without a weight follows the first joint.
+            let first = own.is_empty().then_some((0, 1.0));
+            for (joint, weight) in own.iter().copied().chain(first) {
+                let of_joint = weights.entry(joint).or_default();
+                match of_joint.last_mut().filter(|last| last.vertex_id == vertex_id) {
+                    Some(known) => known.weight += weight,
+                    None => of_joint.push(VertexWeight { vertex_id, weight }),
                 }
             }
         }
-        let bones = std::iter::zip(&self.all, weights_of).filter(|(_, weights)| !weights.is_empty());
-        let bone = |(&(node, matrix), weights): (&(usize, DMat4), Vec<VertexWeight>)| Bone {
-            name: self.skeleton.nodes[node].name.clone(),
-            node: NodeId::new(node),
-            offset_matrix: (matrix.inverse() * bind).as_mat4(),
-            weights,
+        let bone = |(joint, weights): (usize, Vec<VertexWeight>)| {
+            let (node, matrix) = self.all[joint];
+            let offset_matrix = transform(matrix.inverse() * bind)?;
+            let is_sound = offset_matrix.is_finite() && offset_matrix.inverse().is_finite();
+            is_sound.then(|| Bone {
+                name: self.skeleton.nodes[node].name.clone(),
+                node: NodeId::new(node),
+                offset_matrix,
+                weights,
+            })
         };
-        Some(bones.map(bone).collect())
+        let bones: Option<Vec<Bone>> = weights.into_iter().map(bone).collect();
+        bones.ok_or("its bind pose is no transform with an inverse")
     }
 }
 
-fn numbers<'a>(prim: &'a Prim, name: &str) -> &'a [f64] {
-    let value = prim.attributes.get(name).and_then(|attribute| attribute.value.as_ref());
-    value.map_or(&[], |value| &value.numbers)
-}
-
-fn display_name(prim: &Prim) -> String {
-    let stated = prim.metadata.get("displayName").and_then(|value| value.texts.first());
-    stated.unwrap_or(&prim.name).clone()
-}
-
-/// A material with its colour, as the surface that it is connected to has it.
-fn material(looks: &HashMap<String, &Prim>, prim: &Prim, source: &Source<'_>, textures: &mut Vec<Texture>) -> Material {
-    let connected = |prim: &Prim, input: &str| {
-        let output = prim.texts(&format!("{input}.connect")).first()?;
-        looks.get(output.split('.').next()?).copied()
-    };
-    let name = display_name(prim);
-    let Some(surface) = connected(prim, "outputs:surface") else {
-        return Material {
-            name,
-            ..Material::default()
-        };
-    };
-    let image = connected(surface, "inputs:diffuseColor");
-    let color = match image {
-        Some(image) => numbers(image, "inputs:scale"),
-        None => numbers(surface, "inputs:diffuseColor"),
-    };
-    let opacity = numbers(surface, "inputs:opacity").first();
-    let part = |index: usize| color.get(index).map_or(1.0, |part| *part as f32);
-    let mut looks = Surface {
-        base_color: Vec4::new(
-            part(0),
-            part(1),
-            part(2),
-            opacity.map_or(part(3), |alpha| *alpha as f32),
-        ),
-        ..Surface::default()
-    };
-    let file = image.and_then(|image| image.texts("inputs:file").first());
-    if let Some(bytes) = file.and_then(|file| open(file, source).ok()) {
-        looks.texture = Some(textures.len());
-        textures.push(Texture {
-            bytes,
-            ..Texture::default()
-        });
-    }
-    Material {
-        name,
-        surface: Some(looks),
-        ..Material::default()
-    }
-}
-
-/// The bytes of a texture: in the archive, or beside the file.
-fn open(file: &str, source: &Source<'_>) -> Result<Vec<u8>> {
-    match usd::is_archive(source.bytes) {
-        true => Ok(archive::file(source.bytes, file)?.to_vec()),
-        false => (source.open)(
-            &source
-                .name
-                .with_file_name(Path::new(file).file_name().unwrap_or_default()),
-        ),
-    }
+/// The name of the texture coordinates of a mesh: the one that a material states, or else a usual one, or else any.
+fn coords<'a>(prim: &'a Prim, stated: Option<&str>) -> Option<&'a String> {
+    let of = |name: &str| prim.attributes.get_key_value(&format!("primvars:{name}"));
+    let usual = || USUAL_COORDS.into_iter().find_map(of);
+    let found = stated.and_then(of).or_else(usual).map(|(name, _)| name);
+    let of_texture = || prim.attributes.iter().filter(|(_, attribute)| attribute.is_of_texture);
+    found.or_else(|| of_texture().map(|(name, _)| name).min())
 }

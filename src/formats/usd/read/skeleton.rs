@@ -16,6 +16,8 @@ use crate::{Failure, ReadOptions};
 
 /// The nodes of a skeleton.
 pub(super) struct Skeleton {
+    /// The index of its prim.
+    pub(super) prim: usize,
     pub(super) nodes: Vec<Node>,
     /// The node of each joint, by its path.
     pub(super) joints: HashMap<String, usize>,
@@ -71,6 +73,7 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
     let nodes = nodes(prim, options)?;
     let order = depth_first(&nodes);
     let mut skeleton = Skeleton {
+        prim: index,
         joints: joints(prim)
             .into_iter()
             .map(|(path, joint)| (path, order[joint]))

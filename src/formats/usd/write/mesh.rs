@@ -12,6 +12,7 @@ use super::material::Materials;
 use super::skeleton::Skeleton;
 use super::text;
 use super::{ROOT, SKELETON, Stage, unrepresentable};
+use crate::usd::SKELETON_MESH;
 
 /// How far a bind pose may be from that of another mesh, in the unit of the scene, without a note.
 const SAME_POSE: f64 = 1e-3;
@@ -105,6 +106,9 @@ impl Stage<'_> {
         metadata.extend(display.as_deref());
         let out = &mut self.text;
         out.open("def Mesh", &name, &metadata);
+        if self.scene.is_drawn_skeleton(mesh) {
+            out.line(&format!("custom bool {SKELETON_MESH} = 1"));
+        }
         let low = vertices.iter().copied().fold(Vec3::MAX, Vec3::min);
         let high = vertices.iter().copied().fold(Vec3::MIN, Vec3::max);
         out.list("float3[] extent", [low.to_array(), high.to_array()], text::tuple);

@@ -384,7 +384,7 @@ fn usd_keeps_morph_targets_and_their_curves() {
                 }
             }
         }
-        // The reader leaves meshes out, and says so.
+        // A reader that leaves them out says so.
         let again = Importer::new().read(&bytes, "face.usda").unwrap();
         let curves = again
             .metadata
@@ -395,6 +395,25 @@ fn usd_keeps_morph_targets_and_their_curves() {
             curves.map(|loss| loss.count),
             Some(scene.meshes[0].morph_targets.len() as u64)
         );
+        let again = Importer::new().morph_targets(true).read(&bytes, "face.usda").unwrap();
+        assert_eq!(again.metadata.lost, []);
+        for (before, after) in std::iter::zip(&scene.meshes[0].morph_targets, &again.meshes[0].morph_targets) {
+            assert_eq!((&after.name, &after.vertex_ids), (&before.name, &before.vertex_ids));
+            assert_eq!(
+                (&after.offsets, &after.normal_offsets),
+                (&before.offsets, &before.normal_offsets)
+            );
+        }
+        for (clip, stated) in stated.iter().enumerate() {
+            for (seconds, weights) in *stated {
+                for (target, weight) in std::iter::zip(&again.meshes[0].morph_targets, *weights) {
+                    let keys = &target.weight_keys[clip];
+                    let found = keys.sample(seconds * again.animations[clip].ticks_per_second);
+                    let far = (found.unwrap_or(target.weight) - weight).abs();
+                    assert!(far < 1e-3, "{path}, clip {clip}, {seconds} s");
+                }
+            }
+        }
     }
 }
 
