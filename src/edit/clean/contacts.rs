@@ -70,9 +70,13 @@ fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<boo
     rule.at_rest(above.iter().copied().zip(speeds), work.frames.rate)
 }
 
-/// Joins contacts on one spot between which there is hardly time for a step: a foot that shoots away and back within
-/// them has noise that looked like a motion.
+/// Joins contacts on one spot between which there is hardly time for a step, and those between which the foot does not
+/// rise: a foot that shoots away and back, or wanders along the ground, has noise that looked like a motion.
 fn join(point: &mut ContactPoint, up: Vec3, within: f32, most: usize) {
+    /// Metres that a foot rises in a step, at least: the lowest toes of a walk, and some noise.
+    const RISEN: f32 = 0.04;
+    /// How many times as far as `within` noise that wanders moves a foot along the ground.
+    const WANDERED: f32 = 2.5;
     let intervals = point.intervals();
     let centre =
         |[first, last]: [usize; 2]| point.positions[first..=last].iter().sum::<Vec3>() / (last + 1 - first) as f32;
@@ -80,7 +84,10 @@ fn join(point: &mut ContactPoint, up: Vec3, within: f32, most: usize) {
         .windows(2)
         .filter(|pair| {
             let off = (centre(pair[1]) - centre(pair[0])).reject_from_normalized(up).length();
-            pair[1][0] - pair[0][1] - 1 <= most && off < within
+            let between = pair[0][1] + 1..pair[1][0];
+            let above = point.above_rest.get(between.clone());
+            let is_low = || above.is_some_and(|above| above.iter().all(|above| *above < RISEN));
+            off < within && between.len() <= most || off < WANDERED * within && is_low()
         })
         .map(|pair| pair[0][1]..pair[1][0])
         .collect();
