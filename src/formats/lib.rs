@@ -456,6 +456,9 @@ pub struct ReadOptions {
     pub without_original: bool,
     /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.
     pub gltf_rest_of_nodes: bool,
+    /// Which of the persons of a file is read. Default: the one in most frames.
+    #[cfg(feature = "arrays")]
+    pub person: Option<String>,
     /// The body on which arrays of rotations are put.
     #[cfg(feature = "arrays")]
     pub body: Option<Arc<Body>>,

@@ -1,14 +1,12 @@
-//! The 70 keypoints of SAM 3D Body. Those of a hand go from the thumb to the little finger, and from tip to knuckle.
+//! The joints of the 70 keypoints of SAM 3D Body.
 
 /// The points of a set in their order; then its joints as `name parent bone points`; then marks as `joint from to`.
 pub(super) type Table = (&'static str, &'static [&'static str], &'static [[&'static str; 3]]);
 
-/// A point that ends in `_hand` stands for the points of a hand, and such a joint for the joints of its fingers.
+/// A joint that ends in `_hand` stands for the joints of its fingers. The points are those of
+/// [`joint_tables::mhr70`](mocap_scene::scene::joint_tables::mhr70).
 pub(super) const MHR70: Table = (
-    "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow right_elbow left_hip right_hip \
-     left_knee right_knee left_ankle right_ankle left_big_toe left_small_toe left_heel right_big_toe right_small_toe \
-     right_heel right_hand right_wrist left_hand left_wrist left_olecranon right_olecranon left_cubital_fossa \
-     right_cubital_fossa left_acromion right_acromion neck",
+    "",
     &[
         "hips - hips left_hip+right_hip",
         "left_hip hips leftUpperLeg left_hip",
@@ -48,12 +46,6 @@ const FINGERS: [(&str, [&str; 3]); 5] = [
     ("ring", ["RingProximal", "RingIntermediate", "RingDistal"]),
     ("pinky", ["LittleProximal", "LittleIntermediate", "LittleDistal"]),
 ];
-
-/// The points of a hand, in their order: 3 is the knuckle.
-pub(super) fn hand_points(side: &str) -> Vec<String> {
-    let of_finger = |(finger, _): &(&str, _)| ["tip", "1", "2", "3"].map(|part| format!("{side}_{finger}_{part}"));
-    FINGERS.iter().flat_map(of_finger).collect()
-}
 
 /// The joints of a hand, as rows of a table.
 pub(super) fn hand_rows(side: &str) -> Vec<String> {

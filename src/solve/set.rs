@@ -6,7 +6,7 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::HumanoidBone as Bone;
 use mocap_scene::scene::joint_tables;
 
-use super::mhr70::{MHR70, Table, hand_points, hand_rows};
+use super::mhr70::{MHR70, Table, hand_rows};
 
 /// The joints of a skeleton that is made from points.
 ///
@@ -225,14 +225,10 @@ impl JointSet {
             "openpose25" => OPENPOSE,
             _ => return None,
         };
-        let points = table
-            .0
-            .split_whitespace()
-            .flat_map(|point| match point.strip_suffix("_hand") {
-                Some(side) => hand_points(side),
-                None => vec![point.to_owned()],
-            });
-        let points: Vec<String> = points.collect();
+        let points: Vec<String> = match name {
+            "mhr70" => joint_tables::mhr70(),
+            _ => table.0.split_whitespace().map(str::to_owned).collect(),
+        };
         let rows = table.1.iter().flat_map(|row| match row.strip_suffix("_hand") {
             Some(side) => hand_rows(side),
             None => vec![(*row).to_owned()],

@@ -1,10 +1,15 @@
 """Writes the fixtures of SAM 3D Body: `make_mhr.py OUTPUT.npz`, an output of one person, cut to what a motion needs.
 
 `sam3d_take.npz` is a take of five frames planted from it, whose camera looks down. `expected_mhr.json` has the joints
-that NumPy finds in both, by joint, in metres and the axes of the root: X left, Y up, Z forward.
+that NumPy finds in both, by joint, in metres and the axes of the root: X left, Y up, Z forward. `expected_soles.json` has
+the directions from the soles up, left and right, in the same axes: those of the largest flat below the vertices of a foot.
+
+`sam3d_keypoints.npz` has the keypoints alone. `sam3d_persons.npz` has lists of persons, of whom two walk past each other, as compressed objects and in 16-bit numbers;
+`sam3d_stack.npz` has the same persons along a first axis, and zeros where one is missing.
 """
 import json, pathlib, sys
 import numpy as np
+from scipy.spatial import ConvexHull
 
 OUT = pathlib.Path(__file__).resolve().parents[2] / "fixtures" / "arrays"
 NAMES = "pred_joint_coords pred_global_rots pred_keypoints_3d pred_cam_t".split()
@@ -25,6 +30,45 @@ def about(axis, degrees):
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
 
 
+def soles(source):
+    """The directions from the soles up, left and right, in the axes of the root."""
+    joints, turns = (source[name].astype(float) for name in NAMES[:2])
+    points = source["pred_vertices"].astype(float)
+    nearest = np.array([np.linalg.norm(joints - point, axis=1).argmin() for point in points])
+    found = []
+    for leg in (2, 18):  # l_upleg, r_upleg: then the shin, the foot and four more joints to the ball
+        foot = points[np.isin(nearest, range(leg + 2, leg + 7))] * FLIP
+        shin = (joints[leg + 1] - joints[leg + 2]) * FLIP
+        hull = ConvexHull(foot)
+        corners = foot[hull.simplices]
+        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        normals = hull.equations[:, :3]
+        near = (normals @ normals.T > np.cos(np.radians(10))) * areas
+        best = np.where(normals @ shin < -0.3 * np.linalg.norm(shin), near.sum(axis=1), 0).argmax()
+        up = -near[best] @ normals
+        found.append((up / np.linalg.norm(up)) @ turns[ROOT])
+    return found
+
+
+def persons(frame):
+    """Two persons who walk past each other, in lists of changing order; the second is missing in a frame, both in one."""
+    frames = []
+    for index in range(8):
+        ways = [(-1.4 + 0.4 * index, 0, 5), (1.4 - 0.4 * index, 0, 5.7)]
+        both = [
+            {name: frame[name].astype(np.float16) for name in NAMES[:2]} | {"pred_cam_t": np.array(way, np.float16), "mask": None}
+            for way in ways
+        ]
+        frames.append([] if index == 6 else both[:1] if index == 2 else both[:: 1 if index % 2 else -1])
+    lists = np.empty(len(frames), object)
+    lists[:] = frames
+    np.savez_compressed(OUT / "sam3d_persons.npz", outputs=lists, fps=25)
+    nobody = {name: np.zeros_like(frame[name]) for name in (*NAMES[:2], NAMES[3])}
+    at = lambda people, left: next((p for p in people if (p["pred_cam_t"][2] < 5.5) == left), nobody)
+    rows = {n: np.array([[at(people, left)[n] for people in frames] for left in (True, False)], np.float16) for n in nobody}
+    np.savez_compressed(OUT / "sam3d_stack.npz", **rows)
+
+
 def main():
     source = np.load(sys.argv[1])
     frame = {name: source[name].astype(np.float32) for name in NAMES}
@@ -39,6 +83,9 @@ def main():
     stacked = [np.array(arrays, np.float32) for arrays in zip(*take)]
     stacked[0][2, 5] = np.nan
     np.savez_compressed(OUT / "sam3d_take.npz", **dict(zip(("pred_joint_coords", "pred_global_rots", "pred_cam_t"), stacked)))
+    persons(frame)
+    np.savez_compressed(OUT / "sam3d_keypoints.npz", **{name: frame[name] for name in NAMES[2:]})
+    (OUT / "expected_soles.json").write_text(json.dumps(np.round(soles(source), 4).tolist()) + "\n")
     places = in_root(coords, rotations)
     (OUT / "expected_mhr.json").write_text(json.dumps(np.round(places, 5).tolist()) + "\n")
 

@@ -24,6 +24,8 @@ FILES = {
     "walk.c3d": "made/plates.c3d",
     "gvhmr.pt": "arrays/gvhmr.pt",
     "sam3d_take.npz": "arrays/sam3d_take.npz",
+    "frames/frame_1_subj0.npz": "arrays/sam3d_body.npz",
+    "frames/frame_2_subj0.npz": "arrays/sam3d_body.npz",
     "points_smpl22.npy": "arrays/points_smpl22.npy",
     "amass.npz": "arrays/amass_smplh.npz",
     "body_smplh.npz": "arrays/body_smplh.npz",

@@ -31,7 +31,7 @@ pub use self::body::Body;
 pub(crate) use self::body::BodyModel;
 #[doc(hidden)]
 pub use self::layouts::mhr::{BodyFrames, MHR_ROOT_HEIGHT, frames as mhr_frames};
-use self::ndarray::{Bytes, Entries, NdArray};
+use self::ndarray::{Bytes, Entries};
 use self::npy::Npy;
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
@@ -68,8 +68,9 @@ fn read_by(
 
 pub(super) fn read_npy(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     read_by(source, options, Format::Npy, |bytes, _, see| {
+        let bytes = Bytes::File(bytes);
         let mut entries = Entries::default();
-        add(&mut entries, "", Bytes::File(bytes), "of the file")?;
+        add(&mut entries, "", &bytes, "of the file")?;
         see(&entries)
     })
 }
@@ -141,8 +142,9 @@ impl BodyFrames {
             #[cfg(feature = "npz")]
             () if is_npz(bytes) => see_npz_of(bytes, limits, &Self::reads, &mut see),
             () => {
+                let bytes = Bytes::File(bytes);
                 let mut entries = Entries::default();
-                add(&mut entries, "", Bytes::File(bytes), "of the file").and_then(|()| see(&entries))
+                add(&mut entries, "", &bytes, "of the file").and_then(|()| see(&entries))
             }
         };
         read.map_err(|failure| (*failure).into())
@@ -155,8 +157,7 @@ impl BodyFrames {
     #[doc(hidden)]
     pub fn scene(self, options: &ReadOptions) -> Result<Scene> {
         let mut warnings = Warnings::default();
-        let motion = self.motion(options, &mut warnings);
-        let scene = motion.map(|motion| motion.into_scene(Format::Npz, &mut warnings));
+        let scene = self.to_scene(options, &mut warnings);
         warnings.attach_to(scene)
     }
 }
@@ -167,12 +168,10 @@ fn no_storage() -> Failure {
 }
 
 /// Adds the arrays of an `.npy` with this name: those of a pickle where it holds objects.
-fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: Bytes<'a>, path_of_entry: &str) -> Result<(), Failure> {
-    match npy::read(&bytes, path_of_entry)? {
+fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a Bytes<'a>, path_of_entry: &str) -> Result<(), Failure> {
+    match npy::read(bytes, path_of_entry)? {
         Npy::Array(array) => entries.arrays.push((name.to_owned(), array)),
-        Npy::Objects(Bytes::File(bytes)) => add_objects(entries, name, bytes)?,
-        // Small ones are read, from bytes that are kept as long as the file's.
-        Npy::Objects(Bytes::Made(..)) => {}
+        Npy::Objects(begin) => add_objects(entries, name, bytes.get(begin..).unwrap_or_default())?,
     }
     Ok(())
 }
@@ -180,10 +179,16 @@ fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: Bytes<'a>, path_of_entr
 /// The arrays of a pickle within an array of objects; one without a dictionary keeps the name.
 fn add_objects<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a [u8]) -> Result<(), Failure> {
     let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
-    let inner: Vec<(String, NdArray<'a>)> = pickle::entries(&pickle).arrays;
-    for (own, array) in inner {
-        // The object of an array of one is called 0.
-        let own = own.strip_prefix("0.").unwrap_or(&own);
+    let inner = pickle::entries(&pickle);
+    entries.is_cut |= inner.is_cut;
+    // The object of an array of one is called 0.
+    let only = if inner.arrays.iter().all(|(own, _)| own.starts_with("0.")) {
+        "0."
+    } else {
+        ""
+    };
+    for (own, array) in inner.arrays {
+        let own = own.strip_prefix(only).unwrap_or(&own);
         let joined = match (name, own) {
             (name, "" | "0") => name.to_owned(),
             ("", own) => own.to_owned(),
@@ -218,14 +223,18 @@ fn see_npz_of<T>(
     see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
     let mut archive = archive::Archive::open(bytes, limits)?;
-    let mut entries = Entries::default();
+    let mut files = Vec::new();
     for name in archive.names() {
         let Some(own) = name.strip_suffix(".npy").filter(|own| reads(own)) else {
             continue;
         };
         if let Some(bytes) = archive.entry(&name)? {
-            add(&mut entries, own, bytes, own)?;
+            files.push((own.to_owned(), bytes));
         }
+    }
+    let mut entries = Entries::default();
+    for (own, bytes) in &files {
+        add(&mut entries, own, bytes, own)?;
     }
     see(&entries)
 }

@@ -1,5 +1,6 @@
 //! A folder with a file of arrays for each frame, as estimators of poses write them.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,7 @@ use super::Importer;
 const PERSONS: [&str; 3] = ["subj", "person", "id"];
 
 /// Extensions of files of arrays.
-const EXTENSIONS: [&str; 3] = ["npz", "npy", "pkl"];
+const EXTENSIONS: [&str; 4] = ["npz", "npy", "pkl", "pickle"];
 
 /// Names of files in an error, at most.
 const NAMED: usize = 5;
@@ -97,20 +98,23 @@ fn check_others(folder: &Path) -> Result<()> {
 fn files(folder: &Path) -> Result<Vec<(Option<u64>, PathBuf)>> {
     check_confined(folder)?;
     let failed = |error| Error::io(folder, error);
-    let mut files = Vec::new();
+    let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if EXTENSIONS.iter().any(|known| extension == *known) {
-            let number = path.file_stem().and_then(|stem| frame_number(&stem.to_string_lossy()));
-            files.push((number, path));
+            paths.push(path);
         }
     }
-    Ok(files)
+    let of_name = |path: &PathBuf| numbers(&path.file_stem().unwrap_or_default().to_string_lossy());
+    let numbers: Vec<Vec<u64>> = paths.iter().map(of_name).collect();
+    let place = place_of_frame(&numbers);
+    let frames = numbers.iter().map(|own| own.get(place).copied());
+    Ok(frames.zip(paths).collect())
 }
 
-/// The last number in a name, but for that of a person.
-fn frame_number(stem: &str) -> Option<u64> {
+/// The numbers in a name, the last before the others, but for that of a person.
+fn numbers(stem: &str) -> Vec<u64> {
     let is_digit = |letter: char| letter.is_ascii_digit();
     let without = stem.trim_end_matches(is_digit);
     let word = without.trim_end_matches(['_', '-', '.']).to_ascii_lowercase();
@@ -119,7 +123,15 @@ fn frame_number(stem: &str) -> Option<u64> {
         Some(person) if without.len() < stem.len() => &word[..word.len() - person.len()],
         _ => stem,
     };
-    let end = named.trim_end_matches(|letter: char| !is_digit(letter));
-    let digits = end.len() - end.trim_end_matches(is_digit).len();
-    end[end.len() - digits..].parse().ok()
+    let numbers = named.rsplit(|letter: char| !is_digit(letter));
+    numbers.filter_map(|digits| digits.parse().ok()).collect()
+}
+
+/// Which number of the names is that of the frame, from the last: the one with the most values. Of `shot_12_0` and
+/// `shot_13_0` the other is that of a person.
+fn place_of_frame(numbers: &[Vec<u64>]) -> usize {
+    let all = numbers.iter().map(Vec::len).min().unwrap_or(0);
+    let values = |place: usize| numbers.iter().map(|own| own[place]).collect::<HashSet<u64>>().len();
+    // The last of those that have as many.
+    (0..all).rev().max_by_key(|place| values(*place)).unwrap_or(0)
 }

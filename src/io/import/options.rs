@@ -118,7 +118,8 @@ impl Importer {
         self
     }
 
-    /// The animations to keep of a file that has several. Default: all.
+    /// The animations to keep of a file that has several. Default: all. Of arrays with several persons one is read,
+    /// such as `Clips::Name("person_1")`; by default the one who is in most frames.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -130,6 +131,13 @@ impl Importer {
     /// ```
     #[must_use]
     pub fn clips(mut self, clips: Clips) -> Self {
+        #[cfg(feature = "arrays")]
+        {
+            self.read.person = match &clips {
+                Clips::Name(name) => Some(name.clone()),
+                _ => None,
+            };
+        }
         self.clips = clips;
         self
     }

@@ -143,7 +143,7 @@ fn unsolved(scene: &Scene) -> Option<Diagnostic> {
 /// The set whose joints have the names of the points.
 fn set_of_names(scene: &Scene) -> Option<JointSet> {
     let names: Vec<&str> = scene.nodes.iter().skip(1).map(|node| node.name.as_str()).collect();
-    ["smpl22", "smpl24"]
+    ["smpl22", "smpl24", "mhr70", "mhr127"]
         .into_iter()
         .filter_map(JointSet::named)
         .find(|set| set.has_points(&names))

@@ -4,7 +4,7 @@
 
 mod mhr;
 
-pub use self::mhr::mhr;
+pub use self::mhr::{mhr, mhr70};
 use super::{HumanoidBone as Bone, Side};
 
 /// A joint of a layout of arrays.

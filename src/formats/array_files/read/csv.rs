@@ -244,7 +244,7 @@ fn rows(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure
     let kind = (Kind::Float(8), false);
     let array = NdArray::new(TABLE, kind, vec![count, width], false, Bytes::made(bytes))?;
     let arrays = vec![(TABLE.to_owned(), array)];
-    Ok(Entries { arrays })
+    Ok(Entries { arrays, is_cut: false })
 }
 
 /// Positions of points.

@@ -48,15 +48,16 @@ pub(super) fn scene(
     }
     let motion = match () {
         () if entries.get("posed_joints").is_some() => kimodo::motion(&reader)?,
-        () if mhr::is_motion(entries) => mhr::motion(&reader, warnings)?,
+        () if mhr::is_motion(entries) => return mhr::scene(&reader, format, warnings),
         () if robot::is_motion(entries) => return robot::scene(&reader, format),
         () if smpl::is_poses(entries) => smpl::of_poses(&reader)?,
         () => match smpl::dictionary(entries) {
             Some(prefix) => smpl::of_dictionary(&reader, &prefix)?,
             None => {
                 let Some(array) = points::only_array(entries) else {
+                    let help = mhr::needs_joints(entries).unwrap_or(KNOWN);
                     return Err(Box::new(
-                        refused("no array of the file is a motion that is known", entries).help(KNOWN),
+                        refused("no array of the file is a motion that is known", entries).help(help),
                     ));
                 };
                 match smpl::of_flat(&reader, array)? {

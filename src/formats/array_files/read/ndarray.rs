@@ -282,6 +282,8 @@ pub fn half(bits: u16) -> f64 {
 #[derive(Debug, Default)]
 pub(super) struct Entries<'a> {
     pub(super) arrays: Vec<(String, NdArray<'a>)>,
+    /// Whether there are more arrays than are listed.
+    pub(super) is_cut: bool,
 }
 
 impl<'a> Entries<'a> {
@@ -307,6 +309,7 @@ impl<'a> Entries<'a> {
         });
         Some(Self {
             arrays: arrays.collect(),
+            is_cut: self.is_cut,
         })
     }
 

@@ -13,8 +13,8 @@ const MOST_AXES: usize = 64;
 /// What a file holds.
 pub(super) enum Npy<'a> {
     Array(NdArray<'a>),
-    /// Objects of Python: a pickle.
-    Objects(Bytes<'a>),
+    /// Objects of Python: a pickle, from this byte on.
+    Objects(usize),
 }
 
 /// The array of an `.npy`. `entry` names it in errors.
@@ -50,15 +50,21 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failur
     let Some((descr, is_fortran, shape)) = parse(header) else {
         return Err(refused("{'descr': ..., 'fortran_order': ..., 'shape': (...)}", shown()));
     };
-    let data = bytes.after(begin + length);
     let (order, letters) = descr.split_at_checked(1).unwrap_or_default();
     if letters == "O" {
-        return Ok(Npy::Objects(data));
+        return Ok(Npy::Objects(begin + length));
     }
     let Some(kind) = Kind::of_numpy(letters) else {
         return Err(refused("numbers, truth values or texts", format!("the type '{descr}'")));
     };
-    NdArray::new(entry, (kind, order == ">"), shape, is_fortran, data).map(Npy::Array)
+    NdArray::new(
+        entry,
+        (kind, order == ">"),
+        shape,
+        is_fortran,
+        bytes.after(begin + length),
+    )
+    .map(Npy::Array)
 }
 
 /// The three values of a header.

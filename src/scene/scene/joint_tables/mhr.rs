@@ -115,3 +115,26 @@ pub fn mhr() -> Vec<Joint> {
     add(&HEAD, None);
     joints
 }
+
+/// The keypoints of the body and the head of SAM 3D Body, and where those of a hand stand.
+const KEYPOINTS: &str = "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow right_elbow \
+     left_hip right_hip left_knee right_knee left_ankle right_ankle left_big_toe left_small_toe left_heel right_big_toe \
+     right_small_toe right_heel right_hand right_wrist left_hand left_wrist left_olecranon right_olecranon \
+     left_cubital_fossa right_cubital_fossa left_acromion right_acromion neck";
+
+/// The names of the 70 keypoints of SAM 3D Body. Those of a hand go from the thumb to the little finger, and from tip
+/// to knuckle.
+pub fn mhr70() -> Vec<String> {
+    let of_hand = |side: &str| -> Vec<String> {
+        let fingers = ["thumb", "index", "middle", "ring", "pinky"].into_iter();
+        let points = fingers.flat_map(|finger| ["tip", "1", "2", "3"].map(|part| format!("{side}_{finger}_{part}")));
+        points.collect()
+    };
+    let points = KEYPOINTS
+        .split_whitespace()
+        .flat_map(|point| match point.strip_suffix("_hand") {
+            Some(side) => of_hand(side),
+            None => vec![point.to_owned()],
+        });
+    points.collect()
+}

@@ -5,27 +5,30 @@
 //! skeleton has the median lengths of the take. One hand of a file may have rotations that do not turn its joints to
 //! where they are: that hand is turned as its positions say.
 
+mod folder;
 mod level;
+mod persons;
 mod rest;
+mod samples;
 
-pub use self::rest::frames;
-use std::collections::BTreeMap;
-
-use glam::{DMat3, DQuat, DVec3};
-use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::limits::limit_exceeded;
+use glam::{DQuat, DVec3, Quat, Vec3};
 use mocap_scene::math::median::{median, median_vector};
-use mocap_scene::scene::joint_tables::{Joint, mhr};
-use mocap_scene::scene::{Confidence, Topic};
+use mocap_scene::scene::joint_tables::{Joint, mhr, mhr70};
+use mocap_scene::scene::{Confidence, Format, Scene, Topic};
 
+pub use self::folder::BodyFrames;
+use self::persons::only_person;
+pub use self::rest::frames;
+use self::samples::{frames_of, vectors};
 use super::Reader;
+use crate::Failure;
 use crate::array_files::read::motion::Motion;
 use crate::array_files::read::ndarray::Entries;
+use crate::points;
 use crate::warnings::Warnings;
-use crate::{Failure, ReadOptions};
 
-const POSITIONS: &str = "pred_joint_coords";
-const ROTATIONS: &str = "pred_global_rots";
+/// Rotations in the world, as the estimator calls them and as its network does.
+const ROTATIONS: [&str; 2] = ["pred_global_rots", "joint_global_rots"];
 const CAMERA: &str = "pred_cam_t";
 
 /// The direction that is up in the frame of the camera, where a file states it.
@@ -37,253 +40,179 @@ pub const MHR_ROOT_HEIGHT: f64 = 0.924;
 /// The joints of the rig, of which the first does not move.
 const JOINTS: usize = 127;
 
+/// The keypoints of SAM 3D Body.
+const KEYPOINTS: usize = 70;
+
 /// The joint that carries the body.
 const ROOT: usize = 1;
 
 /// From the camera's axes to those of the rotations.
 const TO_Y_UP: DVec3 = DVec3::new(1.0, -1.0, -1.0);
 
-/// A person in a frame, with +Y up. Joints that are not known are not finite.
+/// What the points of a sample are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Kind {
+    /// The joints of the rig, with rotations or without.
+    #[default]
+    Joints,
+    /// The 70 keypoints of a file without joints.
+    Keypoints,
+}
+
+impl Kind {
+    /// That of the arrays of a file; `None` where they are no output of SAM 3D Body.
+    fn of(entries: &Entries<'_>) -> Option<Self> {
+        [Self::Joints, Self::Keypoints].into_iter().find(|kind| {
+            let mut arrays = entries.arrays.iter();
+            arrays.any(|(name, array)| name.ends_with(kind.positions()) && array.is_number())
+        })
+    }
+
+    /// The name of the array.
+    fn positions(self) -> &'static str {
+        match self {
+            Self::Joints => "pred_joint_coords",
+            Self::Keypoints => "pred_keypoints_3d",
+        }
+    }
+
+    fn joints(self) -> usize {
+        match self {
+            Self::Joints => JOINTS,
+            Self::Keypoints => KEYPOINTS,
+        }
+    }
+}
+
+/// A person in a frame, with +Y up. What is not known is not finite.
 #[derive(Clone, Debug)]
 struct Sample {
-    positions: Vec<DVec3>,
-    rotations: Vec<DQuat>,
+    positions: Vec<Vec3>,
+    /// None where the file has none.
+    rotations: Vec<Quat>,
     /// Where the camera has the body.
     place: DVec3,
 }
 
 impl Sample {
+    fn at(&self, joint: usize) -> DVec3 {
+        self.positions[joint].as_dvec3()
+    }
+
+    fn rotation(&self, joint: usize) -> DQuat {
+        self.rotations[joint].as_dquat()
+    }
+
     fn is_whole(&self) -> bool {
         self.place.is_finite()
             && self.positions.iter().all(|position| position.is_finite())
             && self.rotations.iter().all(|rotation| rotation.is_finite())
     }
 
-    /// How far the joints of another are away, on the average.
+    /// How far the joints of another are away, on the average of those that both have; NaN without any.
     fn distance(&self, other: &Self) -> f64 {
+        let moved = (self.place - other.place).as_vec3();
         let pairs = std::iter::zip(&self.positions, &other.positions);
-        let moved = self.place - other.place;
-        pairs.map(|(own, other)| (*own - *other + moved).length()).sum::<f64>() / JOINTS as f64
+        let all = pairs
+            .map(|(own, other)| (*own - *other + moved).length())
+            .filter(|length| length.is_finite());
+        let (sum, count) = all.fold((0.0, 0_u32), |(sum, count), length| {
+            (sum + f64::from(length), count + 1)
+        });
+        sum / f64::from(count)
     }
 }
 
 /// Whether the arrays are those of SAM 3D Body.
 pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
-    entries.arrays.iter().any(|(name, _)| name.ends_with(POSITIONS))
+    Kind::of(entries).is_some()
 }
 
-pub(super) fn motion(reader: &Reader<'_, '_>, warnings: &mut Warnings) -> Result<Motion, Failure> {
-    let frames = frames_of(reader)?.into_iter().enumerate().collect();
-    let rate = reader.stated_rate();
-    of_person(reader, rate, only_person(frames, warnings), warnings)
+/// What helps where a file has parameters of the rig and no joints; `None` where it has none.
+pub(super) fn needs_joints(entries: &Entries<'_>) -> Option<&'static str> {
+    const PARAMETERS: [&str; 4] = [
+        "mhr_model_params",
+        "body_pose_params",
+        "lbs_model_params",
+        "pred_vertices",
+    ];
+    let mut names = entries.arrays.iter().map(|(name, _)| name);
+    let has_parameters = names.any(|name| PARAMETERS.iter().any(|own| name.ends_with(own)));
+    has_parameters.then_some(
+        "parameters and vertices of MHR need its model: save pred_joint_coords and pred_global_rots of SAM 3D Body too",
+    )
 }
 
-/// The persons of each frame of a file. A file of one list has a frame, and one of lists of lists a frame for each.
-fn frames_of(reader: &Reader<'_, '_>) -> Result<Vec<Vec<Sample>>, Failure> {
-    let mut frames: Vec<Vec<Sample>> = Vec::new();
-    let names = reader.entries.arrays.iter().map(|(name, _)| name.as_str());
-    let mut list_of_last = None;
-    for prefix in names.filter_map(|name| name.strip_suffix(POSITIONS)) {
-        let (list, _) = prefix.trim_end_matches('.').rsplit_once('.').unwrap_or_default();
-        let samples = samples(reader, prefix)?;
-        match frames.last_mut() {
-            // One more person of a list.
-            Some(last) if samples.len() == 1 && list_of_last == Some(list) => last.extend(samples),
-            _ => frames.extend(samples.into_iter().map(|sample| vec![sample])),
-        }
-        list_of_last = Some(list);
-    }
-    Ok(frames)
+pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let kind = Kind::of(reader.entries).unwrap_or_default();
+    let frames = persons::places(frames_of(reader, kind)?, 1);
+    of_frames(reader, (kind, reader.stated_rate()), frames, format, warnings)
 }
 
-/// Frames for each file of a folder, at most: the others are interpolated.
-const MOST_PER_FILE: usize = 64;
-
-/// The persons of a folder with a file for each frame, or for each person in it.
-#[derive(Debug, Default)]
-pub struct BodyFrames {
-    /// By the number of the frame.
-    frames: BTreeMap<u64, Vec<Sample>>,
-    rate: Option<f64>,
-}
-
-impl BodyFrames {
-    /// The arrays of a file that are read.
-    pub(in crate::array_files::read) fn reads(name: &str) -> bool {
-        [POSITIONS, ROTATIONS, CAMERA, "fps"]
-            .iter()
-            .any(|own| name.ends_with(own))
-    }
-
-    pub(in crate::array_files::read) fn add(&mut self, frame: u64, entries: &Entries<'_>) -> Result<(), Failure> {
-        let options = ReadOptions::default();
-        let reader = Reader {
-            entries,
-            options: &options,
-        };
-        let samples = frames_of(&reader)?;
-        if samples.len() != 1 {
-            let message = "a file of a folder of frames has another number of frames than one";
-            return Err(Box::new(
-                Diagnostic::new(Code::RowLength, message)
-                    .expected_found(format!("{POSITIONS} of one frame"), entries.describe())
-                    .help("read the file itself, or take it from the folder"),
-            ));
-        }
-        self.rate = self.rate.or(reader.stated_rate());
-        self.frames
-            .entry(frame)
-            .or_default()
-            .extend(samples.into_iter().flatten());
-        Ok(())
-    }
-
-    pub(in crate::array_files::read) fn motion(
-        self,
-        options: &ReadOptions,
-        warnings: &mut Warnings,
-    ) -> Result<Motion, Failure> {
-        let reader = Reader {
-            entries: &Entries::default(),
-            options,
-        };
-        let numbers: Vec<u64> = self.frames.keys().copied().collect();
-        let first = numbers.first().copied().unwrap_or(0);
-        // Every second frame of a film, say, is a take without gaps.
-        let step = numbers.windows(2).map(|pair| pair[1] - pair[0]).min().unwrap_or(1);
-        let at = |number: u64| usize::try_from((number - first) / step).unwrap_or(usize::MAX);
-        let most = MOST_PER_FILE * numbers.len();
-        if let Some(last) = numbers.last().filter(|last| at(**last) >= most) {
-            return Err(Box::new(limit_exceeded(
-                format!("at most {most} frames in {} files", numbers.len()),
-                format!("numbers from {first} to {last}"),
-            )));
-        }
-        let frames = self.frames.into_iter().map(|(number, samples)| (at(number), samples));
-        let person = only_person(frames.collect(), warnings);
-        of_person(&reader, self.rate, person, warnings)
-    }
-}
-
-/// The frames of the arrays whose names begin with `prefix`.
-fn samples(reader: &Reader<'_, '_>, prefix: &str) -> Result<Vec<Sample>, Failure> {
-    let name = |own: &str| format!("{prefix}{own}");
-    let (frames, positions) = rows(reader, &name(POSITIONS), None, &[JOINTS, 3])?;
-    let (_, rotations) = rows(reader, &name(ROTATIONS), Some(frames), &[JOINTS, 3, 3])?;
-    let places = match reader.entries.get(&name(CAMERA)) {
-        Some(_) => rows(reader, &name(CAMERA), Some(frames), &[3])?.1,
-        None => vec![0.0; 3 * frames],
-    };
-    let matrix = |row: &[f64; 9]| DQuat::from_mat3(&DMat3::from_cols_array(row).transpose()).normalize();
-    let all = positions
-        .chunks_exact(3 * JOINTS)
-        .zip(rotations.chunks_exact(9 * JOINTS));
-    let samples = all.zip(vectors(&places)).map(|((positions, rotations), place)| Sample {
-        positions: vectors(positions),
-        rotations: rotations.as_chunks::<9>().0.iter().map(matrix).collect(),
-        place,
-    });
-    Ok(samples.collect())
-}
-
-/// Vectors in the frame of the camera, with +Y up.
-fn vectors(numbers: &[f64]) -> Vec<DVec3> {
-    let rows = numbers.as_chunks::<3>().0.iter();
-    rows.map(|row| DVec3::from_array(*row) * TO_Y_UP).collect()
-}
-
-/// The numbers of an array of one frame or of many.
-fn rows(
+/// The scene of one person of the frames.
+fn of_frames(
     reader: &Reader<'_, '_>,
-    name: &str,
-    frames: Option<usize>,
-    widths: &[usize],
-) -> Result<(usize, Vec<f64>), Failure> {
-    let is_frame = |shape: &[usize]| shape == widths && frames.is_none_or(|frames| frames == 1);
-    match reader.entries.get(name) {
-        Some(array) if is_frame(&array.shape) && array.is_number() => Ok((1, array.numbers())),
-        _ => reader.numbers(name, frames, widths),
+    (kind, stated_rate): (Kind, Option<f64>),
+    frames: Vec<(usize, Vec<Sample>)>,
+    format: Format,
+    warnings: &mut Warnings,
+) -> Result<Scene, Failure> {
+    let all = frames.last().map_or(0, |(last, _)| last + 1);
+    let person = only_person(frames, reader.options, warnings)?;
+    let samples = persons::fill(person.frames, (kind, all), warnings)?;
+    let rate = rate(reader, stated_rate, samples.len())?;
+    let mut scene = match samples.iter().all(|sample| sample.rotations.len() == JOINTS) {
+        true => of_person(reader, rate, samples, warnings)?.into_scene(format, warnings),
+        false => of_points(kind, rate, &samples, format, warnings),
+    };
+    if let (Some(name), Some(clip)) = (person.name, scene.animations.first_mut()) {
+        clip.name = name;
     }
+    Ok(scene)
 }
 
-/// The frames of the person who is in most of them, each where the frame stands in the take. The persons of a frame
-/// are joined to those of the frames before by the least movement.
-fn only_person(frames: Vec<(usize, Vec<Sample>)>, warnings: &mut Warnings) -> Vec<(usize, Sample)> {
-    /// Metres that joints move from one frame to the next on the average, at most; a person who is farther away is
-    /// another one.
-    const FARTHEST: f64 = 1.0;
-    /// Two persons cross where the wrong choice is farther than the right one by less than this share.
-    const CROSSING: f64 = 1.5;
-    let most = frames.iter().map(|(_, persons)| persons.len()).max().unwrap_or(0);
-    let mut persons: Vec<Vec<(usize, Sample)>> = Vec::new();
-    let mut crossings = Vec::new();
-    for (frame, samples) in frames {
-        let mut pairs = Vec::new();
-        for (index, sample) in samples.iter().enumerate() {
-            for (person, known) in persons.iter().enumerate() {
-                if let Some((_, last)) = known.last() {
-                    pairs.push((sample.distance(last), index, person));
-                }
-            }
+/// The points of a person without rotations, which are solved by their names.
+fn of_points(kind: Kind, rate: f64, samples: &[Sample], format: Format, warnings: &mut Warnings) -> Scene {
+    let mut scene = Scene::default();
+    scene.metadata.format = Some(format);
+    scene.metadata.metres_per_unit = Some(1.0);
+    let names = match kind {
+        Kind::Joints => mhr().into_iter().map(|joint| joint.name).collect(),
+        Kind::Keypoints => mhr70(),
+    };
+    let track = |(index, name): (usize, String)| {
+        let all = samples.iter().map(|sample| (sample.at(index) + sample.place).as_vec3());
+        points::Track {
+            name,
+            ticks: (0..samples.len()).map(|frame| frame as f64).collect(),
+            positions: all.collect(),
+            zeros: 0,
         }
-        pairs.retain(|(distance, ..)| most == 1 || *distance <= FARTHEST);
-        pairs.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
-        let mut person_of = vec![None; samples.len()];
-        let mut taken = vec![false; persons.len()];
-        for (distance, index, person) in &pairs {
-            if person_of[*index].is_some() || taken[*person] {
-                continue;
-            }
-            let mut others = pairs.iter().filter(|(_, other, to)| other == index && to != person);
-            if others.any(|(other, ..)| *other < CROSSING * distance) {
-                crossings.push(frame);
-            }
-            person_of[*index] = Some(*person);
-            taken[*person] = true;
-        }
-        for (sample, person) in samples.into_iter().zip(person_of) {
-            match person {
-                Some(person) => persons[person].push((frame, sample)),
-                None => persons.push(vec![(frame, sample)]),
-            }
-        }
-    }
-    if let Some(first) = crossings.first() {
-        warnings.push(Code::SeveralRoots, || {
-            let message =
-                format!("persons come so near to each other that they may be mistaken, first in frame {first}");
-            Diagnostic::new(Code::SeveralRoots, message).help("save each person in a file of its own")
-        });
-    }
-    if persons.len() > 1 {
-        let others = persons.len() - 1;
-        warnings.push(Code::NotCarriedOver, || {
-            let message = format!("{others} more persons of the file are left out: the one in most frames is read");
-            Diagnostic::new(Code::NotCarriedOver, message).help("save each person in a file of its own")
-        });
-    }
-    // The first of those that are in as many frames.
-    let longest = persons.iter().map(Vec::len).max().unwrap_or(0);
-    let mut persons = persons.into_iter();
-    persons.find(|person| person.len() == longest).unwrap_or_default()
+    };
+    let tracks = names.into_iter().enumerate().map(track).collect();
+    points::add(
+        &mut scene,
+        points::Kind::POINTS,
+        tracks,
+        (samples.len(), rate),
+        warnings,
+    );
+    scene
 }
 
 /// The motion of one person.
 fn of_person(
     reader: &Reader<'_, '_>,
-    stated_rate: Option<f64>,
-    person: Vec<(usize, Sample)>,
+    frame_rate: f64,
+    mut samples: Vec<Sample>,
     warnings: &mut Warnings,
 ) -> Result<Motion, Failure> {
     let joints = mhr();
-    let mut samples = fill(person, warnings)?;
     let mut motion = Motion {
-        frame_rate: rate(reader, stated_rate, samples.len())?,
+        frame_rate,
         ..Motion::default()
     };
-    for sample in &mut samples {
-        rest::fit_hands(&joints, sample);
-    }
+    rest::fit_hands(&joints, &mut samples, warnings);
     let lengths = remove_scale(&joints, &mut samples);
     let frames = rest::frames(&joints);
     let mut rest = vec![DVec3::ZERO; JOINTS];
@@ -293,21 +222,21 @@ fn of_person(
         }
     }
     let stated = match reader.entries.get(UP) {
-        Some(_) => vectors(&reader.numbers(UP, Some(3), &[])?.1).first().copied(),
+        Some(_) => vectors(&reader.numbers(UP, Some(3), &[])?.1).next(),
         None => None,
     };
-    let level = level::Level::of(&joints, &samples, stated);
+    let level = level::Level::of(&joints, &frames, &samples, stated);
     level.assume(&mut motion);
-    let floor = level.floor(&joints, &samples);
+    let floor = level.floor(&joints, &frames, &samples);
     motion.root = (samples.iter())
-        .map(|sample| level.turn * (sample.positions[ROOT] + sample.place) - DVec3::Y * floor)
+        .map(|sample| level.turn * (sample.at(ROOT) + sample.place) - DVec3::Y * floor)
         .collect();
     let kept = kept(&joints, &samples);
     let balls = level::feet(&joints).map(|foot| rest[foot].y);
     let ground = balls[0].min(balls[1]) - level::BALL_HEIGHT;
     for (index, joint) in joints.iter().enumerate().filter(|(index, _)| kept[*index]) {
         let above = joint.parent.filter(|parent| kept[*parent]);
-        let in_world = |sample: &Sample, joint: usize| sample.rotations[joint] * frames[joint].inverse();
+        let in_world = |sample: &Sample, joint: usize| sample.rotation(joint) * frames[joint].inverse();
         let rotations = samples.iter().map(|sample| match above {
             Some(parent) => in_world(sample, parent).inverse() * in_world(sample, index),
             None => level.turn * in_world(sample, index),
@@ -320,12 +249,14 @@ fn of_person(
             ..joint.clone()
         });
     }
-    motion.assume(
-        Topic::Body,
-        "lengths are medians over the frames",
-        "the size of the body changes from frame to frame",
-        Confidence::Sure,
-    );
+    if samples.len() > 1 {
+        motion.assume(
+            Topic::Body,
+            "lengths are medians over the frames",
+            "the size of the body changes from frame to frame",
+            Confidence::Sure,
+        );
+    }
     Ok(motion)
 }
 
@@ -337,52 +268,9 @@ fn rate(reader: &Reader<'_, '_>, stated: Option<f64>, frames: usize) -> Result<f
     reader.options.frame_rate_or(stated)
 }
 
-/// A sample for each frame: in those that lack the person, or have numbers that are not finite, between its neighbours.
-fn fill(person: Vec<(usize, Sample)>, warnings: &mut Warnings) -> Result<Vec<Sample>, Failure> {
-    let first = person.first().map_or(0, |(frame, _)| *frame);
-    let frames = person.last().map_or(0, |(frame, _)| frame + 1 - first);
-    let whole: Vec<(usize, Sample)> = (person.into_iter())
-        .filter(|(_, sample)| sample.is_whole())
-        .map(|(frame, sample)| (frame - first, sample))
-        .collect();
-    let Some((_, last)) = whole.last() else {
-        let message = format!("no frame of {POSITIONS} and {ROTATIONS} has finite numbers alone");
-        return Err(Box::new(Diagnostic::new(Code::NonFiniteValue, message)));
-    };
-    let missing = frames - whole.len();
-    if missing > 0 {
-        warnings.push(Code::Gap, || {
-            let message = format!("the person is missing, or not finite, in {missing} of {frames} frames");
-            Diagnostic::new(Code::Gap, message).help("the frames between were interpolated")
-        });
-    }
-    let mut filled: Vec<Sample> = Vec::with_capacity(frames);
-    for (frame, sample) in &whole {
-        let before = filled.len();
-        let gap = frame + 1 - before;
-        let from = filled.last().unwrap_or(sample).clone();
-        filled.extend((1..=gap).map(|step| match step == gap {
-            true => sample.clone(),
-            false => between(&from, sample, step as f64 / gap as f64),
-        }));
-    }
-    filled.resize(frames, last.clone());
-    Ok(filled)
-}
-
-fn between(from: &Sample, to: &Sample, share: f64) -> Sample {
-    let positions = std::iter::zip(&from.positions, &to.positions);
-    let rotations = std::iter::zip(&from.rotations, &to.rotations);
-    Sample {
-        positions: positions.map(|(from, to)| from.lerp(*to, share)).collect(),
-        rotations: rotations.map(|(from, to)| from.slerp(*to, share)).collect(),
-        place: from.place.lerp(to.place, share),
-    }
-}
-
 /// Where a joint is from its parent, in the parent's axes.
 fn offset(joint: usize, parent: usize, sample: &Sample) -> DVec3 {
-    sample.rotations[parent].inverse() * (sample.positions[joint] - sample.positions[parent])
+    sample.rotation(parent).inverse() * (sample.at(joint) - sample.at(parent))
 }
 
 /// Brings the body of every frame to its median size, with its distance from the camera, which is guessed by the
@@ -398,18 +286,17 @@ fn remove_scale(joints: &[Joint], samples: &mut [Sample]) -> Vec<DVec3> {
     let size = |sample: &Sample| -> f64 {
         let bones = pairs().filter(|(_, parent)| *parent >= ROOT);
         bones
-            .map(|(joint, parent)| sample.positions[joint].distance(sample.positions[parent]))
+            .map(|(joint, parent)| sample.at(joint).distance(sample.at(parent)))
             .sum()
     };
     let sizes: Vec<f64> = samples.iter().map(size).collect();
     let usual = median(&mut sizes.clone()).unwrap_or(0.0);
     for (sample, own) in samples.iter_mut().zip(&sizes) {
         let scale = if *own > 0.0 { usual / own } else { 1.0 };
-        let root = sample.positions[ROOT];
-        sample
-            .positions
-            .iter_mut()
-            .for_each(|position| *position = root + (*position - root) * scale);
+        let root = sample.at(ROOT);
+        for position in &mut sample.positions {
+            *position = (root + (position.as_dvec3() - root) * scale).as_vec3();
+        }
         sample.place = (sample.place + root) * scale - root;
     }
     let mut offsets = vec![DVec3::ZERO; joints.len()];
@@ -427,7 +314,7 @@ fn kept(joints: &[Joint], samples: &[Sample]) -> Vec<bool> {
     kept[0] = false;
     let head = joints.iter().position(|joint| joint.name == "c_head");
     let is_still = |joint: usize, parent: usize| {
-        let local = |sample: &Sample| sample.rotations[parent].inverse() * sample.rotations[joint];
+        let local = |sample: &Sample| sample.rotation(parent).inverse() * sample.rotation(joint);
         let first = samples.first().map(local).unwrap_or_default();
         samples.iter().all(|sample| local(sample).dot(first).abs() > TURNED)
     };

@@ -5,13 +5,13 @@ use super::Pickle;
 use super::objects::{Id, Object, Objects};
 
 /// Dictionaries within dictionaries that are looked into.
-const DEEPEST: usize = 4;
+const DEEPEST: usize = 8;
 
 /// Bytes of a name that is looked at.
 const LONGEST: usize = 256;
 
-/// Arrays that are listed.
-const MOST: usize = 4096;
+/// Arrays that are listed: those of 10,000 frames of an estimator, each in a dictionary of its own.
+const MOST: usize = 1 << 18;
 
 /// The arrays of a pickle, in its order, as `outer.inner`. Numbers and texts are arrays of one element, lists of
 /// numbers and of texts arrays of one axis; what else there is has no name.
@@ -34,7 +34,11 @@ struct Finder<'p, 'a> {
 
 impl<'a> Finder<'_, 'a> {
     fn visit(&mut self, name: String, id: Id, depth: usize) {
-        if self.left == 0 || self.found.arrays.len() >= MOST || depth > DEEPEST {
+        if self.left == 0 || self.found.arrays.len() >= MOST {
+            self.found.is_cut = true;
+            return;
+        }
+        if depth > DEEPEST {
             return;
         }
         self.left -= 1;
@@ -66,6 +70,7 @@ impl<'a> Finder<'_, 'a> {
 
     fn list(&mut self, name: String, items: &[Id], depth: usize) {
         if items.len() > self.left {
+            self.found.is_cut = true;
             return;
         }
         self.left -= items.len();

@@ -1,16 +1,22 @@
 //! How the joints of the rig are turned in the T-pose, and hands whose rotations do not fit their positions.
 
 use glam::{DMat3, DQuat, DVec3, EulerRot};
+use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::joint_tables::Joint;
 
 use super::Sample;
+use crate::warnings::Warnings;
 
 /// Joints whose axes differ from those of their parents in the T-pose: the angles about the fixed axes X, Y and Z in
 /// degrees that bring the parent's axes to theirs, as the joints of a body that stands upright have them. The
-/// right side is the mirror image of the left.
-const TURNED: [(&str, [f64; 3]); 15] = [
-    ("l_subtalar", [12.0, 1.0, 76.0]),
-    ("l_ball", [0.0, 12.5, 0.0]),
+/// right side is the mirror image of the left. Those of a foot lay the sole flat, as the vertices below the feet
+/// that stand have it in the outputs of SAM 3D Body: the legs of the rig itself stand astride.
+const TURNED: [(&str, [f64; 3]); 18] = [
+    ("l_foot", [0.5, -19.0, -4.5]),
+    ("l_talocrural", [2.0, 1.5, 12.5]),
+    ("l_subtalar", [11.0, 1.5, 71.5]),
+    ("l_transversetarsal", [3.5, 1.0, 0.0]),
+    ("l_ball", [2.0, 13.5, 9.5]),
     ("c_spine2", [0.0, 0.0, -9.0]),
     ("l_clavicle", [38.0, -54.0, -53.0]),
     ("l_wrist_twist", [90.0, 0.0, 0.0]),
@@ -80,13 +86,27 @@ fn mirrored(left: DQuat) -> DQuat {
 const MISFIT: f64 = 15.0;
 
 /// Turns hands and fingers as their positions say, where their rotations do not fit.
-pub(super) fn fit_hands(joints: &[Joint], sample: &mut Sample) {
-    for (letter, side) in [("l", 1.0), ("r", -1.0)] {
-        fit_hand(joints, sample, letter, side);
+pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut Warnings) {
+    for (word, side) in [("left", 1.0), ("right", -1.0)] {
+        let fitted = samples
+            .iter_mut()
+            .filter_map(|sample| fit_hand(joints, sample, &word[..1], side));
+        let count = fitted.count();
+        if count > 0 {
+            warnings.push(Code::NotCarriedOver, || {
+                let frames = samples.len();
+                let message = format!(
+                    "the rotations of the {word} hand contradict its positions, and are left out, in {count} of \
+                     {frames} frames"
+                );
+                Diagnostic::new(Code::NotCarriedOver, message).help("the positions turn the hand there")
+            });
+        }
     }
 }
 
-fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) {
+/// Turns a hand, if its rotations do not fit.
+fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> Option<()> {
     /// From the wrist to the first joint of the middle finger, and from that of the ring finger to that of the index
     /// finger, in the axes of a left wrist, in metres. No shape of a body changes their directions by a degree.
     const PALM: [DVec3; 2] = [DVec3::new(0.0745, 0.003, 0.0), DVec3::new(0.006, 0.001, -0.039)];
@@ -94,42 +114,41 @@ fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) {
     let (Some(wrist), Some(middle), Some(index), Some(ring)) =
         (find("wrist"), find("middle1"), find("index1"), find("ring1"))
     else {
-        return;
+        return None;
     };
-    let at = |joint: usize| sample.positions[joint];
+    let at = |joint: usize| sample.at(joint);
     let palm = axes(PALM[0] * side, PALM[1] * side);
     let own = axes(at(middle) - at(wrist), at(index) - at(ring));
-    let (Some(palm), Some(own)) = (palm, own) else {
-        return;
-    };
-    let fitted = own * palm.inverse();
+    let fitted = own? * palm?.inverse();
     let names = ["middle1", "middle2", "middle3", "middle_null"].map(find);
     let bends = names.windows(2).filter_map(|pair| {
         let (joint, next) = (pair[0]?, pair[1]?);
         let direction = (at(next) - at(joint)).try_normalize()?;
-        Some(direction.angle_between(sample.rotations[joint] * DVec3::X * side))
+        Some(direction.angle_between(sample.rotation(joint) * DVec3::X * side))
     });
     let bent = bends.fold(0.0, f64::max).to_degrees();
-    if fitted.angle_between(sample.rotations[wrist]).to_degrees() < MISFIT || bent < MISFIT {
-        return;
+    if fitted.angle_between(sample.rotation(wrist)).to_degrees() < MISFIT || bent < MISFIT {
+        return None;
     }
-    let turn = fitted * sample.rotations[wrist].inverse();
+    let turn = fitted * sample.rotation(wrist).inverse();
     let below =
         |joint: usize| std::iter::successors(Some(joint), |above| joints[*above].parent).any(|above| above == wrist);
     for joint in (0..joints.len()).filter(|joint| below(*joint)) {
-        sample.rotations[joint] = turn * sample.rotations[joint];
+        sample.rotations[joint] = (turn * sample.rotation(joint)).as_quat();
     }
     // Each joint of a finger points to the next.
     for joint in (wrist + 1..joints.len()).filter(|joint| below(*joint)) {
         let Some(next) = joints.iter().position(|other| other.parent == Some(joint)) else {
             continue;
         };
-        let direction = (sample.positions[next] - sample.positions[joint]).try_normalize();
+        let direction = (sample.at(next) - sample.at(joint)).try_normalize();
         if let Some(direction) = direction {
-            let own = sample.rotations[joint] * DVec3::X * side;
-            sample.rotations[joint] = DQuat::from_rotation_arc(own, direction) * sample.rotations[joint];
+            let own = sample.rotation(joint) * DVec3::X * side;
+            let turned = DQuat::from_rotation_arc(own, direction) * sample.rotation(joint);
+            sample.rotations[joint] = turned.as_quat();
         }
     }
+    Some(())
 }
 
 /// The axes of which the first points along, and the second lies in the plane with `across`.

@@ -1,0 +1,92 @@
+//! A folder with a file for each frame, or for each person in it.
+
+use std::collections::BTreeMap;
+
+use mocap_scene::error::{Code, Diagnostic};
+use mocap_scene::limits::limit_exceeded;
+use mocap_scene::scene::{Format, Scene};
+
+use super::samples::frames_of;
+use super::{CAMERA, Kind, ROTATIONS, Sample, persons};
+use crate::array_files::read::layouts::Reader;
+use crate::array_files::read::ndarray::Entries;
+use crate::warnings::Warnings;
+use crate::{Failure, ReadOptions};
+
+/// Frames for each file of a folder, at most: the others are interpolated.
+const MOST_PER_FILE: usize = 64;
+
+/// The persons of a folder with a file for each frame, or for each person in it.
+#[derive(Debug, Default)]
+pub struct BodyFrames {
+    /// By the number of the frame.
+    frames: BTreeMap<u64, Vec<Sample>>,
+    kind: Kind,
+    rate: Option<f64>,
+}
+
+impl BodyFrames {
+    /// The arrays of a file that are read. An array without a name may hold dictionaries.
+    pub(in crate::array_files::read) fn reads(name: &str) -> bool {
+        let names = [Kind::Joints.positions(), Kind::Keypoints.positions(), CAMERA, "fps"];
+        let is_known = names.iter().chain(&ROTATIONS).any(|own| name.ends_with(own));
+        // The other arrays of the estimator, of which the vertices are large.
+        let is_other = name.starts_with("pred_") || name.ends_with("_params") || name.ends_with("mask");
+        is_known || !is_other
+    }
+
+    pub(in crate::array_files::read) fn add(&mut self, frame: u64, entries: &Entries<'_>) -> Result<(), Failure> {
+        let options = ReadOptions::default();
+        let reader = Reader {
+            entries,
+            options: &options,
+        };
+        let Some(kind) = Kind::of(entries).filter(|kind| self.frames.is_empty() || *kind == self.kind) else {
+            let message = format!("the file has no {}", self.kind.positions());
+            return Err(Box::new(
+                Diagnostic::new(Code::MissingKeyword, message)
+                    .expected_found(format!("{} of one frame", self.kind.positions()), entries.describe())
+                    .help("take the file from the folder"),
+            ));
+        };
+        let frames = frames_of(&reader, kind)?;
+        if frames.len() != 1 {
+            let message = "a file of a folder of frames has another number of frames than one";
+            return Err(Box::new(
+                Diagnostic::new(Code::RowLength, message)
+                    .expected_found(format!("{} of one frame", kind.positions()), entries.describe())
+                    .help("read the file itself, or take it from the folder"),
+            ));
+        }
+        self.kind = kind;
+        self.rate = self.rate.or(reader.stated_rate());
+        let samples = frames.into_iter().flat_map(|(_, samples)| samples);
+        self.frames.entry(frame).or_default().extend(samples);
+        Ok(())
+    }
+
+    pub(in crate::array_files::read) fn to_scene(
+        self,
+        options: &ReadOptions,
+        warnings: &mut Warnings,
+    ) -> Result<Scene, Failure> {
+        let reader = Reader {
+            entries: &Entries::default(),
+            options,
+        };
+        let numbers: Vec<u64> = self.frames.keys().copied().collect();
+        // Every second frame of a film, say, is a take without gaps.
+        let step = numbers.windows(2).map(|pair| pair[1] - pair[0]).min().unwrap_or(1);
+        let most = MOST_PER_FILE * numbers.len();
+        if let (Some(first), Some(last)) = (numbers.first(), numbers.last())
+            && (last - first) / step >= most as u64
+        {
+            return Err(Box::new(limit_exceeded(
+                format!("at most {most} frames in {} files", numbers.len()),
+                format!("numbers from {first} to {last}"),
+            )));
+        }
+        let frames = persons::places(self.frames.into_iter().collect(), step);
+        super::of_frames(&reader, (self.kind, self.rate), frames, Format::Npz, warnings)
+    }
+}
