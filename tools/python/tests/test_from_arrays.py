@@ -40,6 +40,26 @@ def test_outputs_of_an_estimator_become_a_take():
         mocap.from_arrays()
 
 
+def test_persons_of_an_estimator_are_told_apart():
+    with np.load(ARRAYS / "sam3d_body.npz") as file:
+        frame = dict(file)
+    at = lambda x, z: frame | {"pred_cam_t": np.array([x, 0.0, z]), "mask": None}
+    frames = [[at(-1 + 0.4 * i, 5), at(1 - 0.4 * i, 5.7)][:: 1 if i % 2 else -1] for i in range(6)]
+    frames[2] = frames[2][1:]  # of the first alone
+    frames[4] = []
+    for person, way in ((None, 0.4), (0, -0.4)):
+        take = mocap.from_arrays(frames, frame_rate=25, person=person)
+        assert np.allclose(np.diff(take.to_numpy().positions[:, 0, 0]), way, atol=1e-3)
+    with pytest.raises(mocap.MocapError, match="does not have this clip"):
+        mocap.from_arrays(frames, frame_rate=25, person=2)
+
+
+def test_a_folder_of_frames_is_read(tmp_path):
+    for index in range(3):
+        (tmp_path / f"frame_{index}.npz").write_bytes((ARRAYS / "sam3d_body.npz").read_bytes())
+    assert mocap.read(tmp_path, retime=30).frames == 3
+
+
 def test_shapes_that_do_not_go_together_are_refused():
     positions, rotations = motion()
     for wrong in ({"positions": positions[0]}, {"positions": positions, "names": ["a"]},

@@ -16,27 +16,37 @@ from ._job_options import ReadOptions
 from ._scene import Scene
 
 
+# The arrays that are read of a frame of SAM 3D Body; its vertices are large.
+_OF_BODIES = ("pred_joint_coords", "pred_global_rots", "joint_global_rots", "pred_cam_t", "pred_keypoints_3d")
+
+# The arrays of a frame: of its only person, of each of its persons, or of nobody.
+_Frame = Mapping[str, object] | Sequence[Mapping[str, object]] | None
+
+
 @public
 def from_arrays(
-    arrays: Mapping[str, object] | Sequence[Mapping[str, object]] | None = None,
+    arrays: Mapping[str, object] | Sequence[_Frame] | None = None,
     *,
     positions: ArrayLike | None = None,
     rotations: ArrayLike | None = None,
     names: Sequence[str] | None = None,
     parents: Sequence[int] | None = None,
     frame_rate: float | None = None,
+    person: int | None = None,
 ) -> Scene:
     """A scene of a motion in NumPy arrays, in metres with +Y up.
 
     Args:
         arrays: In the layout of another program, by their names, as `mocap.read` takes them in an ``.npz``; or a list with
-            such arrays of each frame, as SAM 3D Body gives them. What is no number is left out. Instead of positions.
+            such arrays of each frame, as SAM 3D Body gives them: of one person, or a list of its persons, which may be
+            empty. What is no number is left out. Instead of positions.
         positions: Of the joints in the world, (frames, joints, 3).
         rotations: To the parent, as matrices (frames, joints, 3, 3) or as quaternions x, y, z, w (frames, joints, 4).
             Without them the joints are points, of which those named as SMPL's, or 22 or 24 without names, are solved.
         names: Of the joints.
         parents: Of each joint the index of the one above it, which stands before it, or -1. Needed with rotations.
         frame_rate: Frames per second. Default: those of the arrays; of positions 30.
+        person: Which of several persons, from 0, in the order in which they appear. Default: the one in most frames.
 
     >>> scene = mocap.from_arrays(positions=np.load("joints.npy"), frame_rate=20)  # doctest: +SKIP
 
@@ -50,22 +60,44 @@ def from_arrays(
         file = _saved(_stacked(arrays, frame_rate))
     else:
         file = _npz(positions, rotations, names, parents, 30.0 if frame_rate is None else frame_rate)
-    return Scene(_mocap.read_bytes(file, "arrays.npz", ReadOptions()))
+    options = ReadOptions() if person is None else ReadOptions(clip=f"person_{person}")
+    return Scene(_mocap.read_bytes(file, "arrays.npz", options))
 
 
 def _stacked(
-    arrays: Mapping[str, object] | Sequence[Mapping[str, object]], frame_rate: float | None
+    arrays: Mapping[str, object] | Sequence[_Frame], frame_rate: float | None
 ) -> dict[str, np.ndarray]:
-    """Arrays of numbers; those of frames along a first axis."""
+    """Arrays of numbers; those of frames along a first axis, and those of persons along a second."""
     if isinstance(arrays, Mapping):
         named = {name: np.asarray(array) for name, array in arrays.items() if _is_number(array)}
     else:
-        first = {name for name, array in arrays[0].items() if _is_number(array)} if len(arrays) else set()
-        common = first.intersection(*(frame.keys() for frame in arrays))
-        named = {name: np.stack([np.asarray(frame[name]) for frame in arrays]) for name in sorted(common)}
+        frames = [_persons(frame) for frame in arrays]
+        known = [person for frame in frames for person in frame]
+        most = max(map(len, frames), default=0)
+        common = set[str]().union(*known[:1]).intersection(*known)
+        named = {}
+        for name in sorted(common & set(_OF_BODIES) or common):
+            if all(_is_number(person[name]) for person in known):
+                named[name] = _rows(frames, name, most)
     if frame_rate is not None:
         named["fps"] = np.array(float(frame_rate))
     return named
+
+
+def _rows(frames: Sequence[Sequence[Mapping[str, object]]], name: str, most: int) -> np.ndarray:
+    """The arrays of this name: of frames, and of `most` persons where there are several."""
+    shape = next(np.asarray(person[name]).shape for frame in frames for person in frame)
+    rows = np.full((len(frames), most, *shape), np.nan)
+    for index, frame in enumerate(frames):
+        for place, person in enumerate(frame):
+            rows[index, place] = np.asarray(person[name])
+    return rows[:, 0] if most == 1 else rows
+
+
+def _persons(frame: _Frame) -> Sequence[Mapping[str, object]]:
+    if frame is None:
+        return []
+    return [frame] if isinstance(frame, Mapping) else frame
 
 
 def _is_number(array: object) -> bool:
