@@ -337,8 +337,8 @@ impl Importer {
         Self::new().gltf_meshes(true).morph_targets(self.read.morph_targets)
     }
 
-    /// Whether what only a comparison needs is read: the skeletons that this crate drew in USD, and both bind poses that
-    /// an FBX file states.
+    /// Whether what only a comparison needs is read: the skeletons that this crate drew in USD, and both bind poses
+    /// that an FBX file states.
     #[must_use]
     #[doc(hidden)]
     pub fn for_comparison(mut self, read: bool) -> Self {

@@ -374,8 +374,8 @@ pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> V
     farthest.iter().map(landing).collect()
 }
 
-/// The last frames in which a ball of a foot is slow, each soon before one in which it is farthest behind the pelvis;
-/// that one where it is not slow before.
+/// The frames in which a foot leaves the ground. Each is the last one in which the ball of the foot is slow, soon
+/// before the ball is farthest `behind` the pelvis. If the ball is not slow there, it is the frame of `behind`.
 pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize> {
     let is_slow = |frame: &usize| {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(ball.len() - 1));

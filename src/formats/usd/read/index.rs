@@ -1,5 +1,5 @@
-//! Where the prims of a layer are by their paths, and what they have from prims above them. One pass finds both, so that
-//! many prims far below each other take no more time and memory than their text.
+//! The prims of a layer by their paths, and what they have from prims above them. One pass finds both, so that many
+//! prims far below each other take no more time and memory than their text.
 
 use std::collections::HashMap;
 
