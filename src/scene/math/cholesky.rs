@@ -67,12 +67,8 @@ pub fn factor_envelope(matrix: &mut [f64], first: &[usize]) {
 /// As [`solve`], of a matrix that [`factor_envelope`] factors.
 pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
     factor_envelope(matrix, first);
+    forward_envelope(matrix, right, first, 0);
     let size = first.len();
-    for row in 0..size {
-        let own = &matrix[row * size..(row + 1) * size];
-        let known = dot(&own[first[row]..row], &right[first[row]..row]);
-        right[row] = (right[row] - known) / own[row];
-    }
     for row in (0..size).rev() {
         let own = &matrix[row * size..(row + 1) * size];
         right[row] /= own[row];
@@ -83,15 +79,21 @@ pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
     }
 }
 
-/// Solves L y = right, and leaves y in `right`.
-pub fn forward(matrix: &[f64], right: &mut [f64], size: usize) {
-    forward_from(matrix, right, size, 0);
+/// As [`forward`], of a factor by [`factor_envelope`] and a right side that is 0 before `from`, as y then is.
+pub fn forward_envelope(matrix: &[f64], right: &mut [f64], first: &[usize], from: usize) {
+    let size = first.len();
+    for row in from..size {
+        let own = &matrix[row * size..(row + 1) * size];
+        let begin = first[row].max(from);
+        let known = dot(&own[begin..row], &right[begin..row]);
+        right[row] = (right[row] - known) / own[row];
+    }
 }
 
-/// As [`forward`], of a right side that is 0 before `first`, as y then is.
-pub fn forward_from(matrix: &[f64], right: &mut [f64], size: usize, first: usize) {
-    for row in first..size {
-        let known = dot(&matrix[row * size + first..row * size + row], &right[first..row]);
+/// Solves L y = right, and leaves y in `right`.
+pub fn forward(matrix: &[f64], right: &mut [f64], size: usize) {
+    for row in 0..size {
+        let known = dot(&matrix[row * size..row * size + row], &right[..row]);
         right[row] = (right[row] - known) / matrix[row * size + row];
     }
 }

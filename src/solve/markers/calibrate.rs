@@ -193,14 +193,14 @@ fn eliminated(
     for row in 0..poses {
         own[row * poses + row] += 1e-3;
     }
-    cholesky::factor(&mut own, poses);
-    cholesky::forward(&own, &mut own_right, poses);
+    cholesky::factor_envelope(&mut own, &model.envelope);
+    cholesky::forward_envelope(&own, &mut own_right, &model.envelope, 0);
     // Each unknown of the body with the first of the pose with which it has to do.
     let mut touched: Vec<(usize, usize)> = Vec::new();
     for body in 0..bodies {
         let row = &mut mixed[body * poses..(body + 1) * poses];
         if let Some(first) = row.iter().position(|value| *value != 0.0) {
-            cholesky::forward_from(&own, row, poses, first);
+            cholesky::forward_envelope(&own, row, &model.envelope, first);
             touched.push((body, first));
         }
     }

@@ -193,7 +193,7 @@ impl Fit {
         let variance = |unknown: usize| {
             let mut unit = vec![0.0; size];
             unit[unknown] = 1.0;
-            cholesky::forward_from(&self.matrix, &mut unit, size, unknown);
+            cholesky::forward_envelope(&self.matrix, &mut unit, &model.envelope, unknown);
             unit.iter().map(|value| value * value).sum::<f64>()
         };
         let deviation = |unknown: &Option<usize>| {
