@@ -2,11 +2,12 @@
 
 mod partners;
 mod reference;
+mod sides;
 
 use std::fmt;
 
-use glam::{DQuat, DVec3, Quat, Vec3};
-use mocap_figure::{Axis, Figure, Humanoid, HumanoidBone};
+use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
+use mocap_figure::{Figure, Humanoid, HumanoidBone};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, FaceTrack, Pose, Trs};
 use mocap_scene::scene::{NodeId, Scene};
@@ -24,8 +25,9 @@ step! {
     /// walks forward still walks forward.
     ///
     /// Joints are paired by the bones of the humanoid, and below these by their positions, not by their names. The
-    /// motion of each is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets
-    /// and rest rotations. Offsets stay, and so each side keeps its lengths. Mirrored twice, a motion is what it was.
+    /// rotation of each from the rest pose is reflected. A rest pose whose sides are no mirror images is replaced by
+    /// the T-pose, in which each bone is turned about itself as on the average of the motion. Offsets stay, and so each
+    /// side keeps its lengths. Mirrored twice, a motion is what it was.
     /// On the face of a VRM animation the winks of both eyes change places, and the gaze is mirrored.
     ///
     /// ```
@@ -95,16 +97,23 @@ impl fmt::Display for MirrorReport {
 fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<MirrorReport> {
     let figure = figure_of(scene, humanoid)?;
     let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
+    let hips = figure.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
     // Of the skeleton alone: a T-pose from the motion would be another one after the motion is mirrored.
     let still = Scene {
         nodes: scene.nodes.clone(),
         metadata: scene.metadata.clone(),
         ..Scene::default()
     };
+    let rest = Pose::rest(&still);
+    let left_at_rest = reference::left_at_rest(&rest, &figure.humanoid, hips);
     let standing = Figure::with_bones(&still, figure.humanoid.clone());
-    let reference = &standing.t_pose(&still).ok_or_else(not_humanoid)?.pose;
-    let hips = figure.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
-    let normal = normal(&standing, reference).ok_or_else(not_humanoid)?;
+    let (reference, normal) = match left_at_rest {
+        Some(left) => (&rest, left),
+        None => {
+            let t_pose = &standing.t_pose(&still).ok_or_else(not_humanoid)?.pose;
+            (t_pose, normal(&standing, t_pose).ok_or_else(not_humanoid)?)
+        }
+    };
     let partners = partners(scene, &figure.humanoid, reference, hips, normal);
 
     // What moves a joint moves its partner, even one that has no channel yet.
@@ -121,7 +130,14 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         .get(animation)
         .map(|animation| scene.face_tracks(animation));
 
-    let symmetric = reference::symmetric(&still, &figure.humanoid, reference, &partners, normal);
+    let symmetric = match left_at_rest {
+        Some(_) => reference::rotations(reference),
+        None => {
+            let mut symmetric = reference::symmetric(&still, &figure.humanoid, reference, &partners, normal);
+            sides::lay_as_in_motion(scene, &frames, &figure.humanoid, &partners, normal, &mut symmetric);
+            symmetric
+        }
+    };
     let mirrored = MirrorPlan::new(
         scene,
         &frames,
@@ -144,7 +160,10 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         mirrored.frame(scene, frame, &old, &column_of, &mut rotations, &mut new, &mut frames);
     }
     let nodes = frames.nodes().to_vec();
-    let moves = |node: &NodeId| column_of[node.index()].is_some_and(|column| mirrored.moves[column]);
+    let moves = |node: &NodeId| {
+        let is_exchanged = partners[node.index()] != *node && is_topmost(scene, node.index(), &column_of);
+        is_exchanged || column_of[node.index()].is_some_and(|column| mirrored.moves[column])
+    };
     let moved: Vec<NodeId> = nodes
         .iter()
         .copied()
@@ -203,17 +222,10 @@ fn mirror_face(scene: &mut Scene, animation: usize, mut tracks: Vec<FaceTrack>) 
     scene.set_face(animation, &tracks, false);
 }
 
-/// The direction to the left in the T-pose: along an axis where it is near one, since that T-pose was made along axes.
+/// The direction to the left in the T-pose, which was made along axes.
 fn normal(figure: &Figure, reference: &Pose) -> Option<DVec3> {
     let at = |bone: HumanoidBone| Some(reference.position(figure.humanoid.joint(bone)?).as_dvec3());
-    let legs = at(HumanoidBone::LeftUpperLeg)? - at(HumanoidBone::RightUpperLeg)?;
-    let left = legs.try_normalize()?;
-    let axes = [Axis::X, Axis::Y, Axis::Z, Axis::NegX, Axis::NegY, Axis::NegZ];
-    let near = axes
-        .into_iter()
-        .filter_map(Axis::direction)
-        .find(|axis| axis.as_dvec3().dot(left) > 0.99);
-    Some(near.map_or(left, Vec3::as_dvec3))
+    reference::along_axis(at(HumanoidBone::LeftUpperLeg)? - at(HumanoidBone::RightUpperLeg)?)
 }
 
 /// What does not depend on the frame.
@@ -229,6 +241,9 @@ struct MirrorPlan<'a> {
     turn: DQuat,
     /// Which held nodes change their translation.
     moves: Vec<bool>,
+    rest: Pose,
+    /// Where the topmost joint of the figure is in the first frame.
+    center: DVec3,
 }
 
 impl<'a> MirrorPlan<'a> {
@@ -263,6 +278,10 @@ impl<'a> MirrorPlan<'a> {
         let plane = clear.unwrap_or(normal).normalize();
         let turn = DQuat::from_xyzw(0.0, 0.0, 0.0, -plane.dot(normal));
         let cross = plane.cross(normal);
+        let above = std::iter::successors(Some(hips), |node| scene.nodes[node.index()].parent);
+        let carrier = above.filter(|node| frames.column(*node).is_some()).last().unwrap_or(hips);
+        frames.pose(0, &mut pose);
+        let center = pose.position(carrier).as_dvec3();
         Self {
             partners,
             reference,
@@ -275,6 +294,8 @@ impl<'a> MirrorPlan<'a> {
                     track.windows(2).any(|pair| pair[0].translation != pair[1].translation)
                 })
                 .collect(),
+            rest: Pose::rest(scene),
+            center,
         }
     }
 
@@ -327,8 +348,9 @@ impl<'a> MirrorPlan<'a> {
         }
     }
 
-    /// The mirrored translation to the parent. The position of a figure's topmost node is the mirror image across the
-    /// plane, from its place in the first frame. Any other node is as far from its offset as its partner is.
+    /// The mirrored translation to the parent. That of a topmost node, as are feet that hang on the root of a rig, is
+    /// the mirror image across the plane, from the place of the figure in the first frame. Any other node is as far from
+    /// its offset as its partner is.
     fn translation(
         &self,
         scene: &Scene,
@@ -342,25 +364,36 @@ impl<'a> MirrorPlan<'a> {
         let (Some(own), Some(other)) = (column_of[node], column_of[partner]) else {
             return offset(node);
         };
-        let above = std::iter::successors(scene.nodes[node].parent, |parent| scene.nodes[parent.index()].parent);
-        let is_topmost = above.into_iter().all(|above| column_of[above.index()].is_none());
-        let (normal, base, base_of_partner) = if is_topmost {
-            (self.plane, old[own][0].translation, old[other][0].translation)
-        } else if self.moves[own] || self.moves[other] {
-            (self.normal, offset(node), offset(partner))
-        } else {
+        if is_topmost(scene, node, column_of) && is_topmost(scene, partner, column_of) {
+            let at = old[other][frame].translation.as_dvec3();
+            let from = self.above(scene, partner).transform_point3(at) - self.center;
+            let image = self.center + from - 2.0 * from.dot(self.plane) * self.plane;
+            return self.above(scene, node).inverse().transform_point3(image).as_vec3();
+        }
+        if !self.moves[own] && !self.moves[other] {
             return old[own][frame].translation;
-        };
-        let moved = (old[other][frame].translation - base_of_partner).as_dvec3();
+        }
         let reference = |node: usize| {
             scene.nodes[node]
                 .parent
                 .map_or(DQuat::IDENTITY, |parent| self.reference[parent.index()])
         };
-        let moved = reference(partner) * moved;
-        let moved = reference(node).inverse() * (moved - 2.0 * moved.dot(normal) * normal);
-        (base.as_dvec3() + moved).as_vec3()
+        let moved = reference(partner) * (old[other][frame].translation - offset(partner)).as_dvec3();
+        let moved = reference(node).inverse() * (moved - 2.0 * moved.dot(self.normal) * self.normal);
+        (offset(node).as_dvec3() + moved).as_vec3()
     }
+
+    /// From the parent of a topmost node to the world, which never moves.
+    fn above(&self, scene: &Scene, node: usize) -> DMat4 {
+        let parent = scene.nodes[node].parent;
+        parent.map_or(DMat4::IDENTITY, |parent| self.rest.node_to_world[parent.index()].as_dmat4())
+    }
+}
+
+/// Whether nothing above a node moves.
+fn is_topmost(scene: &Scene, node: usize, column_of: &[Option<usize>]) -> bool {
+    let above = std::iter::successors(scene.nodes[node].parent, |parent| scene.nodes[parent.index()].parent);
+    above.into_iter().all(|above| column_of[above.index()].is_none())
 }
 
 fn nonzero(rotation: Quat, otherwise: Quat) -> Quat {

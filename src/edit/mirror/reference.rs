@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use mocap_figure::{Humanoid, HumanoidBone};
+use mocap_figure::{Axis, Humanoid, HumanoidBone, Side};
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeId, Scene};
 
@@ -11,6 +11,14 @@ const NEAR: f64 = 0.7;
 
 /// The least sine of the angle of a knee or an elbow at rest that shows about which axis it bends.
 const BENT: f64 = 0.2;
+
+/// How far a bone at rest may be from the mirror image of its partner in a rest pose whose sides are mirror images, in
+/// parts of the distance from the hips to the farthest bone: arms of CMU's are 4 % apart.
+const ALIKE: f64 = 0.05;
+
+/// The least mean distance of a bone from its partner in such a pose, in the same parts. In a rest pose without
+/// rotations, all bones may lie along one line.
+const APART: f64 = 0.1;
 
 /// Limbs by their bones, of which the two upper ones turn about one axis.
 const LIMBS: [[HumanoidBone; 3]; 2] = [
@@ -26,6 +34,45 @@ const LIMBS: [[HumanoidBone; 3]; 2] = [
     ],
 ];
 
+/// The direction to the left at rest, if both sides of the rest pose are mirror images.
+pub(super) fn left_at_rest(rest: &Pose, humanoid: &Humanoid, hips: NodeId) -> Option<DVec3> {
+    let at = |bone: HumanoidBone| Some((rest.position(humanoid.joint(bone)?) - rest.position(hips)).as_dvec3());
+    let bones = || humanoid.bones.keys().copied();
+    let left_ones = bones().filter(|bone| bone.side() == Some(Side::Left));
+    let pairs: Vec<[DVec3; 2]> = left_ones
+        .filter_map(|bone| Some([at(bone)?, at(bone.mirrored())?]))
+        .collect();
+    let middle: Vec<DVec3> = bones().filter(|bone| bone.side().is_none()).filter_map(at).collect();
+    let all = pairs.iter().flatten().chain(&middle);
+    let size = all.map(|at| at.length()).fold(0.0, f64::max);
+    let left = along_axis(pairs.iter().map(|[left, right]| *left - *right).sum())?;
+    let is_near = |at: DVec3, other: DVec3| (at - 2.0 * at.dot(left) * left).distance(other) < ALIKE * size;
+    let apart: f64 = pairs.iter().map(|[left, right]| left.distance(*right)).sum();
+    let is_mirrored = pairs.iter().all(|[left, right]| is_near(*left, *right))
+        && middle.iter().all(|at| is_near(*at, *at))
+        && apart > APART * size * pairs.len() as f64;
+    is_mirrored.then_some(left)
+}
+
+/// A direction, or the axis within 8 degrees of it.
+pub(super) fn along_axis(direction: DVec3) -> Option<DVec3> {
+    let direction = direction.try_normalize()?;
+    let axes = [Axis::X, Axis::Y, Axis::Z, Axis::NegX, Axis::NegY, Axis::NegZ];
+    let mut axes = axes.into_iter().filter_map(Axis::direction).map(|axis| axis.as_dvec3());
+    Some(axes.find(|axis| axis.dot(direction) > 0.99).unwrap_or(direction))
+}
+
+/// The rotation of a node in the world.
+fn rotation(pose: &Pose, node: usize) -> DQuat {
+    let rotation = Trs::from_matrix(pose.node_to_world[node]).rotation;
+    rotation.as_dquat().normalize()
+}
+
+/// The rotations of all nodes in the world.
+pub(super) fn rotations(pose: &Pose) -> Vec<DQuat> {
+    (0..pose.node_to_world.len()).map(|node| rotation(pose, node)).collect()
+}
+
 /// The world rotations of the T-pose `pose`, turned to mirror images. Each bone has the direction of the mirror image
 /// of its partner, and bends about the mirror image of its axis. A T-pose that was computed from a rest pose in which
 /// one leg is ahead has legs that point down, but each turned about itself as it came.
@@ -36,12 +83,8 @@ pub(super) fn symmetric(
     partners: &[NodeId],
     normal: DVec3,
 ) -> Vec<DQuat> {
-    let rotation = |pose: &Pose, node: usize| {
-        let rotation = Trs::from_matrix(pose.node_to_world[node]).rotation;
-        rotation.as_dquat().normalize()
-    };
     let count = scene.nodes.len();
-    let mut rotations: Vec<DQuat> = (0..count).map(|node| rotation(pose, node)).collect();
+    let mut rotations = rotations(pose);
     let at = |node: usize| pose.position(NodeId::new(node)).as_dvec3();
     let reflect = |vector: DVec3| vector - 2.0 * vector.dot(normal) * normal;
     let axes = axes(scene, humanoid, &|rest, node| {

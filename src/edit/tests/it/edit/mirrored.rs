@@ -1,7 +1,8 @@
 //! Left and right exchanged.
 
 use mocap::edit::{Mirror, Step, StepInput};
-use mocap::figure::{Humanoid, HumanoidBone};
+use mocap::figure::{Humanoid, HumanoidBone, Side};
+use mocap::glam::DMat3;
 
 use super::*;
 
@@ -111,6 +112,49 @@ fn sides_may_be_turned_and_bent_differently_at_rest() {
                         a.distance(b)
                     );
                 }
+            }
+        }
+    }
+}
+
+/// Positions do not show how a bone is turned about itself. The frames of both sides stand to each other as the
+/// offsets, and by NumPy the mean posture, of the files say: reflected along an axis.
+#[test]
+fn each_bone_is_turned_about_itself_as_its_partner_was() {
+    use HumanoidBone::*;
+    let (x, z) = ([-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]);
+    let arm = [[LeftUpperArm, LeftLowerArm], [LeftLowerArm, LeftHand]];
+    let leg = [[LeftUpperLeg, LeftLowerLeg], [LeftLowerLeg, LeftFoot]];
+    // The sides of the last body differ: with them so do the directions of its bones, by as many degrees.
+    for (file, arms, legs, degrees) in [
+        ("real/motionbuilder_vicon_walk.bvh", x, x, 0.1),
+        ("real/cmu_12_01_walk.bvh", x, x, 0.1),
+        ("skeletons/vicon_sword_attack.bvh", z, z, 0.1),
+        ("skeletons/accad_run_turn.bvh", z, x, 4.0),
+    ] {
+        let scene = mocap::import(format!("../../fixtures/{file}")).unwrap();
+        let mut other = scene.clone();
+        Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
+        let found = Humanoid::of(&scene);
+        let last = scene.animations[0].duration;
+        for tick in [1.0, (last / 2.0).floor(), last] {
+            let [before, after] = [&scene, &other].map(|scene| Pose::at_tick(scene, 0, tick).unwrap());
+            let rotation = |pose: &Pose, [upper, lower]: [HumanoidBone; 2]| {
+                let to_world = |bone| pose.node_to_world[found.joint(bone).unwrap().index()].as_dmat4();
+                DMat3::from_mat4(to_world(upper)).transpose() * DMat3::from_mat4(to_world(lower))
+            };
+            let limbs = arm
+                .map(|bones| (bones, arms))
+                .into_iter()
+                .chain(leg.map(|bones| (bones, legs)));
+            for ((bones, signs), side) in limbs.flat_map(|limb| Side::ALL.map(|side| (limb, side))) {
+                let bones = bones.map(|bone| bone.on(side));
+                let reflection = DMat3::from_diagonal(DVec3::from_array(signs));
+                let wanted = reflection * rotation(&before, bones.map(HumanoidBone::mirrored)) * reflection;
+                let off = rotation(&after, bones).transpose() * wanted;
+                let cosine = (off.x_axis.x + off.y_axis.y + off.z_axis.z - 1.0) / 2.0;
+                let angle = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+                assert!(angle < degrees, "{file} {bones:?} at {tick}: {angle} degrees");
             }
         }
     }

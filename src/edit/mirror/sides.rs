@@ -1,0 +1,209 @@
+//! How the frames of the joints of one side stand to those of the other, by the motion.
+
+use glam::{DQuat, DVec3};
+
+use mocap_figure::{Humanoid, HumanoidBone};
+use mocap_scene::pose::{Pose, Trs};
+use mocap_scene::scene::{NodeId, Scene};
+
+use crate::frames::Frames;
+
+/// Frames of a motion that are looked at, at most.
+const FRAMES: usize = 200;
+
+/// The cosine of the largest angle between the offset of a child and the mirror image of its partner's, in the frames
+/// of their parents, which are exact but for unlike sides of a body: 15 degrees.
+const OFFSET: f64 = 0.966;
+
+/// The same for frames that are certainly laid so: 5 degrees. Bones of ACCAD are up to 3 degrees off.
+const EXACT: f64 = 0.9962;
+
+/// A child nearer than this to its parent, in parts of the longest offset, points nowhere.
+const SHORTEST: f64 = 0.01;
+
+/// How far the mean posture of a joint may be from symmetry, in radians: 60 degrees.
+const POSTURE: f64 = 1.05;
+
+/// How much nearer to the mean posture another way to lay the frames must be, in radians: 45 degrees. A bone that is
+/// turned half round about itself is 180 degrees off.
+const NEARER: f64 = 0.79;
+
+/// Each reflection along an axis of a joint's frame, and the inversion, times -1: half a turn about the axis, or none.
+/// Programs lay the frames of both sides so.
+const LAID: [DQuat; 4] = [
+    DQuat::IDENTITY,
+    DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+    DQuat::from_xyzw(0.0, 1.0, 0.0, 0.0),
+    DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0),
+];
+
+/// Each joint of the figure, and the mean of its frame over the motion, in the frame of the hips.
+struct Posture<'a> {
+    scene: &'a Scene,
+    partners: &'a [NodeId],
+    /// For each node below the hips; `None` for all others.
+    mean: Vec<Option<DQuat>>,
+    /// From the right to the left hip, in the frame of the hips.
+    left: DVec3,
+    /// The longest offset.
+    longest: f64,
+}
+
+/// Turns the rotations of a reference pose about the bones so that the frames of both sides stand to each other as in
+/// the motion. A rest pose whose sides are no mirror images does not show how each bone is turned about itself. The
+/// mean posture does, where it is nearer to one of [`LAID`] than to the reference pose. Mirrored, it shows the same.
+pub(super) fn lay_as_in_motion(
+    scene: &Scene,
+    frames: &Frames,
+    humanoid: &Humanoid,
+    partners: &[NodeId],
+    normal: DVec3,
+    rotations: &mut [DQuat],
+) {
+    let Some(posture) = Posture::new(scene, frames, humanoid, partners) else {
+        return;
+    };
+    let across = half_turn(normal);
+    let known = |node: usize| rotations[partners[node].index()].inverse() * across * rotations[node];
+    for (node, laid) in posture.laid(&known).into_iter().enumerate() {
+        let (Some(laid), partner) = (laid, partners[node].index()) else { continue };
+        let sum = |is_middle: bool| -> [DVec3; 2] {
+            let pairs = posture.children(node).filter(|[own, other]| (own == other) == is_middle);
+            let offsets = pairs.map(|pair| pair.map(|child| posture.offset(child)));
+            offsets.fold([DVec3::ZERO; 2], |sums, pair| [sums[0] + pair[0], sums[1] + pair[1]])
+        };
+        if partner == node {
+            let axis = sum(true)[0].try_normalize();
+            let axis = axis.map_or(laid.xyz(), |along| laid.xyz().reject_from_normalized(along).normalize());
+            let across = rotations[node] * axis;
+            let across = across * across.dot(normal).signum();
+            rotations[node] = DQuat::from_rotation_arc(across, normal) * rotations[node];
+        } else if node > partner {
+            // The bones themselves are mirror images to the last digit.
+            let along = sum(false).map(DVec3::try_normalize);
+            let exact = match along {
+                [Some(own), Some(other)] => DQuat::from_rotation_arc(laid * own, -other),
+                _ => DQuat::IDENTITY,
+            };
+            rotations[node] = (across * rotations[partner] * exact * laid).normalize();
+        }
+    }
+}
+
+fn half_turn(axis: DVec3) -> DQuat {
+    DQuat::from_xyzw(axis.x, axis.y, axis.z, 0.0)
+}
+
+impl<'a> Posture<'a> {
+    fn new(scene: &'a Scene, frames: &Frames, humanoid: &Humanoid, partners: &'a [NodeId]) -> Option<Self> {
+        let [hips, left, right] = [
+            HumanoidBone::Hips,
+            HumanoidBone::LeftUpperLeg,
+            HumanoidBone::RightUpperLeg,
+        ]
+        .map(|bone| humanoid.joint(bone));
+        let (hips, left, right) = (hips?, left?, right?);
+        let is_below = |node: usize| {
+            let mut above = std::iter::successors(Some(NodeId::new(node)), |node| scene.nodes[node.index()].parent);
+            above.any(|above| above == hips)
+        };
+        let mut sums: Vec<Option<DQuat>> = (0..scene.nodes.len())
+            .map(|node| is_below(node).then(|| DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0)))
+            .collect();
+        let mut across = DVec3::ZERO;
+        let mut pose = Pose::rest(scene);
+        for frame in (0..frames.len()).step_by(frames.len().div_ceil(FRAMES)) {
+            frames.pose(frame, &mut pose);
+            let rotation = |node: usize| Trs::from_matrix(pose.node_to_world[node]).rotation.as_dquat();
+            let to_hips = rotation(hips.index()).inverse();
+            across += to_hips * (pose.position(left) - pose.position(right)).as_dvec3();
+            for (node, sum) in sums.iter_mut().enumerate() {
+                let Some(sum) = sum else { continue };
+                let here = (to_hips * rotation(node)).normalize();
+                *sum = *sum + if sum.dot(here) < 0.0 { -here } else { here };
+            }
+        }
+        let longest = scene.nodes.iter().map(|node| node.transform.w_axis.truncate().length());
+        Some(Self {
+            scene,
+            partners,
+            mean: sums.into_iter().map(|sum| Some(sum?.normalize())).collect(),
+            left: across.try_normalize()?,
+            longest: f64::from(longest.fold(0.0, f32::max)),
+        })
+    }
+
+    /// Of each node how its frame stands to that of its partner: one of [`LAID`], where this is nearer to the posture
+    /// than how it is known to stand. A joint that is held to one side does not show it, and is laid as the next joint
+    /// of its limb.
+    fn laid(&self, known: &dyn Fn(usize) -> DQuat) -> Vec<Option<DQuat>> {
+        let count = self.scene.nodes.len();
+        let nearest: Vec<Option<(f64, DQuat)>> = (0..count).map(|node| self.nearest(node)).collect();
+        let is_shown = |node: usize| self.children(node).any(|pair| self.is_long(pair));
+        let better = |node: usize| {
+            let (near, laid) = nearest[node]?;
+            let is_certain = is_shown(node) && self.fits(node, laid, EXACT);
+            let is_wrong = || !self.fits(node, known(node), OFFSET);
+            let is_better = is_certain || is_wrong() || near + NEARER < self.off(node, known(node))?;
+            is_better.then_some(laid)
+        };
+        let mut laid: Vec<Option<DQuat>> = (0..count).map(better).collect();
+        let is_paired = |node: usize| self.partners[node].index() != node;
+        let above = |node: usize| self.scene.nodes[node].parent.map(NodeId::index);
+        let joined = |node: usize| Some((node, above(node).filter(|above| is_paired(*above) && is_paired(node))?));
+        let down: Vec<(usize, usize)> = (0..count).filter_map(joined).collect();
+        let up = down.iter().rev().map(|(node, above)| (*above, *node));
+        for (node, next) in down.iter().copied().chain(up) {
+            if (nearest[node].is_none() || !is_shown(node)) && laid[node].is_none() {
+                laid[node] = laid[next].filter(|laid| self.mean[node].is_some() && self.fits(node, *laid, OFFSET));
+            }
+        }
+        laid
+    }
+
+    /// The one of [`LAID`] that fits a joint and is nearest to its mean posture, and how near, if that shows it.
+    fn nearest(&self, node: usize) -> Option<(f64, DQuat)> {
+        let fitting = LAID.iter().filter(|laid| self.fits(node, **laid, OFFSET));
+        let off = |laid: &DQuat| Some((self.off(node, *laid)?, *laid));
+        let nearest = fitting.filter_map(off).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.filter(|(off, _)| *off < POSTURE)
+    }
+
+    /// The angle between a frame that stands so to that of its partner, and the mean posture.
+    fn off(&self, node: usize, stands: DQuat) -> Option<f64> {
+        let partner = self.partners[node].index();
+        let posture = self.mean[partner]?.inverse() * half_turn(self.left) * self.mean[node]?;
+        Some(posture.angle_between(stands))
+    }
+
+    /// The children of a joint with their partners below its own.
+    fn children(&self, node: usize) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let partner = self.partners[node];
+        let parent = |child: usize| self.scene.nodes[child].parent;
+        let pairs = (0..self.scene.nodes.len()).map(|child| [child, self.partners[child].index()]);
+        pairs.filter(move |[own, other]| parent(*own) == Some(NodeId::new(node)) && parent(*other) == Some(partner))
+    }
+
+    fn offset(&self, node: usize) -> DVec3 {
+        self.scene.nodes[node].transform.w_axis.truncate().as_dvec3()
+    }
+
+    /// Whether the offsets of the children of a joint and of its partner are mirror images in frames that are so laid,
+    /// up to an angle whose cosine is `within`.
+    fn fits(&self, node: usize, laid: DQuat, within: f64) -> bool {
+        // A joint in the middle is reflected.
+        if self.partners[node].index() == node && laid == DQuat::IDENTITY {
+            return false;
+        }
+        let mut shown = self.children(node).filter(|pair| self.is_long(*pair));
+        shown.all(|pair| {
+            let [own, other] = pair.map(|child| self.offset(child));
+            -(laid * own).dot(other) > within * own.length() * other.length()
+        })
+    }
+
+    /// Whether the offsets of both point somewhere.
+    fn is_long(&self, pair: [usize; 2]) -> bool {
+        pair.iter().all(|child| self.offset(*child).length() >= SHORTEST * self.longest)
+    }
+}
