@@ -31,9 +31,9 @@ fn wrap(mode: ufbx::WrapMode) -> Wrap {
 pub(super) struct Read {
     /// Its index in [`Scene::materials`].
     pub(super) index: usize,
-    /// Where it has a texture: the name of the set of coordinates, empty for the first one, and the transform from
-    /// there to the texture.
-    pub(super) coords: Option<(String, DAffine3)>,
+    /// The name of the set of coordinates, empty for the first one, and the transform from there to the texture. The
+    /// first set is kept of a mesh without a texture: another program may draw one.
+    pub(super) coords: (String, DAffine3),
 }
 
 /// Reads each material and each texture once.
@@ -75,7 +75,7 @@ impl<'a> Materials<'a> {
                     });
                     Read {
                         index: scene.materials.len() - 1,
-                        coords: None,
+                        coords: (String::new(), DAffine3::IDENTITY),
                     }
                 }
             };
@@ -137,7 +137,8 @@ impl<'a> Materials<'a> {
             two_sided: true,
             surface: Some(surface),
         });
-        let coords = file.filter(|_| texture.is_some()).map(|file| {
+        let file = file.filter(|_| texture.is_some());
+        let coords = file.map_or((String::new(), DAffine3::IDENTITY), |file| {
             let to_texture = match file.has_uv_transform {
                 true => affine(&file.uv_to_texture),
                 false => DAffine3::IDENTITY,

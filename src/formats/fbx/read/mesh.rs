@@ -68,7 +68,7 @@ pub(super) fn read(
                 .and_then(|part| source.materials.get(part))
                 .map(|material| &**material);
             let Read { index, coords } = materials.read(material, scene, warnings);
-            match bound.mesh(&faces, coords.as_ref(), &mut shapes) {
+            match bound.mesh(&faces, coords, &mut shapes) {
                 Some(mesh) if mesh.indices.is_empty() => {}
                 Some(mesh) => {
                     scene.nodes[0].meshes.push(scene.meshes.len());
@@ -242,23 +242,19 @@ impl<'a> Bound<'a> {
         })
     }
 
-    /// These faces as a mesh, with texture coordinates where it has a texture. `None` where a vertex has no position.
+    /// These faces as a mesh. `None` where a vertex has no position.
     fn mesh(
         &self,
         faces: &[ufbx::Face],
-        coords: Option<&(String, DAffine3)>,
+        (set, to_texture): &(String, DAffine3),
         shapes: &mut BlendShapes<'_>,
     ) -> Option<Mesh> {
         let source = self.source;
-        let coords = coords.and_then(|(set, to_texture)| {
-            let named = source
-                .uv_sets
-                .iter()
-                .find(|found| !set.is_empty() && *found.name == **set);
-            let coords = named.map_or(&source.vertex_uv, |set| &set.vertex_uv);
-            coords.exists.then_some((coords, to_texture))
-        });
-        let (corners, indices) = corners(source, faces, coords.map(|(coords, _)| coords));
+        let mut sets = source.uv_sets.iter();
+        let named = sets.find(|found| !set.is_empty() && *found.name == **set);
+        let coords = named.map_or(&source.vertex_uv, |set| &set.vertex_uv);
+        let coords = Some(coords).filter(|coords| coords.exists);
+        let (corners, indices) = corners(source, faces, coords);
         let to_bind_normal = self.from_bind.transpose();
         let mut mesh = Mesh {
             indices,
@@ -274,7 +270,7 @@ impl<'a> Bound<'a> {
             mesh.vertices.push(is_placed.then_some(position)?);
             let normal = to_bind_normal.transform_vector3(vector(source.vertex_normal[corner]));
             mesh.normals.push(unit(normal));
-            if let Some((coords, to_texture)) = coords {
+            if let Some(coords) = coords {
                 mesh.texture_coords
                     .push(material::texture_coords(coords[corner], to_texture));
             }

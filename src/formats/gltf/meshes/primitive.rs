@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use glam::{Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{Bone, Mesh, VertexWeight};
 use serde::Deserialize;
@@ -56,16 +56,12 @@ pub(super) fn read_primitive(
     };
     let count = positions.len() / 3;
     let normals = read("NORMAL", 3)?.filter(|normals| normals.len() == positions.len());
-    let coords = match material {
-        Some(material)
-            if material
-                .material
-                .surface
-                .is_some_and(|surface| surface.texture.is_some()) =>
-        {
-            read(&format!("TEXCOORD_{}", material.coords), 2)?.filter(|coords| coords.len() == 2 * count)
-        }
-        _ => None,
+    // Those of a mesh without a texture are kept too, where they can be read: another program may draw one.
+    let surface = material.and_then(|material| material.material.surface);
+    let set = material.map_or(0, |material| material.coords);
+    let coords = match read(&format!("TEXCOORD_{set}"), 2) {
+        Err(fault) if surface.is_some_and(|surface| surface.texture.is_some()) => return Err(fault),
+        coords => coords.ok().flatten().filter(|coords| coords.len() == 2 * count),
     };
     let mut ties = Vec::new();
     if !binding.is_rigid {
@@ -153,11 +149,10 @@ pub(super) fn read_primitive(
         Some(normals) => kept.iter().map(|&vertex| unit(vector(&normals, vertex))).collect(),
         None => normals_of(&vertices, &indices),
     };
-    let texture_coords = coords.zip(material).map(|(coords, material)| {
+    let texture_coords = coords.map(|coords| {
+        let to_texture = material.map_or(Mat3::IDENTITY, |material| material.to_texture);
         let coordinates = |vertex: usize| {
-            let point = material
-                .to_texture
-                .transform_point2(Vec2::from_slice(&coords[2 * vertex..]));
+            let point = to_texture.transform_point2(Vec2::from_slice(&coords[2 * vertex..]));
             if point.is_finite() { point } else { Vec2::ZERO }
         };
         kept.iter().map(|&vertex| coordinates(vertex)).collect()

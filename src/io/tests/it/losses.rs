@@ -246,6 +246,42 @@ fn each_kind_is_in_the_file_or_reported_as_lost() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Another program may draw a texture on a mesh that has none.
+#[test]
+fn texture_coordinates_are_kept_without_a_texture() {
+    let mut scene = character();
+    scene.textures.clear();
+    for surface in scene
+        .materials
+        .iter_mut()
+        .filter_map(|material| material.surface.as_mut())
+    {
+        surface.texture = None;
+    }
+    let coords = scene.meshes[0].texture_coords.clone();
+    assert!(coords.iter().any(|place| *place != coords[0]));
+    for format in [Format::Fbx, Format::Gltf, Format::Usd] {
+        let written = Exporter::new().write(&scene, format).unwrap();
+        assert_eq!(written.losses, [], "{format:?}");
+        let bytes = written.into_bytes().unwrap();
+        let importer = Importer::new().gltf_meshes(true).hash(false);
+        let again = importer.format(format).read(&bytes, "plain").unwrap();
+        let found = &again.meshes[0].texture_coords;
+        assert_eq!(found.len(), again.meshes[0].vertices.len(), "{format:?}");
+        let is_among = |place: &mocap::glam::Vec2, all: &[mocap::glam::Vec2]| {
+            all.iter().any(|other| other.abs_diff_eq(*place, 1e-6))
+        };
+        assert!(found.iter().all(|place| is_among(place, &coords)), "{format:?}");
+        assert!(coords.iter().all(|place| is_among(place, found)), "{format:?}");
+        // A format without meshes says how many are lost.
+        let lost = Exporter::new().write(&again, Format::Bvh).unwrap().losses;
+        assert!(
+            lost.contains(&DataLoss::new(DataKind::UvSets, 1)),
+            "{format:?}: {lost:?}"
+        );
+    }
+}
+
 /// A file with a camera, a light and extras: glTF keeps them, other formats report them.
 #[test]
 fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
