@@ -1,6 +1,6 @@
 //! The motion of a scene, and where the hierarchy begins.
 
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Node, NodeId, NodeKind, Scene};
 
@@ -34,7 +34,10 @@ impl<'a> Motion<'a> {
         let mut above = Trs::IDENTITY;
         let parent = |node: usize| scene.nodes.get(node).and_then(|node| node.parent).map(NodeId::index);
         for node in std::iter::successors(parent(first), |node| parent(*node)) {
-            above = placed(&Trs::from_matrix(scene.nodes[node].transform), &above);
+            above = placed(
+                &stays(&scene.nodes[node], channels[node]).unwrap_or(Trs::IDENTITY),
+                &above,
+            );
         }
         Self {
             scene,
@@ -97,7 +100,7 @@ fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
     let nodes = &scene.nodes;
     // What is shown and does not move needs no joint.
     let mut is_needed: Vec<bool> = std::iter::zip(nodes, channels)
-        .map(|(node, channel)| node.kind != NodeKind::Group || channel.is_some())
+        .map(|(node, channel)| node.kind != NodeKind::Group || stays(node, *channel).is_none())
         .collect();
     for (index, node) in nodes.iter().enumerate().rev() {
         if let Some(parent) = node.parent {
@@ -109,16 +112,19 @@ fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
         let children = nodes.iter().enumerate().filter(move |(_, node)| node.parent == parent);
         children.map(|(child, _)| child)
     };
-    let is_still = |index: usize| nodes[index].kind == NodeKind::Group && channels[index].is_none();
+    let still = |index: usize| {
+        let group = nodes.get(index).filter(|node| node.kind == NodeKind::Group)?;
+        stays(group, channels[index])
+    };
     let is_even = |scale: Vec3| scale.x > 0.0 && scale.abs_diff_eq(Vec3::splat(scale.x), EVEN * scale.x);
     let mut first = 0;
-    while first < nodes.len() && is_still(first) && is_even(Trs::from_matrix(nodes[first].transform).scale) {
+    while still(first).is_some_and(|place| is_even(place.scale)) {
         let needed: Vec<usize> = children(first).filter(|child| is_needed[*child]).collect();
         let only = match needed[..] {
             [only] => only,
             // Without any joint the groups are all there is.
             [] => match children(first).collect::<Vec<_>>()[..] {
-                [only] if nodes[first].transform == Mat4::IDENTITY => only,
+                [only] if still(first) == Some(Trs::IDENTITY) => only,
                 _ => break,
             },
             _ => break,
@@ -130,11 +136,28 @@ fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
             && children(index).count() > 1
             && children(index).all(|child| nodes[child].kind != NodeKind::EndSite)
     };
-    let is_plain = |index: usize| is_still(index) && nodes[index].transform == Mat4::IDENTITY;
-    match first < nodes.len() && is_plain(first) && holds_roots(first) {
+    match still(first) == Some(Trs::IDENTITY) && holds_roots(first) {
         true => first + 1,
         false => first,
     }
+}
+
+/// Where a node is all the time; `None` where it moves. Some readers give keys to nodes that stay.
+fn stays(node: &Node, channel: Option<&Channel>) -> Option<Trs> {
+    let rest = Trs::from_matrix(node.transform);
+    let Some(channel) = channel else { return Some(rest) };
+    let scales = &channel.scaling_keys.values;
+    let is_still = !channel.moves() && scales.iter().all(|scale| *scale == scales[0]);
+    is_still.then(|| Trs {
+        translation: channel
+            .position_keys
+            .values
+            .first()
+            .copied()
+            .unwrap_or(rest.translation),
+        rotation: channel.rotation_keys.values.first().copied().unwrap_or(rest.rotation),
+        scale: scales.first().copied().unwrap_or(rest.scale),
+    })
 }
 
 /// A transform below another, which is scaled evenly.

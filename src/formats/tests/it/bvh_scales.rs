@@ -127,17 +127,38 @@ fn the_hips_are_the_root_below_groups_that_do_not_move() {
         duration: 1.0,
         channels,
     });
-    let (text, read) = written(&scene);
-    assert!(text.starts_with("HIERARCHY\nROOT Hips\n"), "{text}");
-    assert!(!text.contains("Body") && !text.contains("Armature"));
-    for (tick, name, expected) in [
-        (0.0, "Hips", Vec3::new(1.0, 0.9, 0.0)),
-        (0.0, "Spine", Vec3::new(1.0, 1.1, 0.0)),
-        (1.0, "Hips", Vec3::new(1.0, 0.9, 0.5)),
-        // Its +Z, after the quarter, is -Y of the armature.
-        (1.0, "Spine", Vec3::new(1.0, 0.9, 0.7)),
-    ] {
-        let found = place(&read, tick, name);
-        assert!(found.abs_diff_eq(expected, 1e-5), "{name} at {tick}: {found}");
-    }
+    let is_root = |scene: &Scene, moved: Vec3| {
+        let (text, read) = written(scene);
+        assert!(text.starts_with("HIERARCHY\nROOT Hips\n"), "{text}");
+        assert!(!text.contains("Body") && !text.contains("Armature"));
+        for (tick, name, expected) in [
+            (0.0, "Hips", Vec3::new(1.0, 0.9, 0.0)),
+            (0.0, "Spine", Vec3::new(1.0, 1.1, 0.0)),
+            (1.0, "Hips", Vec3::new(1.0, 0.9, 0.5)),
+            // Its +Z, after the quarter, is -Y of the armature.
+            (1.0, "Spine", Vec3::new(1.0, 0.9, 0.7)),
+        ] {
+            let found = place(&read, tick, name);
+            assert!(found.abs_diff_eq(expected + moved, 1e-5), "{name} at {tick}: {found}");
+        }
+    };
+    is_root(&scene, Vec3::ZERO);
+    // FBX has keys of groups too, here of another place than at rest.
+    let turn = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+    let mut keyed = scene.clone();
+    keyed.animations[0].channels.insert(
+        0,
+        Channel {
+            node_name: "Armature".to_owned(),
+            node: Some(NodeId::new(1)),
+            position_keys: Keys::every_tick(vec![Vec3::new(1.0, 0.25, 0.0); 2]),
+            rotation_keys: Keys::constant(turn),
+            scaling_keys: Keys::constant(Vec3::splat(0.01)),
+        },
+    );
+    is_root(&keyed, Vec3::Y * 0.25);
+    // One that moves is the root itself.
+    keyed.animations[0].channels[0].position_keys = Keys::every_tick(vec![Vec3::ZERO, Vec3::X]);
+    let text = BvhOptions::default().write(&keyed).unwrap();
+    assert!(text.starts_with(b"HIERARCHY\nROOT Armature\n"));
 }
