@@ -394,7 +394,12 @@ impl<'a> Maker<'a> {
         // What the caller has stated is recorded.
         let stated = (!self.bones.is_empty()).then(|| found.clone());
         let others: Vec<&Scene> = self.others.iter().collect();
+        let known = scene.warnings.len();
         let (reports, found) = apply_steps_with_bones(scene, &self.job.steps, &others, stated, found)?;
+        if self.job.read.strict && scene.warnings.len() > known {
+            let mut of_steps = scene.warnings.split_off(known);
+            return Err(Error::from(of_steps.remove(0)).with_warnings(of_steps));
+        }
         reports.iter().for_each(|report| hear(Notice::Step(report)));
         Ok(found)
     }

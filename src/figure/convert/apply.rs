@@ -80,6 +80,12 @@ impl Conversion {
             let message = "there is no motion before which the T-pose could stand";
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         }
+        if self.root != RootMotion::Keep && scene.has_points() {
+            let message = "the path over the ground is that of a root, and the motion has points without a skeleton";
+            return Err(Diagnostic::new(Code::Unrepresentable, message)
+                .help("markers become a skeleton by {markers} auto, or mocap solve")
+                .into());
+        }
         if self.bone_axis.is_some() {
             process::can_zero_rest_rotations(scene)?;
         }

@@ -414,7 +414,7 @@ impl Importer {
     }
 
     /// Whether a warning fails the import. Default: `false`, warnings are in [`Scene::warnings`]. With `true` the first
-    /// warning becomes the error, and [`Error::warnings`] has the others.
+    /// warning becomes the error, and [`Error::warnings`] has the others. Gaps of markers are no fault, and stay.
     ///
     /// ```
     /// use mocap::Importer;

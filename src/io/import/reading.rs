@@ -143,7 +143,10 @@ impl Importer {
         #[cfg(feature = "arrays")]
         self.check_body(&scene)?;
         #[cfg(feature = "solve")]
-        self.solve_points(&mut scene, source)?;
+        {
+            self.solve_points(&mut scene, source)?;
+            self.refuse_warnings(&mut scene)?;
+        }
         scene.metadata.origin = Some(origin(&scene, source.name, sha256.clone()));
         let has_sidecar = (scene.metadata.format).is_some_and(|format| FormatInfo::of(format).has_sidecar);
         if has_sidecar
@@ -157,12 +160,23 @@ impl Importer {
         Ok(scene)
     }
 
-    /// Of these steps the first: a strict importer takes no warning, and of the clips those that are asked for stay.
-    fn select(&self, scene: &mut Scene) -> Result<()> {
-        if self.strict && !scene.warnings.is_empty() {
-            let first = scene.warnings.remove(0);
-            return Err(Error::from(first).with_warnings(std::mem::take(&mut scene.warnings)));
+    /// A strict importer takes no warning. That a point is not seen in every frame is no fault of a file, and its gaps
+    /// stay.
+    fn refuse_warnings(&self, scene: &mut Scene) -> Result<()> {
+        let has_points = scene.has_points();
+        let is_fault = |warning: &Diagnostic| !(has_points && warning.code == Code::Gap);
+        match scene.warnings.iter().position(is_fault).filter(|_| self.strict) {
+            None => Ok(()),
+            Some(fault) => {
+                let fault = scene.warnings.remove(fault);
+                Err(Error::from(fault).with_warnings(std::mem::take(&mut scene.warnings)))
+            }
         }
+    }
+
+    /// Of the steps after every reader the first: of the clips those that are asked for stay.
+    fn select(&self, scene: &mut Scene) -> Result<()> {
+        self.refuse_warnings(scene)?;
         if let Some(frames_per_second) = self.read.retime.filter(|_| !scene.animations.is_empty()) {
             scene.metadata.steps.push(AppliedStep::Retime { frames_per_second });
         }

@@ -1,7 +1,8 @@
 //! Gaps of markers through steps: what was not seen is not seen afterwards, until it is filled.
 
-use mocap::edit::{Concat, Fill, Resample, Reverse, Smooth, Step, StepInput, Warp};
-use mocap::{Code, Importer, Scene};
+use mocap::edit::{Concat, ExtractRoot, Fill, Resample, Reverse, Smooth, Step, StepInput, Warp};
+use mocap::convert::RootMotion;
+use mocap::{Code, Conversion, Importer, Scene};
 
 /// Two markers in ten frames: A moves evenly, and B in the frames `seen`.
 fn take(seen: &[usize]) -> Scene {
@@ -89,6 +90,21 @@ fn gaps_are_filled_where_that_is_asked_for_and_listed() {
     let mut long = take(&[0, 9]);
     let report = Fill::new().apply(&mut long, &StepInput::new()).unwrap();
     assert_eq!((seen(&long), report.filled_points.len()), (vec![0, 9], 0));
+}
+
+/// Points have no root: a joint above them would make a skeleton of them, and fill their gaps.
+#[test]
+fn the_path_of_points_is_refused() {
+    for root in [RootMotion::Extract, RootMotion::InPlace] {
+        let mut scene = take(&[0, 1, 5, 9]);
+        let refused = Conversion::new().root(root).apply(&mut scene).unwrap_err();
+        assert_eq!(refused.code(), Code::Unrepresentable);
+        assert!(refused.to_string().contains("points without a skeleton"), "{refused}");
+        assert_eq!(seen(&scene), [0, 1, 5, 9]);
+    }
+    let mut scene = take(&[0, 1, 5, 9]);
+    let refused = ExtractRoot::new().apply(&mut scene, &StepInput::new()).unwrap_err();
+    assert_eq!(refused.code(), Code::Unrepresentable);
 }
 
 /// A step whose frames are its own cannot keep gaps, and says so.

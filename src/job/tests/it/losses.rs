@@ -92,6 +92,30 @@ fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
     }
 }
 
+/// Gaps of markers are no fault of a file: a strict job refuses what would fill them.
+#[test]
+fn a_strict_job_keeps_gaps_of_markers() {
+    const HAND: &str = "../../fixtures/real/hand_take.c3d";
+    let strict = |steps: Value, output: &str| {
+        losses(&json!({
+            "source": {"inputs": [HAND]},
+            "read": {"strict": true},
+            "steps": steps,
+            "write": {"output": output},
+        }))
+    };
+    for steps in [json!([]), json!(["reverse"]), json!(["smooth:cut-off=6"])] {
+        assert_eq!(strict(steps.clone(), "a.trc").unwrap(), [], "{steps}");
+        let lost = strict(steps, "a.glb").unwrap_err();
+        assert_eq!(lost.code(), Code::NotCarriedOver);
+        assert!(lost.to_string().contains("with gaps"), "{lost}");
+    }
+    let filled = strict(json!(["in-between:every=5"]), "a.trc").unwrap_err();
+    assert_eq!(filled.code(), Code::Gap, "{filled}");
+    let arrays = losses(&json!({"source": {"inputs": [HAND]}, "read": {"strict": true}, "write": {"output": "a.csv"}}));
+    assert_eq!(arrays.unwrap(), []);
+}
+
 /// An array has joints alone.
 #[test]
 fn a_face_alone_is_no_array() {
