@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use mocap_figure::Humanoid;
-use mocap_formats::{Export, WriteOption};
+use mocap_formats::{Export, FormatInfo, WriteOption};
 use mocap_scene::error::Result;
 #[cfg(not(all(feature = "npz", feature = "parquet")))]
 use mocap_scene::error::{Code, Diagnostic};
-use mocap_scene::scene::Scene;
+use mocap_scene::scene::{Format, Scene};
 
 use crate::arrays::{ArrayOptions, Arrays};
 #[cfg(feature = "npz")]
@@ -52,6 +52,19 @@ impl ArrayLayout {
             #[cfg(feature = "npz")]
             Self::Body(layout) => layout.extension(),
         }
+    }
+
+    /// The row of its files.
+    pub(super) fn row(self) -> &'static FormatInfo {
+        FormatInfo::of(match self {
+            Self::Npz => Format::Npz,
+            Self::Csv => Format::Csv,
+            Self::Parquet => Format::Parquet,
+            #[cfg(feature = "npz")]
+            Self::Body(BodyLayout::HumanMl3d) => Format::Npy,
+            #[cfg(feature = "npz")]
+            Self::Body(_) => Format::Npz,
+        })
     }
 
     /// Whether its numbers are in the unit and the axes of the motion; the others are in metres, each with its up axis.

@@ -11,7 +11,7 @@ use mocap_io::Importer;
 use mocap_retarget::{Retargeter, SourceMotion, Target};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{Format, Scene};
+use mocap_scene::scene::Scene;
 
 use super::skeletons::up_of_others;
 use super::{JobOutput, Maker, no_input};
@@ -133,7 +133,7 @@ impl Maker<'_> {
             }
             Form::Scene(row) => row,
             // Of a motion on its own skeleton alone.
-            Form::Arrays(_) => FormatInfo::of(Format::Npz),
+            Form::Arrays(layout) => layout.row(),
         };
         if row.has_one_clip && target.clips().len() > 1 {
             let message = format!("{} has one motion; name one", row.name);

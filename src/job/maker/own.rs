@@ -10,7 +10,7 @@ use mocap_retarget::robot::{Robot, RobotMotion};
 use mocap_scene::error::{Code, Error, Result};
 use mocap_scene::process;
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::{Format, Scene};
+use mocap_scene::scene::Scene;
 
 use super::Maker;
 use crate::files::Files;
@@ -71,9 +71,9 @@ impl Maker<'_> {
         let mut written = match (self.form, &self.robot) {
             (Form::Arrays(layout), _) => {
                 let mut written = layout.write(scene, humanoid, whole.as_deref(), motion)?;
-                add_losses(&mut written, scene, FormatInfo::of(Format::Npz));
+                add_losses(&mut written, scene, layout.row());
                 if scene.face_curves_alone(0).is_some() {
-                    return Err(nothing_moves(FormatInfo::of(Format::Npz), &written.losses).into());
+                    return Err(nothing_moves(layout.row(), &written.losses).into());
                 }
                 written
             }
