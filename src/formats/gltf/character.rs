@@ -2,14 +2,17 @@
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
+use std::collections::BTreeSet;
 
 use mocap_figure::Humanoid;
 use mocap_scene::error::Result;
 use mocap_scene::pose::FaceTrack;
-use mocap_scene::scene::{Animation, NodeId, Scene};
+use mocap_scene::scene::report::{DataKind, DataLoss};
+use mocap_scene::scene::{Animation, Face, Keys, NodeId, Scene};
 
 use super::BufferPlace;
 use super::face::CharacterFace;
+use super::meshes::TargetPlace;
 use super::read::{Placed, RestPose, read_placed};
 use super::write::dangling;
 use super::write::patch::{self, Clip, Replaced};
@@ -45,6 +48,7 @@ pub struct Character {
     pub scene: Scene,
     /// The index in the file of each node of the scene; none for a group that the reader has put above several roots.
     nodes: Vec<Option<usize>>,
+    targets: Vec<TargetPlace>,
     humanoid: Option<Humanoid>,
 }
 
@@ -55,6 +59,7 @@ impl Character {
             mut scene,
             nodes: placed,
             bones,
+            targets,
             ..
         } = read_placed(source, options, RestPose::Nodes)?;
         bones?;
@@ -76,6 +81,7 @@ impl Character {
             bytes: bytes.into_owned(),
             scene,
             nodes,
+            targets,
             humanoid,
         })
     }
@@ -163,7 +169,7 @@ impl Character {
         options: &GltfOptions,
         name: &str,
     ) -> Result<Export> {
-        let (mut made, mut notes) = (Vec::new(), Vec::new());
+        let (mut made, mut notes, mut lost) = (Vec::new(), Vec::new(), BTreeSet::new());
         let face = OnceCell::new();
         for (animation, provenance, tracks) in clips {
             let mut animation = Cow::Borrowed(animation);
@@ -172,7 +178,8 @@ impl Character {
                 let face = face.get_or_init(|| self.face());
                 let (found, unsaid) = face.onto(tracks, &self.scene, animation.to_mut());
                 morphs = found;
-                notes.extend(unsaid.into_iter().map(|note| format!("{}: {note}", animation.name)));
+                notes.extend((unsaid.notes.iter()).map(|note| format!("{}: {note}", animation.name)));
+                lost.extend(unsaid.lost);
             }
             made.push((animation, provenance, morphs));
         }
@@ -184,14 +191,67 @@ impl Character {
             })
             .collect();
         let (files, report) = self.with(&clips, replace, options, name)?;
+        let lost = DataLoss::new(DataKind::FaceCurves, lost.len() as u64);
         Ok(Export {
             notes,
+            losses: Vec::from_iter(Some(lost).filter(|lost| lost.count > 0)),
             warnings: report.warnings,
             renamed: report.renamed,
             error: report.achieved,
             nodes: self.scene.nodes.len(),
             ..Export::of(files)
         })
+    }
+
+    /// Puts the tracks of a face on an animation of a scene that was made of this character: on the morph targets of its
+    /// meshes, and on its eyes.
+    #[doc(hidden)]
+    pub fn set_face(&self, scene: &mut Scene, animation: usize, tracks: &[FaceTrack]) {
+        if tracks.is_empty() || self.targets.is_empty() {
+            return;
+        }
+        let count = scene.animations.len();
+        let mut clip = std::mem::take(&mut scene.animations[animation]);
+        let (morphs, _) = self.face().onto(tracks, &self.scene, &mut clip);
+        scene.animations[animation] = clip;
+        for place in &self.targets {
+            let target = scene.meshes.get_mut(place.mesh);
+            let target = target.and_then(|mesh| mesh.morph_targets.get_mut(place.target));
+            let morph = morphs.iter().find(|morph| morph.node == place.of_node.0);
+            let (Some(target), Some(morph)) = (target, morph) else {
+                continue;
+            };
+            let weights: Option<Vec<f32>> = (morph.weights.iter())
+                .map(|weights| weights.get(place.of_node.1).copied())
+                .collect();
+            let moving = weights.filter(|weights| weights.iter().any(|weight| *weight != target.weight));
+            if let Some(weights) = moving {
+                target.weight_keys.resize(count, Keys::default());
+                target.weight_keys[animation] = Keys::at_ticks(weights, morph.ticks.clone());
+            }
+        }
+    }
+
+    /// What becomes of the faces of sources where the file itself is not written: the parts that [`Self::set_face`]
+    /// shows, and those that it shows in part, without materials.
+    #[doc(hidden)]
+    pub fn shown_faces<'a>(&self, faces: &[&'a Face]) -> (Vec<&'a Face>, Vec<&'a Face>) {
+        let face = self.face();
+        let is_there = |node: usize, target: usize| self.targets.iter().any(|place| place.of_node == (node, target));
+        let shown = faces
+            .iter()
+            .copied()
+            .filter(|part| face.shows(part, &self.scene, &is_there));
+        let shown: Vec<&Face> = match self.targets.is_empty() {
+            true => Vec::new(),
+            false => shown.collect(),
+        };
+        let partly = shown
+            .iter()
+            .copied()
+            .filter(|part| face.is_partly_of_targets(part))
+            .collect();
+        (shown, partly)
     }
 
     /// The character with a node `Root` above one that has no node of the file above it.

@@ -27,6 +27,18 @@ pub(super) struct MorphTrack {
     pub(super) weights: Vec<Vec<f32>>,
 }
 
+/// What is lost of the gaze, among the names of expressions.
+const GAZE: &str = "lookAt";
+
+/// What a character cannot say of the face of a VRM animation.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Unsaid {
+    /// Sentences.
+    pub(super) notes: Vec<String>,
+    /// The names of the parts that are lost.
+    pub(super) lost: Vec<String>,
+}
+
 /// What a character can do with its face.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CharacterFace {
@@ -49,14 +61,15 @@ impl CharacterFace {
     }
 
     /// The tracks of a face on the character: the weights of its morph targets, with the rotations of its eyes in
-    /// `animation`. Returns what they cannot say, as sentences.
+    /// `animation`. Returns what they cannot say.
     pub(super) fn onto(
         &self,
         tracks: &[FaceTrack],
         scene: &Scene,
         animation: &mut Animation,
-    ) -> (Vec<MorphTrack>, Vec<String>) {
-        let mut notes = Vec::new();
+    ) -> (Vec<MorphTrack>, Unsaid) {
+        let mut unsaid = Unsaid::default();
+        let notes = &mut unsaid.notes;
         let is_known = |track: &&FaceTrack| self.expressions.iter().any(|own| own.is_of(&track.face));
         let expressions = || tracks.iter().filter(|track| !matches!(track.face, Face::LookAt { .. }));
         let lacks: Vec<_> = expressions()
@@ -68,12 +81,9 @@ impl CharacterFace {
                 "expressions that the character does not have, left out: {}",
                 lacks.join(", ")
             ));
+            unsaid.lost.extend(lacks.into_iter().map(str::to_owned));
         }
-        let has_more = |track: &&FaceTrack| {
-            self.expressions
-                .iter()
-                .any(|own| own.has_more && own.is_of(&track.face))
-        };
+        let has_more = |track: &&FaceTrack| self.is_partly_of_targets(&track.face);
         let partly: Vec<_> = expressions().filter(has_more).map(|track| track.face.name()).collect();
         if !partly.is_empty() {
             let names = partly.join(", ");
@@ -91,15 +101,39 @@ impl CharacterFace {
                 match gaze.is_of_bones {
                     true if !gaze.turn_eyes(scene, animation, &ticks, &rotations) => {
                         notes.push("the gaze is left out: the character has no eyes that turn".to_owned());
+                        unsaid.lost.push(GAZE.to_owned());
                     }
                     true => {}
                     false => looks = rotations.iter().map(|rotation| gaze.looks(*rotation)).collect(),
                 }
             }
-            (Some(_), None) => notes.push("the gaze is left out: the character does not say how it looks".to_owned()),
+            (Some(_), None) => {
+                notes.push("the gaze is left out: the character does not say how it looks".to_owned());
+                unsaid.lost.push(GAZE.to_owned());
+            }
             (None, _) => {}
         }
-        (self.morphs(tracks, &ticks, &looks), notes)
+        (self.morphs(tracks, &ticks, &looks), unsaid)
+    }
+
+    /// Whether something of a part of a face shows on the eyes, or on the morph targets of a node that are there.
+    pub(super) fn shows(&self, part: &Face, scene: &Scene, is_there: &dyn Fn(usize, usize) -> bool) -> bool {
+        let binds = |own: &Expression| own.binds.iter().any(|bind| is_there(bind.node, bind.target));
+        let has_eyes = || {
+            let eyes = [HumanoidBone::LeftEye, HumanoidBone::RightEye];
+            eyes.into_iter().any(|bone| eye(scene, bone).is_some())
+        };
+        match (part, &self.gaze) {
+            (Face::LookAt { .. }, Some(gaze)) if gaze.is_of_bones => has_eyes(),
+            (Face::LookAt { .. }, Some(_)) => self.expressions.iter().any(|own| own.look.is_some() && binds(own)),
+            (Face::LookAt { .. }, None) => false,
+            (part, _) => self.expressions.iter().any(|own| own.is_of(part) && binds(own)),
+        }
+    }
+
+    /// Whether an expression changes materials too.
+    pub(super) fn is_partly_of_targets(&self, part: &Face) -> bool {
+        self.expressions.iter().any(|own| own.has_more && own.is_of(part))
     }
 
     /// The weights of the morph targets that differ from those at rest.

@@ -168,16 +168,34 @@ impl<'a> Buffers<'a> {
     }
 }
 
+/// Where a morph target of a node of the file is in the scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TargetPlace {
+    /// The index of the node in the file, and the number of the target there.
+    pub(super) of_node: (usize, usize),
+    pub(super) mesh: usize,
+    pub(super) target: usize,
+}
+
 /// Adds the meshes of `file` to the first node of `scene`. `placed` has the node of the scene for each of the file.
+/// Returns the places of their morph targets.
 pub(super) fn read(
     source: &Source<'_>,
     file: &File<'_>,
     placed: &HashMap<usize, NodeId>,
     options: &ReadOptions,
     scene: &mut Scene,
-) {
+) -> Vec<TargetPlace> {
     let (mut warnings, mut odd) = (Warnings::default(), Warnings::default());
-    if let Err(fault) = read_all(source, file, placed, options, scene, (&mut warnings, &mut odd)) {
+    let mut targets = Vec::new();
+    if let Err(fault) = read_all(
+        source,
+        file,
+        placed,
+        options,
+        (scene, &mut targets),
+        (&mut warnings, &mut odd),
+    ) {
         warnings.distinct(*fault);
     }
     scene.warnings.extend(odd.into_kept());
@@ -188,6 +206,7 @@ pub(super) fn read(
         }
         scene.warnings.push(warning);
     }
+    targets
 }
 
 /// The meshes of a file that have numbers with which nobody can compute.
@@ -208,7 +227,7 @@ pub(super) fn broken_numbers(
     };
     let placed = placed.iter().copied().collect();
     let kept = (&mut warnings, &mut odd);
-    if let Err(fault) = read_all(source, &file, &placed, options, &mut scene, kept) {
+    if let Err(fault) = read_all(source, &file, &placed, options, (&mut scene, &mut Vec::new()), kept) {
         warnings.distinct(*fault);
     }
     let mut broken = warnings.into_kept();
@@ -223,7 +242,7 @@ fn read_all(
     file: &File<'_>,
     placed: &HashMap<usize, NodeId>,
     options: &ReadOptions,
-    scene: &mut Scene,
+    (scene, targets): (&mut Scene, &mut Vec<TargetPlace>),
     (warnings, odd): (&mut Warnings, &mut Warnings),
 ) -> Result<(), Failure> {
     let (text, bin) = json::split(source.bytes)?;
@@ -324,7 +343,12 @@ fn read_all(
             let uses = read_materials[material].as_ref();
             match read_primitive(primitive, &binding, &morphs, uses, (&mut buffers, odd), &pointer) {
                 Ok(None) => {}
-                Ok(Some(read)) => {
+                Ok(Some((read, numbers))) => {
+                    targets.extend(numbers.into_iter().enumerate().map(|(target, number)| TargetPlace {
+                        of_node: (node.index, number),
+                        mesh: scene.meshes.len(),
+                        target,
+                    }));
                     scene.nodes[0].meshes.push(scene.meshes.len());
                     scene.meshes.push(Mesh {
                         name: name.clone(),

@@ -29,6 +29,7 @@ use super::frame_time::{
 };
 use super::humanoid::{self, VRM_ANIMATION};
 use super::invalid::invalid;
+use super::meshes::TargetPlace;
 use super::original;
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::{Failure, ReadOptions, Source};
@@ -43,6 +44,8 @@ pub(super) struct Placed {
     /// The nodes of the scene as they stand in the file.
     in_file: Vec<Node>,
     morphs: Vec<MorphCurves>,
+    /// Where the morph targets of the file are in the scene.
+    pub(super) targets: Vec<TargetPlace>,
 }
 
 /// What the rest pose of a scene is.
@@ -66,6 +69,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         bones,
         in_file,
         morphs,
+        ..
     } = read_placed(source, options, rest)?;
     if let Err(wrong) = bones {
         for node in &mut scene.nodes {
@@ -120,9 +124,10 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         clips.push((animation.name.clone().unwrap_or_default(), file.tracks(index)?));
     }
     let placed = build_nodes(&file, &clips, &mut scene)?;
+    let mut targets = Vec::new();
     if options.gltf_meshes && !options.without_meshes {
         let ids = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
-        super::meshes::read(source, &file, &ids, options, &mut scene);
+        targets = super::meshes::read(source, &file, &ids, options, &mut scene);
     }
     let mut morphs = match options.without_original {
         true => Vec::new(),
@@ -184,6 +189,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         bones,
         in_file,
         morphs,
+        targets,
     })
 }
 

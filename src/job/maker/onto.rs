@@ -121,9 +121,9 @@ impl Maker<'_> {
         let row = match self.form {
             Form::Robot(format) => {
                 let mut written = format.write(target)?;
-                let lost = target.lost_faces("a robot");
-                written.losses.extend(lost.as_ref().map(|(loss, _)| *loss));
-                written.notes.extend(lost.map(|(_, said)| said));
+                let (lost, said) = target.faces_in("a robot");
+                written.losses.extend(lost);
+                written.notes.extend(said);
                 return Ok((written, None));
             }
             Form::Character => {
@@ -146,15 +146,15 @@ impl Maker<'_> {
                 target.scene_converted(&conversion.bone_axis(write.along_bone()))?
             }
         };
-        let lost_faces = match row.states_bones {
+        let (lost_faces, said_of_faces) = match row.states_bones {
             true => {
                 target.add_faces(&mut scene);
-                None
+                (None, Vec::new())
             }
-            false => target.lost_faces(row.name),
+            false => target.faces_in(row.name),
         };
         // The exporter accounts for them.
-        if let Some((lost, _)) = &lost_faces {
+        if let Some(lost) = lost_faces {
             scene.lose(lost.kind, lost.count as usize);
         }
         let mut exporter = write.exporter();
@@ -166,7 +166,7 @@ impl Maker<'_> {
         let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
         let naming = naming.transpose()?.flatten();
         let mut written = exporter.write_as(&scene, write.name_of(output))?;
-        written.notes.extend(lost_faces.map(|(_, said)| said));
+        written.notes.extend(said_of_faces);
         naming
             .iter()
             .for_each(|naming| names::tell(naming, &scene, &mut written));

@@ -1,14 +1,15 @@
 //! The scene of the target with the clips, and with the faces of their sources.
 
+use mocap_scene::pose::FaceTrack;
 use mocap_scene::process::SkeletonMesh;
-use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::{DataKind, DataLoss};
+use mocap_scene::scene::{Face, Node, Scene};
 
 use super::{Retargeter, Target};
 
 impl Retargeter {
     /// The target with the clips alone. What the faces of the sources say goes to nodes of the target that are a part
-    /// of a face too.
+    /// of a face too, and to the morph targets and the eyes of a character whose morph targets were read.
     pub(super) fn with_clips(&self) -> Scene {
         let mut scene = self.target.scene().into_owned();
         scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
@@ -19,6 +20,9 @@ impl Retargeter {
         }
         for (index, clip) in self.clips.iter().enumerate() {
             scene.set_face(index, &clip.face, false);
+            if let Target::Character(character) = &self.target {
+                character.set_face(&mut scene, index, &clip.face);
+            }
         }
         scene
     }
@@ -31,26 +35,45 @@ impl Retargeter {
         }
     }
 
-    /// The parts of a face that the target has no node for, and a sentence on them about an output of `format`.
+    /// What becomes of the faces of the sources in an output of `format`, which has no expressions: the parts that it
+    /// lacks, and sentences on them and on those that are curves of morph targets there.
     #[doc(hidden)]
-    pub fn lost_faces(&self, format: &str) -> Option<(DataLoss, String)> {
+    pub fn faces_in(&self, format: &str) -> (Option<DataLoss>, Vec<String>) {
         let target = self.target.scene();
-        let mut names: Vec<&str> = Vec::new();
-        for track in self.clips.iter().flat_map(|clip| &clip.face) {
-            let is_it =
-                |node: &mocap_scene::scene::Node| node.face.as_ref().is_some_and(|face| face.is_part(&track.face));
-            if !names.contains(&track.face.name()) && !target.nodes.iter().any(is_it) {
-                names.push(track.face.name());
+        let mut faces: Vec<&Face> = Vec::new();
+        for FaceTrack { face, .. } in self.clips.iter().flat_map(|clip| &clip.face) {
+            let is_it = |node: &Node| node.face.as_ref().is_some_and(|own| own.is_part(face));
+            if !faces.iter().any(|known| known.name() == face.name()) && !target.nodes.iter().any(is_it) {
+                faces.push(face);
             }
         }
-        let listed = names.join(", ");
-        (!names.is_empty()).then(|| {
-            let lost = DataLoss::new(DataKind::FaceCurves, names.len() as u64);
-            let said = format!(
-                "face: {listed} left out, because {format} has no expressions; a VRM animation, and a character as \
-                 .vrm or .glb, keep them"
-            );
-            (lost, said)
-        })
+        let (shown, partly) = match &self.target {
+            Target::Character(character) => character.shown_faces(&faces),
+            Target::Skeleton(_) | Target::Robot(_) => Default::default(),
+        };
+        faces.retain(|face| !shown.contains(face));
+        let listed = |faces: &[&Face]| faces.iter().map(|face| face.name()).collect::<Vec<_>>().join(", ");
+        let mut said = Vec::new();
+        if !shown.is_empty() {
+            let names = listed(&shown);
+            said.push(format!(
+                "face: {names} move morph targets and eyes, because {format} has no expressions"
+            ));
+        }
+        if !partly.is_empty() {
+            let names = listed(&partly);
+            said.push(format!(
+                "face: of {names} the morph targets alone move, and no materials"
+            ));
+        }
+        if !faces.is_empty() {
+            let names = listed(&faces);
+            said.push(format!(
+                "face: {names} left out, because {format} has no expressions; a VRM animation, and a character as .vrm \
+                 or .glb, keep them"
+            ));
+        }
+        let lost = DataLoss::new(DataKind::FaceCurves, faces.len() as u64);
+        (Some(lost).filter(|lost| lost.count > 0), said)
     }
 }

@@ -20,14 +20,15 @@ pub(super) struct Stated<'a> {
     pub(super) are_read: bool,
 }
 
-/// The targets of a primitive of which the vertices `kept` are kept; those that move none of them are left out.
+/// The targets of a primitive of which the vertices `kept` are kept, each with its number in the file; those that move
+/// none of them are left out.
 pub(super) fn read(
     targets: &[BTreeMap<String, usize>],
     stated: &Stated<'_>,
     kept: &[usize],
     buffers: &mut Buffers<'_>,
     pointer: &str,
-) -> Result<Vec<MorphTarget>, Failure> {
+) -> Result<Vec<(usize, MorphTarget)>, Failure> {
     let mut found = Vec::new();
     for (index, target) in targets.iter().enumerate().filter(|_| stated.are_read) {
         let pointer = format!("{pointer}/targets/{index}");
@@ -73,7 +74,7 @@ pub(super) fn read(
             }
         }
         if !read.vertex_ids.is_empty() {
-            found.push(read);
+            found.push((index, read));
         }
     }
     Ok(found)

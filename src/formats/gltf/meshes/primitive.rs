@@ -34,6 +34,7 @@ const TRIANGLE_FAN: u32 = 6;
 
 /// A mesh without its name and its material, the bones without names; nothing where it has no face. Normals and weights
 /// that are not finite are replaced with a warning in `odd`; morph targets that cannot be read are left out with one.
+/// With the mesh comes the number in the file of each of its morph targets.
 pub(super) fn read_primitive(
     primitive: &Primitive,
     binding: &Binding,
@@ -41,7 +42,7 @@ pub(super) fn read_primitive(
     material: Option<&materials::Read>,
     (buffers, odd): (&mut Buffers<'_>, &mut Warnings),
     pointer: &str,
-) -> Result<Option<Mesh>, Failure> {
+) -> Result<Option<(Mesh, Vec<usize>)>, Failure> {
     if primitive.extensions.contains_key("KHR_draco_mesh_compression") {
         return Err(invalid(pointer, "meshes compressed with Draco are not read").into());
     }
@@ -164,7 +165,8 @@ pub(super) fn read_primitive(
         odd.distinct(Diagnostic::new(Code::IgnoredMesh, message).at_pointer(pointer));
         Vec::new()
     });
-    Ok(Some(Mesh {
+    let (numbers, targets) = targets.into_iter().unzip();
+    let mesh = Mesh {
         morph_targets: targets,
         vertices,
         normals,
@@ -172,7 +174,8 @@ pub(super) fn read_primitive(
         bones: bones(binding, &ties, &kept, pointer)?,
         indices,
         ..Mesh::default()
-    }))
+    };
+    Ok(Some((mesh, numbers)))
 }
 
 type Ties = (std::rc::Rc<[f32]>, std::rc::Rc<[f32]>);

@@ -5,6 +5,7 @@ use mocap::glam::{EulerRot, Quat, Vec3};
 use mocap::gltf::GltfOptions;
 use mocap::job::{Maker, MotionJob};
 use mocap::retarget::{RetargetOptions, Retargeter, apply_steps};
+use mocap::scene::report::{DataKind, DataLoss};
 use mocap::scene::{Face, HumanoidBone, NodeId, NodeKind};
 use mocap::verify::report::FindingKind;
 use mocap::verify::report::Verification;
@@ -236,6 +237,8 @@ fn a_character_moves_the_morph_targets_of_its_expressions() {
         notes.contains("expressions that the character does not have, left out: happy, "),
         "{notes}"
     );
+    // Each expression that it lacks is a curve that is lost.
+    assert_eq!(written.losses, [DataLoss::new(DataKind::FaceCurves, 4)]);
     let bytes = written.into_bytes().unwrap();
     let weights = values(&bytes, "Body", "weights");
     // The first frame is a rest pose, and left out: what follows begins a frame later.
@@ -249,13 +252,59 @@ fn a_character_moves_the_morph_targets_of_its_expressions() {
 
 #[test]
 fn a_format_without_expressions_says_so_and_a_vrm_animation_keeps_them() {
-    let notes = retargeted("hero.fbx").notes.join("\n");
+    let notes = retargeted("hero.bvh").notes.join("\n");
     assert!(
         notes.contains("face: blink, happy, aa, blinkLeft, wink, sad, lookAt left out, because "),
         "{notes}"
     );
     let scene = read(&retargeted("hero.vrma").into_bytes().unwrap());
     assert_eq!(at(&scene, "happy", 1.0).0.x, 1.0);
+}
+
+/// FBX and USD have the weights that the character's own file has.
+#[test]
+fn expressions_are_curves_of_morph_targets_in_formats_without_expressions() {
+    let hero = retargeted("hero.vrm").into_bytes().unwrap();
+    let weights = values(&hero, "Body", "weights");
+    // Of the mesh, in the order of its file.
+    let names = ["mouth_open", "blink"];
+    let read = |bytes: &[u8], name: &str| Importer::new().morph_targets(true).read(bytes, name).unwrap();
+    for name in ["hero.fbx", "hero.usda"] {
+        let written = retargeted(name);
+        let notes = written.notes.join("\n");
+        assert!(
+            notes.contains("face: blink, aa, lookAt move morph targets and eyes")
+                && notes.contains("face: happy, blinkLeft, wink, sad left out, because "),
+            "{notes}"
+        );
+        assert_eq!(
+            written.losses.iter().map(|loss| (loss.kind, loss.count)).next(),
+            Some((DataKind::FaceCurves, 4))
+        );
+        let bytes = written.files.last().unwrap().bytes().into_owned();
+        let scene = read(&bytes, name);
+        // FBX is sampled at frames: a key between two of them is half a frame beside, where a weight takes 18.5 for 1.
+        let beside = if name.ends_with("fbx") { 0.5 / 18.5 + 1e-3 } else { 1e-3 };
+        let mut seen = 0;
+        for target in scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets) {
+            let column = names.iter().position(|name| *name == target.name).unwrap();
+            let keys = target.weight_keys[0].values.iter().copied();
+            let (low, high) = keys.fold((f32::MAX, f32::MIN), |(low, high), weight| {
+                (low.min(weight), high.max(weight))
+            });
+            let of_file = weights.iter().skip(column).step_by(names.len()).copied();
+            let expected = of_file.fold((f32::MAX, f32::MIN), |(low, high), weight| {
+                (low.min(weight), high.max(weight))
+            });
+            assert!(
+                (low - expected.0).abs() < beside && (high - expected.1).abs() < beside,
+                "{name}: {}",
+                target.name
+            );
+            seen += 1;
+        }
+        assert_eq!(seen, 2, "{name}");
+    }
 }
 
 /// The character of VRM 0 faces -Z, so that its left is -X; its eyes turn by 10 degrees for 90 of the gaze.

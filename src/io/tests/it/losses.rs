@@ -344,8 +344,8 @@ fn the_table_of_losses_is_that_of_the_rows() {
          skeleton stays; else it is lost.\n- *lost*: it is not in the file, and a warning says how many; packed clips \
          refuse scales that change.\n- *at frames*: the file has a pose for each frame; keys between frames are lost.\n\
          - *one for all*: all clips of a file have one frame rate; MMD has 30 frames a second.\n- *of the root*: the hips and the joints above them have \
-         it; joints below them have not.\n- *of targets*: curves of morph targets are kept, and those of expressions, \
-         which VRM has, are lost.\n\n\
+         it; joints below them have not.\n- *of targets*: curves of morph targets are kept. Expressions of a motion on a VRM character become such \
+         curves; other\n  expressions are lost.\n\n\
          `MOCAP_WRITE=1 cargo test -p mocap-io losses` writes the table, and a test plants each kind in each format.\n\n| data |",
     );
     let names = rows.iter().map(|row| format!(" .{} |", row.extensions[0]));
