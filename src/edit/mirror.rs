@@ -348,9 +348,9 @@ impl<'a> MirrorPlan<'a> {
         }
     }
 
-    /// The mirrored translation to the parent. That of a topmost node, as are feet that hang on the root of a rig, is
-    /// the mirror image across the plane, from the place of the figure in the first frame. Any other node is as far from
-    /// its offset as its partner is.
+    /// The mirrored translation to the parent. The position of a topmost node is the mirror image across the plane,
+    /// from the place of the figure in the first frame. Feet that hang on the root of a rig are such nodes. Any other
+    /// node is as far from its offset as its partner is.
     fn translation(
         &self,
         scene: &Scene,

@@ -70,8 +70,8 @@ fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<boo
     rule.at_rest(above.iter().copied().zip(speeds), work.frames.rate)
 }
 
-/// Joins contacts on one spot between which there is hardly time for a step, and those between which the foot does not
-/// rise: a foot that shoots away and back, or wanders along the ground, has noise that looked like a motion.
+/// Joins contacts on one spot if there is hardly time for a step between them, or if the foot does not rise. A foot
+/// that shoots away and back, or wanders along the ground, has noise that looked like a motion.
 fn join(point: &mut ContactPoint, up: Vec3, within: f32, most: usize) {
     /// Metres that a foot rises in a step, at least: the lowest toes of a walk, and some noise.
     const RISEN: f32 = 0.04;

@@ -12,8 +12,8 @@ const NEAR: f64 = 0.7;
 /// The least sine of the angle of a knee or an elbow at rest that shows about which axis it bends.
 const BENT: f64 = 0.2;
 
-/// How far a bone at rest may be from the mirror image of its partner in a rest pose whose sides are mirror images, in
-/// parts of the distance from the hips to the farthest bone: arms of CMU's are 4 % apart.
+/// Largest distance of a bone from the mirror image of its partner in a symmetric rest pose, as a part of the distance
+/// from the hips to the farthest bone. Arms of CMU's are 4 % apart.
 const ALIKE: f64 = 0.05;
 
 /// The least mean distance of a bone from its partner in such a pose, in the same parts. In a rest pose without

@@ -11,8 +11,8 @@ use crate::frames::Frames;
 /// Frames of a motion that are looked at, at most.
 const FRAMES: usize = 200;
 
-/// The cosine of the largest angle between the offset of a child and the mirror image of its partner's, in the frames
-/// of their parents, which are exact but for unlike sides of a body: 15 degrees.
+/// The cosine of the largest angle between the offset of a child and the mirror image of its partner's: 15 degrees. The
+/// offsets are in the frames of their parents, and equal but for unlike sides of a body.
 const OFFSET: f64 = 0.966;
 
 /// The same for frames that are certainly laid so: 5 degrees. Bones of ACCAD are up to 3 degrees off.

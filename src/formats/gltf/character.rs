@@ -203,8 +203,8 @@ impl Character {
         })
     }
 
-    /// Puts the tracks of a face on an animation of a scene that was made of this character: on the morph targets of its
-    /// meshes, and on its eyes.
+    /// Puts the tracks of a face on an animation of a scene that was made of this character: on the morph targets of
+    /// its meshes, and on its eyes.
     #[doc(hidden)]
     pub fn set_face(&self, scene: &mut Scene, animation: usize, tracks: &[FaceTrack]) {
         if tracks.is_empty() || self.targets.is_empty() {

@@ -8,8 +8,8 @@ use mocap_scene::scene::{Face, Node, Scene};
 use super::{Retargeter, Target};
 
 impl Retargeter {
-    /// The target with the clips alone. What the faces of the sources say goes to nodes of the target that are a part
-    /// of a face too, and to the morph targets and the eyes of a character whose morph targets were read.
+    /// The target with the clips alone. Expressions of the sources move nodes of the target that are a part of a face
+    /// too. They also move the morph targets and the eyes of a character whose morph targets were read.
     pub(super) fn with_clips(&self) -> Scene {
         let mut scene = self.target.scene().into_owned();
         scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
@@ -35,8 +35,8 @@ impl Retargeter {
         }
     }
 
-    /// What becomes of the faces of the sources in an output of `format`, which has no expressions: the parts that it
-    /// lacks, and sentences on them and on those that are curves of morph targets there.
+    /// The expressions of the sources in an output of `format`, which has none: the parts that it lacks, and sentences
+    /// on them. Other sentences are on expressions that are curves of morph targets there.
     #[doc(hidden)]
     pub fn faces_in(&self, format: &str) -> (Option<DataLoss>, Vec<String>) {
         let target = self.target.scene();

@@ -1,7 +1,7 @@
 //! Gaps of markers through steps: what was not seen is not seen afterwards, until it is filled.
 
-use mocap::edit::{Concat, ExtractRoot, Fill, Resample, Reverse, Smooth, Step, StepInput, Warp};
 use mocap::convert::RootMotion;
+use mocap::edit::{Concat, ExtractRoot, Fill, Resample, Reverse, Smooth, Step, StepInput, Warp};
 use mocap::{Code, Conversion, Importer, Scene};
 
 /// Two markers in ten frames: A moves evenly, and B in the frames `seen`.

@@ -529,7 +529,7 @@ fn a_material_has_its_colour_and_its_texture() {
         );
         assert_eq!((plain.texture, plain.alpha), (None, AlphaMode::Blend));
         assert_eq!((painted.base_color, painted.texture), (Vec4::ONE, Some(0)));
-        // A mesh for each material; only one has places on a texture, from above.
+        // A mesh for each material, each with places on a texture, from above.
         let [left, right] = scene.meshes.as_slice() else {
             panic!("{} meshes", scene.meshes.len());
         };
@@ -539,7 +539,7 @@ fn a_material_has_its_colour_and_its_texture() {
                 left.texture_coords.len(),
                 right.texture_coords.len()
             ),
-            (4, 0, 4)
+            (4, 4, 4)
         );
         for (vertex, place) in right.vertices.iter().zip(&right.texture_coords) {
             let expected = Vec2::new(vertex.x / 2.0, 1.0 - vertex.y);

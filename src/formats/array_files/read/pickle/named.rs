@@ -10,8 +10,12 @@ const DEEPEST: usize = 8;
 /// Bytes of a name that is looked at.
 const LONGEST: usize = 256;
 
-/// Arrays that are listed: those of 10,000 frames of an estimator, each in a dictionary of its own.
-const MOST: usize = 1 << 18;
+/// The least bytes of an array in a pickle: its name, its shape and its type. A pickle that repeats one array by its
+/// number in the memo has fewer.
+const LEAST: usize = 32;
+
+/// Objects of a small pickle that are looked at.
+const FEW: usize = 4096;
 
 /// The arrays of a pickle, in its order, as `outer.inner`. Numbers and texts are arrays of one element, lists of
 /// numbers and of texts arrays of one axis; what else there is has no name.
@@ -19,7 +23,8 @@ pub(in super::super) fn entries<'a>(pickle: &Pickle<'a>) -> Entries<'a> {
     let mut finder = Finder {
         objects: &pickle.objects,
         found: Entries::default(),
-        left: pickle.size.saturating_mul(2).saturating_add(MOST),
+        most: pickle.size / LEAST,
+        left: pickle.size.saturating_mul(2).saturating_add(FEW),
     };
     finder.visit(String::new(), pickle.result, 0);
     finder.found
@@ -28,13 +33,15 @@ pub(in super::super) fn entries<'a>(pickle: &Pickle<'a>) -> Entries<'a> {
 struct Finder<'p, 'a> {
     objects: &'p Objects<'a>,
     found: Entries<'a>,
+    /// Arrays that may be listed.
+    most: usize,
     /// Objects and bytes that may still be looked at: a pickle can hold one object a thousand times.
     left: usize,
 }
 
 impl<'a> Finder<'_, 'a> {
     fn visit(&mut self, name: String, id: Id, depth: usize) {
-        if self.left == 0 || self.found.arrays.len() >= MOST {
+        if self.left == 0 || self.found.arrays.len() >= self.most {
             self.found.is_cut = true;
             return;
         }

@@ -15,8 +15,8 @@ use crate::array_files::read::ndarray::NdArray;
 /// The persons of a frame, with the number of the frame.
 pub(super) type Frame = (u64, Vec<Sample>);
 
-/// Metres between samples that follow each other, in the median, from which on they are persons beside each other:
-/// those of one person in a take are nearer, also where the distance from the camera trembles by 5 percent.
+/// Median distance of consecutive samples in metres from which on they are persons beside each other. Those of one
+/// person in a take are nearer, even if the distance from the camera trembles by 5 percent.
 const APART: f64 = 0.6;
 
 /// Persons of a frame in one list or along one axis, at most: more samples are frames.
