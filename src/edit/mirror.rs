@@ -279,7 +279,10 @@ impl<'a> MirrorPlan<'a> {
         let turn = DQuat::from_xyzw(0.0, 0.0, 0.0, -plane.dot(normal));
         let cross = plane.cross(normal);
         let above = std::iter::successors(Some(hips), |node| scene.nodes[node.index()].parent);
-        let carrier = above.filter(|node| frames.column(*node).is_some()).last().unwrap_or(hips);
+        let carrier = above
+            .filter(|node| frames.column(*node).is_some())
+            .last()
+            .unwrap_or(hips);
         frames.pose(0, &mut pose);
         let center = pose.position(carrier).as_dvec3();
         Self {
@@ -386,7 +389,9 @@ impl<'a> MirrorPlan<'a> {
     /// From the parent of a topmost node to the world, which never moves.
     fn above(&self, scene: &Scene, node: usize) -> DMat4 {
         let parent = scene.nodes[node].parent;
-        parent.map_or(DMat4::IDENTITY, |parent| self.rest.node_to_world[parent.index()].as_dmat4())
+        parent.map_or(DMat4::IDENTITY, |parent| {
+            self.rest.node_to_world[parent.index()].as_dmat4()
+        })
     }
 }
 

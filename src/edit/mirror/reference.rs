@@ -1,6 +1,6 @@
 //! The rotations from which both sides of a figure are mirror images of each other.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use mocap_figure::{Axis, Humanoid, HumanoidBone, Side};
 use mocap_scene::pose::{Pose, Trs};
@@ -58,7 +58,7 @@ pub(super) fn left_at_rest(rest: &Pose, humanoid: &Humanoid, hips: NodeId) -> Op
 pub(super) fn along_axis(direction: DVec3) -> Option<DVec3> {
     let direction = direction.try_normalize()?;
     let axes = [Axis::X, Axis::Y, Axis::Z, Axis::NegX, Axis::NegY, Axis::NegZ];
-    let mut axes = axes.into_iter().filter_map(Axis::direction).map(|axis| axis.as_dvec3());
+    let mut axes = axes.into_iter().filter_map(Axis::direction).map(Vec3::as_dvec3);
     Some(axes.find(|axis| axis.dot(direction) > 0.99).unwrap_or(direction))
 }
 

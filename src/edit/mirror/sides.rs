@@ -66,9 +66,13 @@ pub(super) fn lay_as_in_motion(
     let across = half_turn(normal);
     let known = |node: usize| rotations[partners[node].index()].inverse() * across * rotations[node];
     for (node, laid) in posture.laid(&known).into_iter().enumerate() {
-        let (Some(laid), partner) = (laid, partners[node].index()) else { continue };
+        let (Some(laid), partner) = (laid, partners[node].index()) else {
+            continue;
+        };
         let sum = |is_middle: bool| -> [DVec3; 2] {
-            let pairs = posture.children(node).filter(|[own, other]| (own == other) == is_middle);
+            let pairs = posture
+                .children(node)
+                .filter(|[own, other]| (own == other) == is_middle);
             let offsets = pairs.map(|pair| pair.map(|child| posture.offset(child)));
             offsets.fold([DVec3::ZERO; 2], |sums, pair| [sums[0] + pair[0], sums[1] + pair[1]])
         };
@@ -120,7 +124,7 @@ impl<'a> Posture<'a> {
             for (node, sum) in sums.iter_mut().enumerate() {
                 let Some(sum) = sum else { continue };
                 let here = (to_hips * rotation(node)).normalize();
-                *sum = *sum + if sum.dot(here) < 0.0 { -here } else { here };
+                *sum += if sum.dot(here) < 0.0 { -here } else { here };
             }
         }
         let longest = scene.nodes.iter().map(|node| node.transform.w_axis.truncate().length());
@@ -204,6 +208,7 @@ impl<'a> Posture<'a> {
 
     /// Whether the offsets of both point somewhere.
     fn is_long(&self, pair: [usize; 2]) -> bool {
-        pair.iter().all(|child| self.offset(*child).length() >= SHORTEST * self.longest)
+        pair.iter()
+            .all(|child| self.offset(*child).length() >= SHORTEST * self.longest)
     }
 }

@@ -157,7 +157,7 @@ impl BodyFrames {
     #[doc(hidden)]
     pub fn scene(self, options: &ReadOptions) -> Result<Scene> {
         let mut warnings = Warnings::default();
-        let scene = self.to_scene(options, &mut warnings);
+        let scene = self.into_scene(options, &mut warnings);
         warnings.attach_to(scene)
     }
 }

@@ -177,7 +177,7 @@ fn pages() -> [String; 2] {
                 rows += &format!(
                     "| `--{option}` | {values} | {} | {meaning} |\n",
                     listed(&commands, &mut groups)
-                )
+                );
             }
         }
     }

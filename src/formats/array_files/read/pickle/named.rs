@@ -90,7 +90,7 @@ impl<'a> Finder<'_, 'a> {
         } else if items.iter().all(|id| objects.text(*id).is_some()) {
             let texts: Vec<&str> = items.iter().filter_map(|id| objects.text(*id)).collect();
             self.add_texts(name, vec![items.len()], &texts);
-        } else if items.len() <= MOST {
+        } else {
             for (index, item) in items.iter().enumerate() {
                 self.visit(join(&name, &index.to_string()), *item, depth + 1);
             }

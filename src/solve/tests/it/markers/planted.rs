@@ -1,7 +1,7 @@
 //! Markers that are planted on a body whose joints are known.
 
 use mocap::glam::{Quat, Vec3};
-use mocap::{Importer, Pose, Scene};
+use mocap::{Pose, Scene};
 
 use super::lower_body::Markers;
 

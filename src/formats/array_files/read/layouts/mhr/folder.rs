@@ -65,7 +65,7 @@ impl BodyFrames {
         Ok(())
     }
 
-    pub(in crate::array_files::read) fn to_scene(
+    pub(in crate::array_files::read) fn into_scene(
         self,
         options: &ReadOptions,
         warnings: &mut Warnings,

@@ -185,13 +185,13 @@ fn frames_of_group(
             .get(9 * joints * index..9 * joints * (index + 1))
             .unwrap_or_default();
         let sample = Sample {
-            positions: vectors(own).map(|vector| vector.as_vec3()).collect(),
+            positions: vectors(own).map(DVec3::as_vec3).collect(),
             rotations: rotations
                 .as_chunks::<9>()
                 .0
                 .iter()
                 .map(rotation)
-                .map(|rotation| rotation.as_quat())
+                .map(DQuat::as_quat)
                 .collect(),
             place: vectors(&cameras[3 * index..][..3]).next().unwrap_or_default(),
         };
