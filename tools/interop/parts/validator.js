@@ -3,7 +3,7 @@
 
 import { readFileSync } from "node:fs";
 import { readFile } from "node:fs/promises";
-import { basename, dirname, join } from "node:path";
+import { basename, dirname, extname, join } from "node:path";
 
 import validator from "gltf-validator";
 
@@ -16,9 +16,11 @@ const MODES = [
   { name: "segmented", extension: ".glb", options: ["--mesh", "segmented"] },
   { name: "no-mesh", extension: ".glb", options: ["--mesh", "none"] },
   { name: "keep-constant", extension: ".glb", options: ["--keep-constant"] },
-  { name: "root-motion", extension: ".glb", options: ["--root-motion"] },
-  { name: "resampled", extension: ".glb", options: ["--fps", "30", "--rest", "frame:0", "--in-place"] },
+  { name: "root-motion", extension: ".glb", options: ["--root-motion"], isOfRoot: true },
+  { name: "resampled", extension: ".glb", options: ["--fps", "30", "--rest", "frame:0", "--in-place"], isOfRoot: true },
 ];
+// Files of markers, which have no root.
+const POINTS = [".c3d", ".trc"];
 const SEVERITIES = ["error", "warning", "info", "hint"];
 const EXCEPTIONS = JSON.parse(readFileSync(new URL("../exceptions.json", import.meta.url))).validator;
 
@@ -30,17 +32,20 @@ export async function messagesAbout(path, mode) {
     externalResourceFunction: async (uri) =>
       new Uint8Array(await readFile(join(dirname(path), decodeURIComponent(uri)))),
   });
-  const isAllowed = (message) =>
-    EXCEPTIONS.some((exception) => exception.mode === mode && exception.code === message.code);
+  const isAllowed = ({ code, pointer }) =>
+    EXCEPTIONS.some(
+      (allowed) =>
+        allowed.code === code && (allowed.mode ?? mode) === mode && (pointer ?? "").endsWith(allowed.pointer ?? ""),
+    );
   return report.issues.messages
     .filter((message) => !isAllowed(message))
     .map((message) => `${SEVERITIES[message.severity]} ${message.code} at ${message.pointer}: ${message.message}`);
 }
 
 /** What mocap says of a file that it does not convert; empty where it does. */
-function refusalOf(input, folder) {
+function refusalOf(input, folder, options = []) {
   try {
-    convert(input, join(folder, "refused.glb"));
+    convert(input, join(folder, "refused.glb"), ...options);
     return "";
   } catch (error) {
     return error.stderr.toString();
@@ -54,6 +59,11 @@ export async function run(results, folder, sample) {
     let files = 0;
     for (const input of sample.share(inputs, place, MODES.length)) {
       await results.guard(`${basename(input)}, ${mode.name}`, async () => {
+        if (mode.isOfRoot && POINTS.includes(extname(input))) {
+          const refusal = refusalOf(input, folder, mode.options);
+          results.check(refusal.includes("[unrepresentable]"), `${basename(input)}, ${mode.name}: ${refusal}`);
+          return;
+        }
         const output = convert(input, join(outputs, outputName(input, mode.extension)), ...mode.options);
         const messages = await messagesAbout(output, mode.name);
         const some = messages.slice(0, 3).join("\n    ");
