@@ -41,6 +41,8 @@ const LAID: [DQuat; 4] = [
 struct Posture<'a> {
     scene: &'a Scene,
     partners: &'a [NodeId],
+    /// For each node its children with their partners, if these are below its own.
+    children: Vec<Vec<[usize; 2]>>,
     /// For each node below the hips; `None` for all others.
     mean: Vec<Option<DQuat>>,
     /// From the right to the left hip, in the frame of the hips.
@@ -116,7 +118,7 @@ impl<'a> Posture<'a> {
             .collect();
         let mut across = DVec3::ZERO;
         let mut pose = Pose::rest(scene);
-        for frame in (0..frames.len()).step_by(frames.len().div_ceil(FRAMES)) {
+        for frame in (0..frames.len()).step_by(frames.len().div_ceil(FRAMES).max(1)) {
             frames.pose(frame, &mut pose);
             let rotation = |node: usize| Trs::from_matrix(pose.node_to_world[node]).rotation.as_dquat();
             let to_hips = rotation(hips.index()).inverse();
@@ -127,10 +129,20 @@ impl<'a> Posture<'a> {
                 *sum += if sum.dot(here) < 0.0 { -here } else { here };
             }
         }
+        let mut children = vec![Vec::new(); scene.nodes.len()];
+        let parent = |child: usize| scene.nodes[child].parent.map(NodeId::index);
+        for (own, other) in partners.iter().copied().map(NodeId::index).enumerate() {
+            if let (Some(above), Some(beside)) = (parent(own), parent(other))
+                && partners[above].index() == beside
+            {
+                children[above].push([own, other]);
+            }
+        }
         let longest = scene.nodes.iter().map(|node| node.transform.w_axis.truncate().length());
         Some(Self {
             scene,
             partners,
+            children,
             mean: sums.into_iter().map(|sum| Some(sum?.normalize())).collect(),
             left: across.try_normalize()?,
             longest: f64::from(longest.fold(0.0, f32::max)),
@@ -180,12 +192,8 @@ impl<'a> Posture<'a> {
         Some(posture.angle_between(stands))
     }
 
-    /// The children of a joint with their partners below its own.
     fn children(&self, node: usize) -> impl Iterator<Item = [usize; 2]> + '_ {
-        let partner = self.partners[node];
-        let parent = |child: usize| self.scene.nodes[child].parent;
-        let pairs = (0..self.scene.nodes.len()).map(|child| [child, self.partners[child].index()]);
-        pairs.filter(move |[own, other]| parent(*own) == Some(NodeId::new(node)) && parent(*other) == Some(partner))
+        self.children[node].iter().copied()
     }
 
     fn offset(&self, node: usize) -> DVec3 {
