@@ -137,8 +137,8 @@ const LONGEST_LIST: usize = 6;
 const SHARED: &str = "# Options
 
 Each option that several commands have, with its value. An option has one meaning: where several commands have it, it
-takes the same value in each. [Options of one command](options-of-one-command.md) has the others. A number stands for a
-group of commands:
+takes the same value in each. [Options of one command](options-of-one-command.md) has the others. A number in the
+column of commands is the number of a group:
 
 | group | commands |
 |---|---|

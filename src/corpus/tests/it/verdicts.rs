@@ -245,8 +245,8 @@ fn a_rest_pose_within_a_walk_is_a_defect_however_near_to_its_ends() {
     }
 }
 
-/// The whole body of a fast walk is moved while its left foot stands. By NumPy the foot stands from frame 832 to 875, and
-/// the hips fall by 8.4 m/s^2 meanwhile, as in the flight of a run.
+/// The whole body of a fast walk is moved while its left foot stands. By NumPy the foot stands from frame 832 to 875,
+/// and the hips fall by 8.4 m/s^2 meanwhile, as in the flight of a run.
 #[test]
 fn a_foot_that_slides_in_a_fast_walk_is_found() {
     let mut walk = Bvh::new("real/motionbuilder_vicon_walk");

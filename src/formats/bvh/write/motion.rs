@@ -1,9 +1,8 @@
 //! The motion of a scene, and where the hierarchy begins.
 
 use glam::Vec3;
-use mocap_figure::{Humanoid, HumanoidBone};
 use mocap_scene::pose::{Binding, Trs};
-use mocap_scene::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, Node, NodeId, NodeKind, Scene};
+use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Node, NodeId, NodeKind, Scene};
 
 /// How far the scale of an axis may be from another for an even scale, as a fraction.
 const EVEN: f32 = 1e-5;
@@ -96,8 +95,7 @@ impl<'a> Motion<'a> {
 }
 
 /// The first node that is written. Groups above it that do not move, and below which all joints are below one child,
-/// are left out: the skeleton begins with its root. So is the group that a reader puts over several roots, and joints
-/// above the hips that do not move. A BVH file keeps those: it has the joints of its source.
+/// are left out: the skeleton begins with its root. So is the group that a reader puts over several roots.
 fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
     let nodes = &scene.nodes;
     // What is shown and does not move needs no joint.
@@ -118,10 +116,6 @@ fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
         let group = nodes.get(index).filter(|node| node.kind == NodeKind::Group)?;
         stays(group, channels[index])
     };
-    let only_needed = |index: usize| {
-        let mut needed = children(index).filter(|child| is_needed[*child]);
-        needed.next().filter(|_| needed.next().is_none())
-    };
     let is_even = |scale: Vec3| scale.x > 0.0 && scale.abs_diff_eq(Vec3::splat(scale.x), EVEN * scale.x);
     let mut first = 0;
     while still(first).is_some_and(|place| is_even(place.scale)) {
@@ -136,21 +130,6 @@ fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
             _ => break,
         };
         first = only;
-    }
-    let places = |index: &usize| {
-        let place = stays(&nodes[*index], channels[*index]);
-        place.is_some_and(|place| is_even(place.scale)) && only_needed(*index).is_some()
-    };
-    if scene.metadata.format != Some(Format::Bvh)
-        && nodes.get(first).is_some_and(|node| node.kind == NodeKind::Joint)
-        && places(&first)
-        && let Some(hips) = Humanoid::of(scene).joint(HumanoidBone::Hips)
-    {
-        let parent = |node: &usize| nodes[*node].parent.map(NodeId::index);
-        let mut above = std::iter::successors(parent(&hips.index()), parent).take_while(|node| *node >= first);
-        if above.all(|node| places(&node)) {
-            return hips.index();
-        }
     }
     let holds_roots = |index: usize| {
         nodes[index].name == GROUP_OF_ROOTS

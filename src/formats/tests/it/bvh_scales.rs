@@ -2,7 +2,7 @@
 
 use mocap::bvh::BvhOptions;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::scene::{Animation, Channel, Format, Keys, Node, NodeId, NodeKind};
+use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind};
 use mocap::{Importer, Pose, Scene};
 
 /// The text, and the scene that it makes.
@@ -161,45 +161,4 @@ fn the_hips_are_the_root_below_groups_that_do_not_move() {
     keyed.animations[0].channels[0].position_keys = Keys::every_tick(vec![Vec3::ZERO, Vec3::X]);
     let text = BvhOptions::default().write(&keyed).unwrap();
     assert!(text.starts_with(b"HIERARCHY\nROOT Armature\n"));
-}
-
-/// A character of MakeHuman has a joint `Root` above `pelvis`.
-#[test]
-fn the_hips_are_the_root_below_joints_that_do_not_move() {
-    let bytes = std::fs::read("../../fixtures/characters/human_game_engine.glb").unwrap();
-    let mut scene = Importer::new().read(&bytes, "human.glb").unwrap();
-    let node = |name: &str| scene.nodes.iter().position(|node| node.name == name).unwrap();
-    let (root, hand) = (node("Root"), node("hand_l"));
-    let mut clip = Animation {
-        ticks_per_second: 30.0,
-        duration: 1.0,
-        ..Animation::default()
-    };
-    let key = |node: usize, offset: Vec3| {
-        let (_, rotation, translation) = scene.nodes[node].transform.to_scale_rotation_translation();
-        Channel {
-            node_name: scene.nodes[node].name.clone(),
-            node: Some(NodeId::new(node)),
-            position_keys: Keys::every_tick(vec![translation, translation + offset]),
-            rotation_keys: Keys::every_tick(vec![rotation; 2]),
-            scaling_keys: Keys::default(),
-        }
-    };
-    // Some readers give keys to a joint that stays.
-    let (still, moving) = (key(root, Vec3::ZERO), key(root, Vec3::X));
-    clip.channels = vec![still, key(node("pelvis"), Vec3::Y), key(hand, Vec3::ZERO)];
-    scene.animations = vec![clip];
-    let (text, read) = written(&scene);
-    assert!(text.contains("ROOT pelvis"), "{text}");
-    for tick in [0.0, 1.0] {
-        let (found, expected) = (place(&read, tick, "hand_l"), place(&scene, tick, "hand_l"));
-        assert!(found.abs_diff_eq(expected, 1e-4), "{found} {expected}");
-    }
-    scene.animations[0].channels[0] = moving;
-    assert!(written(&scene).0.contains("ROOT Root"));
-    // A BVH file has the joints of its source.
-    scene.animations[0].channels.remove(0);
-    assert!(written(&scene).0.contains("ROOT pelvis"));
-    scene.metadata.format = Some(Format::Bvh);
-    assert!(written(&scene).0.contains("ROOT Root"));
 }

@@ -136,8 +136,8 @@ fn steps(scene: &Scene) -> Vec<f32> {
         .collect()
 }
 
-/// Two persons walk past each other, each by 40 cm a frame. They are in lists whose order changes: the second is missing
-/// in one frame, and both in another. Then they are along a first axis.
+/// Two persons walk past each other, each by 40 cm a frame. They are in lists whose order changes: the second is
+/// missing in one frame, and both in another. Then they are along a first axis.
 #[test]
 fn persons_who_cross_are_followed() {
     for (file, clip, frames, gap) in [
