@@ -1,6 +1,6 @@
-//! Compresses the font, which would be a twentieth of the program.
+//! Joins the modules of the player to one script, and compresses it and the font: a twentieth of the program.
 
-use std::fs::File;
+use std::fs::{File, read_to_string};
 use std::io::{Result, Write};
 use std::path::Path;
 
@@ -9,10 +9,45 @@ use flate2::write::ZlibEncoder;
 
 fn main() -> Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=view");
+    let (mut script, mut joined) = (String::new(), Vec::new());
+    join("page.js", &mut joined, &mut script)?;
+    write_packed("player.js.zlib", script.as_bytes())?;
+    write_packed("page.css.zlib", lean(&read_to_string("view/page.css")?).as_bytes())?;
+    write_packed("font.zlib", dejavu::sans::regular())
+}
+
+/// Adds a module after those that it imports, each once, without the words of modules.
+fn join(module: &str, joined: &mut Vec<String>, script: &mut String) -> Result<()> {
+    if joined.iter().any(|name| name == module) {
+        return Ok(());
+    }
+    joined.push(module.to_owned());
+    let source = lean(&read_to_string(Path::new("view").join(module))?);
+    for line in source.lines().filter(|line| line.starts_with("import ")) {
+        let name = line.split('"').nth(1).expect("an import is one line");
+        join(name.trim_start_matches("./"), joined, script)?;
+    }
+    for line in source.lines().filter(|line| !line.starts_with("import ")) {
+        script.push_str(line.strip_prefix("export ").unwrap_or(line));
+        script.push('\n');
+    }
+    Ok(())
+}
+
+/// Source text without indentation and comments.
+fn lean(source: &str) -> String {
+    let lines = source.lines().map(str::trim);
+    let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+    kept.flat_map(|line| [line, "\n"]).collect()
+}
+
+/// Writes a file of the build, as zlib.
+fn write_packed(name: &str, bytes: &[u8]) -> Result<()> {
     let folder = std::env::var_os("OUT_DIR").expect("Cargo names the folder");
-    let file = File::create(Path::new(&folder).join("font.zlib"))?;
+    let file = File::create(Path::new(&folder).join(name))?;
     let mut packed = ZlibEncoder::new(file, Compression::best());
-    packed.write_all(dejavu::sans::regular())?;
+    packed.write_all(bytes)?;
     packed.finish()?;
     Ok(())
 }

@@ -35,5 +35,6 @@ pub mod theme {
     pub use crate::theme::{INK, LEFT, PAPER, RULE, SHADOW};
 }
 pub mod view {
-    pub use crate::view::{MODULES, filled, script};
+    pub use crate::built::script;
+    pub use crate::view::filled;
 }

@@ -9,6 +9,7 @@
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
+mod built;
 mod camera;
 mod drawing;
 mod euler;

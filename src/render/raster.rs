@@ -1,9 +1,7 @@
 //! A drawing as pixels.
 
-use std::io::Read;
 use std::sync::LazyLock;
 
-use flate2::read::ZlibDecoder;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use tiny_skia::{
     ColorU8, FillRule, IntSize, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, PremultipliedColorU8,
@@ -11,6 +9,7 @@ use tiny_skia::{
 };
 use ttf_parser::{Face, OutlineBuilder};
 
+use super::built::font;
 use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
 
 /// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
@@ -179,14 +178,8 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     path.finish()
 }
 
-static FACE: LazyLock<Face<'static>> = LazyLock::new(|| {
-    let packed: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/font.zlib"));
-    let mut font = Vec::new();
-    ZlibDecoder::new(packed)
-        .read_to_end(&mut font)
-        .expect("the build compressed it");
-    Face::parse(font.leak(), 0).expect("the font comes with the program")
-});
+static FACE: LazyLock<Face<'static>> =
+    LazyLock::new(|| Face::parse(font().leak(), 0).expect("the font comes with the program"));
 
 /// How wide `text` is in a font of `size` pixels.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {

@@ -1,7 +1,7 @@
 //! A page with a player: one HTML file without external resources.
 //!
 //! The player is plain JavaScript in `view/`, drawn with WebGL 2, or with a 2D canvas without it. Its files are
-//! modules; a page has them one after another in one script. `player.js` plays clips wherever their data comes from;
+//! modules; `build.rs` joins them to one script. `player.js` plays clips wherever their data comes from;
 //! `page.js` gives it those of this page.
 //!
 //! The page has the motion as bytes in base64, in blocks of frames, because JSON numbers would take three times the
@@ -33,6 +33,7 @@ use self::marks::bytes_of;
 use self::morphs::MorphMotion;
 use self::pack::Storage;
 use self::skin::{PackedSkin, skin_of};
+use super::built::{script, style};
 use super::figure::Clip;
 use super::svg::escape;
 
@@ -108,46 +109,6 @@ impl<'a> PageClip<'a> {
 }
 
 const PAGE: &str = include_str!("view/page.html");
-const STYLE: &str = include_str!("view/page.css");
-
-/// The modules of the player; each imports only those before it.
-pub const MODULES: [&str; 34] = [
-    include_str!("view/math.js"),
-    include_str!("view/dom.js"),
-    include_str!("view/curves.js"),
-    include_str!("view/reach.js"),
-    include_str!("view/fabrik.js"),
-    include_str!("view/posing.js"),
-    include_str!("view/clip.js"),
-    include_str!("view/skin.js"),
-    include_str!("view/batch.js"),
-    include_str!("view/renderer_skin.js"),
-    include_str!("view/renderer_gl.js"),
-    include_str!("view/renderer_2d.js"),
-    include_str!("view/camera.js"),
-    include_str!("view/colors.js"),
-    include_str!("view/marks.js"),
-    include_str!("view/chart.js"),
-    include_str!("view/morphs.js"),
-    include_str!("view/product.js"),
-    include_str!("view/source_text.js"),
-    include_str!("view/chain_panel.js"),
-    include_str!("view/sliders.js"),
-    include_str!("view/panel.js"),
-    include_str!("view/stage.js"),
-    include_str!("view/drag.js"),
-    include_str!("view/bytes.js"),
-    include_str!("view/webm.js"),
-    include_str!("view/gif.js"),
-    include_str!("view/mp4.js"),
-    include_str!("view/film.js"),
-    include_str!("view/time_line.js"),
-    include_str!("view/player.js"),
-    include_str!("view/packed.js"),
-    include_str!("view/unpack.js"),
-    include_str!("view/page.js"),
-];
-
 #[derive(Serialize)]
 struct PageData {
     clips: Vec<Description>,
@@ -272,7 +233,7 @@ fn page(title: &str, data: &str, [keys, skins, textures, downloads]: [&str; 4]) 
     filled(PAGE, |name| match name {
         "title" => title.into(),
         "policy" => POLICY.into(),
-        "style" => lean(STYLE).into(),
+        "style" => style().into(),
         "script" => script().into(),
         "data" => data.into(),
         "keys" => keys.into(),
@@ -363,19 +324,6 @@ fn json(data: &impl Serialize) -> String {
     serde_json::to_string(data).expect("the data has neither maps nor numbers that JSON lacks")
 }
 
-/// The modules as one script.
-pub fn script() -> String {
-    let is_import = |line: &&str| line.starts_with("import ");
-    let lines = MODULES.map(lean);
-    let lines = lines
-        .iter()
-        .flat_map(|module| module.lines())
-        .filter(|line| !is_import(line));
-    lines
-        .flat_map(|line| [line.strip_prefix("export ").unwrap_or(line), "\n"])
-        .collect()
-}
-
 /// An element that holds bytes and is not run.
 fn push_block(page: &mut String, id: &str, bytes: &[u8]) {
     use base64::Engine;
@@ -397,11 +345,4 @@ pub fn filled<'a>(template: &str, value: impl Fn(&str) -> Cow<'a, str>) -> Strin
         rest = after;
     }
     text + rest
-}
-
-/// Source text without indentation and comments.
-fn lean(source: &str) -> String {
-    let lines = source.lines().map(str::trim);
-    let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
-    kept.flat_map(|line| [line, "\n"]).collect()
 }

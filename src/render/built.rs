@@ -1,0 +1,31 @@
+//! The files that `build.rs` compressed.
+
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+
+/// The player as one script.
+pub fn script() -> String {
+    text(include_bytes!(concat!(env!("OUT_DIR"), "/player.js.zlib")))
+}
+
+/// The style of its page.
+pub(crate) fn style() -> String {
+    text(include_bytes!(concat!(env!("OUT_DIR"), "/page.css.zlib")))
+}
+
+/// The font of pictures, as TrueType.
+pub(crate) fn font() -> Vec<u8> {
+    unpacked(include_bytes!(concat!(env!("OUT_DIR"), "/font.zlib")))
+}
+
+fn text(packed: &[u8]) -> String {
+    String::from_utf8(unpacked(packed)).expect("the source is UTF-8")
+}
+
+fn unpacked(packed: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let read = ZlibDecoder::new(packed).read_to_end(&mut bytes);
+    read.expect("the build compressed it");
+    bytes
+}
