@@ -333,8 +333,8 @@ impl FormatInfo {
         })
     }
 
-    /// The mesh that a motion is read with to be written in the format: that of its file where the format has one and
-    /// not the skeleton alone is wanted, else one that shows the skeleton.
+    /// The mesh with which a motion is read, to be written in this format: its own if the format stores meshes, else
+    /// one that shows the skeleton.
     #[doc(hidden)]
     pub fn mesh(&self, skeleton_only: bool) -> SkeletonMesh {
         match self.has_file_meshes {
@@ -344,8 +344,8 @@ impl FormatInfo {
         }
     }
 
-    /// Whether numbers go out in the unit and the axes of the scene, because a file states neither; the others are in
-    /// metres with +Y up, or state what they are in.
+    /// Whether numbers keep the unit and the axes of the scene, because a file of the format states neither. Other
+    /// formats are in metres with +Y up, or state their unit and axes.
     pub fn keeps_units(&self) -> bool {
         self.takes(WriteOption::OutUnit)
     }

@@ -49,8 +49,8 @@ pub struct InputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|N|all", default_value = "all", value_parser = parse_clip))]
     #[serde(skip_serializing_if = "is_default")]
     pub clip: Clips,
-    /// The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
-    /// openpose25, mhr70, mhr127, or a JSON file [default: arrays with the joints of SMPL are solved]
+    /// The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24, coco17,
+    /// h36m, mediapipe33, openpose25, mhr70, mhr127 [default: arrays with the joints of SMPL are solved]
     #[cfg_attr(feature = "clap", arg(id = "joint-set", long, value_name = "SET|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub joints: Option<String>,
@@ -59,8 +59,8 @@ pub struct InputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub lengths: Option<Lengths>,
-    /// Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a JSON file, an
-    /// object from labels to landmarks [default: markers stay points]
+    /// Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a JSON object
+    /// from labels to landmarks [default: markers stay points]
     #[cfg_attr(feature = "clap", arg(long, value_name = "auto|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub markers: Option<String>,

@@ -2,8 +2,8 @@
 //!
 //! 1. Labels become landmarks of the body, by the names that known sets of markers have for them; where they tell
 //!    nothing, by the distances that stay the same.
-//! 2. In some tens of frames the centres of joints come from landmarks by regressions (hips, shoulders) and from the
-//!    normals of bent limbs (knees, elbows), and rotations from them as of any positions of joints.
+//! 2. In some tens of frames the centres of joints come from landmarks: by regressions (hips, shoulders), and by the
+//!    normals of bent limbs (knees, elbows). Rotations come from the centres, as from any positions of joints.
 //! 3. Lengths, centres and the offsets of markers on their bones are refined with the poses of these frames.
 //! 4. Every frame is fitted to all its markers, from the frame before. A marker that is not seen is simply not there;
 //!    its body holds what hangs on it.
@@ -241,8 +241,8 @@ struct FrameChoice {
     spread: Option<Vec<usize>>,
 }
 
-/// Of each of as many equal parts of `clean` the frame in which the most markers are seen, where `chosen` leaves more
-/// than two of these parts out, as with gaps; else none.
+/// Of each of [`CALIBRATED`] equal parts of the take, the frame in which most markers are seen. `None` if no span
+/// without a chosen frame, as gaps make it, is longer than two parts.
 fn spread(chosen: &[usize], clean: &Take) -> Option<Vec<usize>> {
     let (count, frames) = (CALIBRATED.min(clean.frames), clean.frames);
     let mut ends = vec![0];

@@ -258,8 +258,8 @@ impl JointSet {
         Some(set)
     }
 
-    /// The set of a JSON text: a list of joints, parents first, each with `name`, `parent`, `bone` in VRM's words, and
-    /// `points`, in the middle of which it is (default: the point of its name).
+    /// The set of a JSON text: a list of joints, parents first. Each has `name`, `parent`, `bone` in VRM's words, and
+    /// `points`. The joint is in the middle of its points; the default is the point of its name.
     ///
     /// ```
     /// use mocap::solve::JointSet;

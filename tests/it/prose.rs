@@ -12,13 +12,6 @@ const LONGEST: usize = 30;
 /// Words of a sentence in the mean of a page.
 const MEAN: usize = 18;
 
-/// Files with comments that are still to be rewritten.
-const LONG_COMMENTS: &str = "src/corpus/survey/defects/feet.rs src/corpus/survey/defects/still.rs \
-    src/formats/array_files/read/layouts/mhr/level.rs src/formats/array_files/read/layouts/mhr/rest.rs \
-    src/formats/fbx/read/mesh.rs src/formats/gltf/character.rs src/formats/lib.rs src/formats/tests/it/bvh_scales.rs \
-    src/job/input.rs src/solve/biomechanics/beside.rs src/solve/markers.rs src/solve/markers/landmarks.rs \
-    src/solve/set.rs src/solve/tests/it/biomechanics.rs";
-
 /// The words of each sentence of a page, without code, tables and headings.
 fn sentences(page: &str) -> Vec<usize> {
     let (mut paragraphs, mut is_code) = (vec![String::new()], false);
@@ -142,14 +135,10 @@ fn comments(text: &str) -> Vec<String> {
 fn sentences_of_comments_are_short() {
     let mut long = Vec::new();
     for file in rust_files(|_| true) {
-        let path = file.display().to_string();
         let text = fs::read_to_string(&file).unwrap();
         let is_long = |comment: &String| sentences(comment).iter().any(|count| *count > LONGEST);
-        let is_known = LONG_COMMENTS.split_whitespace().any(|known| known == path);
-        let comments = comments(&text)
-            .into_iter()
-            .filter(|comment| !is_known && is_long(comment));
-        long.extend(comments.map(|comment| format!("{path}: {comment}")));
+        let comments = comments(&text).into_iter().filter(is_long);
+        long.extend(comments.map(|comment| format!("{}: {comment}", file.display())));
     }
     assert!(
         long.is_empty(),

@@ -23,9 +23,9 @@ use crate::{Export, ExportFile, ReadOptions, Source, read_back};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
-/// [`Character::with_animations`] is the file with animations added. Meshes, materials, textures, morph targets,
-/// extensions and everything else of it stay as they are, byte by byte; but an index that points at nothing is taken
-/// out, with a warning.
+/// [`Character::with_animations`] is the file with animations added. Everything else stays as it is, byte by byte:
+/// meshes, materials, textures, morph targets, extensions. Only an index that points at nothing is taken out, with a
+/// warning.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -109,10 +109,11 @@ impl Character {
     /// a `.gltf` is added as a data URI.
     ///
     /// # Errors
-    /// [`Code::InvalidGltf`](mocap_scene::Code::InvalidGltf) where the JSON is not UTF-8 or names a section twice,
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where an animation moves no node of the file or a
-    /// value is not finite, [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) beyond the 4 GiB of a `.glb`, and
-    /// where the file would be refused when it is read.
+    /// - [`Code::InvalidGltf`](mocap_scene::Code::InvalidGltf) if the JSON is not UTF-8 or names a section twice.
+    /// - [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) if an animation moves no node of the file, or a
+    ///   value is not finite.
+    /// - [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) if a `.glb` would have more than 4 GiB.
+    /// - The errors of reading, if the result could not be read.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
         let clip = |animation| Clip {
             animation,

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::JointAngles;
 
-/// The names of Plug-in Gait's joint angles after the letter of the side, and the columns of their x, y and z; an empty
-/// one has no other that is defined in the same way.
+/// The names of Plug-in Gait's joint angles after the letter of the side, and our columns for their x, y and z. An
+/// empty name: no column of ours has the same definition.
 const JOINTS: [(&str, [&str; 3]); 4] = [
     (PELVIS, ["pelvis_tilt", "pelvis_list", "pelvis_rotation"]),
     ("HipAngles", ["hip_flexion", "hip_adduction", "hip_rotation"]),

@@ -270,8 +270,8 @@ pub fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String>
     }
 }
 
-/// Whether a key is that of a point that Plug-in Gait computes, and no marker: the origin of a bone or the tip of one
-/// of its axes, `LTIO`, `LTIA`, `LTIL` and `LTIP`, of which a file has all four.
+/// Whether a key names a point that Plug-in Gait computes, and no marker: the origin of a bone or the tip of one of its
+/// axes. A file has all four: `LTIO`, `LTIA`, `LTIL` and `LTIP`.
 pub(super) fn is_axis(key: &str, keys: &[String]) -> bool {
     const ENDS: [char; 4] = ['o', 'a', 'l', 'p'];
     let is_there = |bone: &str, end: char| {

@@ -16,8 +16,8 @@ export interface InputCallOptions {
   /** Format of the input. Default: found from its contents, or else from its extension. */
   format?: Format;
   /**
-   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25,
-   * mhr70, mhr127, or a JSON file. Default: arrays with the joints of SMPL are solved.
+   * The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24, coco17, h36m,
+   * mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
    */
   joints?: string;
   /**
@@ -26,8 +26,8 @@ export interface InputCallOptions {
    */
   lengths?: Lengths;
   /**
-   * Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a JSON file, an object
-   * from labels to landmarks. Default: markers stay points.
+   * Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a JSON object from
+   * labels to landmarks. Default: markers stay points.
    */
   markers?: string;
   /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
@@ -618,8 +618,8 @@ export interface InputOptions {
   /** Format of the input. Default: found from its contents, or else from its extension. */
   from?: Format | null;
   /**
-   * The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25,
-   * mhr70, mhr127, or a JSON file. Default: arrays with the joints of SMPL are solved.
+   * The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24, coco17, h36m,
+   * mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
    */
   joints?: string | null;
   /**
@@ -628,8 +628,8 @@ export interface InputOptions {
    */
   lengths?: Lengths | null;
   /**
-   * Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a JSON file, an object
-   * from labels to landmarks. Default: markers stay points.
+   * Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a JSON object from
+   * labels to landmarks. Default: markers stay points.
    */
   markers?: string | null;
   /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */

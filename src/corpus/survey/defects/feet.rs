@@ -29,8 +29,8 @@ const LEVEL: [f32; 2] = [0.02, 0.04];
 /// The speeds in m/s, up or down, up to which such a foot stays on the floor, and from which on it does not.
 const RISES: [f32; 2] = [0.05, 0.12];
 
-/// The heights of the hips above the floor in lengths of the leg below which feet do not carry the body, and above
-/// which they do: one who sits moves them freely.
+/// Heights of the hips above the floor, in lengths of the leg. Below the first, feet do not carry the body: who sits
+/// moves them freely. Above the second, they do.
 const STANDS: [f32; 2] = [0.6, 0.75];
 
 /// How deep below the floor a span begins, in metres.

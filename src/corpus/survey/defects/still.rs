@@ -41,12 +41,11 @@ const HELD_SPEED: f32 = 0.1;
 /// The time in seconds for which they must be held: shorter poses are part of a movement.
 const HELD: f64 = 0.5;
 
-/// The time in seconds after which a clip no longer begins in a T-pose, and before which it does not end in one: who is
-/// told to take one needs a moment.
+/// Seconds at the beginning or the end of a clip within which a T-pose counts: who is told to take one needs a moment.
 const BEGINS: f64 = 0.25;
 
-/// The speed of a hand about the hips in m/s, from one frame to the next, with which a body snaps into a T-pose: who
-/// takes one lifts the arms at 2 m/s, and a punch reaches 10.
+/// The speed of a hand about the hips in m/s, from one frame to the next, with which a body snaps into a T-pose. A
+/// person lifts the arms into one at 2 m/s, and a punch reaches 10.
 const SNAPS: f32 = 12.0;
 
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {

@@ -136,8 +136,8 @@ fn has_dual_quaternions(skin: &ufbx::SkinDeformer) -> bool {
     matches!(skin.skinning_method, DualQuaternion | BlendedDqLinear)
 }
 
-/// Whether the matrix from the geometry to the world is another by one cluster than by the first: some programs take
-/// the bind pose from one matrix of a cluster, and others from the other.
+/// Whether clusters disagree about the matrix from the geometry to the world. A cluster has two matrices, and programs
+/// differ in which one they take the bind pose from.
 fn states_two_poses(skin: &ufbx::SkinDeformer) -> bool {
     /// As a fraction of the farthest joint, and of the axes: what products of matrices round.
     const ROUNDING: f64 = 1e-4;

@@ -35,8 +35,8 @@ fn joints_below_a_scale_that_changes_are_in_their_places() {
     }
 }
 
-/// A hand below an arm that is twice as thick as long, whose elbow turns by a quarter about +Z: (1, 0, 0) below it is
-/// along +Y, which is scaled by 2.
+/// A hand below an arm that is scaled by 2 across. Its elbow turns by a quarter about +Z, so that (1, 0, 0) below it is
+/// along +Y, which is scaled.
 #[test]
 fn a_constant_scale_that_differs_from_axis_to_axis_keeps_joints_in_their_places() {
     let mut scene = Scene::default();

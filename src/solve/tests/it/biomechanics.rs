@@ -34,8 +34,8 @@ const JOINTS: [(&str, &str, [f32; 3]); 19] = [
     ("Head", "Neck", [0.0, 10.0, 0.0]),
 ];
 
-/// The body, with a frame of the T-pose and one in which the named joints are turned: by angles about Z, X and Y, in
-/// this order, in the axes of the T-pose.
+/// The body, with a frame of the T-pose and one in which the named joints are turned. The angles are about Z, X and Y,
+/// in this order, in the axes of the T-pose.
 fn bent(turned: &[(&str, [f32; 3])]) -> Scene {
     fn add(text: &mut String, joint: usize) {
         let (name, _, [x, y, z]) = JOINTS[joint];

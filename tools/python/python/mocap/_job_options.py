@@ -44,15 +44,15 @@ class ReadOptions:
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
-        joints: The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m,
-            mediapipe33, openpose25, mhr70, mhr127, or a JSON file. Default: arrays with the joints of SMPL are solved.
+        joints: The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24,
+            coco17, h36m, mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
         lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
             that joints are where their positions are.
             ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
                 points.
             ``"moving"``: Those of each frame: joints are where their points are, and bones change their lengths.
-        markers: Solve a skeleton from the markers of a file: auto for a known set; auto:NAME for one subject; or a
-            JSON file, an object from labels to landmarks. Default: markers stay points.
+        markers: Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a
+            JSON object from labels to landmarks. Default: markers stay points.
         retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
         root_offset: How the root's OFFSET and its position channels combine.
             ``"auto"``: Add if the root's position is near zero, in the first frame or in the median of all, while

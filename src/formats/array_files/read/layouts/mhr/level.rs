@@ -58,8 +58,8 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Along the mean of the postures and of the soles that lie side by side, corrected by the ground below the lowest
-    /// sole of each frame where it stands in several places: the least squares of all, each by its deviation.
+    /// Up is the mean of the postures, and of the soles that lie side by side. Where the lowest sole stands in several
+    /// places, the ground below them corrects it. All are weighted by their deviations, as least squares.
     pub(super) fn of(joints: &[Joint], frames: &[DQuat], samples: &[Sample], stated: Option<DVec3>) -> Self {
         let of = |up: DVec3, walked: f64, flat: usize| Self {
             turn: DQuat::from_rotation_arc(up, DVec3::Y),

@@ -7,10 +7,10 @@ use mocap_scene::scene::joint_tables::Joint;
 use super::Sample;
 use crate::warnings::Warnings;
 
-/// Joints whose axes differ from those of their parents in the T-pose: the angles about the fixed axes X, Y and Z in
-/// degrees that bring the parent's axes to theirs, as the joints of a body that stands upright have them. The
-/// right side is the mirror image of the left. Those of a foot lay the sole flat, as the vertices below the feet
-/// that stand have it in the outputs of SAM 3D Body: the legs of the rig itself stand astride.
+/// Joints whose axes differ from those of their parents in the T-pose. The angles in degrees about the fixed axes X, Y
+/// and Z turn the parent's axes to theirs, as in a body that stands upright. The right side is the mirror image of the
+/// left. The angles of a foot lay the sole flat, since the legs of the rig itself stand astride. They come from the
+/// vertices below standing feet in the outputs of SAM 3D Body.
 const TURNED: [(&str, [f64; 3]); 18] = [
     ("l_foot", [0.5, -19.0, -4.5]),
     ("l_talocrural", [2.0, 1.5, 12.5]),
@@ -32,8 +32,8 @@ const TURNED: [(&str, [f64; 3]); 18] = [
     ("c_tongue3", [0.0, 0.0, -16.0]),
 ];
 
-/// Joints whose axes are known in the T-pose itself, X, Y and Z of each: a thigh and the spine point along X and bend
-/// about Z, and so does an arm, whose forearm bends forward.
+/// The axes X, Y and Z of joints that are known in the T-pose itself. Thighs, spine and arms point along X and bend
+/// about Z; a forearm bends forward.
 fn stated(name: &str) -> Option<DMat3> {
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     match name {
@@ -107,8 +107,8 @@ pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut
 
 /// Turns a hand, if its rotations do not fit.
 fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> Option<()> {
-    /// From the wrist to the first joint of the middle finger, and from that of the ring finger to that of the index
-    /// finger, in the axes of a left wrist, in metres. No shape of a body changes their directions by a degree.
+    /// In the axes of a left wrist, in metres: from the wrist to the first joint of the middle finger, and from the
+    /// ring finger's to the index finger's. No shape of a body changes their directions by a degree.
     const PALM: [DVec3; 2] = [DVec3::new(0.0745, 0.003, 0.0), DVec3::new(0.006, 0.001, -0.039)];
     let find = |name: &str| joints.iter().position(|joint| joint.name == format!("{letter}_{name}"));
     let (Some(wrist), Some(middle), Some(index), Some(ring)) =
