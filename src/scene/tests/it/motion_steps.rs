@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::kinematics::{Capture, Root};
 use mocap::glam::{DVec3, Mat4, Quat, Vec3};
 
-use mocap::scene::{Keys, NodeId, NodeKind, UpAxis};
+use mocap::scene::{Channel, Keys, Node, NodeId, NodeKind, UpAxis};
 use mocap::{Importer, Limits, Pose, Scene, SkeletonMesh};
 
 fn read(file: &str) -> (Scene, Capture) {
@@ -283,4 +283,93 @@ fn the_heading_of_a_turn_is_the_turn() {
     });
     assert!(root.abs_diff_eq(Quat::from_rotation_y(FRAC_PI_2 as f32), 1e-6));
     assert!(shoulder.abs_diff_eq(Quat::IDENTITY, 1e-6));
+}
+
+/// A walk below a root that stays, rotated and half as large, as programs write it; beside the hips a goal of inverse
+/// kinematics follows the left foot.
+fn walk_below_a_still_root() -> (Scene, Capture) {
+    let (mut scene, capture) = read("cmu_12_01_walk.bvh");
+    scene.insert_root_above(NodeId::new(0));
+    let turn = Quat::from_rotation_x(-FRAC_PI_2 as f32);
+    let root = Mat4::from_scale_rotation_translation(Vec3::splat(0.5), turn, Vec3::new(5.0, 0.0, 7.0));
+    scene.nodes[0].transform = root;
+    let inverse = root.inverse();
+    let foot = scene.nodes.iter().position(|node| node.name == "LeftFoot").unwrap() - 1;
+    let animation = &mut scene.animations[0];
+    let hips = &mut animation.channels[0];
+    for value in &mut hips.position_keys.values {
+        *value = inverse.transform_point3(*value);
+    }
+    for value in &mut hips.rotation_keys.values {
+        *value = turn.inverse() * *value;
+    }
+    hips.scaling_keys = Keys::constant(Vec3::splat(2.0));
+    let frames = animation.frame_count();
+    let follows = (0..frames).map(|frame| inverse.transform_point3(truth(&capture, frame)[foot].as_vec3()));
+    let goal = Channel {
+        node_name: "ik_foot_l".into(),
+        position_keys: Keys::every_tick(follows.collect()),
+        rotation_keys: Keys::constant(Quat::IDENTITY),
+        ..Channel::default()
+    };
+    animation.channels.push(goal);
+    scene.nodes.push(Node {
+        name: "ik_foot_l".into(),
+        parent: Some(NodeId::new(0)),
+        ..Node::default()
+    });
+    (scene, capture)
+}
+
+/// The joints of the file, and the goal at the left foot.
+fn with_goal(scene: &Scene, capture: &Capture, frame: usize) -> Vec<DVec3> {
+    let mut expected = truth(capture, frame);
+    let foot = scene.nodes.iter().position(|node| node.name == "LeftFoot").unwrap();
+    let hips = scene.nodes.iter().position(|node| node.name == "Hips").unwrap();
+    expected.push(expected[foot - hips]);
+    expected
+}
+
+#[test]
+fn in_place_holds_what_travels_below_a_still_root() {
+    let (mut scene, capture) = walk_below_a_still_root();
+    let start = truth(&capture, 0)[0];
+    scene.put_in_place();
+    for frame in [0, 200, 523] {
+        let expected = with_goal(&scene, &capture, frame);
+        let way = (expected[0] - start).with_y(0.0);
+        let expected: Vec<_> = expected.iter().map(|position| *position - way).collect();
+        assert_close(&positions(&scene, frame as f64)[1..], &expected, 1e-4);
+    }
+}
+
+#[test]
+fn root_motion_is_above_a_still_root() {
+    let (mut scene, capture) = walk_below_a_still_root();
+    scene.extract_root_motion();
+    assert_eq!((&*scene.nodes[0].name, &*scene.nodes[1].name), ("Root_2", "Root"));
+    for frame in [0, 200, 523] {
+        let ours = positions(&scene, frame as f64);
+        let expected = with_goal(&scene, &capture, frame);
+        assert_close(&ours[2..], &expected, 1e-4);
+        assert!(ours[0].distance(expected[0].with_y(0.0)) < 1e-4, "below the hips");
+    }
+}
+
+#[test]
+fn a_spine_that_shifts_above_hips_that_stay_is_no_root() {
+    let (mut scene, _) = read("cmu_12_01_walk.bvh");
+    let hips = &mut scene.animations[0].channels[0];
+    hips.position_keys = Keys::constant(Vec3::Y);
+    hips.rotation_keys = Keys::constant(Quat::IDENTITY);
+    let spine = scene.animations[0]
+        .channels
+        .iter()
+        .position(|channel| channel.node_name == "LowerBack")
+        .unwrap();
+    let shifts = (0..524).map(|frame| Vec3::X * (frame as f32).sin());
+    scene.animations[0].channels[spine].position_keys = Keys::every_tick(shifts.collect());
+    let before = positions(&scene, 100.0);
+    scene.put_in_place();
+    assert_eq!(positions(&scene, 100.0), before);
 }

@@ -1,0 +1,238 @@
+//! The joints that carry a figure over the ground.
+//!
+//! That is the root, unless it stays where it is, as the one that some programs put above the hips. Then it is the
+//! hips, and what travels beside them: the goals of inverse kinematics.
+
+use std::collections::HashMap;
+
+use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
+
+use super::super::collapse_keys::collapse;
+use crate::pose::Binding;
+use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+/// Ticks of a motion with few keys above which it gets none between them: two keys may be years apart.
+const MOST_TICKS: f64 = 1_048_576.0;
+
+/// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
+const NO_HEADING: f64 = 1e-9;
+
+/// A joint with a channel.
+struct Carrier {
+    channel: usize,
+    /// Its transform to the parent in the rest pose.
+    rest: DMat4,
+    /// From its parent to the parent of the root. Nothing between them moves.
+    to_space: DMat4,
+}
+
+/// The carriers below one root, that with the most joints below it first.
+pub(super) struct Carriers {
+    carriers: Vec<Carrier>,
+    /// From the parent of the root to the world, at rest.
+    to_world: DMat4,
+}
+
+impl Carriers {
+    pub(super) fn new(scene: &Scene, animation: &Animation, root: NodeId) -> Self {
+        let channels: HashMap<NodeId, usize> = Binding::new(scene, animation).driven().collect();
+        let found = travelling(scene, animation, &channels, root);
+        let local = |node: NodeId| {
+            let rest = scene.nodes[node.index()].transform.as_dmat4();
+            channels.get(&node).map_or(rest, |channel| {
+                let (scale, rotation, translation) = rest.to_scale_rotation_translation();
+                let channel = &animation.channels[*channel];
+                let first = |keys: &Keys<Vec3>| keys.values.first().map(|value| value.as_dvec3());
+                DMat4::from_scale_rotation_translation(
+                    first(&channel.scaling_keys).unwrap_or(scale),
+                    (channel.rotation_keys.values.first()).map_or(rotation, |value| value.as_dquat()),
+                    first(&channel.position_keys).unwrap_or(translation),
+                )
+            })
+        };
+        let parent = |node: NodeId| scene.nodes[node.index()].parent;
+        let to_space = |node: NodeId| {
+            let up_to_root = std::iter::successors(Some(node), |node| parent(*node).filter(|_| *node != root));
+            up_to_root
+                .skip(1)
+                .fold(DMat4::IDENTITY, |below, node| local(node) * below)
+        };
+        let carriers = found.into_iter().filter_map(|node| {
+            let carrier = Carrier {
+                channel: *channels.get(&node)?,
+                rest: scene.nodes[node.index()].transform.as_dmat4(),
+                to_space: to_space(node),
+            };
+            carrier.to_space.inverse().is_finite().then_some(carrier)
+        });
+        Self {
+            carriers: carriers.collect(),
+            to_world: std::iter::successors(parent(root), |node| parent(*node)).fold(DMat4::IDENTITY, |below, node| {
+                scene.nodes[node.index()].transform.as_dmat4() * below
+            }),
+        }
+    }
+
+    /// Keeps the first carrier above the point of the ground where it starts, and the others where they are about it.
+    pub(super) fn put_in_place(&self, animation: &mut Animation) {
+        let Some(main) = self.carriers.first() else { return };
+        let to_world = |carrier: &Carrier| self.to_world * carrier.to_space;
+        let path = animation.channels[main.channel].position_keys.clone();
+        let of_main = to_world(main);
+        let at = |tick: f64| {
+            path.sample(tick)
+                .map(|value| of_main.transform_point3(value.as_dvec3()))
+        };
+        let Some(start) = path
+            .values
+            .first()
+            .map(|value| of_main.transform_point3(value.as_dvec3()))
+        else {
+            return;
+        };
+        for (index, carrier) in self.carriers.iter().enumerate() {
+            let to_world = to_world(carrier);
+            let from_world = to_world.inverse();
+            if !from_world.is_finite() {
+                continue;
+            }
+            let keys = &mut animation.channels[carrier.channel].position_keys;
+            let ticks: Vec<f64> = (0..keys.len()).map(|key| keys.tick(key)).collect();
+            for (value, tick) in keys.values.iter_mut().zip(ticks) {
+                let here = to_world.transform_point3(value.as_dvec3());
+                let moved = at(tick).unwrap_or(start) - start;
+                let kept = match index {
+                    0 => start.with_y(here.y),
+                    _ => here - moved.with_y(0.0),
+                };
+                *value = from_world.transform_point3(kept).as_vec3();
+            }
+        }
+    }
+
+    /// Moves the translation over the ground and the heading to a channel of a new node `name` above the root.
+    pub(super) fn extract(&self, animation: &mut Animation, name: &str) {
+        let Some((main, others)) = self.carriers.split_first() else {
+            return;
+        };
+        let (_, to_world, _) = self.to_world.to_scale_rotation_translation();
+        let to_world = if to_world.is_finite() {
+            to_world
+        } else {
+            DQuat::IDENTITY
+        };
+        let from_world = to_world.inverse();
+        let (ticks, poses) = main.poses(animation);
+        let (_, rest, _) = (main.to_space * main.rest).to_scale_rotation_translation();
+        let mut heading = DQuat::IDENTITY;
+        let path = Vec::from_iter(poses.iter().map(|(position, rotation)| {
+            let turned = to_world * *rotation * rest.inverse() * from_world;
+            // The twist about Y of the swing-twist decomposition.
+            if turned.y * turned.y + turned.w * turned.w > NO_HEADING {
+                heading = DQuat::from_xyzw(0.0, turned.y, 0.0, turned.w).normalize();
+            }
+            let on_ground = from_world * (to_world * *position).with_y(0.0);
+            (on_ground, from_world * heading * to_world)
+        }));
+        let root = Channel {
+            node_name: name.to_owned(),
+            node: None,
+            position_keys: keys(path.iter().map(|(position, _)| position.as_vec3()).collect(), &ticks),
+            rotation_keys: keys(path.iter().map(|(_, heading)| heading.as_quat()).collect(), &ticks),
+            scaling_keys: Keys::constant(Vec3::ONE),
+        };
+        // What is left of the first is its height, which no heading turns.
+        let left = std::iter::zip(&poses, &path).map(|((position, rotation), (on_ground, heading))| {
+            (*position - *on_ground, heading.inverse() * *rotation)
+        });
+        main.set(animation, left.collect(), &ticks);
+        for carrier in others {
+            let (ticks, poses) = carrier.poses(animation);
+            let left = std::iter::zip(&poses, &ticks).map(|((position, rotation), tick)| {
+                let on_ground = root.position_keys.sample(*tick).unwrap_or_default().as_dvec3();
+                let heading = root
+                    .rotation_keys
+                    .sample(*tick)
+                    .unwrap_or_default()
+                    .as_dquat()
+                    .inverse();
+                (heading * (*position - on_ground), heading * *rotation)
+            });
+            carrier.set(animation, left.collect(), &ticks);
+        }
+        animation.channels.insert(main.channel, root);
+    }
+}
+
+impl Carrier {
+    /// Where it is in the space of the root's parent at each key, and the ticks of these.
+    fn poses(&self, animation: &Animation) -> (Vec<f64>, Vec<(DVec3, DQuat)>) {
+        let channel = &animation.channels[self.channel];
+        let (positions, rotations) = (&channel.position_keys, &channel.rotation_keys);
+        let mut ticks: Vec<f64> = (0..positions.len()).map(|key| positions.tick(key)).collect();
+        ticks.extend((0..rotations.len()).map(|key| rotations.tick(key)));
+        // Between two keys the heading and the rest go along arcs of their own, which together are another.
+        if rotations.ticks.is_some() && animation.duration < MOST_TICKS {
+            ticks.extend((0..=animation.duration as u32).map(f64::from));
+        }
+        ticks.sort_by(f64::total_cmp);
+        ticks.dedup();
+        let (_, rotation, _) = self.to_space.to_scale_rotation_translation();
+        let rest = self.rest.w_axis.truncate().as_vec3();
+        let pose = |tick: &f64| {
+            let position = positions.sample(*tick).unwrap_or(rest).as_dvec3();
+            let turned = rotations.sample(*tick).unwrap_or(Quat::IDENTITY).as_dquat();
+            (self.to_space.transform_point3(position), rotation * turned)
+        };
+        let poses = ticks.iter().map(pose).collect();
+        (ticks, poses)
+    }
+    /// Gives the channel these poses in the space of the root's parent.
+    fn set(&self, animation: &mut Animation, poses: Vec<(DVec3, DQuat)>, ticks: &[f64]) {
+        let from_space = self.to_space.inverse();
+        let (_, rotation, _) = from_space.to_scale_rotation_translation();
+        let (positions, rotations): (Vec<Vec3>, Vec<Quat>) = (poses.into_iter())
+            .map(|(position, turned)| {
+                let position = from_space.transform_point3(position);
+                (position.as_vec3(), (rotation * turned).as_quat())
+            })
+            .unzip();
+        let channel = &mut animation.channels[self.channel];
+        channel.position_keys = keys(positions, ticks);
+        channel.rotation_keys = keys(rotations, ticks);
+    }
+}
+
+/// The root if it moves; else the joints below it that move first, if all of them travel. Legs that turn below hips
+/// that stay do not.
+fn travelling(scene: &Scene, animation: &Animation, channels: &HashMap<NodeId, usize>, root: NodeId) -> Vec<NodeId> {
+    let channel = |node: &NodeId| channels.get(node).map(|channel| &animation.channels[*channel]);
+    let travels = |node: &NodeId| channel(node).is_some_and(|channel| varies(&channel.position_keys));
+    let moves = |node: &NodeId| {
+        channel(node).is_some_and(|channel| varies(&channel.rotation_keys) || varies(&channel.scaling_keys))
+            || travels(node)
+    };
+    let parent = |node: NodeId| scene.nodes[node.index()].parent;
+    let above = |node: NodeId| std::iter::successors(parent(node), |node| parent(*node));
+    let nodes = || (0..scene.nodes.len()).map(NodeId::new);
+    let below = |top: NodeId| nodes().filter(move |node| above(*node).any(|above| above == top));
+    let is_first =
+        |node: &NodeId| moves(node) && !above(*node).take_while(|above| *above != root).any(|node| moves(&node));
+    let mut first: Vec<NodeId> = below(root).filter(is_first).collect();
+    if moves(&root) || first.is_empty() || !first.iter().all(travels) {
+        return vec![root];
+    }
+    first.sort_by_key(|node| std::cmp::Reverse(below(*node).count()));
+    first
+}
+
+fn varies<T: PartialEq>(keys: &Keys<T>) -> bool {
+    keys.values.windows(2).any(|pair| pair[0] != pair[1])
+}
+
+/// One key where all values are equal.
+fn keys<T: Copy + PartialEq>(values: Vec<T>, ticks: &[f64]) -> Keys<T> {
+    let mut keys = Keys::at_ticks(values, ticks.to_vec());
+    collapse(&mut keys, |a, b| a == b);
+    keys
+}
