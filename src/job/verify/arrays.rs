@@ -5,7 +5,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 use super::chain::{self, Skeleton};
 use super::change::Change;
 use super::claims::claims;
-use super::clip::{Errors, SKIN, name_of, roots, worse};
+use super::clip::{Errors, SKIN, name_of, worse};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, LargestDeviation, Verification, VerifiedClip};
 use mocap_figure::Figure;
@@ -106,7 +106,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
         Some(metres) => metres,
         None => Figure::new(source).survey.metres_per_unit / change.metres_per_unit,
     };
-    let roots = roots(&ours);
+    let roots = ours.roots();
     let mut errors = Errors::default();
     errors.rotation = Some(0.0);
     let mut world = Vec::new();

@@ -16,6 +16,9 @@ const SAME_PLACE: f64 = 1e-5;
 /// How far the cosine of half the angle between two rotations that are one may be from 1.
 const SAME_ROTATION: f64 = 1e-9;
 
+/// A component of a track that changes by less stays, in units of length or as a part of it: what programs round.
+const STAYS: f32 = 1e-5;
+
 /// Times that are collected before those that are equal are dropped.
 const MANY_KEYS: usize = 1 << 18;
 
@@ -52,6 +55,33 @@ struct Track<'a, T: Clone> {
     pub times: Times<'a>,
     #[doc(hidden)]
     pub values: Cow<'a, [T]>,
+}
+
+impl Joint<'_> {
+    /// Whether its position about its parent changes.
+    fn travels(&self) -> bool {
+        self.translation.as_ref().is_some_and(|track| {
+            let first = track.values.first().copied().unwrap_or_default();
+            let changes = |value: &Vec3| value.distance(first) > STAYS * (1.0 + first.length());
+            track.values.iter().any(changes)
+        })
+    }
+
+    fn moves(&self) -> bool {
+        let turns = |track: &Track<Quat>| {
+            track
+                .values
+                .iter()
+                .any(|value| !value.abs_diff_eq(track.values[0], STAYS))
+        };
+        let scales = |track: &Track<Vec3>| {
+            track
+                .values
+                .iter()
+                .any(|value| !value.abs_diff_eq(track.values[0], STAYS))
+        };
+        self.travels() || self.rotation.as_ref().is_some_and(turns) || self.scale.as_ref().is_some_and(scales)
+    }
 }
 
 enum Times<'a> {
@@ -201,6 +231,44 @@ impl Skeleton<'_> {
             .zip(reaches)
             .map(|(joint, reaches)| rotates(joint) && !reaches)
             .collect()
+    }
+
+    /// For each joint the root above it: the highest node that is not only a group.
+    pub(super) fn roots(&self) -> Vec<usize> {
+        let mut roots = Vec::with_capacity(self.joints.len());
+        for (index, joint) in self.joints.iter().enumerate() {
+            let is_below_root = |parent: &usize| self.joints[*parent].kind != NodeKind::Group;
+            roots.push(joint.parent.filter(is_below_root).map_or(index, |parent| roots[parent]));
+        }
+        roots
+    }
+
+    /// For each joint the one whose path over the ground carries it: its root, or if that stays, the joint below it
+    /// that travels and has the most below it. `None` for joints that stay above one that travels.
+    pub(super) fn carriers(&self) -> Vec<Option<usize>> {
+        let roots = self.roots();
+        let mut first = vec![None; self.joints.len()];
+        let mut sizes = vec![0_usize; self.joints.len()];
+        for (index, joint) in self.joints.iter().enumerate() {
+            let parent = joint.parent.filter(|_| roots[index] != index);
+            let above = parent.and_then(|parent| first[parent]);
+            first[index] = above.or(joint.moves().then_some(index));
+            first[index].into_iter().for_each(|first: usize| sizes[first] += 1);
+        }
+        let main = |root: usize| {
+            let below = || (0..first.len()).filter(|index| roots[*index] == root && first[*index] == Some(*index));
+            let all_travel = below().all(|joint| self.joints[joint].travels());
+            let largest = below().rev().max_by_key(|joint| sizes[*joint]);
+            largest.filter(|largest| all_travel && *largest != root)
+        };
+        let mut mains = HashMap::new();
+        let carriers = std::iter::zip(&roots, &first).map(|(root, first)| {
+            match *mains.entry(*root).or_insert_with(|| main(*root)) {
+                Some(main) => first.map(|_| main),
+                None => Some(*root),
+            }
+        });
+        carriers.collect()
     }
 
     /// When the keys of all tracks that state their times are, in seconds, ascending and each once.

@@ -178,8 +178,8 @@ pub(super) struct ComparisonBasis<'a> {
 /// What is the same at all moments of a clip.
 struct JointsOfClip<'a> {
     ours: &'a Skeleton<'a>,
-    /// The root above each joint.
-    root_of: Vec<usize>,
+    /// The joint whose path over the ground carries each joint.
+    carriers: Vec<Option<usize>>,
     /// What a VRM animation has of each pair.
     rigid: Option<Rigid>,
     /// Which joints move no other.
@@ -228,7 +228,7 @@ impl ComparisonBasis<'_> {
     ) -> Errors {
         let joints = JointsOfClip {
             ours,
-            root_of: roots(ours),
+            carriers: ours.carriers(),
             rigid: self.change.humanoid.map(|_| self.pairs.rigid(ours, theirs)),
             ends: ours.turning_ends(),
             place: (self.change.in_place).map(|_| self.moment(timeline.place, ours, theirs, timeline)),
@@ -277,9 +277,10 @@ impl ComparisonBasis<'_> {
             return None;
         }
         let mut expected = now.positions[a];
-        if let Some(place) = &joints.place {
-            let root = joints.root_of[a];
-            expected -= self.change.over_ground(now.positions[root] - place.positions[root]);
+        if let (Some(place), Some(carrier)) = (&joints.place, joints.carriers[a]) {
+            expected -= self
+                .change
+                .over_ground(now.positions[carrier] - place.positions[carrier]);
         }
         Some((now.there[b].w_axis.truncate() - expected) * self.metres)
     }
@@ -440,14 +441,4 @@ pub(super) fn worse(a: f64, b: f64) -> f64 {
 /// A NaN is the worst of all, and stays it.
 fn is_worse(error: f64, most: f64) -> bool {
     error > most || (error.is_nan() && !most.is_nan())
-}
-
-/// Of every joint the root above it: the highest node that is not a mere group.
-pub(super) fn roots(skeleton: &Skeleton) -> Vec<usize> {
-    let mut roots: Vec<usize> = Vec::with_capacity(skeleton.joints.len());
-    for (index, joint) in skeleton.joints.iter().enumerate() {
-        let is_below_root = |parent: &usize| skeleton.joints[*parent].kind != NodeKind::Group;
-        roots.push(joint.parent.filter(is_below_root).map_or(index, |parent| roots[parent]));
-    }
-    roots
 }

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3, Quat, Vec3, Vec4};
 
 use super::super::collapse_keys::collapse;
 use crate::pose::Binding;
@@ -207,10 +207,12 @@ impl Carrier {
 /// that stay do not.
 fn travelling(scene: &Scene, animation: &Animation, channels: &HashMap<NodeId, usize>, root: NodeId) -> Vec<NodeId> {
     let channel = |node: &NodeId| channels.get(node).map(|channel| &animation.channels[*channel]);
-    let travels = |node: &NodeId| channel(node).is_some_and(|channel| varies(&channel.position_keys));
+    let of_vector = |value: Vec3| value.extend(0.0);
+    let travels = |node: &NodeId| channel(node).is_some_and(|channel| varies(&channel.position_keys, of_vector));
     let moves = |node: &NodeId| {
-        channel(node).is_some_and(|channel| varies(&channel.rotation_keys) || varies(&channel.scaling_keys))
-            || travels(node)
+        let turns = |channel: &Channel| varies(&channel.rotation_keys, Vec4::from);
+        let scales = |channel: &Channel| varies(&channel.scaling_keys, of_vector);
+        travels(node) || channel(node).is_some_and(|channel| turns(channel) || scales(channel))
     };
     let parent = |node: NodeId| scene.nodes[node.index()].parent;
     let above = |node: NodeId| std::iter::successors(parent(node), |node| parent(*node));
@@ -226,8 +228,17 @@ fn travelling(scene: &Scene, animation: &Animation, channels: &HashMap<NodeId, u
     first
 }
 
-fn varies<T: PartialEq>(keys: &Keys<T>) -> bool {
-    keys.values.windows(2).any(|pair| pair[0] != pair[1])
+/// Whether a component changes by more than programs round.
+fn varies<T: Copy>(keys: &Keys<T>, components: impl Fn(T) -> Vec4) -> bool {
+    /// In units of length, or as a part of the value.
+    const ROUNDING: f32 = 1e-5;
+    let Some(first) = keys.values.first().map(|value| components(*value)) else {
+        return false;
+    };
+    let most = ROUNDING * (1.0 + first.length());
+    keys.values
+        .iter()
+        .any(|value| !components(*value).abs_diff_eq(first, most))
 }
 
 /// One key where all values are equal.
