@@ -29,9 +29,9 @@ impl Camera {
         }
     }
 
-    /// A three-quarter view from slightly above, in which arms and legs overlap least.
-    pub(super) fn three_quarters() -> Self {
-        Self::new(35.0, 14.0)
+    /// A three-quarter view of a figure with this heading, from slightly above: arms and legs overlap least.
+    pub(super) fn three_quarters(heading: f32) -> Self {
+        Self::new(35.0 + heading.to_degrees(), 14.0)
     }
 
     /// x to the right, y up, z towards the camera, in units of length.

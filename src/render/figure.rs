@@ -126,6 +126,8 @@ pub struct DrawnClip<'a> {
     pub(super) metres: f32,
     /// The first joint that is drawn.
     pub root: usize,
+    /// The left and the right thigh.
+    thighs: Option<(NodeId, NodeId)>,
     to_stage: Quat,
     binding: Option<Binding>,
     pose: Pose,
@@ -148,9 +150,11 @@ impl<'a> DrawnClip<'a> {
             (is_lone[link.from], is_lone[link.to]) = (false, false);
         }
         let is_root = |(node, shown): (&Node, &bool)| node.kind == NodeKind::Joint && *shown;
+        let thigh = |bone| known.humanoid.joint(bone);
         let mut figure = Self {
             clip,
             root: scene.nodes.iter().zip(&is_shown).position(is_root).unwrap_or(0),
+            thighs: thigh(HumanoidBone::LeftUpperLeg).zip(thigh(HumanoidBone::RightUpperLeg)),
             lone: (0..scene.nodes.len()).filter(|&node| is_lone[node]).collect(),
             links,
             is_shown,
@@ -227,6 +231,24 @@ impl<'a> DrawnClip<'a> {
             let vertices = self.pose.skin(mesh).into_iter();
             (mesh, vertices.map(|vertex| self.on_stage(vertex)).collect())
         })
+    }
+
+    /// Where a figure with two legs looks in these poses, as an angle about +Y from +Z; 0 where it looks everywhere.
+    pub(super) fn heading<'p>(&self, poses: impl Iterator<Item = &'p [Vec3]>) -> f32 {
+        /// The length of the mean of unit vectors above which they have a direction.
+        const TOGETHER: f32 = 0.5;
+        let Some((left, right)) = self.thighs else { return 0.0 };
+        let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+        for positions in poses {
+            let across = (positions[left.index()] - positions[right.index()]).with_y(0.0);
+            sum += across.cross(Vec3::Y).normalize_or_zero();
+            count += 1.0;
+        }
+        if sum.length() > TOGETHER * count {
+            sum.x.atan2(sum.z)
+        } else {
+            0.0
+        }
     }
 
     /// The position of the root joint.

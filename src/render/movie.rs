@@ -255,9 +255,10 @@ impl<'a> Movie<'a> {
 fn fitting_camera(figure: &mut DrawnClip<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
     /// Frames by which the camera is fitted at most: the figure is between them in the others.
     const SAMPLES: usize = 48;
-    let mut camera = Camera::three_quarters();
-    let mut extent = Extent::default();
     let step = ticks.len().div_ceil(SAMPLES).max(1);
+    let poses: Vec<Vec<Vec3>> = ticks.iter().step_by(step).map(|tick| figure.positions(*tick)).collect();
+    let mut camera = Camera::three_quarters(figure.heading(poses.iter().map(Vec::as_slice)));
+    let mut extent = Extent::default();
     for (&tick, &target) in std::iter::zip(ticks, targets).step_by(step) {
         camera.target = target;
         let positions = figure.positions(tick);

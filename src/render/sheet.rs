@@ -196,9 +196,11 @@ fn paint_poses(
         .into_iter()
         .map(|tick| (tick, figure.positions(tick)))
         .collect();
-    let mut camera = Camera::three_quarters();
+    let mut camera = Camera::three_quarters(figure.heading(poses.iter().map(|(_, positions)| &positions[..])));
     let mut extent = Extent::default();
-    for (_, positions) in &poses {
+    for (tick, positions) in &poses {
+        // The skin is in the pose in which the figure is.
+        figure.positions(*tick);
         camera.target = figure.ground_below(figure.root(positions));
         extent.include(&camera, figure, positions);
     }
@@ -210,7 +212,6 @@ fn paint_poses(
     for (index, (tick, positions)) in poses.iter().enumerate() {
         let left = left + cell * index as f32;
         let bottom = top + row - CAPTION;
-        // The skin is drawn in the pose in which the figure is.
         figure.positions(*tick);
         camera.target = figure.ground_below(figure.root(positions));
         camera.middle = [
