@@ -86,6 +86,7 @@ def main(pages):
                 path = Path(folder, name)
                 path.parent.mkdir(exist_ok=True)
                 shutil.copyfile(ROOT / "fixtures" / fixture, path)
+            Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
             lines = page.read_text().splitlines()
             for number, line in commands(lines):
                 words = shlex.split(line, comments=True)[1:]
