@@ -2,6 +2,7 @@
 //!
 //! A row says what its format keeps or converts, and everything else is lost. `docs/losses.md` is the table of it.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -275,33 +276,57 @@ impl FormatInfo {
         losses.filter(|loss| loss.count > 0).collect()
     }
 
-    /// The warning of a loss.
+    /// The warnings of losses: one for each loss that has a remedy, and one for all others.
     #[doc(hidden)]
-    pub fn loss_warning(&self, loss: DataLoss) -> Diagnostic {
-        let verb = if loss.count == 1 { "is" } else { "are" };
-        let warning = Diagnostic::new(
-            Code::NotCarriedOver,
-            format!("{loss} {verb} not in the output, {}", self.name),
-        );
-        match loss.kind {
-            DataKind::AnalogChannels => warning.help("`mocap analog` writes them"),
-            DataKind::ForcePlates => warning.help("`mocap forces` writes their forces"),
-            DataKind::Events => warning.help("`mocap info` lists them"),
-            DataKind::Clips => warning.help("{clip} takes another"),
-            DataKind::FaceCurves if self.carriage(loss.kind) == Carriage::OfTargets => {
-                warning.help("write .vrma, or .glb of a .vrm, which keep expressions")
+    pub fn loss_warnings(&self, losses: &[DataLoss]) -> Vec<Diagnostic> {
+        let (others, remedied): (Vec<DataLoss>, Vec<DataLoss>) =
+            losses.iter().partition(|loss| self.remedy(loss.kind).is_none());
+        let groups = remedied.iter().map(std::slice::from_ref).chain([&others[..]]);
+        let warning = |group: &[DataLoss]| {
+            let verb = match group {
+                [loss] if loss.count == 1 => "is",
+                _ => "are",
+            };
+            let counted: Vec<String> = group.iter().map(ToString::to_string).collect();
+            let (last, before) = counted.split_last()?;
+            let all = match before {
+                [] => last.clone(),
+                before => format!("{} and {last}", before.join(", ")),
+            };
+            let message = format!("{all} {verb} not in the output, {}", self.name);
+            let warning = Diagnostic::new(Code::NotCarriedOver, message);
+            Some(match self.remedy(group[0].kind) {
+                Some(remedy) => warning.help(remedy),
+                None => warning,
+            })
+        };
+        groups.filter_map(warning).collect()
+    }
+
+    /// What keeps data of a kind that this format does not.
+    #[doc(hidden)]
+    pub fn remedy(&self, kind: DataKind) -> Option<Cow<'static, str>> {
+        let remedy = match kind {
+            DataKind::AnalogChannels => "`mocap analog` writes them",
+            DataKind::ForcePlates => "`mocap forces` writes their forces",
+            DataKind::Events => "`mocap info` lists them",
+            DataKind::Clips => "{clip} takes another",
+            DataKind::FaceCurves if self.carriage(kind) == Carriage::OfTargets => {
+                "write .vrma, or .glb of a .vrm, which keep expressions"
             }
-            DataKind::FaceCurves => warning.help("write .glb, .fbx or .usda, which keep curves of morph targets"),
-            DataKind::Units => warning.help("{sidecar} writes it beside the file"),
-            DataKind::PositionCurves if self.has_sidecar => warning.help("leave out {channels}, or write 6"),
-            DataKind::PositionCurves => warning.help("limbs point where they do, and keep their lengths"),
+            DataKind::FaceCurves => "write .glb, .fbx or .usda, which keep curves of morph targets",
+            DataKind::Units => "files of this format state no unit; {sidecar} writes it beside the file",
+            DataKind::PositionCurves if self.has_sidecar => "leave out {channels}, or write 6",
+            DataKind::PositionCurves => "limbs point where they do, and keep their lengths",
             DataKind::Frames | DataKind::FrameRates | DataKind::Durations => match self.rate {
-                Some(rate) => warning.help(format!(
-                    "a file has {rate} frames a second; {{fps}} resamples a motion before"
-                )),
-                None => warning.help("{fps} with a higher rate keeps more of it"),
+                Some(rate) => {
+                    let remedy = format!("a file has {rate} frames a second; {{fps}} resamples a motion before");
+                    return Some(remedy.into());
+                }
+                None => "{fps} with a higher rate keeps more of it",
             },
-            _ => warning,
-        }
+            _ => return None,
+        };
+        Some(remedy.into())
     }
 }

@@ -361,9 +361,7 @@ impl Exporter {
         if is_moving && losses.iter().any(|loss| loss.kind.is_motion()) && read_back::is_still(&read, &written.files) {
             return Err(Error::from(nothing_moves(row, &losses)).with_path(path));
         }
-        written
-            .warnings
-            .extend(losses.iter().map(|loss| row.loss_warning(*loss)));
+        written.warnings.extend(row.loss_warnings(&losses));
         written.losses = losses;
         read_back::check(&read, &written.files, &scene.nodes, scene.animations.iter())
             .map_err(|error| error.with_path(path))?;
@@ -383,7 +381,7 @@ pub fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
     );
     // Where a face is lost, another clip moves no more.
     let of_face = of_motion().filter(|loss| loss.kind == DataKind::FaceCurves);
-    let help = of_face.chain(of_motion()).find_map(|loss| row.loss_warning(*loss).help);
+    let help = of_face.chain(of_motion()).find_map(|loss| row.remedy(loss.kind));
     let error = Diagnostic::new(Code::Unrepresentable, message);
     match help {
         Some(help) => error.help(help),

@@ -102,9 +102,7 @@ impl Maker<'_> {
 /// Adds what of a scene is not in an output that no row writes; `row` says what its files hold.
 fn add_losses(written: &mut Export, scene: &Scene, row: &FormatInfo) {
     let losses = row.losses(scene, Default::default());
-    written
-        .warnings
-        .extend(losses.iter().map(|loss| row.loss_warning(*loss)));
+    written.warnings.extend(row.loss_warnings(&losses));
     written.losses = losses;
 }
 

@@ -336,8 +336,8 @@ fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
 fn the_table_of_losses_is_that_of_the_rows() {
     let rows = written();
     let mut text = String::from(
-        "# What each format keeps\n\nA file may hold more than the format that you write. Each kind of data that is not in \
-         the output is a warning,\n`not-carried-over`, with its count; `--strict` makes it an error. The report of a job lists \
+        "# What each format keeps\n\nA file may hold more than the format that you write. A warning, `not-carried-over`, counts each kind \
+         of data that is not in\nthe output. Kinds with a remedy have a warning each. `--strict` makes these warnings errors. The report of a job lists \
          all of them as `losses`.\nThe record inside glTF, VRM animations, FBX and USD lists them too, and so does the `.json` beside a \
          BVH.\n\n- *kept*: the data is in the file.\n- *converted*: the file has other data from which \
          programs compute the same motion.\n- *kept of glTF*: it is kept where the input is glTF or VRM with meshes and its \
