@@ -30,6 +30,9 @@ use super::form::Form;
 use super::notice::{Listener, Notice, clip_taken, say_all, say_warnings};
 use super::{JobTarget, JointNames, MotionJob, meshes};
 
+/// What is said where the first frame is no part of the motion.
+const REST_LEFT_OUT: &str = "the first frame, a rest pose, is left out: tick 0 is tick 1 of the file";
+
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
 /// [`MotionJob::run`] makes one and writes its output. A program that has many motions, or that looks at what was made,
@@ -363,11 +366,15 @@ impl<'a> Maker<'a> {
         let (decided, inserted) = conversion.convert(&mut scene, &figure)?;
         say_warnings(&mut scene, motion, hear);
         say_all(&decided, hear);
-        let is_kept = |decision: &Assumption| decision.topic == Topic::FirstFrame;
-        if frames.drop_first_frame == FirstFrame::Keep && decided.iter().any(is_kept) {
-            hear(Notice::Note(&spelled(
-                "the first frame is kept; {drop-first-frame} auto leaves it out",
-            )));
+        let is_rest = |decision: &Assumption| decision.topic == Topic::FirstFrame;
+        if decided.iter().any(is_rest) {
+            match frames.drop_first_frame {
+                FirstFrame::Keep => hear(Notice::Note(&spelled(
+                    "the first frame is kept; {drop-first-frame} auto leaves it out",
+                ))),
+                FirstFrame::DropRestPose => hear(Notice::Note(REST_LEFT_OUT)),
+                _ => {}
+            }
         }
         let assumptions = scene.metadata.assumptions.clone();
         let mut source = SourceMotion::converted(scene);

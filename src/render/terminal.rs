@@ -5,7 +5,7 @@ use std::fmt::Write;
 use mocap_figure::Figure;
 use mocap_scene::options::setters;
 use mocap_scene::pose::Pose;
-use mocap_scene::scene::{NodeId, NodeKind, Scene};
+use mocap_scene::scene::{NodeId, NodeKind, RotationOrder, Scene};
 
 use super::figure::{Clip, DrawnClip, short};
 
@@ -128,6 +128,34 @@ impl Clip<'_> {
     }
 }
 
+/// The orders of Euler angles of a file, the most usual first; the joints of the others by name.
+fn rotation_orders(scene: &Scene) -> Option<String> {
+    /// Joints that are named at most.
+    const NAMED: usize = 4;
+    let joints = |order: RotationOrder| {
+        scene
+            .nodes
+            .iter()
+            .filter(move |node| node.rotation_order == Some(order))
+    };
+    let mut orders = RotationOrder::ALL.map(|order| (order, Vec::from_iter(joints(order).map(|node| &*node.name))));
+    orders.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
+    let words = orders
+        .iter()
+        .filter(|(_, names)| !names.is_empty())
+        .enumerate()
+        .map(|(index, (order, names))| {
+            let [a, b, c] = order.axes().map(|axis| ["x", "y", "z"][axis]);
+            let more = if names.len() > NAMED { ", ..." } else { "" };
+            match index {
+                0 => format!("R{a} R{b} R{c}"),
+                _ => format!("R{a} R{b} R{c} of {}{more}", names[..names.len().min(NAMED)].join(", ")),
+            }
+        });
+    let words = Vec::from_iter(words);
+    (!words.is_empty()).then(|| words.join("; "))
+}
+
 fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
     let mut screen = Screen {
         text: String::new(),
@@ -157,6 +185,9 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
         let policy = format!("{:?}", used.policy).to_lowercase();
         let words = format!("position channels {policy} the OFFSET: {}", used.reason);
         screen.labelled("root", None, &words);
+    }
+    if let Some(words) = rotation_orders(clip.scene) {
+        screen.labelled("rotations", None, &words);
     }
     for note in metadata
         .assumptions

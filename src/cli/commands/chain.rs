@@ -7,6 +7,7 @@ use mocap::scene::{NodeKind, Scene};
 use mocap::{ChainMatrix, Pose};
 use serde::Serialize;
 
+use super::pose::check_tick;
 use super::{Place, import_motion, print_report};
 use crate::Failure;
 use crate::args::ChainArgs;
@@ -30,10 +31,8 @@ pub(crate) struct ChainView<'a> {
 }
 
 pub(crate) fn run(args: &ChainArgs) -> Result<(), Failure> {
-    if !args.tick.is_finite() {
-        return Err(Failure::Usage(format!("--tick must be finite, got {}", args.tick)));
-    }
     let scene = import_motion(&args.read, &args.file)?;
+    check_tick(args.tick, &scene, false)?;
     let pose = Pose::at_tick(&scene, 0, args.tick).unwrap_or_else(|| Pose::rest(&scene));
     let chain = pose
         .chain(&scene, &args.joint)

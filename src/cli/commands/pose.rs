@@ -8,8 +8,8 @@ use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
 use serde::Serialize;
 
 use super::{Place, import_motion, print_report};
-use crate::Failure;
 use crate::args::{ArgumentSources, PoseArgs};
+use crate::{Failure, report};
 
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -36,9 +36,7 @@ pub(crate) fn run(args: &PoseArgs, given: &ArgumentSources) -> Result<(), Failur
         given.refuse(&["spreadsheet"], "only CSV is opened in a spreadsheet; add --csv")?;
     }
     let scene = import_motion(&args.read, &args.file)?;
-    if !args.tick.is_finite() {
-        return Err(Failure::Usage(format!("--tick must be finite, got {}", args.tick)));
-    }
+    check_tick(args.tick, &scene, args.repeat)?;
     let view = PoseView {
         file: args.file.display().to_string(),
         tick: args.tick,
@@ -52,6 +50,21 @@ pub(crate) fn run(args: &PoseArgs, given: &ArgumentSources) -> Result<(), Failur
         for_spreadsheet: args.spreadsheet,
     };
     print_report(&table, args.json, Place::Data)
+}
+
+/// Refuses a tick that is no number, and says which frame is taken for one outside of the motion.
+pub(super) fn check_tick(tick: f64, scene: &Scene, repeats: bool) -> Result<(), Failure> {
+    if !tick.is_finite() {
+        return Err(Failure::Usage(format!("--tick must be finite, got {tick}")));
+    }
+    let last = scene.animations.first().map_or(0.0, |animation| animation.duration);
+    if !repeats && !(0.0..=last).contains(&tick) {
+        let taken = tick.clamp(0.0, last);
+        report::say(&format!(
+            "tick {tick} is outside of the motion, 0 to {last}: tick {taken} is printed"
+        ));
+    }
+    Ok(())
 }
 
 fn view_nodes<'a>(scene: &'a Scene, args: &PoseArgs) -> Vec<NodeView<'a>> {

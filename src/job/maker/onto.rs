@@ -14,7 +14,7 @@ use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::Scene;
 
 use super::skeletons::up_of_others;
-use super::{JobOutput, Maker, no_input};
+use super::{JobOutput, Maker, REST_LEFT_OUT, no_input};
 use crate::files::Files;
 use crate::form::Form;
 use crate::notice::{Listener, Notice, tell_of_skeleton};
@@ -110,7 +110,7 @@ impl Maker<'_> {
         }
         let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
         if target.add(source.named(name)).map_err(in_file)?.is_rest_pose_left_out {
-            hear(Notice::Note("the first frame, a rest pose, is left out"));
+            hear(Notice::Note(REST_LEFT_OUT));
         }
         Ok(())
     }

@@ -216,7 +216,7 @@ fn a_rest_pose_before_the_motion_is_left_out_and_that_is_said() {
         let output = retarget(&[motion, CHARACTER], &path);
         assert!(output.status.success(), "{}", words(&output));
         assert_eq!(
-            words(&output).contains("the first frame, a rest pose, is left out"),
+            words(&output).contains("the first frame, a rest pose, is left out: tick 0 is tick 1 of the file"),
             dropped == 1,
             "{}",
             words(&output)

@@ -167,6 +167,24 @@ fn every_fixture_can_be_drawn() {
     }
 }
 
+/// The orders are those of the CHANNELS of the files.
+#[test]
+fn a_screen_names_the_orders_of_rotations() {
+    let shown = |file: &str| {
+        let scene = mocap::import(format!("../../fixtures/real/{file}.bvh")).unwrap();
+        let screen = Clip {
+            name: "it",
+            scene: &scene,
+        }
+        .screen(&ScreenOptions::default());
+        let line = screen.lines().find_map(|line| line.strip_prefix("rotations"));
+        line.map(|line| line.trim().to_owned())
+    };
+    assert_eq!(shown("cmu_12_01_walk").as_deref(), Some("Rz Ry Rx"));
+    let mixed = shown("cmu_mixed_rotation_orders").unwrap();
+    assert!(mixed.contains("; R") && mixed.contains(" of "), "{mixed}");
+}
+
 #[test]
 fn a_screen_is_as_wide_and_as_high_as_the_terminal() {
     let scene = import("makehuman_zombie_walk");
