@@ -43,14 +43,13 @@ const FORMATS: &[&str] = &[
     "parquet",
 ];
 
-const UP: &str = "The up axis of a file without a record is found from its numbers. `--verify` knows it, and refuses.";
-const UNIT: &str = "The source states no unit, and the file has no record. `--verify` knows the unit, and refuses.";
-const END_SITE: &str = "Other programs leave end sites out.";
-const CHOICE: &str = "Arrays and markers may have a choice of joints.";
-const NO_ROTATIONS: &str = "Markers have positions alone.";
-const BONES: &str =
-    "A VRM animation has bones in the hierarchy of VRM, and of others than those that VRM requires no more.";
-const POSITIONS: &str = "The bound of packed clips is one of positions, and of rotations that move no joint.";
+const UP: &str = "Without a record, `mocap verify` infers the up axis. `--verify` knows the axis, and refuses.";
+const UNIT: &str = "Neither source nor record states the unit. `--verify` knows the unit, and refuses.";
+const END_SITE: &str = "Other programs omit end sites.";
+const CHOICE: &str = "Arrays and markers may contain a selection of joints.";
+const NO_ROTATIONS: &str = "Markers have only positions.";
+const BONES: &str = "A VRM animation has VRM's bone names and hierarchy, and may omit bones that VRM does not require.";
+const POSITIONS: &str = "The error bound of packed clips limits positions, and rotations that move no joint.";
 
 /// What is known not to be found in the files alone, with the reason.
 const MISSED: &[(&str, &str, &str)] = &[
