@@ -146,7 +146,7 @@ column of commands is the number of a group:
 
 const OWN: &str = "# Options of one command
 
-Each option that one command alone has. [Options](options.md) has those of several commands.
+The options that only one command has. [Options](options.md) lists the options that several commands share.
 
 | command | option | value | meaning |
 |---|---|---|---|
