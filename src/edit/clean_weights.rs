@@ -14,70 +14,69 @@ weights! {
     /// ```
     CleanWeights in "clean" {
         smoothing = 0.5, "1",
-            "Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother sees \
-            both sides of a moment and a prediction only one, so that it needs less. Chosen on seed 1 of \
-            `tools/clean`. If it cuts the peaks of the motion, twice and eight times as much are tried.";
+            "Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother uses \
+            both sides of a moment, and a prediction only one, so the smoother needs less. Chosen on seed 1 of \
+            `tools/clean`. If it cuts the peaks of the motion, twice and eight times this value are tried.";
         least_angle = 0.5, "degrees",
-            "Least standard deviation of a joint that is noise. Marker systems have less; estimates from video have 1 \
-            to 3 degrees. `tools/clean/check` judges it.";
+            "Least standard deviation of joint noise. Marker systems have less noise; estimates from video have 1 to 3 \
+            degrees. `tools/clean/check` tests it.";
         least_distance = 0.0015, "m",
-            "Least standard deviation of a position that is noise, and of the displacement of the farthest joint below \
-            an angle. Marker systems have less than 1 mm.";
+            "Least standard deviation of position noise. It also applies to the displacement of the farthest joint by \
+            the noise of an angle. Marker systems have less than 1 mm.";
         joint_length = 0.03, "m",
-            "Distance of a position that counts as much as a radian of a rotation when both are smoothed. The \
-            direction of a shorter bone is less precise than its rotation.";
+            "Distance of a position that counts as much as a radian of a rotation, if both are smoothed. The direction \
+            of a shorter bone is less precise than its rotation.";
         world = 0.8, "1",
-            "Fraction of the way from a joint's position by smoothed rotations to its smoothed position. Their errors \
-            are hardly alike, so that a mean is better than either. Chosen on seed 1 of `tools/clean`.";
+            "Fraction of the way from a joint's position by smoothed rotations to its smoothed position. The errors of \
+            both are almost independent, so a mean is better than either. Chosen on seed 1 of `tools/clean`.";
         largest_turn = 15.0, "degrees",
-            "Largest angle by which a joint turns to its smoothed position: five times the noise of an estimate from \
-            video.";
+            "Largest angle by which a joint rotates towards its smoothed position: five times the noise of an estimate \
+            from video.";
         longest_held = 0.5, "s",
-            "Longest run of held frames that is filled. A longer run is frozen, and may be intended.";
+            "Longest run of held frames that is filled. A longer run is a frozen pose, and may be intended.";
         least_evidence = 0.23, "1",
-            "Mean logarithm of the residuals from which on a frame was certainly dropped. Of 42 clean cuts of 3 to 8 s \
-            at 30 and 60 Hz none has more than 0.22. 144 frames were removed while a joint turned by 60 degrees per \
-            second: 142 have more than 0.24.";
+            "Mean logarithm of the residuals above which a frame was certainly dropped. Of 42 clean cuts of 3 to 8 s \
+            at 30 and 60 Hz, none has more than 0.22. In a test, 144 frames were removed while a joint rotated by 60 \
+            degrees per second: 142 have more than 0.24.";
         least_evidence_of_doubled = 0.02, "1",
-            "The same for a doubled frame. It is lower than `least_evidence`, because the doubled frame itself is \
-            visible.";
+            "As `least_evidence`, for a doubled frame. It is lower, because the doubled frame itself is visible.";
         least_speed = 0.35, "rad/s",
-            "Least speed of a joint, or of the body in lengths of itself, at which a dropped frame is inserted. Below \
-            20 degrees per second, steps show only the rounding of a file.";
+            "Least speed of a joint, or of the body in body lengths, at which a dropped frame is inserted. Below 20 \
+            degrees per second, changes between frames show only the rounding of a file.";
         exchange = 4.0, "degrees",
             "Cost of an exchange of left and right limbs, added to the median change from frame to frame. It is twice \
-            the noise of an estimate from video, so that noise exchanges nothing.";
+            the noise of an estimate from video, so that noise does not cause an exchange.";
         length_noise = 0.001, "m",
-            "Mean change of a bone from frame to frame above which it gets one length. Rounding of positions in files \
-            changes it less.";
+            "Mean change of a bone length from frame to frame above which the bone gets a constant length. Rounding of \
+            positions in files causes smaller changes.";
         largest_length_change = 0.15, "1",
             "Mean change of a bone, as a fraction of its length, above which the change is intended, as in a cartoon.";
         least_skate = 0.2, "m/s",
-            "Mean speed of feet in contact below which they are not held, if nothing else was changed. Marker systems \
-            have as much in runs, since contacts begin and end in motion.";
+            "Mean speed of feet in contact below which they are not locked, if nothing else was changed. Marker \
+            systems reach this speed in runs, because contacts begin and end in motion.";
         contact_speed = 0.4, "m/s",
-            "Largest speed of a foot in contact after noise was removed. The remains of 2 degrees of noise move a foot \
-            in stance by about 0.2 m/s.";
+            "Largest speed of a foot in contact after noise was removed. The residual of 2 degrees of noise moves a \
+            foot in stance by about 0.2 m/s.";
         contact_distance = 0.03, "m",
-            "Distance over the ground from the resting place of a foot within which it belongs to the contact. After \
-            smoothing, a foot comes to rest slowly.";
+            "Distance over the ground from the resting place of a foot within which it belongs to the contact. \
+            Smoothing makes a foot come to rest slowly.";
         contact_gap = 0.15, "s",
-            "Longest gap between two contacts on one spot that are joined. No foot leaves its spot and comes back to \
-            it in less than half a swing.";
+            "Longest gap between two contacts at one place that are joined. A foot does not leave its place and return \
+            in less than half a swing.";
         contact_height = 0.08, "m",
-            "Largest height above the resting level of a foot that belongs to a contact: a heel that rolls off, but no \
-            swing.";
+            "Largest height of a foot above its resting level in a contact. It includes a heel that rolls off, but not \
+            a swing.";
         hand_distance = 0.13, "m",
-            "Distance of the middles of two hands that meet, of a body of 1.7 m: two half palms and some noise.";
+            "Distance between the centres of two hands that meet, for a body of 1.7 m: two half palms and some noise.";
         hand_fade = 1.4, "1",
-            "Factor of the distance from which on a meeting does not count. Between both distances its weight \
+            "Factor of `hand_distance` at which a meeting no longer counts. Between both distances its weight \
             decreases, so that nothing jumps.";
         hand_speed = 0.15, "m/s",
             "Speed of a hand relative to the body below which the hand rests there. A hand that passes by is faster.";
         hand_blend = 0.1, "s",
-            "Time in which the weight of a meeting rises and falls: three frames of video, so that no arm jerks.";
+            "Time in which the weight of a meeting rises and falls: three frames of video, so that arms do not jerk.";
         hand_noise = 0.1, "m",
-            "Largest distance by which an arm is moved to a meeting, and by which a hand may miss it. Noise of an \
+            "Largest distance by which an arm is moved to a meeting, and by which a hand may miss it. The noise of an \
             estimate from video is not larger.";
     }
 }

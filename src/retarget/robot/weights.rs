@@ -14,67 +14,70 @@ weights! {
     /// ```
     Weights in "robot" {
         twist = 0.01, "1/rad^2",
-            "Roll of a limb, and rotation of a foot about an axis that no joint of the ankle drives. A hundredth of a \
-            direction, so that it decides only what directions leave undetermined.";
+            "Roll of a limb, and rotation of a foot about an axis that no ankle joint drives. It is a hundredth of a \
+            direction's weight, so that it only decides what directions leave undetermined.";
         hand = 0.2, "1/rad^2",
-            "Rotation of a hand. Below a direction, so that a wrist with few joints does not bend the forearm.";
+            "Rotation of a hand. It is below a direction's weight, so that a wrist with few joints does not bend the \
+            forearm.";
         head = 0.3, "1/rad^2",
-            "Rotation of the head. Below a direction, so that a neck with few joints does not bend the trunk.";
+            "Rotation of the head. It is below a direction's weight, so that a neck with few joints does not bend the \
+            trunk.";
         foot = 0.3, "1/rad^2",
-            "Rotation of a foot in the air about the axes that the ankle drives. Below a direction, so that the foot \
-            follows the leg.";
+            "Rotation of a foot in the air about the axes that the ankle drives. It is below a direction's weight, so \
+            that the foot follows the leg.";
         foot_heading = 0.3, "1",
             "Fraction of `foot` about the up axis. The hip turns a foot about this axis, not the ankle.";
         standing = 12.0, "1",
             "Factor by which `foot` is added in contact, so that a foot in stance is flat. `tools/robot/check` \
-            measures how far soles are from the floor.";
+            measures the distance of soles from the floor.";
         foot_place = 10000.0, "1/m^2",
-            "Position of an ankle or of the sole of a foot in stance, and depth below the floor. A centimetre costs as \
-            much as a radian of a direction, so that feet do not slide; `tools/robot/check` measures it.";
+            "Position of an ankle, or of the sole of a foot in stance, and depth below the floor. A centimetre costs \
+            as much as a radian of a direction, so that feet do not slide. `tools/robot/check` measures it.";
         hips_place = 9.0, "1/m^2",
             "Position of the hips. It also weighs the velocity of the base (m/s) against the velocity of a joint \
-            (rad/s). A third of a metre costs as much as a radian: legs keep their lengths, so the hips give way.";
+            (rad/s). A third of a metre costs as much as a radian: legs cannot stretch, so the hips give way.";
         air_place = 100.0, "1/m^2",
-            "Position of an ankle in the air in the second pass. A hundredth of `foot_place`, so that the swing \
+            "Position of an ankle in the air in the second pass. It is a hundredth of `foot_place`, so that the swing \
             becomes smooth.";
         standing_height = 3000.0, "1/m^2",
-            "Largest weight of the height of a foot in the second pass. Below `foot_place`, so that heights give way \
-            before positions over the ground: the floor has its own term.";
+            "Largest weight of the height of a foot in the second pass. It is below `foot_place`, so that heights give \
+            way before positions over the ground. The floor has a separate term.";
         nearing = 0.08, "s",
             "Time constant in which the weight of an ankle changes between air and ground: a fifth of the swing of a \
             walk, which takes 0.4 s.";
         held_distance = 0.1, "m",
-            "Largest distance by which a foot in stance is held away from its source: less than half a foot. Farther \
-            away, the source walks on.";
+            "Largest distance between a foot in stance and the source's foot: less than half a foot. Beyond it, the \
+            source has walked on.";
         return_time = 0.12, "s",
-            "Time constant in which a foot that leaves the ground returns to its source: a third of the swing of a \
-            walk, which takes 0.4 s.";
+            "Time constant in which a foot that leaves the ground returns to the source's foot: a third of the swing \
+            of a walk, which takes 0.4 s.";
         hold = 0.0004, "1/rad^2",
-            "Change of a joint from the frame before in the first pass. A radian of it costs as much as 0.02 rad of a \
-            direction: it only decides between solutions that are equally good.";
+            "Change of a joint from the previous frame in the first pass. A radian costs as much as 0.02 rad of a \
+            direction, so it only decides between equally good solutions.";
         branch_change = 1.0, "1/rad^2",
-            "Change of the joints of a limb from frame to frame at 30 frames per second, when a limb is followed \
-            again. A radian of it costs as much as a radian of a direction.";
+            "Change of the joints of a limb from frame to frame at 30 frames per second, when a limb is solved again. \
+            A radian costs as much as a radian of a direction.";
         branch_place = 130.0, "1/m^2",
-            "Largest weight of a position when a limb is followed again. 3 cm cost as much as 20 degrees, the limits \
-            from which on a limb is followed again.";
+            "Largest weight of a position when a limb is solved again. 3 cm cost as much as 20 degrees. These are the \
+            limits from which on a limb is solved again.";
         velocity = 4e-7, "s^2/rad^2",
-            "Velocity of a joint in the second pass. 16 rad/s, faster than people move limbs, cost as much as 0.01 \
-            rad of a direction.";
+            "Velocity of a joint in the second pass. 16 rad/s, faster than human limbs, cost as much as 0.01 rad of a \
+            direction.";
         acceleration = 3e-6, "s^4/rad^2",
-            "Difference of the acceleration of a joint from the acceleration in the first pass without jitter. \
+            "Difference between the acceleration of a joint and its acceleration in the first pass without jitter. \
             `tools/robot/check` measures the jitter.";
         base_acceleration = 1e-3, "s^4/m^2",
-            "Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot: its \
-            jitter is a force that no floor gives. Its angular acceleration has ten times `acceleration`.";
+            "Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot, so \
+            the floor cannot provide the force of its jitter. Its angular acceleration has ten times `acceleration`.";
         base_smoothing = 0.06, "s",
-            "Standard deviation of the Gaussian that removes the jitter from the accelerations of the base. Half of 3 \
-            Hz remains: people walk with two steps per second.";
+            "Standard deviation of the Gaussian that removes the jitter from the accelerations of the base. It halves \
+            amplitudes at 3 Hz, because people walk with two footsteps per second.";
         joint_smoothing = 0.04, "s",
-            "Standard deviation of the Gaussian of joints. Half of 5 Hz remains: limbs are faster than the base.";
+            "Standard deviation of the Gaussian for joints. It halves amplitudes at 5 Hz, because limbs are faster \
+            than the base.";
         step_limit = 100.0, "1/rad^2",
-            "Part of the step of a joint that is faster than the robot's file allows. A tenth of a radian costs as \
-            much as a radian of a direction. The remaining part is cut off.";
+            "Part of the change of a joint between frames above the velocity limit of the robot's file. A tenth of a \
+            radian costs as much as a radian of a direction. The remaining part is cut off.";
         apart = 1000.0, "1/m^2",
             "Penetration depth of two links. 3 cm cost as much as a radian of a direction. It is a tenth of \
             `foot_place`, so that feet in stance keep their place.";

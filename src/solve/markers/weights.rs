@@ -15,44 +15,45 @@ weights! {
     /// ```
     MarkerWeights in "markers" {
         on_bone = 0.012, "m",
-            "Standard deviation of the offset of a marker on a bone: people place markers that precisely (Della Croce \
-            et al., Gait & Posture 21, 2005, report 6 to 25 mm).";
+            "Standard deviation of the offset of a marker on a bone. It is the accuracy with which people place \
+            markers: 6 to 25 mm (Della Croce et al., Gait & Posture 21, 2005).";
         on_muscle = 0.04, "m",
-            "Standard deviation of the offset of a marker on a muscle, whose place no protocol states: half of the \
-            width of a thigh.";
+            "Standard deviation of the offset of a marker on a muscle, whose position protocols do not define: half of \
+            the width of a thigh.";
         hip = 0.012, "m",
-            "Standard deviation of the centre of a hip about its regression. Harrington et al., J. Biomech. 40 \
-            (2007), state 3 to 8 mm per coordinate for markers on bones; markers on clothes are farther off.";
+            "Standard deviation of the hip centre about its regression. Harrington et al., J. Biomech. 40 (2007), \
+            state 3 to 8 mm per coordinate for markers on bones. Markers on clothes are less precise.";
         trunk = 0.02, "m",
-            "Standard deviation of the centre of a joint of the trunk and of a shoulder, for which no regression of \
-            all coordinates is known.";
+            "Standard deviation of the centres of trunk joints and shoulders, for which no regression of all \
+            coordinates is known.";
         length = 0.03, "m",
-            "Standard deviation of the length of a bone about the first estimate from two centres, each of which is \
-            off by `on_bone` to `trunk`.";
+            "Standard deviation of a bone length about its first estimate. The estimate uses two centres with errors \
+            from `on_bone` to `trunk`.";
         slide = 0.01, "m",
-            "Standard deviation of a marker about its offset before the take tells. Skin slides by 5 to 30 mm \
+            "Standard deviation of a marker about its offset, until the take determines it. Skin slides by 5 to 30 mm \
             (Leardini et al., Gait & Posture 21, 2005).";
         least_slide = 0.001, "m",
-            "Least standard deviation of a marker about its offset: the noise of cameras is as much.";
+            "Least standard deviation of a marker about its offset: the noise of cameras.";
         independent_slide = 0.05, "1",
-            "Fraction of an independent frame for which a frame counts whose markers are off because skin slides: it \
-            slides in the next frame much as in this one.";
+            "Weight of a frame, as a fraction of an independent frame, if skin sliding displaces its markers. Skin \
+            slides almost equally in neighbouring frames.";
         beside_hinge = 0.087, "rad",
-            "Standard deviation of a knee or an elbow beside the axis of its hinge: 5 degrees. Knees bend aside and \
-            turn by 5 to 10 degrees in a gait (Ramsey and Wretenberg, Clin. Biomech. 14, 1999).";
+            "Standard deviation of the rotation of a knee or an elbow outside its hinge axis: 5 degrees. In a gait, \
+            knees bend sideways and twist by 5 to 10 degrees (Ramsey and Wretenberg, Clin. Biomech. 14, 1999).";
         hold = 0.35, "rad",
-            "Standard deviation of a joint about its pose in the frame before, where markers do not say: 20 degrees, \
-            so that markers that are seen hardly feel it.";
+            "Standard deviation of a joint about its pose in the previous frame, for joints that markers do not \
+            determine: 20 degrees. It is so large that it hardly affects joints with visible markers.";
         outlier = 0.05, "m",
-            "Distance of a marker from its body at which it has a quarter of its weight (Geman and McClure's \
-            function): skin does not slide as far.";
+            "Distance of a marker from its expected position at which it has a quarter of its weight (Geman and \
+            McClure's function). Skin does not slide that far.";
         swapped = 0.03, "m",
-            "Distance from its body above which a marker may have the label of another: as far as skin slides.";
+            "Distance from its expected position above which a marker may have the label of another marker. Skin \
+            slides up to this distance.";
         swap = 0.4, "1",
-            "Ratio of distances below which two labels are exchanged: clearly nearer, so that markers that pass each \
-            other are not.";
+            "Ratio of distances below which two labels are exchanged. The exchanged label must be clearly nearer, so \
+            that markers that pass each other keep their labels.";
         ghost = 0.08, "m",
-            "Distance from its body above which a marker is a reflection, or belongs to something else: twice as far \
-            as skin slides.";
+            "Distance from its expected position above which a marker is a reflection, or belongs to another object: \
+            twice as far as skin slides.";
     }
 }

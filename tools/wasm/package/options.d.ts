@@ -221,48 +221,48 @@ export interface CharacterTarget {
 
 export interface CleanWeights {
   /**
-   * Distance over the ground from the resting place of a foot within which it belongs to the contact. After smoothing, a foot
-   * comes to rest slowly. Unit: m. Default: `0.03`.
+   * Distance over the ground from the resting place of a foot within which it belongs to the contact. Smoothing makes a foot
+   * come to rest slowly. Unit: m. Default: `0.03`.
    */
   "contact-distance"?: number;
   /**
-   * Longest gap between two contacts on one spot that are joined. No foot leaves its spot and comes back to it in less than
+   * Longest gap between two contacts at one place that are joined. A foot does not leave its place and return in less than
    * half a swing. Unit: s. Default: `0.15`.
    */
   "contact-gap"?: number;
   /**
-   * Largest height above the resting level of a foot that belongs to a contact: a heel that rolls off, but no swing. Unit: m.
-   * Default: `0.08`.
+   * Largest height of a foot above its resting level in a contact. It includes a heel that rolls off, but not a swing. Unit:
+   * m. Default: `0.08`.
    */
   "contact-height"?: number;
   /**
-   * Largest speed of a foot in contact after noise was removed. The remains of 2 degrees of noise move a foot in stance by
+   * Largest speed of a foot in contact after noise was removed. The residual of 2 degrees of noise moves a foot in stance by
    * about 0.2 m/s. Unit: m/s. Default: `0.4`.
    */
   "contact-speed"?: number;
   /**
    * Cost of an exchange of left and right limbs, added to the median change from frame to frame. It is twice the noise of an
-   * estimate from video, so that noise exchanges nothing. Unit: degrees. Default: `4.0`.
+   * estimate from video, so that noise does not cause an exchange. Unit: degrees. Default: `4.0`.
    */
   exchange?: number;
   /**
-   * Time in which the weight of a meeting rises and falls: three frames of video, so that no arm jerks. Unit: s. Default:
+   * Time in which the weight of a meeting rises and falls: three frames of video, so that arms do not jerk. Unit: s. Default:
    * `0.1`.
    */
   "hand-blend"?: number;
   /**
-   * Distance of the middles of two hands that meet, of a body of 1.7 m: two half palms and some noise. Unit: m. Default:
-   * `0.13`.
+   * Distance between the centres of two hands that meet, for a body of 1.7 m: two half palms and some noise. Unit: m.
+   * Default: `0.13`.
    */
   "hand-distance"?: number;
   /**
-   * Factor of the distance from which on a meeting does not count. Between both distances its weight decreases, so that
+   * Factor of `hand_distance` at which a meeting no longer counts. Between both distances its weight decreases, so that
    * nothing jumps. Unit: 1. Default: `1.4`.
    */
   "hand-fade"?: number;
   /**
-   * Largest distance by which an arm is moved to a meeting, and by which a hand may miss it. Noise of an estimate from video
-   * is not larger. Unit: m. Default: `0.1`.
+   * Largest distance by which an arm is moved to a meeting, and by which a hand may miss it. The noise of an estimate from
+   * video is not larger. Unit: m. Default: `0.1`.
    */
   "hand-noise"?: number;
   /**
@@ -271,7 +271,7 @@ export interface CleanWeights {
    */
   "hand-speed"?: number;
   /**
-   * Distance of a position that counts as much as a radian of a rotation when both are smoothed. The direction of a shorter
+   * Distance of a position that counts as much as a radian of a rotation, if both are smoothed. The direction of a shorter
    * bone is less precise than its rotation. Unit: m. Default: `0.03`.
    */
   "joint-length"?: number;
@@ -281,57 +281,57 @@ export interface CleanWeights {
    */
   "largest-length-change"?: number;
   /**
-   * Largest angle by which a joint turns to its smoothed position: five times the noise of an estimate from video. Unit:
-   * degrees. Default: `15.0`.
+   * Largest angle by which a joint rotates towards its smoothed position: five times the noise of an estimate from video.
+   * Unit: degrees. Default: `15.0`.
    */
   "largest-turn"?: number;
   /**
-   * Least standard deviation of a joint that is noise. Marker systems have less; estimates from video have 1 to 3 degrees.
-   * `tools/clean/check` judges it. Unit: degrees. Default: `0.5`.
+   * Least standard deviation of joint noise. Marker systems have less noise; estimates from video have 1 to 3 degrees.
+   * `tools/clean/check` tests it. Unit: degrees. Default: `0.5`.
    */
   "least-angle"?: number;
   /**
-   * Least standard deviation of a position that is noise, and of the displacement of the farthest joint below an angle.
-   * Marker systems have less than 1 mm. Unit: m. Default: `0.0015`.
+   * Least standard deviation of position noise. It also applies to the displacement of the farthest joint by the noise of an
+   * angle. Marker systems have less than 1 mm. Unit: m. Default: `0.0015`.
    */
   "least-distance"?: number;
   /**
-   * Mean logarithm of the residuals from which on a frame was certainly dropped. Of 42 clean cuts of 3 to 8 s at 30 and 60 Hz
-   * none has more than 0.22. 144 frames were removed while a joint turned by 60 degrees per second: 142 have more than 0.24.
-   * Unit: 1. Default: `0.23`.
+   * Mean logarithm of the residuals above which a frame was certainly dropped. Of 42 clean cuts of 3 to 8 s at 30 and 60 Hz,
+   * none has more than 0.22. In a test, 144 frames were removed while a joint rotated by 60 degrees per second: 142 have more
+   * than 0.24. Unit: 1. Default: `0.23`.
    */
   "least-evidence"?: number;
   /**
-   * The same for a doubled frame. It is lower than `least_evidence`, because the doubled frame itself is visible. Unit: 1.
-   * Default: `0.02`.
+   * As `least_evidence`, for a doubled frame. It is lower, because the doubled frame itself is visible. Unit: 1. Default:
+   * `0.02`.
    */
   "least-evidence-of-doubled"?: number;
   /**
-   * Mean speed of feet in contact below which they are not held, if nothing else was changed. Marker systems have as much in
-   * runs, since contacts begin and end in motion. Unit: m/s. Default: `0.2`.
+   * Mean speed of feet in contact below which they are not locked, if nothing else was changed. Marker systems reach this
+   * speed in runs, because contacts begin and end in motion. Unit: m/s. Default: `0.2`.
    */
   "least-skate"?: number;
   /**
-   * Least speed of a joint, or of the body in lengths of itself, at which a dropped frame is inserted. Below 20 degrees per
-   * second, steps show only the rounding of a file. Unit: rad/s. Default: `0.35`.
+   * Least speed of a joint, or of the body in body lengths, at which a dropped frame is inserted. Below 20 degrees per
+   * second, changes between frames show only the rounding of a file. Unit: rad/s. Default: `0.35`.
    */
   "least-speed"?: number;
   /**
-   * Mean change of a bone from frame to frame above which it gets one length. Rounding of positions in files changes it less.
-   * Unit: m. Default: `0.001`.
+   * Mean change of a bone length from frame to frame above which the bone gets a constant length. Rounding of positions in
+   * files causes smaller changes. Unit: m. Default: `0.001`.
    */
   "length-noise"?: number;
-  /** Longest run of held frames that is filled. A longer run is frozen, and may be intended. Unit: s. Default: `0.5`. */
+  /** Longest run of held frames that is filled. A longer run is a frozen pose, and may be intended. Unit: s. Default: `0.5`. */
   "longest-held"?: number;
   /**
-   * Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother sees both sides of a
-   * moment and a prediction only one, so that it needs less. Chosen on seed 1 of `tools/clean`. If it cuts the peaks of the
-   * motion, twice and eight times as much are tried. Unit: 1. Default: `0.5`.
+   * Jerk that the smoother allows, as a fraction of the jerk that predicts the motion best. The smoother uses both sides of a
+   * moment, and a prediction only one, so the smoother needs less. Chosen on seed 1 of `tools/clean`. If it cuts the peaks of
+   * the motion, twice and eight times this value are tried. Unit: 1. Default: `0.5`.
    */
   smoothing?: number;
   /**
-   * Fraction of the way from a joint's position by smoothed rotations to its smoothed position. Their errors are hardly
-   * alike, so that a mean is better than either. Chosen on seed 1 of `tools/clean`. Unit: 1. Default: `0.8`.
+   * Fraction of the way from a joint's position by smoothed rotations to its smoothed position. The errors of both are almost
+   * independent, so a mean is better than either. Chosen on seed 1 of `tools/clean`. Unit: 1. Default: `0.8`.
    */
   world?: number;
 }
@@ -429,72 +429,72 @@ export type Floor = "auto" | "z=0" | "keep";
 
 export interface FootLockWeights {
   /**
-   * Largest ratio of accelerations, as `speed_ratio`. A foot that is held has to catch up with its swing. `tools/feet/check`
-   * measures it on every motion. Unit: 1. Default: `1.5`.
+   * Largest ratio of accelerations, as `speed_ratio`. A foot that is released has to catch up with its swing.
+   * `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.5`.
    */
   "acceleration-ratio"?: number;
   /**
-   * Fraction of both ratios at which relaxing aims, because keys are rounded, and the next frame moves too. Unit: 1. Default:
-   * `0.97`.
+   * Fraction of both ratios at which relaxing aims. The margin allows for the rounding of keys, and for changes of the next
+   * frame. Unit: 1. Default: `0.97`.
    */
   aim?: number;
   /**
-   * Time around a moment whose largest speed and acceleration without the lock count, because the lock may move an
-   * acceleration to another frame. A quarter of a step of a walk. Unit: s. Default: `0.25`.
+   * Time before and after a frame in which the largest speed and acceleration without the lock are taken. The lock may move
+   * an acceleration to another frame. It is a quarter of a footstep in a walk. Unit: s. Default: `0.25`.
    */
   around?: number;
   /**
-   * Time in which a lock is relaxed around a moment, and holds again. It is below the 0.2 s in which shifts ease out. Unit:
-   * s. Default: `0.15`.
+   * Time in which a lock is relaxed before a frame, and returns after it. It is below the 0.2 s in which shifts ease out.
+   * Unit: s. Default: `0.15`.
    */
   ease?: number;
   /**
-   * Time constant in which a foot that is held on a sliding source gives way. It is two steps of a walk, so that a body whose
-   * feet always slide does not leave them behind. Unit: s. Default: `2.0`.
+   * Time constant in which a locked foot follows a source that slides in contact. It is two footsteps of a walk. So a body
+   * whose feet always slide does not leave its feet behind. Unit: s. Default: `2.0`.
    */
   "gives-way"?: number;
   /**
-   * Cost of a change of the height of a foot against a change of its knee. A nearly straight leg moves the knee by
-   * centimetres if the foot moves by a millimetre, so the foot gives way there. Unit: 1. Default: `10.0`.
+   * Cost of a change of the height of a foot, relative to a change of its knee. If a foot moves by a millimetre, the knee of
+   * a nearly straight leg moves by centimetres, so the foot gives way. Unit: 1. Default: `10.0`.
    */
   "knee-height"?: number;
   /**
-   * Largest angle by which a foot turns to follow the foot of its source. It is 34 degrees, within the range of an ankle: 20
-   * and 50 degrees (American Academy of Orthopaedic Surgeons, Joint Motion, 1965). Unit: rad. Default: `0.6`.
+   * Largest angle by which a foot rotates to follow the source's foot. It is 34 degrees, within the range of an ankle: 20 and
+   * 50 degrees (American Academy of Orthopaedic Surgeons, Joint Motion, 1965). Unit: rad. Default: `0.6`.
    */
   "largest-turn"?: number;
-  /** Least fraction by which a round of relaxing changes a lock, so that some rounds are enough. Unit: 1. Default: `0.2`. */
+  /** Least fraction by which a round of relaxing changes a lock, so that few rounds are enough. Unit: 1. Default: `0.2`. */
   "least-step"?: number;
   /**
-   * Fraction of the fastest speed and of the largest acceleration of the motion that a foot may always have. A quarter of
-   * them is not visible as a jerk. Unit: 1. Default: `0.25`.
+   * Fraction of the highest speed and of the largest acceleration of the motion that a foot may always have. A quarter is not
+   * visible as a jerk. Unit: 1. Default: `0.25`.
    */
   moving?: number;
   /**
-   * Height in lengths of the leg below which the foot of a source is on the ground, for a retargeted motion. It is 3 cm of an
-   * adult, below the 5 cm of contacts. From three times as high on the foot is in the air. Unit: leg. Default: `0.04`.
+   * Height, in lengths of the leg, below which the source's foot is on the ground, for a retargeted motion. It is 3 cm for an
+   * adult, below the 5 cm of contacts. Above three times this height, the foot is in the air. Unit: leg. Default: `0.04`.
    */
   "on-the-ground"?: number;
   /**
-   * Height in lengths of the leg by which a foot may stay above its goal before the hips are lowered: 8 mm of an adult. Unit:
-   * leg. Default: `0.01`.
+   * Height, in lengths of the leg, by which a foot may stay above its goal before the hips are lowered: 8 mm for an adult.
+   * Unit: leg. Default: `0.01`.
    */
   slack?: number;
   /**
-   * Largest ratio of the speed of a joint of the foot to its speed without the lock. Above it the lock is relaxed: a fifth
-   * faster is not visible. `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.2`.
+   * Largest ratio of the speed of a foot joint to its speed without the lock. Above it the lock is relaxed. A speed that is a
+   * fifth higher is not visible. `tools/feet/check` measures it on every motion. Unit: 1. Default: `1.2`.
    */
   "speed-ratio"?: number;
   /**
-   * Acceleration that a foot may always have: a fifth of gravity, less than a shift of weight makes. Unit: m/s^2. Default:
-   * `2.0`.
+   * Acceleration that a foot may always have: a fifth of gravity, less than a shift of the weight causes. Unit: m/s^2.
+   * Default: `2.0`.
    */
   "still-acceleration"?: number;
   /** Speed that a foot may always have. A slower movement is not visible. Unit: m/s. Default: `0.1`. */
   "still-speed"?: number;
   /**
    * Fraction of its full length to which a leg may be stretched, unless the motion stretches it more. The knee of a leg of
-   * 0.84 m is then 13 mm aside, which is not visible. Unit: 1. Default: `0.9995`.
+   * 0.84 m is then 13 mm off the straight line, which is not visible. Unit: 1. Default: `0.9995`.
    */
   stretch?: number;
 }
@@ -674,70 +674,70 @@ export type Lengths = "median" | "moving";
 
 export interface MarkerWeights {
   /**
-   * Standard deviation of a knee or an elbow beside the axis of its hinge: 5 degrees. Knees bend aside and turn by 5 to 10
-   * degrees in a gait (Ramsey and Wretenberg, Clin. Biomech. 14, 1999). Unit: rad. Default: `0.087`.
+   * Standard deviation of the rotation of a knee or an elbow outside its hinge axis: 5 degrees. In a gait, knees bend
+   * sideways and twist by 5 to 10 degrees (Ramsey and Wretenberg, Clin. Biomech. 14, 1999). Unit: rad. Default: `0.087`.
    */
   "beside-hinge"?: number;
   /**
-   * Distance from its body above which a marker is a reflection, or belongs to something else: twice as far as skin slides.
-   * Unit: m. Default: `0.08`.
+   * Distance from its expected position above which a marker is a reflection, or belongs to another object: twice as far as
+   * skin slides. Unit: m. Default: `0.08`.
    */
   ghost?: number;
   /**
-   * Standard deviation of the centre of a hip about its regression. Harrington et al., J. Biomech. 40 (2007), state 3 to 8 mm
-   * per coordinate for markers on bones; markers on clothes are farther off. Unit: m. Default: `0.012`.
+   * Standard deviation of the hip centre about its regression. Harrington et al., J. Biomech. 40 (2007), state 3 to 8 mm per
+   * coordinate for markers on bones. Markers on clothes are less precise. Unit: m. Default: `0.012`.
    */
   hip?: number;
   /**
-   * Standard deviation of a joint about its pose in the frame before, where markers do not say: 20 degrees, so that markers
-   * that are seen hardly feel it. Unit: rad. Default: `0.35`.
+   * Standard deviation of a joint about its pose in the previous frame, for joints that markers do not determine: 20 degrees.
+   * It is so large that it hardly affects joints with visible markers. Unit: rad. Default: `0.35`.
    */
   hold?: number;
   /**
-   * Fraction of an independent frame for which a frame counts whose markers are off because skin slides: it slides in the
-   * next frame much as in this one. Unit: 1. Default: `0.05`.
+   * Weight of a frame, as a fraction of an independent frame, if skin sliding displaces its markers. Skin slides almost
+   * equally in neighbouring frames. Unit: 1. Default: `0.05`.
    */
   "independent-slide"?: number;
-  /** Least standard deviation of a marker about its offset: the noise of cameras is as much. Unit: m. Default: `0.001`. */
+  /** Least standard deviation of a marker about its offset: the noise of cameras. Unit: m. Default: `0.001`. */
   "least-slide"?: number;
   /**
-   * Standard deviation of the length of a bone about the first estimate from two centres, each of which is off by `on_bone`
-   * to `trunk`. Unit: m. Default: `0.03`.
+   * Standard deviation of a bone length about its first estimate. The estimate uses two centres with errors from `on_bone` to
+   * `trunk`. Unit: m. Default: `0.03`.
    */
   length?: number;
   /**
-   * Standard deviation of the offset of a marker on a bone: people place markers that precisely (Della Croce et al., Gait &
-   * Posture 21, 2005, report 6 to 25 mm). Unit: m. Default: `0.012`.
+   * Standard deviation of the offset of a marker on a bone. It is the accuracy with which people place markers: 6 to 25 mm
+   * (Della Croce et al., Gait & Posture 21, 2005). Unit: m. Default: `0.012`.
    */
   "on-bone"?: number;
   /**
-   * Standard deviation of the offset of a marker on a muscle, whose place no protocol states: half of the width of a thigh.
-   * Unit: m. Default: `0.04`.
+   * Standard deviation of the offset of a marker on a muscle, whose position protocols do not define: half of the width of a
+   * thigh. Unit: m. Default: `0.04`.
    */
   "on-muscle"?: number;
   /**
-   * Distance of a marker from its body at which it has a quarter of its weight (Geman and McClure's function): skin does not
-   * slide as far. Unit: m. Default: `0.05`.
+   * Distance of a marker from its expected position at which it has a quarter of its weight (Geman and McClure's function).
+   * Skin does not slide that far. Unit: m. Default: `0.05`.
    */
   outlier?: number;
   /**
-   * Standard deviation of a marker about its offset before the take tells. Skin slides by 5 to 30 mm (Leardini et al., Gait &
-   * Posture 21, 2005). Unit: m. Default: `0.01`.
+   * Standard deviation of a marker about its offset, until the take determines it. Skin slides by 5 to 30 mm (Leardini et
+   * al., Gait & Posture 21, 2005). Unit: m. Default: `0.01`.
    */
   slide?: number;
   /**
-   * Ratio of distances below which two labels are exchanged: clearly nearer, so that markers that pass each other are not.
-   * Unit: 1. Default: `0.4`.
+   * Ratio of distances below which two labels are exchanged. The exchanged label must be clearly nearer, so that markers that
+   * pass each other keep their labels. Unit: 1. Default: `0.4`.
    */
   swap?: number;
   /**
-   * Distance from its body above which a marker may have the label of another: as far as skin slides. Unit: m. Default:
-   * `0.03`.
+   * Distance from its expected position above which a marker may have the label of another marker. Skin slides up to this
+   * distance. Unit: m. Default: `0.03`.
    */
   swapped?: number;
   /**
-   * Standard deviation of the centre of a joint of the trunk and of a shoulder, for which no regression of all coordinates is
-   * known. Unit: m. Default: `0.02`.
+   * Standard deviation of the centres of trunk joints and shoulders, for which no regression of all coordinates is known.
+   * Unit: m. Default: `0.02`.
    */
   trunk?: number;
 }
@@ -883,13 +883,13 @@ export interface RobotTarget {
 
 export interface RobotWeights {
   /**
-   * Difference of the acceleration of a joint from the acceleration in the first pass without jitter. `tools/robot/check`
+   * Difference between the acceleration of a joint and its acceleration in the first pass without jitter. `tools/robot/check`
    * measures the jitter. Unit: s^4/rad^2. Default: `3e-6`.
    */
   acceleration?: number;
   /**
-   * Position of an ankle in the air in the second pass. A hundredth of `foot_place`, so that the swing becomes smooth. Unit:
-   * 1/m^2. Default: `100.0`.
+   * Position of an ankle in the air in the second pass. It is a hundredth of `foot_place`, so that the swing becomes smooth.
+   * Unit: 1/m^2. Default: `100.0`.
    */
   "air-place"?: number;
   /**
@@ -898,65 +898,66 @@ export interface RobotWeights {
    */
   apart?: number;
   /**
-   * Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot: its jitter is a
-   * force that no floor gives. Its angular acceleration has ten times `acceleration`. Unit: s^4/m^2. Default: `0.001`.
+   * Difference of the acceleration of the base, as `acceleration`. The base carries the mass of the robot, so the floor
+   * cannot provide the force of its jitter. Its angular acceleration has ten times `acceleration`. Unit: s^4/m^2. Default:
+   * `0.001`.
    */
   "base-acceleration"?: number;
   /**
-   * Standard deviation of the Gaussian that removes the jitter from the accelerations of the base. Half of 3 Hz remains:
-   * people walk with two steps per second. Unit: s. Default: `0.06`.
+   * Standard deviation of the Gaussian that removes the jitter from the accelerations of the base. It halves amplitudes at 3
+   * Hz, because people walk with two footsteps per second. Unit: s. Default: `0.06`.
    */
   "base-smoothing"?: number;
   /**
-   * Change of the joints of a limb from frame to frame at 30 frames per second, when a limb is followed again. A radian of it
-   * costs as much as a radian of a direction. Unit: 1/rad^2. Default: `1.0`.
+   * Change of the joints of a limb from frame to frame at 30 frames per second, when a limb is solved again. A radian costs
+   * as much as a radian of a direction. Unit: 1/rad^2. Default: `1.0`.
    */
   "branch-change"?: number;
   /**
-   * Largest weight of a position when a limb is followed again. 3 cm cost as much as 20 degrees, the limits from which on a
-   * limb is followed again. Unit: 1/m^2. Default: `130.0`.
+   * Largest weight of a position when a limb is solved again. 3 cm cost as much as 20 degrees. These are the limits from
+   * which on a limb is solved again. Unit: 1/m^2. Default: `130.0`.
    */
   "branch-place"?: number;
   /**
-   * Rotation of a foot in the air about the axes that the ankle drives. Below a direction, so that the foot follows the leg.
-   * Unit: 1/rad^2. Default: `0.3`.
+   * Rotation of a foot in the air about the axes that the ankle drives. It is below a direction's weight, so that the foot
+   * follows the leg. Unit: 1/rad^2. Default: `0.3`.
    */
   foot?: number;
   /** Fraction of `foot` about the up axis. The hip turns a foot about this axis, not the ankle. Unit: 1. Default: `0.3`. */
   "foot-heading"?: number;
   /**
-   * Position of an ankle or of the sole of a foot in stance, and depth below the floor. A centimetre costs as much as a
-   * radian of a direction, so that feet do not slide; `tools/robot/check` measures it. Unit: 1/m^2. Default: `10000.0`.
+   * Position of an ankle, or of the sole of a foot in stance, and depth below the floor. A centimetre costs as much as a
+   * radian of a direction, so that feet do not slide. `tools/robot/check` measures it. Unit: 1/m^2. Default: `10000.0`.
    */
   "foot-place"?: number;
   /**
-   * Rotation of a hand. Below a direction, so that a wrist with few joints does not bend the forearm. Unit: 1/rad^2. Default:
-   * `0.2`.
+   * Rotation of a hand. It is below a direction's weight, so that a wrist with few joints does not bend the forearm. Unit:
+   * 1/rad^2. Default: `0.2`.
    */
   hand?: number;
   /**
-   * Rotation of the head. Below a direction, so that a neck with few joints does not bend the trunk. Unit: 1/rad^2. Default:
-   * `0.3`.
+   * Rotation of the head. It is below a direction's weight, so that a neck with few joints does not bend the trunk. Unit:
+   * 1/rad^2. Default: `0.3`.
    */
   head?: number;
   /**
-   * Largest distance by which a foot in stance is held away from its source: less than half a foot. Farther away, the source
-   * walks on. Unit: m. Default: `0.1`.
+   * Largest distance between a foot in stance and the source's foot: less than half a foot. Beyond it, the source has walked
+   * on. Unit: m. Default: `0.1`.
    */
   "held-distance"?: number;
   /**
    * Position of the hips. It also weighs the velocity of the base (m/s) against the velocity of a joint (rad/s). A third of a
-   * metre costs as much as a radian: legs keep their lengths, so the hips give way. Unit: 1/m^2. Default: `9.0`.
+   * metre costs as much as a radian: legs cannot stretch, so the hips give way. Unit: 1/m^2. Default: `9.0`.
    */
   "hips-place"?: number;
   /**
-   * Change of a joint from the frame before in the first pass. A radian of it costs as much as 0.02 rad of a direction: it
-   * only decides between solutions that are equally good. Unit: 1/rad^2. Default: `0.0004`.
+   * Change of a joint from the previous frame in the first pass. A radian costs as much as 0.02 rad of a direction, so it
+   * only decides between equally good solutions. Unit: 1/rad^2. Default: `0.0004`.
    */
   hold?: number;
   /**
-   * Standard deviation of the Gaussian of joints. Half of 5 Hz remains: limbs are faster than the base. Unit: s. Default:
-   * `0.04`.
+   * Standard deviation of the Gaussian for joints. It halves amplitudes at 5 Hz, because limbs are faster than the base.
+   * Unit: s. Default: `0.04`.
    */
   "joint-smoothing"?: number;
   /**
@@ -965,33 +966,33 @@ export interface RobotWeights {
    */
   nearing?: number;
   /**
-   * Time constant in which a foot that leaves the ground returns to its source: a third of the swing of a walk, which takes
-   * 0.4 s. Unit: s. Default: `0.12`.
+   * Time constant in which a foot that leaves the ground returns to the source's foot: a third of the swing of a walk, which
+   * takes 0.4 s. Unit: s. Default: `0.12`.
    */
   "return-time"?: number;
   /**
-   * Factor by which `foot` is added in contact, so that a foot in stance is flat. `tools/robot/check` measures how far soles
-   * are from the floor. Unit: 1. Default: `12.0`.
+   * Factor by which `foot` is added in contact, so that a foot in stance is flat. `tools/robot/check` measures the distance
+   * of soles from the floor. Unit: 1. Default: `12.0`.
    */
   standing?: number;
   /**
-   * Largest weight of the height of a foot in the second pass. Below `foot_place`, so that heights give way before positions
-   * over the ground: the floor has its own term. Unit: 1/m^2. Default: `3000.0`.
+   * Largest weight of the height of a foot in the second pass. It is below `foot_place`, so that heights give way before
+   * positions over the ground. The floor has a separate term. Unit: 1/m^2. Default: `3000.0`.
    */
   "standing-height"?: number;
   /**
-   * Part of the step of a joint that is faster than the robot's file allows. A tenth of a radian costs as much as a radian of
-   * a direction. The remaining part is cut off. Unit: 1/rad^2. Default: `100.0`.
+   * Part of the change of a joint between frames above the velocity limit of the robot's file. A tenth of a radian costs as
+   * much as a radian of a direction. The remaining part is cut off. Unit: 1/rad^2. Default: `100.0`.
    */
   "step-limit"?: number;
   /**
-   * Roll of a limb, and rotation of a foot about an axis that no joint of the ankle drives. A hundredth of a direction, so
-   * that it decides only what directions leave undetermined. Unit: 1/rad^2. Default: `0.01`.
+   * Roll of a limb, and rotation of a foot about an axis that no ankle joint drives. It is a hundredth of a direction's
+   * weight, so that it only decides what directions leave undetermined. Unit: 1/rad^2. Default: `0.01`.
    */
   twist?: number;
   /**
-   * Velocity of a joint in the second pass. 16 rad/s, faster than people move limbs, cost as much as 0.01 rad of a direction.
-   * Unit: s^2/rad^2. Default: `4e-7`.
+   * Velocity of a joint in the second pass. 16 rad/s, faster than human limbs, cost as much as 0.01 rad of a direction. Unit:
+   * s^2/rad^2. Default: `4e-7`.
    */
   velocity?: number;
 }
