@@ -10,7 +10,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "BIP",
     description: "3ds Max Biped, which is refused with advice",
     extensions: Format::Bip.extensions(),
-    reading: "no: the format is not documented; the error says what to export instead",
+    reading: "no: the format is not documented; the error states what to export from 3ds Max instead",
     writing: "no",
     // Without a specification, only the extension identifies the format.
     sniff: |_| false,

@@ -29,7 +29,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "C3D",
     description: "C3D markers",
     extensions: Format::C3d.extensions(),
-    reading: "good: markers, from which `mocap solve` makes a skeleton",
+    reading: "good: markers; `mocap solve` computes a skeleton from them",
     writing: "no",
     sniff,
     feature: Some("c3d"),

@@ -26,7 +26,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "Autodesk FBX: skeleton, animation, skinned meshes",
     extensions: Format::Fbx.extensions(),
     reading: "good: skeleton, animation, skinned meshes with blend shapes, colours and textures",
-    writing: "good: binary 7.5, with blend shapes",
+    writing: "good: binary FBX 7.5, with blend shapes",
     sniff,
     feature: Some("fbx"),
     reads: cfg!(feature = "fbx"),

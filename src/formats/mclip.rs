@@ -17,7 +17,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "a packed clip",
     description: "packed clip of this program",
     extensions: Format::Mclip.extensions(),
-    reading: "excellent: its poses at a tick, too",
+    reading: "excellent: the whole clip, or the pose at one tick",
     writing: "excellent",
     sniff: PackedClip::sniff,
     read,

@@ -40,7 +40,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "robot, for MuJoCo",
     // `.xml` may be anything: the contents decide.
     extensions: Format::Mjcf.extensions(),
-    reading: "good: links, joints, limits, shapes of robots",
+    reading: "good: links, joints, limits and shapes of robots",
     writing: "no",
     sniff: |bytes| begins_with_element(bytes, "mujoco"),
     feature: Some("mjcf"),

@@ -33,7 +33,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "TRC",
     description: "TRC markers",
     extensions: Format::Trc.extensions(),
-    reading: "good: markers, from which `mocap solve` makes a skeleton",
+    reading: "good: markers; `mocap solve` computes a skeleton from them",
     writing: "good: positions of markers or joints",
     sniff,
     feature: Some("trc"),

@@ -27,7 +27,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "URDF",
     description: "robot, for ROS",
     extensions: Format::Urdf.extensions(),
-    reading: "good: links, joints, limits, shapes of robots",
+    reading: "good: links, joints, limits and shapes of robots",
     writing: "no",
     sniff: |bytes| begins_with_element(bytes, "robot"),
     feature: Some("urdf"),

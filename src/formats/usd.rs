@@ -25,9 +25,9 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "USD",
     description: "Universal Scene Description: UsdSkel, as text or as an archive",
     extensions: Format::Usd.extensions(),
-    reading: "fair: UsdSkel: skeletons, animations, skinned meshes with blend shapes, colours and textures; .usdc is refused with the \
-              command that makes .usda of it",
-    writing: "good: UsdSkel, with skins, blend shapes, materials and textures",
+    reading: "fair: skeletons and animations of UsdSkel, skinned meshes with blend shapes, colours and textures; a .usdc \
+              file is refused, and the error names the command that converts it to .usda",
+    writing: "good: UsdSkel with skins, blend shapes, materials and textures",
     sniff,
     feature: Some("usd"),
     reads: cfg!(feature = "usd"),

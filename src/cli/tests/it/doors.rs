@@ -9,7 +9,7 @@ use mocap::convert::RestPoseSource;
 use mocap::figure::{BoneNames, Humanoid};
 use mocap::gltf::Compression;
 use mocap::job::{Job, RobotFormat};
-use mocap::{Conversion, Exporter, FormatInfo, MemoryFile, Scene, WriteOption};
+use mocap::{Conversion, Exporter, Format, FormatInfo, MemoryFile, Scene, WriteOption};
 
 use crate::at_root;
 use crate::cut;
@@ -231,12 +231,12 @@ fn table(cells: &[(Row, Vec<Cell>)]) -> String {
     text
 }
 
-const HEAD: &str = "# Every door by every format
+const HEAD: &str = "# Commands and languages by output format
 
-The first table shows which commands and calls write which outputs. A number names the message of a refusal.
+The first table shows which commands and calls write which outputs. A number refers to the message of a refusal.
 `MOCAP_WRITE=1 cargo test --features meshopt --test it doors` runs each cell, and writes this page.
 
-Each cell that works is a job too. The job that `--print-job` prints gives the same bytes in every language:
+Each cell with yes is also a job. The job that `--print-job` prints gives the same bytes in every language:
 
 - `mocap run`, `mocap.run` in Python and `mocap_run` in C read files.
 - `run` in JavaScript has the files in memory.
@@ -459,16 +459,45 @@ fn other_languages_call_what_the_table_tries() {
     }
 }
 
-/// The table of formats in the book is made of their rows.
+/// What `convert` and other commands write in formats that the library's `Exporter` does not write.
+const WRITTEN_BY_COMMANDS: [(Format, &str, &str); 6] = [
+    (Format::Npz, "yes: [arrays](arrays.md#written-layouts)", "`robot`, `fk`"),
+    (Format::Npy, "yes: HumanML3D", "`fk`"),
+    (Format::Pickle, "only motions of robots", "`robot`"),
+    (
+        Format::Parquet,
+        "yes, with the feature `parquet`",
+        "`fk`, `pack`, `forces`, `analog`",
+    ),
+    (Format::Csv, "yes", "`robot`, `fk`, `angles`, `forces`, `analog`"),
+    (Format::Mot, "no", "`angles`, `forces`, `analog`"),
+];
+
+/// The row of a VRM character. For the library, the file is a glTF.
+const VRM_ROW: &str = "| VRM | `.vrm` | as glTF, with the bones that the file states | only from a VRM file | \
+                       `retarget`, on a VRM character |\n";
+
+/// The table of formats in the book consists of the rows of `FormatInfo` and of the formats that only commands write.
 #[test]
 fn the_book_has_the_table_of_formats() {
     let (start, end) = ("<!-- formats -->\n", "<!-- end of formats -->");
-    let mut made = "| format | | read | written |\n|---|---|---|---|\n".to_owned();
+    let mut made =
+        "| format | files | read | written by `convert` | written by other commands |\n|---|---|---|---|---|\n"
+            .to_owned();
     for row in FormatInfo::ALL {
         let extensions = row.extensions.iter().map(|extension| format!("`.{extension}`"));
         let extensions = Vec::from_iter(extensions).join(", ");
         let name = row.name.trim_start_matches("a ");
-        made += &format!("| {name} | {extensions} | {} | {} |\n", row.reading, row.writing);
+        let elsewhere = WRITTEN_BY_COMMANDS.iter().find(|(format, ..)| *format == row.format);
+        let (convert, others) = match elsewhere {
+            Some((_, convert, others)) => (*convert, *others),
+            None if row.writes() => (row.writing, "`edit`, `retarget` and others"),
+            None => (row.writing, "no"),
+        };
+        made += &format!("| {name} | {extensions} | {} | {convert} | {others} |\n", row.reading);
+        if row.format == Format::Gltf {
+            made += VRM_ROW;
+        }
         assert_eq!(row.writing.starts_with("no"), !row.writes(), "{name}");
         assert!(!row.reads || !row.reading.starts_with("no"), "{name}");
     }
