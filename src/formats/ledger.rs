@@ -47,9 +47,9 @@ impl Carriage {
             Self::Kept => "kept",
             Self::Converted => "converted",
             Self::AtFrames => "at frames",
-            Self::OfRoot => "of the root",
-            Self::OfTargets => "of targets",
-            Self::PassedThrough => "kept of glTF",
+            Self::OfRoot => "root only",
+            Self::OfTargets => "morph curves",
+            Self::PassedThrough => "kept from glTF",
             Self::Lost => "lost",
         }
     }

@@ -336,17 +336,27 @@ fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
 fn the_table_of_losses_is_that_of_the_rows() {
     let rows = written();
     let mut text = String::from(
-        "# What each format keeps\n\nA file may hold more than the format that you write. A warning, `not-carried-over`, counts each kind \
-         of data that is not in\nthe output. Kinds with a remedy have a warning each. `--strict` makes these warnings errors. The report of a job lists \
-         all of them as `losses`.\nThe record inside glTF, VRM animations, FBX and USD lists them too, and so does the `.json` beside a \
-         BVH.\n\n- *kept*: the data is in the file.\n- *converted*: the file has other data from which \
-         programs compute the same motion.\n- *kept of glTF*: it is kept where the input is glTF or VRM with meshes and its \
-         skeleton stays; else it is lost.\n- *lost*: it is not in the file, and a warning says how many; packed clips \
-         refuse scales that change.\n- *at frames*: the file has a pose for each frame; keys between frames are lost.\n\
-         - *one for all*: all clips of a file have one frame rate; MMD has 30 frames a second.\n- *of the root*: the hips and the joints above them have \
-         it; joints below them have not.\n- *of targets*: curves of morph targets are kept. Expressions of a motion on a VRM character become such \
-         curves; other\n  expressions are lost.\n\n\
-         `MOCAP_WRITE=1 cargo test -p mocap-io losses` writes the table, and a test plants each kind in each format.\n\n| data |",
+        "# What each format keeps\n\n\
+         The input may contain data that the output format cannot store. mocap counts each kind of lost data in a\n\
+         warning, `not-carried-over`. Kinds with a remedy have a warning each. With `--strict`, the warning is an error. All losses are also listed as `losses` in:\n\n\
+         - the report of a job\n\
+         - the record inside glTF, VRM animations, FBX and USD\n\
+         - the `.json` file of a BVH, written with `--sidecar`\n\n\
+         The table has these values:\n\n\
+         | value | meaning |\n\
+         |---|---|\n\
+         | kept | The data is in the file. |\n\
+         | converted | The file stores the data differently. Programs compute the same motion from it. |\n\
+         | kept from glTF | The data is kept if the input is glTF or VRM with meshes, and its skeleton is unchanged. Otherwise it is lost. |\n\
+         | lost | The data is not in the file. A warning states the count. Packed clips refuse animated scales. |\n\
+         | at frames | The file has a pose for each frame. Keys between frames are lost. |\n\
+         | one is kept | The file stores one clip. |\n\
+         | one rate | All clips in the file have the same frame rate. |\n\
+         | root only | The hips and their ancestors keep the data. Their descendants lose it. |\n\
+         | morph curves | Curves of morph targets are kept. Expressions of a motion on a VRM character become such curves. Other expressions are lost. |\n\n\
+         MMD always has 30 frames a second.\n\n\
+         `MOCAP_WRITE=1 cargo test -p mocap-io losses` writes the table. A test writes each kind of data in each format.\n\n\
+         | data |",
     );
     let names = rows.iter().map(|row| format!(" .{} |", row.extensions[0]));
     text += &names.collect::<String>();
@@ -357,7 +367,7 @@ fn the_table_of_losses_is_that_of_the_rows() {
         for row in &rows {
             let word = match row.carriage(kind) {
                 Carriage::Kept if kind == DataKind::Clips && row.has_one_clip => "one is kept",
-                Carriage::Kept if kind == DataKind::FrameRates && row.has_one_rate => "one for all",
+                Carriage::Kept if kind == DataKind::FrameRates && row.has_one_rate => "one rate",
                 carriage => carriage.as_str(),
             };
             text += &format!(" {word} |");
