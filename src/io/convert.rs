@@ -1,4 +1,4 @@
-//! One call from a file to a file.
+//! Converts a file to another file in one call.
 
 use std::path::Path;
 
@@ -11,12 +11,12 @@ use mocap_scene::process::SkeletonMesh;
 use crate::export::Exporter;
 use crate::import::Importer;
 
-/// Converts the motion file `from` to the file `to`, whose extension names the format, as `mocap convert` does without
-/// options. Returns what was written, with its warnings.
+/// Converts the motion file `from` to the file `to`, as `mocap convert` does without options. The extension of `to`
+/// sets the format. Returns the written files, with their warnings.
 ///
-/// Lengths become metres and +Y points up, except in a format that keeps the unit and axes of its source, such as BVH.
-/// An output of mocap is replaced; a file that may be a source is not. [`Importer`], [`Conversion`] and [`Exporter`]
-/// are the three parts of this call, with all options. A job of the package `mocap-job` writes arrays too.
+/// The output is in metres with +Y up. A format that keeps the unit and axes of its source, such as BVH, is the
+/// exception. `convert` replaces an output of mocap, but not a file that may be a source. For options, call the three
+/// parts: [`Importer`], [`Conversion`] and [`Exporter`]. A job of the package `mocap-job` writes arrays too.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -27,7 +27,7 @@ use crate::import::Importer;
 /// ```
 ///
 /// # Errors
-/// Those of [`Importer::import`], [`Conversion::apply`] and [`Exporter::export`].
+/// The errors of [`Importer::import`], [`Conversion::apply`] and [`Exporter::export`].
 pub fn convert(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<Export> {
     let (from, to) = (from.as_ref(), to.as_ref());
     ReplacePolicy::new([from]).check_ahead(to)?;

@@ -1,4 +1,4 @@
-//! From a scene to files: the counterpart of [`Importer`](crate::Importer).
+//! Writes scenes to files. It is the counterpart of [`Importer`](crate::Importer).
 
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
@@ -20,22 +20,22 @@ use mocap_scene::process;
 use mocap_scene::scene::report::{DataKind, DataLoss};
 use mocap_scene::scene::{Assumption, Format, Node, Original, Scene, Topic};
 
-/// Writes scenes in any written format, with options.
+/// Writes scenes, with options, in every format that mocap writes.
 ///
-/// glTF, VRM animations and packed clips are in metres with +Y up; FBX and USD state their unit. So the exporter needs
-/// the unit of the scene, and takes the first of these that there is:
+/// glTF, VRM animations and packed clips are in metres with +Y up. FBX and USD state their unit. So the exporter needs
+/// the unit of the scene. It takes the first available one:
 ///
-/// 1. the unit that you state by [`Conversion`], which converts the scene before;
-/// 2. the unit that the file states from which the scene was read;
-/// 3. for a file that states none, such as BVH, the guess of `Conversion`. A warning of code
-///    [`Code::UnknownUnit`] has the guess and its reason, and the output records it.
+/// 1. the unit that you state with [`Conversion`], which converts the scene before the export;
+/// 2. the unit that the source file of the scene states;
+/// 3. if the source file states no unit (BVH), the guess of `Conversion`. A warning with the code [`Code::UnknownUnit`]
+///    has the guess and its reason, and the output records the guess.
 ///
-/// The exporter converts a copy; `Conversion` converts the scene in its place.
+/// The exporter converts a copy. `Conversion` converts the scene itself.
 ///
-/// The lengths of a scene that was not read from a file, or whose unit
-/// [`Conversion::keep_units`](mocap_figure::Conversion::keep_units) keeps, are written as they are, with a warning. BVH
-/// has no unit, so it is always written with the numbers of the scene. In BVH the rest pose has no rotations: where the
-/// rest pose of the scene has, its joints get frames along the axes of the world.
+/// The exporter does not convert lengths in two cases, and warns: the scene was not read from a file, or
+/// [`Conversion::keep_units`](mocap_figure::Conversion::keep_units) keeps its unit. BVH has no unit, so BVH always has
+/// the numbers of the scene. The rest pose of BVH has no rotations. If the rest pose of the scene has rotations, BVH
+/// gets joints whose axes are parallel to the world axes.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -52,8 +52,8 @@ use mocap_scene::scene::{Assumption, Format, Node, Original, Scene, Topic};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 ///
-/// An option that a format does not take has no effect on it; [`FormatInfo::takes`] says which it takes. What there is
-/// to say of an output, [`Export`] says.
+/// A format ignores an option that it does not take; [`FormatInfo::takes`] lists its options. [`Export`] has the
+/// warnings of an output.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -101,8 +101,8 @@ impl Exporter {
         self
     }
 
-    /// The largest error of a position. Keys are removed and numbers are rounded within it. Default: every key is
-    /// written unchanged; a packed clip has the default of [`ErrorBound`].
+    /// The largest position error. The exporter removes keys and rounds numbers within this bound. Default: every key
+    /// is written unchanged. A packed clip has the default of [`ErrorBound`].
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -123,7 +123,8 @@ impl Exporter {
         self
     }
 
-    /// The largest distance of any joint or end site from its position, in metres, of [`Exporter::error_bound`].
+    /// The largest distance of a joint or end site from its original position, in metres. Sets the distance of
+    /// [`Exporter::error_bound`].
     #[must_use]
     pub fn max_error(mut self, metres: f64) -> Self {
         let bound = self.options.error_bound.get_or_insert_default();
@@ -131,31 +132,32 @@ impl Exporter {
         self
     }
 
-    /// The distance of a shell from each joint, in metres, whose points keep the largest error too, as a skin does.
-    /// Default: as in [`Exporter::error_bound`]; in FBX 3 cm at least. It has no effect without a largest error.
+    /// The radius of a shell around each joint, in metres. Points of the shell keep the largest error too, as points of
+    /// a skin do. Default: as in [`Exporter::error_bound`], but at least 3 cm in FBX. It has no effect without a
+    /// largest error.
     #[must_use]
     pub fn shell_distance(mut self, metres: f64) -> Self {
         self.options.shell_distance = Some(metres);
         self
     }
 
-    /// How glTF stores keys. Default: [`Compression::Int16`] within a largest error, [`Compression::None`] without one.
-    /// One that is not `None` has the default of [`ErrorBound`] where none is named.
+    /// How glTF stores keys. Default: [`Compression::Int16`] with a largest error, [`Compression::None`] without one.
+    /// Without a largest error, any compression but `None` has the default of [`ErrorBound`].
     #[must_use]
     pub fn compression(mut self, compression: Compression) -> Self {
         self.options.compression = Some(compression);
         self
     }
 
-    /// Whether constant tracks of glTF are channels too, for engines that blend clips channel by channel. Default:
-    /// `false`, constant values are only in the node.
+    /// Whether glTF has channels for constant tracks too, for engines that blend clips channel by channel. Default:
+    /// `false`, only the node has a constant value.
     #[must_use]
     pub fn keep_constant(mut self, keep: bool) -> Self {
         self.options.keep_constant = keep;
         self
     }
 
-    /// Where a `.gltf` has its buffer. Default: in a `.bin` file beside it.
+    /// Where a `.gltf` has its buffer. Default: in a `.bin` file in the same folder.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -175,15 +177,15 @@ impl Exporter {
         self
     }
 
-    /// How BVH is written: the order of rotations, decimals, position channels.
+    /// The BVH options: rotation order, decimals, position channels.
     #[must_use]
     pub fn bvh(mut self, options: BvhOptions) -> Self {
         self.options.bvh = options;
         self
     }
 
-    /// How FBX is written: version, unit, axes, root, textures. Its [`FbxOptions::error_bound`], where there is one, is
-    /// that of the exporter.
+    /// The FBX options: version, unit, axes, root, textures. [`FbxOptions::error_bound`], if set, is the error bound of
+    /// the exporter.
     #[must_use]
     pub fn fbx(mut self, options: FbxOptions) -> Self {
         let bound = options.error_bound.clone();
@@ -194,30 +196,30 @@ impl Exporter {
         }
     }
 
-    /// Which joints are which bones, for a VRM animation. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds
-    /// them.
+    /// The joint of each humanoid bone, for a VRM animation. Default: [`Humanoid::of`](mocap_figure::Humanoid::of)
+    /// finds the joints.
     #[must_use]
     pub fn humanoid(mut self, humanoid: Humanoid) -> Self {
         self.options.humanoid = Some(humanoid);
         self
     }
 
-    /// The motion with other frames, which shows the T-pose of a VRM animation.
+    /// The complete motion, if the scene has only some of its frames. It determines the T-pose of a VRM animation.
     #[doc(hidden)]
     pub fn t_pose_shown_by(mut self, whole: Option<Box<Scene>>) -> Self {
         self.options.whole = whole;
         self
     }
 
-    /// Which files an output may replace. Default: [`ReplacePolicy::default`], which replaces no file that may be
-    /// somebody's source.
+    /// The files that an output may replace. Default: [`ReplacePolicy::default`], which replaces no file that may be a
+    /// source.
     #[must_use]
     pub fn replace(mut self, policy: ReplacePolicy) -> Self {
         self.policy = policy;
         self
     }
 
-    /// Whether an output may replace any file but an input of [`Exporter::replace`]. Default: `false`.
+    /// Whether an output may replace every file except the inputs of [`Exporter::replace`]. Default: `false`.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -238,12 +240,13 @@ impl Exporter {
         self
     }
 
-    /// Writes `scene` to `path`, and files that belong to it beside it: all of them or none. After an error the files
-    /// are as before.
+    /// Writes `scene` to `path`, and its companion files to the same folder. It writes all files or none: after an
+    /// error the folder is unchanged.
     ///
     /// # Errors
-    /// As [`Exporter::write_as`]; [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says;
-    /// [`Code::Io`].
+    /// - the errors of [`Exporter::write_as`]
+    /// - [`Code::OutputIsInput`] and [`Code::OutputExists`], by the rules of [`ReplacePolicy`]
+    /// - [`Code::Io`]
     pub fn export(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Export> {
         let path = path.as_ref();
         let written = self.write_as(scene, path)?;
@@ -258,10 +261,10 @@ impl Exporter {
         Ok(written)
     }
 
-    /// The files of `scene` in a format, in memory: the first of its extensions, `.glb` for glTF.
+    /// Returns the files of `scene` in a format, in memory. The format has its first extension: `.glb` for glTF.
     ///
     /// # Errors
-    /// As [`Exporter::write_as`].
+    /// The errors of [`Exporter::write_as`].
     pub fn write(&self, scene: &Scene, format: Format) -> Result<Export> {
         let extension = FormatInfo::of(format).extensions[0];
         self.clone()
@@ -269,14 +272,14 @@ impl Exporter {
             .write_as(scene, format!("scene.{extension}"))
     }
 
-    /// The files that [`Exporter::export`] would write to `path`, in memory.
+    /// Returns, in memory, the files that [`Exporter::export`] would write to `path`.
     ///
     /// # Errors
-    /// - [`Code::UnknownFormat`]: the format, or the extension of `path`, cannot be written.
-    /// - [`Code::Unrepresentable`]: the format cannot hold the scene; names the joint.
+    /// - [`Code::UnknownFormat`]: mocap cannot write the format or the extension of `path`.
+    /// - [`Code::Unrepresentable`]: the format cannot hold the scene. The message names the joint.
     /// - [`Code::FrameTime`]: the ticks per second are not above 0.
     /// - [`Code::NoMotion`]: the format needs an animation.
-    /// - [`Code::ErrorBound`]: the largest error cannot be kept.
+    /// - [`Code::ErrorBound`]: the output cannot keep the largest error.
     /// - [`Code::InvalidValue`]: an option is invalid.
     /// - [`Code::LimitExceeded`], [`Code::NumberRange`]: the file is too large for its format or for the reader.
     /// - [`Code::MissingFeature`]: this build has no meshopt.
@@ -304,8 +307,8 @@ impl Exporter {
         }
     }
 
-    /// Writes a scene of a file that nobody converted, in metres with +Y up. A unit that the file does not state is
-    /// guessed.
+    /// Writes a scene that no [`Conversion`] converted, in metres with +Y up. Guesses the unit if the source file
+    /// states none.
     fn write_in_metres(&self, scene: &Scene, path: &Path, row: &'static FormatInfo) -> Result<Export> {
         let mut in_metres = scene.clone();
         let figure = match &self.options.humanoid {
@@ -326,7 +329,7 @@ impl Exporter {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        // Of a file that is passed through the nodes stay as they are.
+        // A file that is passed through keeps its nodes.
         let is_lost = !row.keeps_shear && scene.original.is_none();
         let unsheared = is_lost.then(|| process::take_shear_out(scene)).flatten();
         let scene = unsheared.as_ref().map_or(scene, |unsheared| &unsheared.scene);
@@ -349,7 +352,7 @@ impl Exporter {
         written
             .warnings
             .extend(unsheared.as_ref().map(|unsheared| lost_shear(row, unsheared)));
-        // Parts that the writer dropped have their own notice.
+        // The writer reports the parts that it dropped in their own notices.
         for loss in std::mem::take(&mut written.losses) {
             match losses.iter_mut().find(|known| known.kind == loss.kind) {
                 Some(known) => known.count += loss.count,
@@ -369,7 +372,7 @@ impl Exporter {
     }
 }
 
-/// The error of an output that would stand still, although its source moves.
+/// The error for an output without motion whose source moves.
 #[doc(hidden)]
 pub fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
     let of_motion = || losses.iter().filter(|loss| loss.kind.is_motion());
@@ -379,7 +382,7 @@ pub fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
         row.name,
         lost.join(", ")
     );
-    // Where a face is lost, another clip moves no more.
+    // If the face is lost, the help must name the face: another clip would not move either.
     let of_face = of_motion().filter(|loss| loss.kind == DataKind::FaceCurves);
     let help = of_face.chain(of_motion()).find_map(|loss| row.remedy(loss.kind));
     let error = Diagnostic::new(Code::Unrepresentable, message);
@@ -393,17 +396,18 @@ fn is_of_unit(warning: &Diagnostic) -> bool {
     warning.code == Code::UnknownUnit
 }
 
-/// The warning about values that the output needs and the file does not state.
+/// The warning about a unit or axis that the output needs and the file does not state.
 fn inferred(guess: &Assumption) -> Diagnostic {
     Diagnostic::new(Code::UnknownUnit, format!("inferred {guess}")).help(
         "if it is another, state it before: Conversion::new().metres_per_unit(0.01).up(UpAxis::Y).apply(&mut scene)",
     )
 }
 
-/// The length of the vector of a quaternion above which a rest pose is rotated: the rounding of a decomposed matrix.
+/// The length of the vector part of a quaternion above which a rest pose counts as rotated: the rounding error of a
+/// decomposed matrix.
 const ROTATED: f32 = 1e-4;
 
-/// The warning of a format whose nodes have translation, rotation and scale alone.
+/// The warning of a format whose nodes have only translation, rotation and scale.
 fn lost_shear(row: &FormatInfo, unsheared: &process::ShearOutcome) -> Diagnostic {
     let nodes = match unsheared.nodes {
         1 => "a node".to_owned(),
@@ -419,8 +423,8 @@ fn lost_shear(row: &FormatInfo, unsheared: &process::ShearOutcome) -> Diagnostic
         .help("write .usda, which keeps them; or apply the transforms where the file was made")
 }
 
-/// Whether a format can have the rest pose of a scene. Where it cannot, joints get frames along the axes of the world,
-/// in which the rest pose has no rotations; nothing moves by that.
+/// Whether a format can hold the rest pose of a scene. If it cannot, the writer aligns the axes of the joints with the
+/// world axes, so that the rest pose has no rotations. No joint moves.
 #[doc(hidden)]
 pub fn is_at_rest_for(scene: &Scene, row: &FormatInfo) -> bool {
     let is_rotated = |node: &Node| {
@@ -435,7 +439,7 @@ fn is_vrm(path: &Path) -> bool {
         .is_some_and(|extension| extension.eq_ignore_ascii_case("vrm"))
 }
 
-/// The row of a `.vrm`, which is glTF that keeps the humanoid and the meshes of a VRM file.
+/// The table row for a `.vrm`: glTF that keeps the humanoid and the meshes of a VRM file.
 fn vrm_row(scene: &Scene, path: &Path) -> Result<&'static FormatInfo> {
     if scene.original.as_ref().is_some_and(Original::is_vrm) {
         return Ok(FormatInfo::of(Format::Gltf));
@@ -446,7 +450,7 @@ fn vrm_row(scene: &Scene, path: &Path) -> Result<&'static FormatInfo> {
     Err(Error::from(diagnostic).with_path(path))
 }
 
-/// The error of an output that no format writes.
+/// The error for an output format that mocap cannot write.
 fn unknown(format: Option<Format>, path: &Path) -> Error {
     let found = match (format, path.extension()) {
         (Some(format), _) => format!("the format {format}"),

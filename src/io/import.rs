@@ -1,4 +1,4 @@
-//! From a file to a scene: the only module of the library that opens input files.
+//! Reads a file into a scene. No other module of the library opens input files.
 
 mod attribution;
 #[cfg(feature = "arrays")]
@@ -46,7 +46,7 @@ use mocap_solve::{Lengths, MarkerWeights};
 /// ```
 ///
 /// # Errors
-/// Whatever [`Importer::import`] returns.
+/// The errors of [`Importer::import`].
 pub fn import(path: impl AsRef<Path>) -> Result<Scene> {
     Importer::new().import(path)
 }
@@ -123,12 +123,13 @@ impl Importer {
         }
     }
 
-    /// Reads a file into a scene. A pipe or a device is read to its end, which must come within 1 GiB. Of a folder the
-    /// files are the frames of one take, as SAM 3D Body writes them.
+    /// Reads a file into a scene. Reads a pipe or a device to its end, at most 1 GiB. The files of a folder are the
+    /// frames of one take, as SAM 3D Body writes them.
     ///
     /// # Errors
-    /// [`Code::Io`] where the file, or a second file that it needs, cannot be opened; [`Code::UnknownFormat`] where the
-    /// format is unknown; other codes where the contents are not valid.
+    /// - [`Code::Io`]: the file, or a second file that it needs, cannot be opened.
+    /// - [`Code::UnknownFormat`]: the format is unknown.
+    /// - Other codes: the contents are not valid.
     pub fn import(&self, path: impl AsRef<Path>) -> Result<Scene> {
         let path = path.as_ref();
         #[cfg(feature = "arrays")]
@@ -158,9 +159,9 @@ impl Importer {
         Ok(scene)
     }
 
-    /// Imports a motion that is resampled to `rate`. It is read at its own frame rate, or at `rate` if it states none.
-    /// Curves are sampled at `rate` if the file's own rate makes more frames than the limits allow. `import` imports it
-    /// with the importer that it is given.
+    /// Imports a motion that the caller resamples to `rate`. Reads the motion at its own frame rate, or at `rate` if
+    /// the file states none. If the file's own rate makes more frames than the limits allow, curves are sampled at
+    /// `rate`. The closure `import` gets the importer to use.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -172,7 +173,7 @@ impl Importer {
     /// ```
     ///
     /// # Errors
-    /// Those of `import`.
+    /// The errors of `import`.
     pub fn at_rate(&self, rate: Option<f64>, import: impl Fn(&Self) -> Result<Scene>) -> Result<Scene> {
         let assumes_rate = |scene: &Scene| {
             let mut assumptions = scene.metadata.assumptions.iter();
@@ -189,16 +190,16 @@ impl Importer {
         }
     }
 
-    /// Reads a glTF or VRM file that gets further animations and is otherwise passed through.
+    /// Reads a glTF or VRM file to which animations are added. The rest of the file is passed through.
     ///
     /// # Errors
-    /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
+    /// [`Code::UnknownFormat`] if the file has another format, and the errors of [`Importer::import`].
     #[cfg(feature = "gltf")]
     pub fn import_character(&self, path: impl AsRef<Path>) -> Result<Character> {
         self.with_file(path.as_ref(), |source| self.character(source))
     }
 
-    /// Reads a file that names the other files that it needs.
+    /// Reads a file that refers to other files.
     fn with_file<T>(&self, path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T>) -> Result<T> {
         let bytes = self.open(path)?;
         read(&Source {
@@ -228,8 +229,8 @@ impl Importer {
         Ok(character)
     }
 
-    /// Reads a robot from URDF or MJCF: links, joints, limits and shapes, which
-    /// [`Importer::import`] leaves out of the scene.
+    /// Reads a robot from URDF or MJCF: links, joints, limits and shapes. [`Importer::import`] drops these from the
+    /// scene.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -239,23 +240,23 @@ impl Importer {
     /// ```
     ///
     /// # Errors
-    /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
+    /// [`Code::UnknownFormat`] if the file has another format, and the errors of [`Importer::import`].
     pub fn import_robot(&self, path: impl AsRef<Path>) -> Result<Robot> {
         self.with_file(path.as_ref(), |source| self.robot(source))
     }
 
-    /// As [`import_robot`](Self::import_robot), from bytes; `name` is for errors. Meshes are not looked for.
+    /// Like [`import_robot`](Self::import_robot), from bytes. `name` is for errors. Does not look for meshes.
     ///
     /// # Errors
-    /// As [`Importer::import_robot`].
+    /// The errors of [`Importer::import_robot`].
     pub fn read_robot(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Robot> {
         self.robot(&Source::of_bytes(bytes, name.as_ref()))
     }
 
-    /// As [`read_robot`](Self::read_robot), with other files: its meshes are looked for among them.
+    /// Like [`read_robot`](Self::read_robot), with other files in which to look for meshes.
     ///
     /// # Errors
-    /// As [`Importer::import_robot`].
+    /// The errors of [`Importer::import_robot`].
     pub fn read_robot_among(&self, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Robot> {
         self.among(file, others, |source| self.robot(source))
     }
@@ -274,9 +275,9 @@ impl Importer {
         read.map_err(|error| error.with_path(source.name))
     }
 
-    /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within
-    /// [`Limits::max_bytes`] if that is less. A stream whose beginning belongs to no known format is not read on,
-    /// unless [`Importer::format`] or the extension of `name` names one.
+    /// Reads a stream, such as standard input, into bytes for [`Importer::read`]. The stream must end within 1 GiB, or
+    /// within [`Limits::max_bytes`] if that is less. Reading stops early if the beginning belongs to no known format.
+    /// It does not stop if [`Importer::format`] or the extension of `name` names a format.
     ///
     /// ```
     /// let text = &b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 1 Frame Time: 0.1\n10\n"[..];
@@ -298,14 +299,14 @@ impl Importer {
         contents::read_stream(stream, name, &self.read.limits, is_known)
     }
 
-    /// The bytes of a regular file, if there are not more than the limits allow.
+    /// The bytes of a regular file, if the limits allow its size.
     #[doc(hidden)]
     pub fn open(&self, path: &Path) -> Result<Vec<u8>> {
         contents::open_named(path, &self.read.limits)
     }
 }
 
-/// The text of a small file that a job names beside its motions.
+/// The text of a small file that a job names in addition to its motions.
 #[doc(hidden)]
 pub fn read_text(path: &Path) -> Result<String> {
     let bytes = contents::open_named(path, &Limits::default())?;

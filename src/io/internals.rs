@@ -1,3 +1,3 @@
-//! What the tests of this package need, and nothing else.
+//! Items for the tests of this package.
 
 pub use crate::import::large::{BEGINNING, BLOCK, LargeFile, Pages};

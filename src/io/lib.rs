@@ -1,4 +1,4 @@
-//! Files of motion capture to scenes, and back.
+//! Reads motion capture files into scenes, and writes scenes to files.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]

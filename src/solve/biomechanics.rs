@@ -1,9 +1,9 @@
-//! Joint angles and gait, as laboratories of biomechanics state them, of any humanoid: whatever its file, its names and
-//! the frames of its joints.
+//! Joint angles and gait as biomechanics laboratories define them, for every humanoid. Neither the file format nor
+//! joint names and axes matter.
 //!
-//! [`JointAngles`] are the angles of the International Society of Biomechanics (Wu and others, 2002 and 2005), knees as
-//! Grood and Suntay (1983) have them. [`Gait`] has the events of a walk and the table that is made of them.
-//! [`TimeSeries`] has analog channels and ground reaction forces.
+//! [`JointAngles`] has the joint angles of the International Society of Biomechanics (Wu and others, 2002 and 2005);
+//! knees follow Grood and Suntay (1983). [`Gait`] has the events of a walk and the gait table. [`TimeSeries`] has
+//! analog channels and ground reaction forces.
 
 mod angles;
 mod beside;

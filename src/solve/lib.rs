@@ -1,16 +1,23 @@
-//! Positions of joints into rotations: a skeleton whose joints are where points are, frame by frame.
+//! Solves joint rotations from positions: a skeleton whose joints follow points, frame by frame.
 //!
-//! A [`JointSet`] says which joint stands where which points are, what its parent is, and which bone it is. From there:
+//! A [`JointSet`] states the joints: the points from which the position of a joint is known, its parent and its bone.
+//! The solver then works in three steps:
 //!
-//! 1. Gaps in the points are filled by straight lines, and named.
-//! 2. [`Lengths`] are medians over the frames, so that a few bad frames change nothing, or those of each frame.
-//! 3. From the root outwards each joint gets a rotation. Hips and chest are fitted to the line across and the line up.
-//!    The direction of a limb is exact. The hinge below it determines its roll: a knee bends so that the shin goes
-//!    back, an elbow so that the forearm goes forward with palms down. If a limb is too straight to show its roll, the
-//!    roll changes evenly from the last known to the next known value. The frame for this is carried along with the
-//!    least twist. A spine shares the twist between hips and chest. All other joints twist as little as they can.
+//! 1. It fills gaps in the points by linear interpolation, and reports the gaps.
+//! 2. It computes [`Lengths`]: medians over the frames, so that a few bad frames change nothing, or the lengths of each
+//!    frame.
+//! 3. It rotates the joints from the root outwards.
 //!
-//! The rest pose is a T-pose without rotations, facing +Z, as that of VRM and of SMPL.
+//! The joints get their rotations as follows:
+//!
+//! - Hips and chest are fitted to the line across the body and the line up.
+//! - A limb points exactly at its child. The hinge at its end determines its roll: a knee bends so that the shin goes
+//!   back, an elbow so that the forearm goes forward with palms down. While a limb is too straight to show its roll,
+//!   the roll is interpolated between the known values, relative to axes with minimal twist.
+//! - The joints of the spine share the twist between hips and chest.
+//! - All other joints twist as little as they can.
+//!
+//! The rest pose is a T-pose without rotations, facing +Z, as the rest pose of VRM and of SMPL.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
@@ -39,8 +46,8 @@ use self::rest::Rest;
 pub use self::set::{JointSet, Lengths};
 
 impl JointSet {
-    /// Puts a skeleton with rotations in the place of the points of `scene`, which keeps its name, its rate and its
-    /// unit. Its joints are those of `set`. Axes become +Y up: up is where the body's spine points on the average.
+    /// Replaces the points of `scene` with a skeleton that has rotations. The scene keeps its name, its rate and its
+    /// unit. The joints are those of this set. +Y becomes up: up is the average direction of the spine.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -57,8 +64,9 @@ impl JointSet {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is no motion; [`Code::InvalidValue`] where the scene does not have the points of
-    /// the set; [`Code::NumberRange`] where positions are too far apart to compute with.
+    /// - [`Code::NoMotion`]: there is no motion.
+    /// - [`Code::InvalidValue`]: the scene does not have the points of the set.
+    /// - [`Code::NumberRange`]: positions are too far apart to compute with.
     pub fn solve(&self, scene: &mut Scene) -> Result<()> {
         let mut points = Points::of_scene(scene, self)?;
         let up = points.up(self);
@@ -66,7 +74,7 @@ impl JointSet {
         let rules = rules::Rules::new(self, &points);
         let (rest, rotations) = turn::turn(self, &rules, &points);
         check_finite(self, &rotations)?;
-        // The reader said the same of each point.
+        // The reader already warned about the gaps of each point.
         scene.warnings.retain(|warning| warning.code != Code::Gap);
         scene.warnings.append(&mut points.warnings);
         let lengths = match self.lengths {
@@ -78,7 +86,7 @@ impl JointSet {
     }
 }
 
-/// Products of distances may be beyond the numbers that 32 bits hold.
+/// Products of distances may exceed the range of 32-bit numbers.
 fn check_finite(set: &JointSet, rotations: &[Vec<Quat>]) -> Result<()> {
     for (joint, rotations) in set.joints.iter().zip(rotations) {
         if let Some(frame) = rotations.iter().position(|rotation| !rotation.is_finite()) {
@@ -92,7 +100,7 @@ fn check_finite(set: &JointSet, rotations: &[Vec<Quat>]) -> Result<()> {
     Ok(())
 }
 
-/// Replaces nodes and keys; `lengths` says how those of bones were found.
+/// Replaces nodes and keys. `lengths` describes how bone lengths were computed.
 fn write(
     scene: &mut Scene,
     set: &JointSet,
@@ -175,12 +183,12 @@ fn write(
     scene.metadata.up = Some(UpAxis::Y);
 }
 
-/// The error for a scene that does not go with a set.
+/// The error for a scene that does not match a set.
 fn refused(message: String, expected: String, found: String) -> Diagnostic {
     Diagnostic::new(Code::InvalidValue, message).expected_found(expected, found)
 }
 
-/// A point of a space in which `up` points up, where +Y does.
+/// Rotates a point so that `up` becomes +Y.
 fn turned(point: Vec3, up: UpAxis) -> Vec3 {
     to_y_up(point, up)
 }

@@ -1,12 +1,12 @@
-//! Markers on the skin into a skeleton with rotations.
+//! Solves a skeleton with rotations from markers on the skin.
 //!
-//! 1. Labels become landmarks of the body, by the names that known sets of markers have for them; where they tell
-//!    nothing, by the distances that stay the same.
-//! 2. In some tens of frames the centres of joints come from landmarks: by regressions (hips, shoulders), and by the
-//!    normals of bent limbs (knees, elbows). Rotations come from the centres, as from any positions of joints.
-//! 3. Lengths, centres and the offsets of markers on their bones are refined with the poses of these frames.
-//! 4. Every frame is fitted to all its markers, from the frame before. A marker that is not seen is simply not there;
-//!    its body holds what hangs on it.
+//! 1. Labels become landmarks of the body, by the marker names of known sets. If the labels are unknown, landmarks are
+//!    inferred from distances between markers that stay constant.
+//! 2. In some tens of frames, landmarks give the joint centres: by regressions (hips, shoulders), and by the normals of
+//!    bent limbs (knees, elbows). Rotations follow from the centres, as from any joint positions.
+//! 3. Calibration refines bone lengths, joint centres and marker offsets together with the poses of these frames.
+//! 4. Every frame is fitted to all its markers, starting from the frame before. A missing marker has no effect. The
+//!    other markers and the model hold its segment.
 
 mod body;
 mod calibrate;
@@ -42,14 +42,14 @@ use super::rest::Rest;
 use super::set::{JointSet, SetJoint};
 use super::{rules, turn, turned, write};
 
-/// Frames from which the body is calibrated: the time of a step grows with them.
+/// The number of frames for calibration. The time of an iteration grows with it.
 const CALIBRATED: usize = 40;
 
-/// Rate of the frames that are solved first, each from the one before, in frames a second. Limbs of a run turn by less
-/// than 45 degrees between two of them.
+/// Frames per second that are solved first, each from the previous one. The limbs of a runner turn by less than 45
+/// degrees between two of these frames.
 const COARSE_RATE: f64 = 30.0;
 
-/// What is known of markers beside their labels.
+/// What the caller knows about markers in addition to their labels.
 #[derive(Debug, Default)]
 pub struct Known {
     labels: Labels,
@@ -58,7 +58,7 @@ pub struct Known {
 }
 
 impl Known {
-    /// Of a JSON text, an object from labels to landmarks such as `{"hip_l": "LASI"}`.
+    /// Adds the labels of a JSON text, an object from labels to landmarks such as `{"hip_l": "LASI"}`.
     pub fn named(mut self, name: &str, text: &str) -> Result<Self> {
         let invalid = |message: String| {
             Diagnostic::new(Code::InvalidValue, format!("the markers of {name}: {message}"))
@@ -75,7 +75,7 @@ impl Known {
         Ok(self)
     }
 
-    /// Refuses labels that no file has.
+    /// Refuses labels that are in no file.
     fn check(&self, takes: &[Option<&Take>]) -> Result<()> {
         let is_there = |key: &String| takes.iter().flatten().any(|take| take.has_label(key));
         let mut missing: Vec<&str> = self
@@ -99,7 +99,7 @@ impl Known {
         .into())
     }
 
-    /// The subject to solve of a file of several.
+    /// The subject to solve if the file has several.
     pub fn subject(mut self, name: &str) -> Self {
         self.labels.subject = Some(name.to_owned());
         self
@@ -111,15 +111,14 @@ impl Known {
         self
     }
 
-    /// A trial of somebody who stands, with markers that the motion may not have.
+    /// A trial of a standing person, with markers that the motion may lack.
     pub fn standing(mut self, scene: Scene) -> Self {
         self.standing = Some(scene);
         self
     }
 }
 
-/// Puts a skeleton in the at of the markers of `scene`, which keeps its name, its rate and its unit; axes become +Y
-/// up.
+/// Replaces the markers of `scene` with a skeleton. The scene keeps its name, its rate and its unit; +Y becomes up.
 pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     known.weights.check()?;
     let may_guess = known.labels.named.is_empty() && known.standing.is_none();
@@ -153,7 +152,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     let points = body::points(&set, &chosen.centres, &chosen.take);
     let rules = rules::Rules::new(&set, &points);
     let (mut rest, world) = turn::turn(&set, &rules, &points);
-    // Markers of the standing trial alone are no markers of the motion.
+    // Markers that only the standing trial has are not markers of the motion.
     let mut seen = chosen.take.clone();
     seen.keep_first(take.landmarks.len());
     let (mut model, mut frames) = body::model(&set, &rest, &world, &points, &seen, known.weights);
@@ -171,7 +170,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
         known_joints = calibrate(&mut model, &regressed, &mut frames, noise);
         start = (wanted[0], frames[0].pose.clone());
     }
-    // Refinement moves markers on the pelvis: its axes are theirs again.
+    // Calibration moves the markers on the pelvis, so recompute the pelvis axes from the markers.
     let offset = |name: &str| Some(model.markers[take.landmarks.iter().position(|own| own.name == name)?].offset);
     if let Some(axes) = centres::pelvis_axes(offset) {
         model.turn_root(axes, std::iter::once(&mut start.1));
@@ -204,7 +203,7 @@ pub fn solve_markers(scene: &mut Scene, known: &Known) -> Result<()> {
     Ok(())
 }
 
-/// The positions of the root, in units of the file, as the only joint whose position moves.
+/// The positions of the root, in units of the file. No other joint has moving positions.
 fn moving_root(set: &JointSet, roots: &[glam::DVec3], metres: f32) -> Points {
     let track = |joint: &SetJoint| match joint.parent {
         None => roots.iter().map(|root| root.as_vec3() / metres).collect(),
@@ -219,7 +218,7 @@ fn moving_root(set: &JointSet, roots: &[glam::DVec3], metres: f32) -> Points {
     }
 }
 
-/// The root of the rest pose stands where its lowest joint is on the ground.
+/// Sets the root height of the rest pose so that its lowest joint is on the ground.
 fn on_the_ground(rest: &mut Rest, set: &JointSet) {
     let mut heights = vec![0.0_f32; set.joints.len()];
     for joint in set.depth_first() {
@@ -231,18 +230,19 @@ fn on_the_ground(rest: &mut Rest, set: &JointSet) {
     rest.offsets[0].y = -lowest;
 }
 
-/// The frames from which the body is known.
+/// The frames for calibration.
 struct FrameChoice {
     frames: Vec<usize>,
-    /// Of these frames.
+    /// The take, restricted to `frames`.
     take: Take,
     centres: Vec<Centres>,
-    /// Frames that say more of the body, some of whose markers are not seen, where `frames` are near each other.
+    /// Extra frames, spread over the take, in which some markers are missing. Used if `frames` lie close together in
+    /// time.
     spread: Option<Vec<usize>>,
 }
 
-/// Of each of [`CALIBRATED`] equal parts of the take, the frame in which most markers are seen. `None` if no span
-/// without a chosen frame, as gaps make it, is longer than two parts.
+/// The frame with the most markers from each of [`CALIBRATED`] equal intervals of the take. `None` if the gaps between
+/// chosen frames are at most two intervals long.
 fn spread(chosen: &[usize], clean: &Take) -> Option<Vec<usize>> {
     let (count, frames) = (CALIBRATED.min(clean.frames), clean.frames);
     let mut ends = vec![0];
@@ -256,10 +256,10 @@ fn spread(chosen: &[usize], clean: &Take) -> Option<Vec<usize>> {
     (longest * count > 2 * frames).then(|| (0..count).filter_map(fullest).collect())
 }
 
-/// Frames over the whole take in which all joints are known that are known in any.
+/// Frames over the whole take. In each, every joint is known that is known in any frame.
 fn chosen(take: &Take, standing: Option<&Take>) -> Result<FrameChoice> {
     let all: Vec<usize> = (0..take.frames).step_by((take.frames / 1000).max(1)).collect();
-    // A reflection must not make the body.
+    // A reflection must not affect the calibration.
     let mut clean = take.filled(&all, None);
     strays::leave_out(&mut clean);
     let indices: Vec<usize> = (0..all.len()).collect();

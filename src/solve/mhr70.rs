@@ -1,6 +1,7 @@
 //! The joints of the 70 keypoints of SAM 3D Body.
 
-/// The points of a set in their order; then its joints as `name parent bone points`; then marks as `joint from to`.
+/// The points of a set in their order; then its joints as `name parent bone points`; then roll marks as `joint from
+/// to`.
 pub(super) type Table = (&'static str, &'static [&'static str], &'static [[&'static str; 3]]);
 
 /// A joint that ends in `_hand` stands for the joints of its fingers. The points are those of

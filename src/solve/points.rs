@@ -8,21 +8,21 @@ use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, NodeKind, Sce
 
 use super::{JointSet, refused, turned};
 
-/// Where joints and points are: joint or point, then frame.
+/// The positions of joints and points, indexed by joint or point, then frame.
 #[derive(Debug)]
 pub(super) struct Points {
     pub(super) frames: usize,
-    /// Of each joint of the set.
+    /// The positions of each joint of the set.
     pub(super) tracks: Vec<Vec<Vec3>>,
-    /// Of each point of the set.
+    /// The positions of each point of the set.
     pub(super) all: Vec<Vec<Vec3>>,
-    /// Up of the pelvis in each frame, where more than joints tells it; else empty.
+    /// The up direction of the pelvis in each frame, if markers give more than joint centres; else empty.
     pub(super) pelvis_up: Vec<Vec3>,
     pub(super) warnings: Vec<Diagnostic>,
 }
 
 impl Points {
-    /// The points of the nodes of a scene, found by their names, or where none has one of the names, by their order.
+    /// The points of a scene's nodes, matched by name. If no node has a name of the set, by order.
     pub(super) fn of_scene(scene: &Scene, set: &JointSet) -> Result<Self> {
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to solve").into());
@@ -59,7 +59,7 @@ impl Points {
                     .into());
             }
             let (track, filled) = fill(&ticks, values, frames);
-            // A track that never changes has one key, and is no gap.
+            // A constant track has one key, which is not a gap.
             if filled > 0 && keys.is_some_and(|keys| !keys.is_seen_throughout(frames)) {
                 let message =
                     format!("the point was not seen in {filled} of {frames} frames: filled by straight lines");
@@ -78,7 +78,7 @@ impl Points {
         Ok(points)
     }
 
-    /// The axis along which the spine points on the average, or without a spine the legs.
+    /// The axis along which the spine points on average. Without a spine, the axis of the legs.
     pub(super) fn up(&self, set: &JointSet) -> (UpAxis, Confidence) {
         let hips = set
             .joint(Bone::Hips)
@@ -114,7 +114,7 @@ impl Points {
         (best, confidence)
     }
 
-    /// Brings what points up to +Y.
+    /// Rotates the up axis to +Y.
     pub(super) fn turn(&mut self, (up, _): (UpAxis, Confidence)) {
         let tracks = self.tracks.iter_mut().chain(&mut self.all).flatten();
         for point in tracks.chain(&mut self.pelvis_up) {
@@ -122,9 +122,9 @@ impl Points {
         }
     }
 
-    /// The median of a number over frames, of which at most some hundreds are looked at.
+    /// The median of a number over frames. Long motions are sampled.
     pub(super) fn median(&self, number: impl Fn(usize) -> f32) -> f32 {
-        /// Frames of which a median is taken at most, which bound the time.
+        /// The largest number of frames for a median, which bounds the time.
         const SAMPLES: usize = 500;
         let step = (self.frames / SAMPLES).max(1);
         let mut numbers: Vec<f32> = (0..self.frames)
@@ -139,7 +139,7 @@ impl Points {
 /// The node of each point of the set.
 fn find(scene: &Scene, nodes: &[usize], set: &JointSet) -> Result<Vec<usize>> {
     let key = |name: &str| {
-        // Labels of C3D may have the name of the subject before a colon.
+        // C3D labels may have the subject's name before a colon.
         let name = name.rsplit(':').next().unwrap_or(name);
         let letters = name.chars().filter(|letter| letter.is_alphanumeric());
         letters.flat_map(char::to_lowercase).collect::<String>()
@@ -147,7 +147,7 @@ fn find(scene: &Scene, nodes: &[usize], set: &JointSet) -> Result<Vec<usize>> {
     let keys: Vec<String> = nodes.iter().map(|node| key(&scene.nodes[*node].name)).collect();
     let named = |point: &String| keys.iter().position(|own| *own == key(point)).map(|index| nodes[index]);
     let found: Vec<Option<usize>> = set.points.iter().map(named).collect();
-    // An array has no names of its own: those of its points were assumed.
+    // An array has no names. The names of its points were assumed.
     let is_named = scene
         .metadata
         .assumptions
@@ -164,7 +164,7 @@ fn find(scene: &Scene, nodes: &[usize], set: &JointSet) -> Result<Vec<usize>> {
     if missing.is_empty() {
         return Ok(found.into_iter().flatten().collect());
     }
-    /// Names that a message lists at most.
+    /// The largest number of names that a message lists.
     const NAMED: usize = 8;
     let there: Vec<&str> = nodes
         .iter()
@@ -184,7 +184,7 @@ fn find(scene: &Scene, nodes: &[usize], set: &JointSet) -> Result<Vec<usize>> {
     .into())
 }
 
-/// A value for every frame: those between keys by straight lines, before the first and after the last as there.
+/// A value for every frame: interpolated linearly between keys, constant before the first and after the last key.
 fn fill(ticks: &[f64], values: &[Vec3], frames: usize) -> (Vec<Vec3>, usize) {
     let (mut track, mut key, mut filled) = (Vec::with_capacity(frames), 0, 0);
     for frame in 0..frames {

@@ -12,7 +12,7 @@ pub(super) struct Rest {
     pub(super) offsets: Vec<Vec3>,
 }
 
-/// Where a bone of a limb points in the T-pose: arms sideways, legs down.
+/// The direction of a limb bone in the T-pose: arms sideways, legs down.
 pub(super) fn limb_direction(bone: Bone) -> Option<Vec3> {
     let direction = match bone.on(Side::Left) {
         Bone::LeftUpperArm | Bone::LeftLowerArm | Bone::LeftHand => Vec3::X,
@@ -26,7 +26,7 @@ pub(super) fn limb_direction(bone: Bone) -> Option<Vec3> {
     })
 }
 
-/// The axis about which the joint below a bone bends in the T-pose: a shin goes back, a forearm forward.
+/// The axis about which the joint at the end of a bone bends in the T-pose: a shin goes back, a forearm forward.
 pub(super) fn bend_axis(bone: Bone) -> Option<Vec3> {
     match (bone.on(Side::Left), bone.side()) {
         (Bone::LeftUpperLeg | Bone::LeftLowerLeg, _) => Some(Vec3::X),
@@ -36,7 +36,7 @@ pub(super) fn bend_axis(bone: Bone) -> Option<Vec3> {
     }
 }
 
-/// The median of the vectors from a joint to another, in the frame of rotations, with the median of their lengths.
+/// The median vector from a joint to another, in the coordinates of the rotations, with the median length.
 pub(super) fn median_offset(points: &Points, from: usize, to: usize, frame_to_world: &[Quat]) -> Vec3 {
     let local = |frame: usize| frame_to_world[frame].inverse() * vector(points, from, to, frame);
     let median = |axis: usize| points.median(|frame| local(frame)[axis]);
@@ -44,7 +44,7 @@ pub(super) fn median_offset(points: &Points, from: usize, to: usize, frame_to_wo
     offset.normalize_or_zero() * length(points, from, to)
 }
 
-/// The median of the distances of two joints.
+/// The median distance between two joints.
 pub(super) fn length(points: &Points, from: usize, to: usize) -> f32 {
     points.median(|frame| vector(points, from, to, frame).length())
 }
@@ -53,9 +53,10 @@ pub(super) fn vector(points: &Points, from: usize, to: usize, frame: usize) -> V
     points.tracks[to][frame] - points.tracks[from][frame]
 }
 
-/// Where a foot points in the T-pose: forward, and as far down as where its toes are on the ground.
+/// The direction of a foot in the T-pose: forward, and so far down that the toes are on the ground.
 pub(super) fn foot_direction(points: &Points, ankle: usize, toes: usize) -> Vec3 {
-    /// Toes on the ground: so much of the length of the foot above where they are lowest.
+    /// The height of toes above their lowest position up to which they are on the ground, as a fraction of the foot
+    /// length.
     const NEAR: f32 = 0.2;
     let mut heights: Vec<f32> = points.tracks[toes].iter().map(|position| position.y).collect();
     heights.sort_by(f32::total_cmp);

@@ -1,4 +1,4 @@
-//! How a limb is turned about itself, by the hinge at its end, over all frames.
+//! The roll of a limb, from the hinge at its end, over all frames.
 
 use std::f32::consts::{PI, TAU};
 
@@ -6,17 +6,17 @@ use glam::{Quat, Vec3};
 
 use mocap_scene::math::directions::arc;
 
-/// A hinge bent by less tells nothing: noise of the points and a knee that is bent backwards by a little would turn the
-/// limb over. In degrees.
+/// The bend in degrees below which a hinge does not show the roll. Noise of the points, or a knee that bends slightly
+/// backwards, would turn the limb over.
 const TELLS: f32 = 20.0;
 
-/// The bend in degrees from which on a frame tells where no frame is bent by [`TELLS`].
+/// The bend in degrees from which on a frame shows the roll if no frame is bent by [`TELLS`].
 const TELLS_LITTLE: f32 = 6.0;
 
-/// The fastest change from one frame to the next, in degrees, beyond what the limb itself turns.
+/// The fastest change of roll from one frame to the next, in degrees, in addition to the rotation of the limb itself.
 const FASTEST: f32 = 45.0;
 
-/// A limb in one frame, in the frame of its parent: its direction, and that of the bone below the hinge.
+/// A limb in one frame, in the axes of its parent: its direction, and the direction of the bone after the hinge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limb {
     pub(super) upper: Vec3,
@@ -24,7 +24,7 @@ pub(super) struct Limb {
 }
 
 impl Limb {
-    /// The axis of the hinge, and by how much it is bent, in degrees.
+    /// The axis of the hinge, and its bend in degrees.
     fn hinge(&self) -> (Vec3, f32) {
         let axis = self.upper.cross(self.lower);
         let bend = axis.length().atan2(self.upper.dot(self.lower)).to_degrees();
@@ -32,8 +32,8 @@ impl Limb {
     }
 }
 
-/// The axis of the hinge in each frame, at right angles to the limb. In the T-pose the limb points along `direction`
-/// and bends about `axis`.
+/// The hinge axis in each frame, at right angles to the limb. In the T-pose the limb points along `direction` and bends
+/// about `axis`.
 pub(super) fn axes(limbs: &[Limb], direction: Vec3, axis: Vec3) -> Vec<Vec3> {
     let carried = carried(limbs, direction, axis);
     let most = limbs
@@ -59,14 +59,14 @@ pub(super) fn axes(limbs: &[Limb], direction: Vec3, axis: Vec3) -> Vec<Vec3> {
         .collect()
 }
 
-/// The axis of the T-pose, carried to the first frame by the shortest rotation, and from each frame to the next.
+/// The axis of the T-pose, carried to the first frame by the shortest rotation, and then from each frame to the next.
 fn carried(limbs: &[Limb], direction: Vec3, axis: Vec3) -> Vec<Vec3> {
     let (mut before, mut carried) = (direction, axis);
     limbs
         .iter()
         .map(|limb| {
             carried = arc(before, limb.upper) * carried;
-            // Rounding adds up over a long motion.
+            // Remove the rounding error, which grows over a long motion.
             carried =
                 (carried - limb.upper * limb.upper.dot(carried)).normalize_or(limb.upper.any_orthonormal_vector());
             before = limb.upper;
@@ -75,7 +75,7 @@ fn carried(limbs: &[Limb], direction: Vec3, axis: Vec3) -> Vec<Vec3> {
         .collect()
 }
 
-/// Each angle as near to the one before as whole revolutions allow.
+/// Adds whole revolutions so that each angle is as near as possible to the one before.
 fn unwrapped(mut known: Vec<(usize, f32)>) -> Vec<(usize, f32)> {
     let mut before = known.first().map_or(0.0, |(_, angle)| *angle);
     for (_, angle) in &mut known {
@@ -85,7 +85,7 @@ fn unwrapped(mut known: Vec<(usize, f32)>) -> Vec<(usize, f32)> {
     known
 }
 
-/// An angle for every frame: those between known ones by straight lines; 0 where none is known.
+/// An angle for every frame: interpolated linearly between known angles; 0 if none is known.
 fn between(known: &[(usize, f32)], frames: usize) -> Vec<f32> {
     let mut angles = vec![known.first().map_or(0.0, |(_, angle)| *angle); frames];
     for pair in known.windows(2) {
@@ -100,7 +100,7 @@ fn between(known: &[(usize, f32)], frames: usize) -> Vec<f32> {
     angles
 }
 
-/// The angles with no change above [`FASTEST`]: the mean of those that are limited forwards and backwards.
+/// The angles with no change above [`FASTEST`]: the mean of a forward and a backward limiter.
 fn limited(angles: &[f32]) -> Vec<f32> {
     let most = FASTEST.to_radians();
     let pass = |angles: &mut dyn Iterator<Item = f32>| {

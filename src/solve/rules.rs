@@ -1,4 +1,4 @@
-//! How the rotation of each joint is found.
+//! The rule by which the rotation of each joint is found.
 
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
@@ -6,35 +6,35 @@ use super::points::Points;
 use super::rest;
 use super::set::{JointSet, Mark};
 
-/// The line of a trunk that points up.
+/// The up line of a trunk joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Up {
-    /// From a joint to another.
+    /// From one joint to another.
     Line(usize, usize),
-    /// Up of the pelvis.
+    /// The up direction of the pelvis.
     Pelvis,
-    /// From the middle of the line across to the joint.
+    /// From the midpoint of the line across to the joint.
     FromMiddle,
-    /// From the joint to the middle of the line across.
+    /// From the joint to the midpoint of the line across.
     ToMiddle,
 }
 
-/// What tells the rotation of a joint.
+/// The rule that determines the rotation of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rule {
-    /// The line from the right to the left, and that up.
+    /// The line across, from right to left, and the line up.
     Trunk { left: usize, right: usize, up: Up },
-    /// The direction to the child, and the twist between hips and chest, of which it has this fraction.
+    /// The direction to the child, and this fraction of the twist between hips and chest.
     Spine { child: usize, chest: usize, fraction: f32 },
-    /// The direction to the child, and the hinge there, whose far end is a joint.
+    /// The direction to the child, and the hinge there. `end` is the far end of the bone after the hinge.
     Upper { child: usize, end: usize },
-    /// The direction to the child, and the hinge of the joint above.
+    /// The direction to the child, and the hinge of the parent joint.
     Lower { child: usize },
-    /// The direction to the child, if there is one, and a mark.
+    /// The direction to the child, if there is one, and a roll mark.
     Marked { child: Option<usize>, mark: Mark },
     /// The direction to the child, with the least twist from the parent.
     Aim { child: usize },
-    /// The direction to the child, and that to a second one, which is to the side of it.
+    /// The direction to the child, and the direction to a second child beside it.
     Pair { child: usize, second: usize },
     /// The rotation of the parent.
     Follow,
@@ -43,7 +43,7 @@ pub(super) enum Rule {
 #[derive(Debug)]
 pub(super) struct Rules {
     pub(super) of: Vec<Rule>,
-    /// The joint that the hips are, or else the root.
+    /// The hips joint, or else the root.
     pub(super) hips: usize,
 }
 
@@ -76,9 +76,9 @@ impl Rules {
     }
 }
 
-/// The child of a joint that is farthest to the side of another, where one is far enough.
+/// The child whose direction differs most from the direction of `child`, if it differs enough.
 fn beside(set: &JointSet, points: &Points, joint: usize, child: usize) -> Option<usize> {
-    /// Degrees from which two directions tell a roll.
+    /// The angle in degrees from which on two directions determine a roll.
     const LEAST: f32 = 10.0;
     let angle = |second: &usize| {
         points.median(|frame| {
@@ -93,7 +93,7 @@ fn beside(set: &JointSet, points: &Points, joint: usize, child: usize) -> Option
     (most.1 >= LEAST).then_some(most.0)
 }
 
-/// The joint that both arms hang on.
+/// The common parent of both arms.
 fn chest(set: &JointSet) -> Option<usize> {
     let parent = |bone: Bone| set.joints[set.joint(bone)?].parent;
     [
@@ -104,11 +104,12 @@ fn chest(set: &JointSet) -> Option<usize> {
     .find_map(|[left, right]| parent(left).filter(|chest| parent(right) == Some(*chest)))
 }
 
-/// The rule of a joint with a child on either side, of the first of these bones that both have.
+/// The rule of a joint with a left and a right child, from the first of these bones for which both exist.
 fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Option<Rule> {
-    /// Two joints nearer to each other than this fraction of the line across have no direction.
+    /// The fraction of the line across below which two joints are too close to give a direction.
     const NEAR: f32 = 0.1;
-    /// Of a joint at this fraction of the line across from its middle, that direction is more than noise.
+    /// The distance of a joint from the midpoint of the line across, as a fraction of that line, above which the
+    /// direction is more than noise.
     const FAR: f32 = 0.3;
     let child = |bone: Bone| set.joint(bone).filter(|child| set.joints[*child].parent == Some(joint));
     let pair = |bone: Bone| Some((child(bone)?, child(bone.on(Side::Right))?));
@@ -123,10 +124,10 @@ fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Opt
     let up = match (above.filter(is_far), set.joints[joint].parent) {
         (_, None) if !points.pelvis_up.is_empty() => Up::Pelvis,
         (Some(above), _) => Up::Line(joint, above),
-        // Shoulders far above their joint turn with it, and what is below may not.
+        // Shoulders far above the joint turn with it. Joints lower down may not.
         (None, Some(_)) if to_middle > FAR => Up::ToMiddle,
         (None, Some(parent)) => Up::Line(parent, joint),
-        // Hips that are above the joints of the legs say where up is, however the spine bends.
+        // Hips that are higher than the leg joints show the up direction, however the spine bends.
         (None, None) if to_middle > NEAR => Up::FromMiddle,
         (None, None) => Up::Line(
             joint,
@@ -136,7 +137,7 @@ fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Opt
     Some(Rule::Trunk { left, right, up })
 }
 
-/// The rule of a joint whose bone and whose children say all.
+/// The rule of a joint that its bone and its children determine.
 fn plain(set: &JointSet, joint: usize) -> Rule {
     let children = set.children(joint);
     let bone = set.joints[joint].bone;
@@ -146,7 +147,7 @@ fn plain(set: &JointSet, joint: usize) -> Rule {
         .filter(|child| children.contains(child))
         .or(match children.as_slice() {
             [only] => Some(*only),
-            // The middle finger, or whatever is in the middle.
+            // The middle finger, or the child in the middle.
             [] => None,
             several => Some(middle(set, several)),
         });
@@ -173,7 +174,7 @@ fn middle(set: &JointSet, children: &[usize]) -> usize {
     children.iter().find(is_middle).copied().unwrap_or(children[0])
 }
 
-/// The bone at the end of a bone.
+/// The bone that starts at the end of a bone.
 fn next(bone: Bone) -> Option<Bone> {
     let next = match bone.on(Side::Left) {
         Bone::Neck => return Some(Bone::Head),
@@ -187,7 +188,7 @@ fn next(bone: Bone) -> Option<Bone> {
     Some(bone.side().map_or(next, |side| next.on(side)))
 }
 
-/// Gives the joints between hips and chest their fractions of the twist between them.
+/// Gives the joints between hips and chest their fractions of the twist.
 fn share_twist(set: &JointSet, of: &mut [Rule], hips: usize, chest: usize) {
     let parents = std::iter::successors(set.joints[chest].parent, |joint| set.joints[*joint].parent);
     let between: Vec<usize> = parents.take_while(|joint| *joint != hips).collect();

@@ -1,4 +1,4 @@
-//! Which joints a skeleton has, and from which points each is known.
+//! The joints of a skeleton, and the points from which the position of each is known.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,10 +8,9 @@ use mocap_scene::scene::joint_tables;
 
 use super::mhr70::{MHR70, Table, hand_rows};
 
-/// The joints of a skeleton that is made from points.
+/// The joints of a skeleton that is solved from points.
 ///
-/// The [module](crate) says what is made of it; [`JointSet::solve`](crate::JointSet::solve) has an
-/// example.
+/// The [module](crate) describes the result; [`JointSet::solve`](crate::JointSet::solve) has an example.
 ///
 /// ```
 /// use mocap::solve::JointSet;
@@ -24,12 +23,12 @@ pub struct JointSet {
     /// The names of the points, in the order of a file without names.
     pub(super) points: Vec<String>,
     pub(super) joints: Vec<SetJoint>,
-    /// Directions that tell how a bone is turned about itself.
+    /// Directions that determine the roll of a bone.
     pub(super) marks: Vec<Mark>,
     pub(super) lengths: Lengths,
 }
 
-/// What the lengths of a skeleton are that is made from points.
+/// The bone lengths of a skeleton that is solved from points.
 ///
 /// `Importer::lengths` has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,14 +37,14 @@ pub struct JointSet {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Lengths {
-    /// The median of each over the frames: bones keep their lengths, and joints are near their points.
+    /// The median of each length over the frames: bones keep their lengths, and joints are near their points.
     #[default]
     Median,
-    /// Those of each frame: joints are where their points are, and bones change their lengths.
+    /// The lengths of each frame: joints are at their points, and bones change their lengths.
     Moving,
 }
 
-/// A joint, which stands in the middle of its points.
+/// A joint at the centroid of its points.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SetJoint {
     pub(super) name: String,
@@ -55,7 +54,7 @@ pub(super) struct SetJoint {
     pub(super) of: Vec<usize>,
 }
 
-/// From one point to another: this direction of a bone in the T-pose.
+/// The line between two points, which has a known direction in the T-pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mark {
     pub(super) joint: usize,
@@ -63,7 +62,7 @@ pub(super) struct Mark {
     pub(super) to: usize,
 }
 
-/// The names of the sets that are built in.
+/// The names of the built-in sets.
 const NAMES: [&str; 8] = [
     "smpl22",
     "smpl24",
@@ -189,7 +188,7 @@ const OPENPOSE: Table = (
     ],
 );
 
-/// A joint of a file of joints.
+/// A joint of a JSON file of joints.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Stated {
@@ -198,13 +197,13 @@ struct Stated {
     parent: Option<String>,
     #[serde(default)]
     bone: Option<String>,
-    /// Default: the point of the joint's name.
+    /// Default: the point with the joint's name.
     #[serde(default)]
     points: Vec<String>,
 }
 
 impl JointSet {
-    /// A set that is built in: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, mhr70 or mhr127.
+    /// A built-in set: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, mhr70 or mhr127.
     ///
     /// ```
     /// assert!(mocap::solve::JointSet::named("coco17").is_some());
@@ -213,7 +212,7 @@ impl JointSet {
         let table = match name {
             "smpl22" => return Some(Self::of_table(name, joint_tables::smpl(22)?, |_| true)),
             "smpl24" => return Some(Self::of_table(name, joint_tables::smpl(24)?, |_| true)),
-            // The first joint of the rig is the origin, and the helpers of a twist have no place of their own.
+            // The first joint of the rig is the origin, and twist helpers have no position of their own.
             "mhr127" => {
                 let is_joint = |name: &str| name != "body_world" && !name.ends_with("_proc");
                 return Some(Self::of_table(name, joint_tables::mhr(), is_joint));
@@ -258,8 +257,8 @@ impl JointSet {
         Some(set)
     }
 
-    /// The set of a JSON text: a list of joints, parents first. Each has `name`, `parent`, `bone` in VRM's words, and
-    /// `points`. The joint is in the middle of its points; the default is the point of its name.
+    /// Parses the set from a JSON list of joints, parents first. Each joint has `name`, `parent`, `bone` (a VRM name)
+    /// and `points`. The joint is at the centroid of its points. The default is the point with its name.
     ///
     /// ```
     /// use mocap::solve::JointSet;
@@ -269,7 +268,7 @@ impl JointSet {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where it is no such list.
+    /// [`Code::InvalidValue`] if the text is not such a list.
     pub fn from_json(name: &str, text: &str) -> Result<Self> {
         let invalid = |message: String| {
             Diagnostic::new(Code::InvalidValue, format!("the joints of {name}: {message}"))
@@ -290,7 +289,7 @@ impl JointSet {
         Ok(Self::of_stated(name, points, stated).map_err(invalid)?)
     }
 
-    /// What the lengths of the skeleton are. Default: medians.
+    /// The bone lengths of the skeleton. Default: medians.
     #[must_use]
     pub fn lengths(mut self, lengths: Lengths) -> Self {
         self.lengths = lengths;
@@ -339,7 +338,7 @@ impl JointSet {
         }
     }
 
-    /// The joints of a table for which `is_joint` holds, each at the point of its name.
+    /// The joints of a table for which `is_joint` holds, each at the point with its name.
     fn of_table(name: &str, table: Vec<joint_tables::Joint>, is_joint: impl Fn(&str) -> bool) -> Self {
         let points: Vec<String> = table.iter().map(|joint| joint.name.clone()).collect();
         let places: Vec<usize> = (0..table.len()).filter(|index| is_joint(&points[*index])).collect();
@@ -359,20 +358,20 @@ impl JointSet {
         }
     }
 
-    /// The names of the sets that have so many points.
+    /// The names of the sets with this number of points.
     #[doc(hidden)]
     pub fn of_count(count: usize) -> Vec<&'static str> {
         let has_count = |name: &&str| Self::named(name).is_some_and(|set| set.points.len() == count);
         NAMES.into_iter().filter(has_count).collect()
     }
 
-    /// The names of the sets that are built in, in a sentence.
+    /// The names of the built-in sets, for a sentence.
     #[doc(hidden)]
     pub fn names() -> String {
         NAMES.join(", ")
     }
 
-    /// Whether these are the names of its points.
+    /// Whether these are the names of the set's points.
     #[doc(hidden)]
     pub fn has_points(&self, names: &[&str]) -> bool {
         self.points.iter().map(String::as_str).eq(names.iter().copied())
@@ -388,7 +387,7 @@ impl JointSet {
             .collect()
     }
 
-    /// The joints, each before what is below it, and that before its sisters.
+    /// The joints in depth-first order: each joint before its descendants, and these before its siblings.
     pub(super) fn depth_first(&self) -> Vec<usize> {
         let mut order = Vec::with_capacity(self.joints.len());
         let mut open: Vec<usize> = (0..self.joints.len())

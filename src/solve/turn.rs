@@ -1,4 +1,4 @@
-//! The rotations of all joints to the world, from the root outwards.
+//! The world rotations of all joints, from the root outwards.
 
 use glam::{Mat3, Quat, Vec3};
 use mocap_scene::math::directions::arc;
@@ -10,17 +10,17 @@ use super::roll::{self, Limb};
 use super::rules::{Rule, Rules, Up};
 use super::set::{JointSet, Mark};
 
-/// The rest pose, and the rotations to the world: joint, then frame.
+/// The rest pose, and the world rotations, indexed by joint, then frame.
 pub(super) fn turn(set: &JointSet, rules: &Rules, points: &Points) -> (Rest, Vec<Vec<Quat>>) {
     let count = set.joints.len();
     let mut solver = Solver {
         set,
         points,
         world: vec![Vec::new(); count],
-        // Where the only child is in the T-pose, for joints of which a rule says it.
+        // The T-pose direction to the only child, for joints whose rule sets it.
         directions: vec![None; count],
     };
-    // Hips and chest need no other joint.
+    // Hips and chest depend on no other joint.
     for joint in 0..count {
         if let Rule::Trunk { left, right, up } = rules.of[joint] {
             solver.world[joint] = solver.trunk(joint, left, right, up);
@@ -39,7 +39,7 @@ pub(super) fn turn(set: &JointSet, rules: &Rules, points: &Points) -> (Rest, Vec
             };
         }
     }
-    // The root stands where its lowest joint is on the ground.
+    // The root height puts its lowest joint on the ground.
     let lowest = order
         .iter()
         .fold((0.0_f32, vec![0.0_f32; count]), |(lowest, mut heights), joint| {
@@ -69,7 +69,7 @@ impl Solver<'_> {
         };
         let bone = self.set.joints[joint].bone;
         self.world[joint] = match rules.of[joint] {
-            // It is there already.
+            // The first loop has set this rotation.
             Rule::Trunk { .. } => return,
             Rule::Follow => above,
             Rule::Spine { child, chest, fraction } => {
@@ -99,7 +99,7 @@ impl Solver<'_> {
         };
     }
 
-    /// Where a bone that is no limb points in the T-pose, where that is known beforehand.
+    /// The T-pose direction of a bone, if it is known beforehand.
     fn direction(&self, bone: Bone, joint: usize, child: usize) -> Option<Vec3> {
         match bone.on(Side::Left) {
             Bone::LeftFoot => Some(foot_direction(self.points, joint, child)),
@@ -107,7 +107,7 @@ impl Solver<'_> {
         }
     }
 
-    /// The line across, and as much of that up as is at right angles to it.
+    /// The line across, and the component of the line up at right angles to it.
     fn trunk(&self, joint: usize, left: usize, right: usize, up: Up) -> Vec<Quat> {
         let mut before = Quat::IDENTITY;
         let rotation = |frame: usize| {
@@ -129,8 +129,8 @@ impl Solver<'_> {
             .collect()
     }
 
-    /// The direction to the child, with the least twist from `above`. Without a direction in the T-pose it is the
-    /// median of the motion.
+    /// The direction to the child, with minimal twist from `above`. Without a T-pose direction, the median of the
+    /// motion is used.
     fn aim(&mut self, joint: usize, child: usize, above: Vec<Quat>, direction: Option<Vec3>) -> Vec<Quat> {
         let median = || median_offset(self.points, joint, child, &above).normalize_or_zero();
         let direction = direction.unwrap_or_else(median);
@@ -141,7 +141,7 @@ impl Solver<'_> {
         above.iter().enumerate().map(aimed).collect()
     }
 
-    /// As [`aim`](Self::aim), turned so that a second child is where it is in the median of the motion.
+    /// Like [`aim`](Self::aim), with the roll that puts a second child where it is in the median of the motion.
     fn pair(
         &mut self,
         joint: usize,
@@ -160,7 +160,7 @@ impl Solver<'_> {
         aimed.iter().enumerate().map(rotation).collect()
     }
 
-    /// The direction to the child, turned by the hinge there.
+    /// The direction to the child, with the roll from the hinge there.
     fn upper(
         &mut self,
         joint: usize,
@@ -193,7 +193,7 @@ impl Solver<'_> {
             .collect()
     }
 
-    /// The direction to the child, with the axis of the hinge above.
+    /// The direction to the child, with the hinge axis of the parent joint.
     fn lower(&mut self, joint: usize, child: usize, above: &[Quat], direction: Vec3, axis: Vec3) -> Vec<Quat> {
         self.directions[joint] = Some((child, direction));
         let rotation = |(frame, above): (usize, &Quat)| {
@@ -203,16 +203,16 @@ impl Solver<'_> {
         above.iter().enumerate().map(rotation).collect()
     }
 
-    /// The direction to the child, and a line between two points. It runs across a head from the right to the left, and
-    /// across a foot to the left. Across a hand it runs from the little finger to the index, which is forward in the
+    /// The direction to the child, and the line between two points. On a head the line runs from right to left, and on
+    /// a foot to the left. On a hand it runs from the little finger to the index finger, which is forward in the
     /// T-pose.
     fn marked(&mut self, joint: usize, child: Option<usize>, mark: &Mark, above: Vec<Quat>) -> Vec<Quat> {
         let line = |frame: usize| self.points.all[mark.to][frame] - self.points.all[mark.from][frame];
         let is_hand = self.set.joints[joint]
             .bone
             .is_some_and(|bone| bone.on(Side::Left) == Bone::LeftHand);
-        // The big toe is on the inside. So left is the direction from the right foot's small toe to its big toe, and
-        // from the left foot's big toe to its small toe.
+        // The big toe is on the inside. So left is the direction from small toe to big toe on the right foot, and from
+        // big toe to small toe on the left foot.
         let axis = if is_hand { Vec3::Z } else { Vec3::X };
         let Some(child) = child else {
             let rotation = |(frame, above): (usize, &Quat)| (arc(*above * axis, line(frame)) * *above).normalize();
@@ -230,8 +230,8 @@ impl Solver<'_> {
     }
 }
 
-/// The rotation that brings `from_first` to `first` exactly, and `from_second` as near to `second` as that leaves.
-/// `None` where they have no length, or one direction.
+/// The rotation that brings `from_first` to `first` exactly, and `from_second` as near to `second` as possible. `None`
+/// if a vector has no length, or both have one direction.
 fn fitted(first: Vec3, second: Vec3, from_first: Vec3, from_second: Vec3) -> Option<Quat> {
     let frame = |first: Vec3, second: Vec3| {
         let first = first.try_normalize()?;

@@ -14,7 +14,7 @@ use parquet::file::properties::WriterProperties;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::PARQUET_CREATOR;
 
-/// Whether `file` is a Parquet file that says that this crate wrote it.
+/// Whether the metadata of a Parquet file names this crate as its writer.
 pub fn is_own_parquet(file: &File) -> bool {
     let Ok(metadata) = ParquetMetaDataReader::new().parse_and_finish(file) else {
         return false;
@@ -23,17 +23,17 @@ pub fn is_own_parquet(file: &File) -> bool {
     creator.is_some_and(|creator| creator.starts_with(PARQUET_CREATOR))
 }
 
-/// A column of numbers that have a unit.
+/// A column of numbers with a unit.
 pub fn field(name: &str, unit: &str) -> Field {
     let unit = HashMap::from([("unit".to_owned(), unit.to_owned())]);
     Field::new(name, DataType::Float64, false).with_metadata(unit)
 }
 
-/// A Parquet file with the rows of `tables`, which have the schema of the first. Each is written before the next is
-/// asked for.
+/// Returns a Parquet file with the rows of `tables`, in the schema of the first table. Writes each table before it
+/// requests the next.
 ///
 /// # Errors
-/// [`Code::Unrepresentable`] where their schemas differ, there is no table, or Parquet cannot hold them.
+/// [`Code::Unrepresentable`] if the schemas differ, there is no table, or Parquet cannot hold the tables.
 pub fn to_parquet(tables: impl IntoIterator<Item = RecordBatch>) -> Result<Vec<u8>> {
     let refused = |error: String| Diagnostic::new(Code::Unrepresentable, error);
     let mut tables = tables.into_iter();

@@ -1,4 +1,4 @@
-//! The `mocap.toml` of a folder, which says where its motions come from.
+//! The file `mocap.toml` of a folder. It states where the motions of the folder come from.
 
 use std::io::Read;
 use std::path::Path;
@@ -7,12 +7,13 @@ use mocap_scene::error::{Error, Result};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::Attribution;
 
-/// Its name, in the folder of a file or beside that folder.
+/// The file name. The file is in the folder of a motion or in its parent folder.
 const NAME: &str = "mocap.toml";
-/// A larger file is somebody else's.
+/// The largest size in bytes. A larger file is not ours.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Adds to a scene the statements of the files beside `path` that its own file does not have; the nearest wins.
+/// Adds the statements of the `mocap.toml` files near `path` to a scene, if its own file does not make them. The
+/// nearest file wins.
 pub(super) fn complete(scene: &mut Scene, path: &Path) -> Result<()> {
     let Ok(path) = std::path::absolute(path) else {
         return Ok(());

@@ -1,4 +1,4 @@
-//! The body of arrays of rotations, from a file.
+//! Reads the body for arrays of rotations from a file.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use mocap_scene::scene::{HumanoidBone, Scene};
 use super::{Importer, is_array};
 
 impl Importer {
-    /// The options of the reader, with the body where one was named.
+    /// The options of the reader, with the body that the caller named.
     pub(super) fn read_options(&self, source: &Source<'_>) -> Result<ReadOptions> {
         let mut options = self.read.clone();
         if let Some(path) = &self.body {
@@ -32,7 +32,7 @@ impl Importer {
         Ok(options)
     }
 
-    /// A model of SMPL's family, a robot, or the bones of a figure in any format.
+    /// A model of the SMPL family, a robot, or the bones of a figure in any format.
     fn body_of(&self, file: &Source<'_>) -> Result<Body> {
         if let Some(model) = body_model(file.bytes, &self.read.limits)? {
             return Ok(Body::Model(model));
@@ -41,14 +41,14 @@ impl Importer {
         let row = importer.find_format(file.bytes, file.name);
         if row.is_ok_and(|row| row.contents == Contents::Robot) {
             let robot = importer.robot(file)?;
-            // A robot without legs takes no rotations of people, but it has joints.
+            // A robot without legs cannot take a person's rotations, but it has joints.
             let bones = bones(robot_scene(&robot)).unwrap_or_default();
             return Ok(Body::Robot(Box::new(robot), bones));
         }
         bones(importer.read(file.bytes, file.name)?).map(Body::Bones)
     }
 
-    /// Refuses a body for a file that needs none.
+    /// Refuses a body if the file needs none.
     pub(super) fn check_body(&self, scene: &Scene) -> Result<()> {
         if self.body.is_none() || is_array(scene) {
             return Ok(());
@@ -59,7 +59,7 @@ impl Importer {
     }
 }
 
-/// Where the bones of a figure are in its T-pose.
+/// Bone positions of a figure in its T-pose.
 fn bones(mut scene: Scene) -> Result<BTreeMap<HumanoidBone, Vec3>> {
     Conversion::new().apply(&mut scene)?;
     let body = vrm_humanoid(&scene, None)?;

@@ -1,4 +1,4 @@
-//! Which animations of a file are kept.
+//! Selects the animations to keep.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::AppliedStep;
 
-/// Which animations of a file to keep.
+/// The animations of a file to keep.
 ///
 /// [`Importer::clips`](crate::Importer::clips) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,19 +17,19 @@ use mocap_scene::scene::report::AppliedStep;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(with = "ClipText"))]
 #[non_exhaustive]
 pub enum Clips {
-    /// All of them.
+    /// All animations.
     #[default]
     All,
-    /// The one with this index, from 0.
+    /// The animation with this index, from 0.
     Index(usize),
-    /// The first one of this name.
+    /// The first animation with this name.
     Name(String),
 }
 
 impl FromStr for Clips {
     type Err = std::convert::Infallible;
 
-    /// `all`, an index from 0, or else a name. After `name:` everything is a name, also `all` and `3`.
+    /// Parses `all`, an index from 0, or else a name. The prefix `name:` makes the rest a name, even `all` or `3`.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         Ok(match (text, text.strip_prefix(NAME), text.parse()) {
             (_, Some(name), _) => Self::Name(name.to_owned()),
@@ -40,7 +40,7 @@ impl FromStr for Clips {
     }
 }
 
-/// As [`Clips::from_str`] reads it.
+/// Writes the text that [`Clips::from_str`] parses.
 impl fmt::Display for Clips {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -52,7 +52,7 @@ impl fmt::Display for Clips {
     }
 }
 
-/// The prefix of the name of a clip that would otherwise mean something else.
+/// The prefix of a clip name that would otherwise have another meaning.
 const NAME: &str = "name:";
 
 impl From<Clips> for String {
@@ -61,7 +61,7 @@ impl From<Clips> for String {
     }
 }
 
-/// What a JSON file has: a name, or a number from 0.
+/// The value in a JSON file: a name, or a number from 0.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "the name of a clip, or its number from 0")]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

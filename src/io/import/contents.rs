@@ -1,7 +1,7 @@
-//! Opens input files, and holds their bytes against the limits while it reads them.
+//! Opens input files, and checks their size against the limits while reading.
 //!
-//! Files are read, not mapped into memory. Another program that shortens a mapped file ends the process that reads it.
-//! A program that changes it would change bytes that a reader has checked.
+//! Files are read, not mapped into memory. If another program shortens a mapped file, the process that reads it ends.
+//! If another program changes a mapped file, a reader would meet bytes that it has already checked.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -14,23 +14,24 @@ use mocap_scene::limits::Limits;
 
 use super::large::LargeFile;
 
-/// Bytes from which on a file is worth a second thread.
+/// The size in bytes from which a second thread reads a file faster.
 pub(super) const LARGE: usize = 4 << 20;
 
-/// The largest size of a stream in bytes: it does not say how long it is, so memory is taken as they come.
+/// The largest size of a stream in bytes. A stream does not state its length, so memory grows with the bytes that
+/// arrive.
 const LONGEST_STREAM: u64 = 1 << 30;
 
-/// The beginning of a stream by which its format is known.
+/// The number of bytes at the beginning of a stream from which its format is detected.
 const BEGINNING: u64 = 64 << 10;
 
-/// An input that was opened.
+/// An opened input.
 pub(super) enum Input {
     Whole(Vec<u8>),
     Large(Box<LargeFile>),
 }
 
-/// The file that a caller names: a regular file, or a pipe or a device. Where the format `is_known`, a stream is read
-/// whatever it begins with.
+/// Opens the file that a caller names: a regular file, a pipe or a device. If the format `is_known`, the beginning of a
+/// stream is not checked.
 pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Input> {
     check_confined(path)?;
     let file = File::open(path).map_err(|error| Error::io(path, error))?;
@@ -47,7 +48,8 @@ pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Input
     read_stream(file, path, limits, is_known).map(Input::Whole)
 }
 
-/// The bytes of a file that another file names, or that stands beside it: nobody waits for a pipe to be written.
+/// The bytes of a file that another file names, or of a file in the same folder. Refuses a pipe, which could block
+/// forever.
 pub(super) fn open_named(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     check_confined(path)?;
     let metadata = fs::metadata(path).map_err(|error| Error::io(path, error))?;
@@ -59,21 +61,21 @@ pub(super) fn open_named(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     read_file(file, metadata.len(), path, limits)
 }
 
-/// The bytes of a regular file of `size` bytes, or as many as there are when it is read.
+/// The bytes of a regular file of `size` bytes. If the size changes meanwhile, the bytes that are there.
 fn read_file(file: File, size: u64, path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     check_size(size, path, limits)?;
     let mut bytes = Vec::new();
     let reserved = bytes.try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1));
     reserved.map_err(|error| Error::io(path, io::Error::new(io::ErrorKind::OutOfMemory, error)))?;
-    // One byte more than allowed tells that the file has grown beyond the limit.
+    // One byte more than allowed shows that the file has grown beyond the limit.
     let read = file.take(limits.max_bytes.saturating_add(1)).read_to_end(&mut bytes);
     read.map_err(|error| Error::io(path, error))?;
     check_size(bytes.len() as u64, path, limits)?;
     Ok(bytes)
 }
 
-/// The bytes of a stream. Where the format is not known, its beginning must tell it, so that an endless stream of what
-/// is no motion ends soon.
+/// The bytes of a stream. Unless the format is known, the beginning must show it. So reading stops early at an endless
+/// stream that is no motion.
 pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, is_known: bool) -> Result<Vec<u8>> {
     let most = limits.max_bytes.min(LONGEST_STREAM);
     let mut bytes = Vec::new();
@@ -88,7 +90,7 @@ pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, i
         let diagnostic = Diagnostic::new(Code::UnknownFormat, message).help("name the format: {from}");
         return Err(Error::from(diagnostic).with_path(name));
     }
-    // The list doubles as it grows, but not beyond what is allowed.
+    // The list doubles as it grows, up to the limit.
     while bytes.len() as u64 <= most {
         let before = bytes.len();
         let more = (before as u64).max(BEGINNING).min(most + 1 - before as u64);
@@ -105,7 +107,7 @@ pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, i
     Err(Error::from(diagnostic).with_path(name))
 }
 
-/// The format that a file's extension names.
+/// The format for the extension of a file name.
 pub(super) fn format_of_extension(path: &Path) -> Option<&'static FormatInfo> {
     let extension = path.extension()?.to_str()?;
     let has_extension = |format: &&FormatInfo| {
@@ -125,8 +127,8 @@ pub(super) fn check_size(size: u64, path: &Path, limits: &Limits) -> Result<()> 
     Err(Error::from(diagnostic).with_path(path))
 }
 
-/// The files beside `path` that have this extension, in any case, sorted by name. A folder that cannot be listed has
-/// none: whoever asks says what is missing.
+/// The files with this extension, in any case, in the folder of `path`, sorted by name. Empty if the folder cannot be
+/// listed. The caller reports what is missing.
 pub(super) fn list_siblings(path: &Path, extension: &str) -> Vec<PathBuf> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,

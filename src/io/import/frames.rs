@@ -1,4 +1,4 @@
-//! A folder with a file of arrays for each frame, as estimators of poses write them.
+//! A folder with one file of arrays for each frame, as pose estimators write it.
 
 use std::collections::HashSet;
 use std::fs;
@@ -13,24 +13,24 @@ use mocap_scene::scene::Scene;
 
 use super::Importer;
 
-/// What follows the number of a frame in the name of a file with one of its persons.
+/// The words after the frame number in the file name of one person.
 const PERSONS: [&str; 3] = ["subj", "person", "id"];
 
-/// Extensions of files of arrays.
+/// File extensions of arrays.
 const EXTENSIONS: [&str; 4] = ["npz", "npy", "pkl", "pickle"];
 
-/// Names of files in an error, at most.
+/// The largest number of file names in an error.
 const NAMED: usize = 5;
 
 impl Importer {
-    /// Whether a path is a folder of motions. The frames of one take may stand in a folder.
+    /// Whether a path is a folder of several motions, not the frames of one take.
     #[doc(hidden)]
     pub fn is_of_many(path: &Path) -> bool {
         path.is_dir() && !Self::reads_folder(path)
     }
 
     /// Whether a path is a folder with the frames of one take: its first file of arrays holds a single frame, or its
-    /// last where the first is broken. Other files of arrays are motions, each of its own.
+    /// last file if the first is broken. Otherwise each file of arrays is a motion.
     pub(super) fn reads_folder(path: &Path) -> bool {
         let is_frame = |(_, path): &(Option<u64>, PathBuf)| {
             let bytes = fs::read(path);
@@ -41,12 +41,12 @@ impl Importer {
         path.is_dir() && [found.first(), found.last()].into_iter().flatten().any(is_frame)
     }
 
-    /// Reads the files of a folder as the frames of one take, in the order of the numbers in their names.
+    /// Reads the files of a folder as the frames of one take, in the order of the frame numbers in their names.
     pub(super) fn import_folder(&self, folder: &Path) -> Result<Scene> {
         check_others(folder)?;
         let mut files = files(folder)?;
         let has_numbers = files.iter().all(|(number, _)| number.is_some());
-        // Numbers before the names, and names where some have none.
+        // Sorts by number, or by name if some names have no number.
         files.sort();
         let mut frames = BodyFrames::default();
         for (place, (number, path)) in (0..).zip(&files) {
@@ -66,7 +66,7 @@ impl Importer {
     }
 }
 
-/// Refuses a folder of frames that has motions too, which would be lost.
+/// Refuses a folder of frames that also has motions, because the motions would be lost.
 fn check_others(folder: &Path) -> Result<()> {
     let is_motion = |path: &PathBuf| {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
@@ -94,7 +94,7 @@ fn check_others(folder: &Path) -> Result<()> {
     Err(Error::from(error).with_path(folder))
 }
 
-/// The files of arrays in a folder, with the numbers of their frames.
+/// The files of arrays in a folder, with their frame numbers.
 fn files(folder: &Path) -> Result<Vec<(Option<u64>, PathBuf)>> {
     check_confined(folder)?;
     let failed = |error| Error::io(folder, error);
@@ -113,7 +113,7 @@ fn files(folder: &Path) -> Result<Vec<(Option<u64>, PathBuf)>> {
     Ok(frames.zip(paths).collect())
 }
 
-/// The numbers in a name, the last before the others, but for that of a person.
+/// The numbers in a name from last to first, without the number of a person.
 fn numbers(stem: &str) -> Vec<u64> {
     let is_digit = |letter: char| letter.is_ascii_digit();
     let without = stem.trim_end_matches(is_digit);
@@ -127,11 +127,11 @@ fn numbers(stem: &str) -> Vec<u64> {
     numbers.filter_map(|digits| digits.parse().ok()).collect()
 }
 
-/// Which number of the names is that of the frame, from the last: the one with the most values. Of `shot_12_0` and
-/// `shot_13_0` the other is that of a person.
+/// The position of the frame number among the numbers in the names, counted from the last. It is the number with the
+/// most distinct values: in `shot_12_0` and `shot_13_0` the first, because the second is a person.
 fn place_of_frame(numbers: &[Vec<u64>]) -> usize {
     let all = numbers.iter().map(Vec::len).min().unwrap_or(0);
     let values = |place: usize| numbers.iter().map(|own| own[place]).collect::<HashSet<u64>>().len();
-    // The last of those that have as many.
+    // On a tie, the last number in the name.
     (0..all).rev().max_by_key(|place| values(*place)).unwrap_or(0)
 }

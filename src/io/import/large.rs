@@ -1,4 +1,4 @@
-//! A large file that is read block by block, and whole only where a reader asks for that.
+//! A large file. Reads it block by block, and completely only if a reader requests that.
 
 use std::fs::File;
 use std::io::{self, Read, Seek};
@@ -11,16 +11,16 @@ use mocap_scene::error::{Code, Diagnostic};
 
 use super::sha256::Sha256Sum;
 
-/// Bytes of the beginning, which is always in memory.
+/// Bytes at the beginning of the file, which are always in memory.
 pub const BEGINNING: u64 = 1 << 20;
 
-/// Bytes of a block: few enough that it is still in the second-level cache when it is hashed and its numbers are read.
+/// Bytes of a block: small enough that the block is still in the second-level cache for hashing and parsing.
 pub const BLOCK: u64 = 1 << 18;
 
 pub struct LargeFile {
     beginning: Vec<u8>,
     size: u64,
-    /// Bytes of a block.
+    /// The bytes of a block.
     block: u64,
     state: Mutex<State>,
     pub whole: OnceLock<Pages>,
@@ -28,13 +28,13 @@ pub struct LargeFile {
 
 struct State {
     file: File,
-    /// Of the bytes that were read so far.
+    /// The hash of the bytes that were read so far.
     sum: Option<Sha256Sum>,
     position: u64,
     failure: Option<io::Error>,
 }
 
-/// The first bytes of memory in large pages, which take half the time to fill.
+/// The first bytes, in large memory pages, which fill in half the time.
 pub struct Pages {
     memory: MmapMut,
     length: usize,
@@ -80,7 +80,7 @@ impl LargeFile {
         self.state.lock().expect("nothing panics while it holds this lock")
     }
 
-    /// Hashes the bytes that were read, and those that will be.
+    /// Starts the hash of the bytes that were read and of the bytes to come.
     pub(super) fn start_hash(&self) {
         let mut sum = Sha256Sum::default();
         sum.add(&self.beginning);
@@ -90,7 +90,7 @@ impl LargeFile {
     /// The hash of the whole file, if it was started.
     pub(super) fn finish_hash(&self) -> io::Result<String> {
         let mut state = self.state();
-        // The rest, if the reader did not need it.
+        // The rest, if the reader did not need the rest.
         let mut block = Vec::new();
         while self.whole.get().is_none() && state.read(&mut block, self.block, self.size)? > 0 {
             block.clear();
@@ -103,13 +103,13 @@ impl LargeFile {
         let mut state = self.state();
         if self.whole.get().is_none() {
             let whole = state.read_whole(self.size, &self.beginning)?;
-            // It was empty, and the lock is held.
+            // The cell was empty, and the lock is held.
             let _ = self.whole.set(whole);
         }
         Ok(self.whole.get().map_or(&[], |whole| whole))
     }
 
-    /// The error that stopped reading the file. A [`Failure`] has only its message.
+    /// The error that stopped reading. A [`Failure`] has only the message of the error.
     pub(super) fn take_failure(&self) -> Option<io::Error> {
         self.state().failure.take()
     }
@@ -124,7 +124,7 @@ impl LargeFile {
 }
 
 impl State {
-    /// Appends the next bytes, at most `length`, of a file of `size` bytes.
+    /// Appends at most `length` further bytes of a file of `size` bytes.
     fn read(&mut self, block: &mut Vec<u8>, length: u64, size: u64) -> io::Result<usize> {
         let before = block.len();
         block.reserve(usize::try_from(length).unwrap_or_default());
@@ -171,12 +171,12 @@ impl Blocks for LargeFile {
     }
 }
 
-/// The bytes of a file of `size` bytes from here on, or as many as there are when it is read.
+/// The remaining bytes of a file of `size` bytes. If the size changes meanwhile, the bytes that are there.
 fn read_pages(mut file: &File, size: u64) -> io::Result<Pages> {
-    // A byte more finds the end of the file.
+    // One byte more finds the end of the file.
     let capacity = usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1);
     let mut memory = MmapMut::map_anon(capacity)?;
-    // It is only advice; the system may ignore it.
+    // The system may ignore this advice.
     #[cfg(target_os = "linux")]
     let _ = memory.advise(memmap2::Advice::HugePage);
     let mut length = 0;

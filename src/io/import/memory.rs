@@ -1,4 +1,4 @@
-//! Reads files that are in memory: no file is opened but the one that the caller names.
+//! Reads files that are in memory. Opens only the file that the caller names.
 
 use std::path::{Path, PathBuf};
 
@@ -16,27 +16,27 @@ use mocap_formats::gltf::Character;
 /// [`Importer::read_among`](crate::Importer::read_among) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryFile<'a> {
-    /// Its name in errors, with the folder where there is one. The extension tells the format if the contents do not.
+    /// The file name in errors, with its folder if there is one. The extension sets the format if the contents do not.
     pub name: &'a str,
     /// Its contents.
     pub bytes: &'a [u8],
 }
 
 impl<'a> MemoryFile<'a> {
-    /// A file of a name.
+    /// A file with this name.
     pub fn new(name: &'a str, bytes: &'a [u8]) -> Self {
         Self { name, bytes }
     }
 }
 
 impl Importer {
-    /// Reads bytes into a scene. `name` is the file name in errors; its extension tells the format if the contents do
-    /// not. No file is opened except the one of [`Importer::skeleton`].
+    /// Reads bytes into a scene. `name` is the file name in errors. Its extension sets the format if the contents do
+    /// not. Opens no file except the file of [`Importer::skeleton`].
     ///
     /// # Errors
-    /// [`Code::UnknownFormat`](mocap_scene::Code::UnknownFormat) where the format is unknown;
-    /// [`Code::MissingFile`](mocap_scene::Code::MissingFile) where the bytes refer to another file; other codes where
-    /// the contents are not valid.
+    /// - [`Code::UnknownFormat`](mocap_scene::Code::UnknownFormat): the format is unknown.
+    /// - [`Code::MissingFile`](mocap_scene::Code::MissingFile): the bytes refer to another file.
+    /// - Other codes: the contents are not valid.
     pub fn read(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
         self.read_source(&Source {
             bytes,
@@ -51,7 +51,7 @@ impl Importer {
         })
     }
 
-    /// As [`Importer::read`]; `open` reads the files that the bytes refer to.
+    /// Like [`Importer::read`]. `open` reads the files to which the bytes refer.
     #[doc(hidden)]
     pub fn read_beside(&self, bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Scene> {
         self.read_source(&Source {
@@ -64,8 +64,8 @@ impl Importer {
         })
     }
 
-    /// As [`Importer::read`], with other files that the bytes may refer to: the skeleton of a motion, the buffers of a
-    /// `.gltf`. No file is opened. A skeleton is searched for in the folder of `file` first.
+    /// Like [`Importer::read`], with other files to which the bytes may refer, such as the skeleton of a motion or the
+    /// buffers of a `.gltf`. Opens no file. Looks for a skeleton in the folder of `file` first.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -81,15 +81,15 @@ impl Importer {
     /// ```
     ///
     /// # Errors
-    /// As [`Importer::read`].
+    /// The errors of [`Importer::read`].
     pub fn read_among(&self, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Scene> {
         self.among(file, others, |source| self.read_source(source))
     }
 
-    /// As [`Importer::import_character`], of a file in memory and those that it refers to.
+    /// Like [`Importer::import_character`], for a file in memory and the files to which it refers.
     ///
     /// # Errors
-    /// As [`Importer::import_character`].
+    /// The errors of [`Importer::import_character`].
     #[cfg(feature = "gltf")]
     pub fn read_character(&self, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Character> {
         check_size(file.bytes.len() as u64, Path::new(file.name), &self.read.limits)?;

@@ -1,4 +1,4 @@
-//! The options of an [`Importer`]: a method for each.
+//! The options of an [`Importer`], one method each.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -18,11 +18,11 @@ use mocap_scene::scene::report::Origin;
 use mocap_solve::{Lengths, MarkerWeights};
 
 impl Importer {
-    /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
-    /// first frame and from the median of all; [`Metadata::root_offset`](mocap_scene::scene::Metadata::root_offset)
-    /// states the decision and its reason.
+    /// How the OFFSET and the position channels of a BVH root combine. Default: [`RootOffset::Auto`], which decides
+    /// from the first frame and from the median of all frames.
+    /// [`Metadata::root_offset`](mocap_scene::scene::Metadata::root_offset) has the decision and its reason.
     ///
-    /// Programs differ here: with the wrong choice the whole figure is moved by the OFFSET.
+    /// Programs differ here. The wrong choice moves the whole figure by the OFFSET.
     ///
     /// ```
     /// use mocap::{Importer, RootOffset};
@@ -43,11 +43,11 @@ impl Importer {
         self
     }
 
-    /// Frames per second, instead of the file's own. Default: the file's own.
+    /// The playback rate in frames per second. Default: the rate of the file.
     ///
-    /// The motion keeps its frames and plays faster or slower, which is recorded in the scene;
-    /// [`Conversion::frame_rate`](mocap_figure::Conversion::frame_rate) keeps the speed and makes new frames. Import
-    /// fails with [`Code::InvalidValue`] where the rate is not finite and above 0.
+    /// The motion keeps its frames and plays faster or slower; the scene records the change. To keep the speed and
+    /// compute new frames, call [`Conversion::frame_rate`](mocap_figure::Conversion::frame_rate). Import fails with
+    /// [`Code::InvalidValue`] if the rate is not finite and above 0.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -62,7 +62,8 @@ impl Importer {
         self
     }
 
-    /// Frames per second at which curves between keys are sampled, as FBX has them. Default: those of the file.
+    /// The rate at which curves between keys are sampled, in frames per second. FBX has such curves. Default: the rate
+    /// of the file.
     #[must_use]
     #[doc(hidden)]
     pub fn sampling_rate(mut self, frames_per_second: f64) -> Self {
@@ -70,8 +71,8 @@ impl Importer {
         self
     }
 
-    /// Whether to read the rows of a BVH file beyond the number after `Frames:`. Default: `false`, those rows are left
-    /// out. In both cases a [`Code::FrameCount`] warning states the two numbers.
+    /// Whether to read the rows of a BVH file beyond the number after `Frames:`. Default: `false`, the reader ignores
+    /// those rows. In both cases a [`Code::FrameCount`] warning states the two numbers.
     ///
     /// ```
     /// use mocap::Importer;
@@ -91,8 +92,8 @@ impl Importer {
 
     /// Whether to keep the unit and the axes that an FBX file states. Default: `false`, lengths are converted to metres
     /// and the axes to +Y up. [`Metadata::metres_per_unit`](mocap_scene::scene::Metadata::metres_per_unit) and
-    /// [`Metadata::up`](mocap_scene::scene::Metadata::up) say which they are. Other formats are read in the units of
-    /// the file.
+    /// [`Metadata::up`](mocap_scene::scene::Metadata::up) have the result. Other formats always keep the units of the
+    /// file.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -110,16 +111,16 @@ impl Importer {
         self
     }
 
-    /// Upper bounds for the counts and sizes in a file. Default: [`Limits::default`]. A file beyond them fails with
-    /// [`Code::LimitExceeded`] before memory is taken for it. [`Limits`] has an example.
+    /// Upper bounds for the counts and sizes in a file. Default: [`Limits::default`]. A file beyond a bound fails with
+    /// [`Code::LimitExceeded`] before memory is allocated for it. [`Limits`] has an example.
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         self.read.limits = limits;
         self
     }
 
-    /// The animations to keep of a file that has several. Default: all. Of arrays with several persons one is read,
-    /// such as `Clips::Name("person_1")`; by default the one who is in most frames.
+    /// The animations to keep. Default: all. From arrays with several persons one person is read, such as
+    /// `Clips::Name("person_1")`. The default is the person with the most frames.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -142,9 +143,9 @@ impl Importer {
         self
     }
 
-    /// The joints of a file of positions, from which rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
-    /// openpose25, mhr70, mhr127, or a JSON file, as [`JointSet::from_json`](mocap_solve::JointSet::from_json) takes
-    /// it. Default: an array with the joints of SMPL is solved, and other positions are points without a skeleton.
+    /// Solves rotations from joint positions, with this joint set: smpl22, smpl24, coco17, h36m, mediapipe33,
+    /// openpose25, mhr70, mhr127, or a JSON file for [`JointSet::from_json`](mocap_solve::JointSet::from_json).
+    /// Default: an array with the joints of SMPL is solved. Other positions become points without a skeleton.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -159,8 +160,9 @@ impl Importer {
         self
     }
 
-    /// What the lengths of a skeleton are that is solved from positions of joints. Default: medians. Import fails with
-    /// [`Code::InvalidValue`] where nothing is solved, and for markers, of whose skeleton lengths are constant.
+    /// The bone lengths of a skeleton that is solved from joint positions. Default: medians. Import fails with
+    /// [`Code::InvalidValue`] if nothing is solved. It also fails for markers, because their skeleton always has
+    /// constant lengths.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -178,9 +180,9 @@ impl Importer {
         self
     }
 
-    /// Solves a skeleton with rotations from the markers of a file. `auto` is for labels of a known set
-    /// (`docs/markers.md`), `auto:NAME` for one subject of several. A JSON file has an object from labels to landmarks.
-    /// Default: markers are points without a skeleton.
+    /// Solves a skeleton with rotations from the markers of a file. The value is `auto` for labels of a known set
+    /// (`docs/markers.md`), `auto:NAME` for one of several subjects, or a JSON file with an object from labels to
+    /// landmarks. Default: markers become points without a skeleton.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -194,8 +196,7 @@ impl Importer {
         self
     }
 
-    /// The weights with which skeletons are solved from markers. Default: [`MarkerWeights::default`], which has an
-    /// example.
+    /// The weights of the marker solver. Default: [`MarkerWeights::default`], which has an example.
     #[cfg(feature = "solve")]
     #[must_use]
     pub fn marker_weights(mut self, weights: MarkerWeights) -> Self {
@@ -203,8 +204,8 @@ impl Importer {
         self
     }
 
-    /// A file of somebody who stands, with markers that the motion may not have, such as those inside of knees and
-    /// ankles. A skeleton is solved then, as with `markers("auto")` unless [`Importer::markers`] says more.
+    /// A file of a standing person, with markers that the motion may lack, such as those inside of knees and ankles.
+    /// The import then solves a skeleton, with `markers("auto")` unless [`Importer::markers`] is set.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -219,10 +220,10 @@ impl Importer {
         self
     }
 
-    /// The body on which arrays of rotations are put, such as those of AMASS. It is a file with a figure in any format,
-    /// or a model of SMPL, SMPL-H or SMPL-X as `.npz` or `.pkl`. The shape of such a model follows the coefficients of
-    /// the motion. Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] where
-    /// the file has lengths of its own.
+    /// The body for arrays of rotations, such as those of AMASS: a file with a figure in any format, or a model of
+    /// SMPL, SMPL-H or SMPL-X as `.npz` or `.pkl`. The shape of a model follows the shape coefficients of the motion.
+    /// Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] if the input file
+    /// has its own bone lengths.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -238,9 +239,9 @@ impl Importer {
         self
     }
 
-    /// The format. Default: found from the contents, or else from the extension.
+    /// The format. Default: detected from the contents, or else from the extension.
     ///
-    /// A file whose beginning is broken is then read as that format, and the error names the line.
+    /// With this option a file whose beginning is broken is still read as that format, and the error names the line.
     ///
     /// ```
     /// use mocap::Importer;
@@ -257,8 +258,8 @@ impl Importer {
         self
     }
 
-    /// The skeleton file of a motion whose skeleton is in a second file (`.amc` and its `.asf`). Default: found beside
-    /// the motion, and not at all where the motion is read from memory. Without one, import fails with
+    /// The skeleton file of a motion whose skeleton is in a second file (`.amc` and its `.asf`). Default: a file in the
+    /// folder of the motion. A motion that is read from memory has no default. Without a skeleton, import fails with
     /// [`Code::MissingFile`].
     ///
     /// ```
@@ -279,8 +280,8 @@ impl Importer {
     }
 
     /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file with its own meshes, such as FBX,
-    /// keeps those instead; with [`SkeletonMesh::Own`] another has none. With [`SkeletonMesh::None`] the scene has no
-    /// meshes at all, and importing takes less time.
+    /// keeps them instead. With [`SkeletonMesh::Own`] a file without meshes gets none. With [`SkeletonMesh::None`] the
+    /// scene has no meshes at all, and importing takes less time.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -300,12 +301,12 @@ impl Importer {
         self
     }
 
-    /// Whether the meshes of a glTF file are read, with their skins, materials and textures of colour. Default:
-    /// `false`, only its skeleton and its animations are read. A mesh that cannot be read is left out with a
+    /// Whether to read the meshes of a glTF file, with their skins, materials and colour textures. Default: `false`,
+    /// only the skeleton and the animations are read. A mesh that cannot be read is skipped with a
     /// [`Code::IgnoredMesh`] warning.
     ///
-    /// The meshes are as those of an FBX file: in [`Scene::meshes`], each with bones; one without a skin is moved by
-    /// the node that holds it. Morph targets have the weights that the file begins with.
+    /// The meshes are in [`Scene::meshes`], each with bones, as those of an FBX file are. A mesh without a skin is
+    /// bound to its node. Morph targets have the initial weights of the file.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -322,23 +323,23 @@ impl Importer {
         self
     }
 
-    /// Reads the meshes of the file in every format, and makes none: the skin shows where the soles are, so that
-    /// whoever asks for the ground reads it.
+    /// Reads the meshes of the file in every format, and generates none. The skin shows where the soles are, so code
+    /// that estimates the ground reads the skin.
     #[must_use]
     #[doc(hidden)]
     pub fn with_own_meshes(self) -> Self {
         self.skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true)
     }
 
-    /// An importer of characters, with their meshes and, where this one reads them, their morph targets.
+    /// An importer of characters. It reads their meshes. It reads their morph targets if this importer reads them.
     #[must_use]
     #[doc(hidden)]
     pub fn for_characters(&self) -> Self {
         Self::new().gltf_meshes(true).morph_targets(self.read.morph_targets)
     }
 
-    /// Whether what only a comparison needs is read: the skeletons that this crate drew in USD, and both bind poses
-    /// that an FBX file states.
+    /// Whether to read data that only a comparison needs: the skeletons that this crate drew in USD, and both bind
+    /// poses that an FBX file states.
     #[must_use]
     #[doc(hidden)]
     pub fn for_comparison(mut self, read: bool) -> Self {
@@ -346,9 +347,9 @@ impl Importer {
         self
     }
 
-    /// Whether the morph targets of meshes are read: those of a glTF file whose meshes are
-    /// ([`gltf_meshes`](Self::gltf_meshes)), and the blend shapes of FBX and USD. Default: `false`. Targets that cannot
-    /// be read are left out with a [`Code::IgnoredMesh`] warning, and their mesh is read without them.
+    /// Whether to read the morph targets of meshes: the blend shapes of FBX and USD, and the morph targets of glTF if
+    /// [`gltf_meshes`](Self::gltf_meshes) is set. Default: `false`. Targets that cannot be read are skipped with a
+    /// [`Code::IgnoredMesh`] warning; their mesh is read without them.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -367,8 +368,8 @@ impl Importer {
         self
     }
 
-    /// Whether the triangles of the mesh files that a robot names are read, for pictures: STL, OBJ and COLLADA
-    /// (`.dae`), with as many details as a picture shows. Default: `false`, only their extent is read, of STL and OBJ.
+    /// Whether to read the triangles of a robot's mesh files, for pictures: STL, OBJ and COLLADA (`.dae`), with as much
+    /// detail as a picture shows. Default: `false`, only the extent of STL and OBJ meshes is read.
     ///
     /// ```
     /// use mocap::retarget::robot::{add_links, robot_scene};
@@ -393,8 +394,8 @@ impl Importer {
         self
     }
 
-    /// Whether a track that never changes is reduced to one key. Default: `true`. With `false` every rotation track
-    /// has a key for each frame, as in the file.
+    /// Whether to reduce a constant track to one key. Default: `true`. With `false` every rotation track has a key for
+    /// each frame, as in the file.
     ///
     /// ```
     /// use mocap::Importer;
@@ -413,8 +414,9 @@ impl Importer {
         self
     }
 
-    /// Whether a warning fails the import. Default: `false`, warnings are in [`Scene::warnings`]. With `true` the first
-    /// warning becomes the error, and [`Error::warnings`] has the others. Gaps of markers are no fault, and stay.
+    /// Whether a warning fails the import. Default: `false`, [`Scene::warnings`] has the warnings. With `true` the
+    /// first warning becomes the error, and [`Error::warnings`] has the others. Marker gaps are not a fault: they stay
+    /// warnings.
     ///
     /// ```
     /// use mocap::Importer;
@@ -431,8 +433,8 @@ impl Importer {
         self
     }
 
-    /// Whether to compute [`Origin::sha256`]. Default: `true`, so that an output names the exact file it comes from. It
-    /// takes about half as long as reading the numbers; with several threads it runs beside the reader.
+    /// Whether to compute [`Origin::sha256`]. Default: `true`, so that an output names its exact source file. Hashing
+    /// takes about half as long as reading the numbers. With several threads, hashing and reading run in parallel.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -446,8 +448,8 @@ impl Importer {
         self
     }
 
-    /// The largest number of threads that read one file. Default: 0, which means the number of cores. The scene is the
-    /// same with any number. Files below a few MB are read by one thread.
+    /// The largest number of threads that read one file. Default: 0, the number of cores. The scene does not depend on
+    /// it. One thread reads files below a few MB.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

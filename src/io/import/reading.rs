@@ -1,4 +1,4 @@
-//! From the bytes of a file to a scene: finds the format, reads, and does the steps that follow every reader.
+//! Reads a scene from the bytes of a file: detects the format, reads, and runs the steps after every reader.
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -21,7 +21,7 @@ use super::large::LargeFile;
 use super::sha256::Sha256Sum;
 
 impl Importer {
-    /// Reads a file, of which `source` has the beginning.
+    /// Reads a file; `source` has its beginning.
     #[doc(hidden)]
     pub fn read_large(&self, file: &LargeFile, source: &Source<'_>) -> Result<Scene> {
         let io_error = |error| Error::io(source.name, error);
@@ -68,7 +68,7 @@ impl Importer {
                 .and_then(|format| format.read(source, options))
         };
         let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
-            // What was read is in the processor's caches: it is hashed while it is there.
+            // The bytes that were just read are in the processor's caches, so hash them now.
             let shared = Mutex::new(sum.as_mut());
             let release = |range: Range<usize>| {
                 if let Some(sum) = &mut *shared.lock().expect("hashing does not panic") {
@@ -94,8 +94,8 @@ impl Importer {
             .map_err(|error| error.with_path(source.name))
     }
 
-    /// As [`Importer::read`], of a BVH file. A program that reads nothing else has no other reader in it, which counts
-    /// where it is loaded over a network.
+    /// Like [`Importer::read`], for a BVH file. A program that calls only this function contains no other reader, so it
+    /// is small enough to load over a network.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -106,7 +106,7 @@ impl Importer {
     /// ```
     ///
     /// # Errors
-    /// As [`Importer::read`], and where the file is no BVH.
+    /// The errors of [`Importer::read`], and an error if the file is not BVH.
     pub fn read_bvh(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
         let source = Source::of_bytes(bytes, name.as_ref());
         check_size(bytes.len() as u64, source.name, &self.read.limits)?;
@@ -120,7 +120,7 @@ impl Importer {
         bvh::FORMAT
             .read(&source, &self.read)
             .and_then(|mut scene| {
-                // Bytes have no file beside them, so what reads one is not linked, nor is the table of formats.
+                // Bytes have no folder. So the readers of companion files and the table of formats are not linked.
                 self.select(&mut scene)?;
                 scene.metadata.origin = Some(origin(&scene, source.name, sha256));
                 self.complete(&mut scene);
@@ -137,7 +137,7 @@ impl Importer {
         Ok(())
     }
 
-    /// The steps that follow every reader.
+    /// The steps after every reader.
     pub(super) fn finish(&self, mut scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
         self.select(&mut scene)?;
         #[cfg(feature = "arrays")]
@@ -160,8 +160,8 @@ impl Importer {
         Ok(scene)
     }
 
-    /// A strict importer takes no warning. That a point is not seen in every frame is no fault of a file, and its gaps
-    /// stay.
+    /// A strict importer refuses every warning but gaps: a point that is not seen in every frame is not a fault of the
+    /// file.
     fn refuse_warnings(&self, scene: &mut Scene) -> Result<()> {
         let has_points = scene.has_points();
         let is_fault = |warning: &Diagnostic| !(has_points && warning.code == Code::Gap);
@@ -174,7 +174,7 @@ impl Importer {
         }
     }
 
-    /// Of the steps after every reader the first: of the clips those that are asked for stay.
+    /// The first step after every reader: keeps the requested clips.
     fn select(&self, scene: &mut Scene) -> Result<()> {
         self.refuse_warnings(scene)?;
         if let Some(frames_per_second) = self.read.retime.filter(|_| !scene.animations.is_empty()) {
@@ -184,7 +184,7 @@ impl Importer {
         numbers::check(scene)
     }
 
-    /// And the last.
+    /// The last step after every reader.
     fn complete(&self, scene: &mut Scene) {
         if scene.meshes.is_empty() {
             scene.add_skeleton_mesh(self.skeleton_mesh);
@@ -196,7 +196,7 @@ impl Importer {
         debug_assert_eq!(scene.validate(), [], "a reader made a scene that breaks the rules");
     }
 
-    /// The explicit choice, else the contents, else the extension.
+    /// The format that the caller chose, else the format of the contents, else of the extension.
     pub(super) fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
         let chosen = FormatInfo::ALL.iter().find(|format| Some(format.format) == self.format);
         let found = chosen.or_else(|| FormatInfo::of_contents(bytes));
@@ -213,7 +213,7 @@ impl Importer {
     }
 }
 
-/// Tells every channel its node, where the reader has not: by its name, as [`Binding::new`] does.
+/// Sets the node of every channel for which the reader did not. Finds the node by name, as [`Binding::new`] does.
 fn name_nodes_of_channels(scene: &mut Scene) {
     for index in 0..scene.animations.len() {
         let animation = &scene.animations[index];
@@ -227,7 +227,7 @@ fn name_nodes_of_channels(scene: &mut Scene) {
     }
 }
 
-/// What tells the file again, and what motion was read from it.
+/// Identifies the source file, and the motion that was read from it.
 fn origin(scene: &Scene, name: &Path, sha256: String) -> Origin {
     let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let animation = scene.animations.first();

@@ -1,12 +1,12 @@
-//! The SHA-256 of a file, computed piece by piece while it is read.
+//! Computes the SHA-256 of a file piece by piece while the file is read.
 
 use sha2::{Digest, Sha256};
 
-/// The hash of the first bytes of a file.
+/// The running hash of a file.
 #[derive(Clone, Default)]
 pub(super) struct Sha256Sum {
     hasher: Sha256,
-    /// The number of bytes in it.
+    /// The number of bytes that were hashed.
     added: usize,
 }
 
@@ -18,20 +18,20 @@ impl Sha256Sum {
         sum.finish()
     }
 
-    /// Adds the bytes that follow.
+    /// Adds the next bytes.
     pub(super) fn add(&mut self, bytes: &[u8]) {
         self.hasher.update(bytes);
         self.added += bytes.len();
     }
 
-    /// Adds those of the first `end` bytes of the file `bytes` that were not added yet.
+    /// Adds those of the first `end` bytes of `bytes` that were not added yet.
     pub(super) fn add_up_to(&mut self, bytes: &[u8], end: usize) {
         if let Some(bytes) = bytes.get(self.added..end) {
             self.add(bytes);
         }
     }
 
-    /// As `sha256sum` prints it.
+    /// Returns the hash as `sha256sum` prints it.
     pub(super) fn finish(self) -> String {
         let digest = self.hasher.finalize();
         digest.iter().map(|byte| format!("{byte:02x}")).collect()

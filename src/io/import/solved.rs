@@ -1,4 +1,4 @@
-//! Points of a file that become a skeleton: where the caller names their joints, and where an array has those of SMPL.
+//! Solves a skeleton from the points of a file, if the caller names a joint set or an array has the joints of SMPL.
 
 use std::path::Path;
 
@@ -10,13 +10,13 @@ use mocap_solve::markers::{Known, solve_markers};
 
 use super::{Importer, is_array};
 
-/// Labels of markers are looked up in the known sets; with a colon and a name, those of that subject alone.
+/// The value for labels of the known sets. With a colon and a name, only the labels of that subject.
 const AUTO: &str = "auto";
 
 impl Importer {
     /// Solves rotations from the positions of a scene without a skeleton.
     pub(super) fn solve_points(&self, scene: &mut Scene, source: &Source<'_>) -> Result<()> {
-        // A trial of somebody who stands is of no use but for a skeleton from markers.
+        // A standing trial is of use only for a skeleton from markers.
         let implied = self.standing.as_ref().filter(|_| self.joints.is_none()).map(|_| AUTO);
         let markers = self.markers.as_deref().or(implied);
         let set = match &self.joints {
@@ -65,14 +65,14 @@ impl Importer {
     }
 }
 
-/// The error of lengths where no positions of joints are solved.
+/// The error for the option `lengths` if no joint positions are solved.
 fn needless_lengths() -> Error {
     let message = "{lengths} is for rotations that are solved from positions of joints, and none are here";
     let help = "name the joints with {joints}, or leave {lengths} out";
     Diagnostic::new(Code::InvalidValue, message).help(help).into()
 }
 
-/// A set by its name, or that of a JSON file.
+/// A built-in joint set, or the set of a JSON file.
 fn joint_set(joints: &str, source: &Source<'_>) -> Result<JointSet> {
     if let Some(set) = JointSet::named(joints) {
         return Ok(set);
@@ -87,7 +87,7 @@ fn joint_set(joints: &str, source: &Source<'_>) -> Result<JointSet> {
     JointSet::from_json(joints, &text)
 }
 
-/// Refuses what is no group of points.
+/// Refuses a scene that is not a group of points.
 fn check_markers(scene: &Scene) -> Result<()> {
     if is_points(scene) {
         return Ok(());
@@ -100,8 +100,8 @@ fn check_markers(scene: &Scene) -> Result<()> {
     Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }
 
-/// The error of markers without a frame. Where the file is cut off, its reader has said what it states and what is
-/// there.
+/// The error for markers without frames. If the file is cut off, its reader has reported the stated and the available
+/// frames.
 fn no_frame(scene: &Scene) -> Diagnostic {
     let cut = scene
         .warnings
@@ -124,12 +124,12 @@ fn is_points(scene: &Scene) -> bool {
     !scene.animations.is_empty() && is_group(scene)
 }
 
-/// Whether all that the scene has stands in one group.
+/// Whether the scene consists of one group.
 fn is_group(scene: &Scene) -> bool {
     scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
 }
 
-/// The warning of points that have no skeleton, where sets of joints have as many.
+/// The warning for points without a skeleton if a joint set has the same number of points.
 fn unsolved(scene: &Scene) -> Option<Diagnostic> {
     let count = scene.nodes.len().checked_sub(1).filter(|_| is_points(scene))?;
     let sets = JointSet::of_count(count);
@@ -140,7 +140,7 @@ fn unsolved(scene: &Scene) -> Option<Diagnostic> {
     Some(Diagnostic::new(Code::NotHumanoid, message).help("name the set of their joints: {joints}"))
 }
 
-/// The set whose joints have the names of the points.
+/// The joint set whose joints have the names of the points.
 fn set_of_names(scene: &Scene) -> Option<JointSet> {
     let names: Vec<&str> = scene.nodes.iter().skip(1).map(|node| node.name.as_str()).collect();
     ["smpl22", "smpl24", "mhr70", "mhr127"]

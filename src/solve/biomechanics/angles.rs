@@ -8,15 +8,15 @@ use mocap_scene::scene::{Scene, Side};
 
 use super::segments::Segments;
 
-/// The angles of the joints of a humanoid, and where its pelvis is, in every frame. Each is named as OpenSim's models
-/// name it, where they have it.
+/// The joint angles of a humanoid, and the position of its pelvis, in every frame. The columns have the names of
+/// OpenSim's models where OpenSim has the angle.
 ///
-/// An angle is the rotation of the frame of the distal segment against that of the proximal one. The frames are those
-/// of the International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right. All
-/// angles are 0 for a body that stands with hanging arms and palms forward. They are in degrees, without jumps of 360.
-/// Those of the left side have the signs of the right side.
+/// An angle is the rotation of the distal segment's axes relative to the proximal segment's axes. The axes are those of
+/// the International Society of Biomechanics (Wu and others, 2002 and 2005): +X forward, +Y up, +Z to the right. All
+/// angles are 0 for a body that stands with hanging arms and palms forward. They are in degrees, and continuous,
+/// without jumps of 360. Angles of the left side have the signs of the right side.
 ///
-/// | columns | rotations, each about the axis turned by those before | positive |
+/// | columns | rotations, in order, about the rotated axes | positive |
 /// |---|---|---|
 /// | `pelvis_tilt`, `_list`, `_rotation` | Z, X, Y, from the laboratory | backward, to the right, to the left |
 /// | `pelvis_tx`, `_ty`, `_tz` | position in metres | forward, up, to the right |
@@ -25,14 +25,14 @@ use super::segments::Segments;
 /// | `ankle_angle`, `_inversion`, `_rotation` | Z, X, Y | dorsiflexion, inversion, internal |
 /// | `lumbar_extension`, `_bending`, `_rotation` | Z, X, Y: chest against pelvis | back, to the right, to the left |
 /// | `neck_extension`, `_bending`, `_rotation` | Z, X, Y: head against chest | back, to the right, to the left |
-/// | `arm_flex`, `_add`, `_rot` | Z, X, Y, as OpenSim has shoulders | flexion, adduction, internal |
+/// | `arm_flex`, `_add`, `_rot` | Z, X, Y, as OpenSim defines shoulders | flexion, adduction, internal |
 /// | `shoulder_plane`, `_elevation`, `_rotation` | Y, X, Y | 0 sideways and 90 forward, up, internal |
 /// | `elbow_flex`, `elbow_carrying`, `pro_sup` | Z, X, Y | flexion, varus, pronation |
 /// | `wrist_flex`, `_deviation`, `_rotation` | Z, X, Y | flexion, to the little finger, pronation |
 ///
-/// The names of sides end in `_r` and `_l`. The upper arm is taken against the chest. A plane of elevation has no
-/// meaning where the arm hangs, and `arm_flex` none where it is abducted by 90 degrees. The T-pose of the figure is the
-/// standing pose: a pelvis that a laboratory calls tilted because of its spines is 0 here.
+/// The column names of sides end in `_r` and `_l`. Upper arm angles are relative to the chest. A plane of elevation has
+/// no meaning while the arm hangs, and `arm_flex` has none while the arm is abducted by 90 degrees. The T-pose of the
+/// figure is the neutral pose. So a pelvis that a laboratory calls tilted, because of its spines, has a tilt of 0 here.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -51,30 +51,30 @@ pub struct JointAngles {
     pub frame_rate: f64,
     /// The names of the columns.
     pub columns: Vec<String>,
-    /// The values, frame by frame, in the order of the columns: degrees, and metres of the pelvis's position.
+    /// The values, frame by frame, in the order of the columns: degrees, and metres for the pelvis position.
     pub values: Vec<f64>,
 }
 
-/// The columns with the position of the pelvis in metres; all others are angles.
+/// The columns with the pelvis position in metres; all other columns are angles.
 pub(super) const POSITION: [&str; 3] = ["pelvis_tx", "pelvis_ty", "pelvis_tz"];
 
 /// A column: its name, and its value in every frame.
 type Column = (String, Vec<f64>);
 
 impl JointAngles {
-    /// Those of the first animation of a scene, in any unit and with any axis up.
+    /// Computes the angles of a scene's first animation, in any unit and with any up axis.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) where no humanoid is found;
-    /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) where there is no motion.
+    /// - [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid): no humanoid is found.
+    /// - [`Code::NoMotion`](mocap_scene::Code::NoMotion): there is no motion.
     pub fn of(scene: &Scene) -> Result<Self> {
         Self::of_figure(scene, &Figure::new(scene))
     }
 
-    /// As [`of`](Self::of), with the figure that was found in the scene, such as [`Figure::mapped`].
+    /// Like [`of`](Self::of), with the figure that was found in the scene, such as [`Figure::mapped`].
     ///
     /// # Errors
-    /// As [`of`](Self::of).
+    /// The errors of [`of`](Self::of).
     pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
         let segments = Segments::of(scene, figure)?;
         let mut columns = pelvis(&segments);
@@ -94,19 +94,19 @@ impl JointAngles {
         })
     }
 
-    /// How many frames there are.
+    /// The number of frames.
     pub fn frames(&self) -> usize {
         self.values.len() / self.columns.len().max(1)
     }
 
-    /// The values of a column, frame by frame; `None` where the body has no such joint.
+    /// The values of a column, frame by frame; `None` if the body lacks the joint.
     pub fn column(&self, name: &str) -> Option<impl Iterator<Item = f64>> {
         let column = self.columns.iter().position(|own| own == name)?;
         Some(self.values.chunks(self.columns.len()).map(move |row| row[column]))
     }
 }
 
-/// The angles and the position of the pelvis in the laboratory.
+/// The angles and the position of the pelvis relative to the laboratory.
 fn pelvis(segments: &Segments) -> Vec<Column> {
     let rotations = segments.to_world(Segment::Pelvis).unwrap_or_default();
     let names = ["pelvis_tilt", "pelvis_list", "pelvis_rotation"];
@@ -118,7 +118,7 @@ fn pelvis(segments: &Segments) -> Vec<Column> {
     columns
 }
 
-/// The three columns of a joint; none where the body lacks one of its segments.
+/// The three columns of a joint; none if the body lacks one of its segments.
 fn angles(segments: &Segments, joint: &Joint, side: Option<Side>) -> Vec<Column> {
     let part = |segment: Segment| -> Part {
         let is_of_trunk = matches!(segment, Segment::Pelvis | Segment::Trunk | Segment::Head);

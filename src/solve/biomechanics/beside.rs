@@ -1,4 +1,4 @@
-//! Joint angles beside those that the program of a laboratory wrote into the file.
+//! Compares joint angles with the angles that a laboratory's program wrote into the file.
 
 use glam::{DQuat, EulerRot};
 use mocap_figure::joint_angles::Rotations;
@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::JointAngles;
 
-/// The names of Plug-in Gait's joint angles after the letter of the side, and our columns for their x, y and z. An
-/// empty name: no column of ours has the same definition.
+/// Plug-in Gait's names of joint angles, without the letter of the side, and our columns for their x, y and z. An empty
+/// name means that no column of ours has the same definition.
 const JOINTS: [(&str, [&str; 3]); 4] = [
     (PELVIS, ["pelvis_tilt", "pelvis_list", "pelvis_rotation"]),
     ("HipAngles", ["hip_flexion", "hip_adduction", "hip_rotation"]),
@@ -17,14 +17,14 @@ const JOINTS: [(&str, [&str; 3]); 4] = [
     ("AnkleAngles", ["ankle_angle", "", "ankle_rotation"]),
 ];
 
-/// The angles of the pelvis, which are those of both sides.
+/// The pelvis angles, which have no side.
 const PELVIS: &str = "PelvisAngles";
 
-/// The factors, 1 or -1, of the columns of the pelvis that give the signs of Plug-in Gait. There a pelvis is tilted
-/// forward, and its own side is up and before the other.
+/// Factors, 1 or -1, that give pelvis columns the signs of Plug-in Gait. There three directions are positive: a forward
+/// tilt, the foot's own side up, and its own side forward.
 const SIGNS: [(&str, [f64; 3]); 2] = [("L", [-1.0, 1.0, -1.0]), ("R", [-1.0, -1.0, 1.0])];
 
-/// An angle beside one that the file has, in degrees.
+/// The difference between an angle and the same angle in the file, in degrees.
 ///
 /// [`JointAngles::beside_outputs`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,17 +35,17 @@ pub struct OutputDifference {
     pub output: String,
     /// The column of [`JointAngles`].
     pub column: String,
-    /// The mean of this angle less that of the file. Angles of the pelvis have the signs of the file here.
+    /// The mean of our angle minus the file's angle. Pelvis angles have the signs of the file here.
     pub mean: f64,
     /// The RMS of the difference about its mean.
     pub deviation: f64,
-    /// The correlation of both.
+    /// The correlation of the two angles.
     pub correlation: f64,
 }
 
 impl JointAngles {
-    /// How far angles are from those that Plug-in Gait wrote into the file, where the scene was read from one that has
-    /// them and keeps its frames.
+    /// Compares the angles with the angles that Plug-in Gait wrote into the source file. Empty if the file has none, or
+    /// if a processing step changed the frames.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -91,8 +91,8 @@ impl JointAngles {
         found
     }
 
-    /// The angles of the pelvis from that axis of the laboratory that is nearest to where it looks, as Plug-in Gait has
-    /// them.
+    /// The pelvis angles relative to the laboratory axis that is nearest to its facing direction, as Plug-in Gait
+    /// defines them.
     fn pelvis_ahead(&self, columns: [&str; 3], signs: [f64; 3]) -> Option<[Vec<f64>; 3]> {
         let [tilt, list, rotation] = columns.map(|column| self.column(column).map(Iterator::collect::<Vec<f64>>));
         let (tilt, list, rotation) = (tilt?, list?, rotation?);
@@ -114,7 +114,7 @@ impl JointAngles {
     }
 }
 
-/// Of pairs of angles, which may be whole revolutions apart.
+/// Compares pairs of angles, which may differ by whole revolutions.
 fn difference(output: &str, column: String, pairs: &[(f64, f64)]) -> Option<OutputDifference> {
     let count = pairs.len() as f64;
     let (first_own, first_their) = *pairs.first()?;

@@ -1,9 +1,9 @@
-//! The events of a walk that a file states, as C3D files of laboratories do.
+//! Gait events that a file states, as C3D files of laboratories do.
 
 use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::{Event, Scene, Side};
 
-/// The times of heel strikes and toe offs that the file has, of the left and the right foot.
+/// The times of heel strikes and toe-offs in the file, for the left and the right foot.
 #[derive(Default)]
 pub(super) struct FileEvents {
     pub(super) strikes: [Vec<f64>; 2],
@@ -11,7 +11,8 @@ pub(super) struct FileEvents {
 }
 
 impl FileEvents {
-    /// `None` where they are not those of a stride and the other foot, or where steps changed the times of the motion.
+    /// `None` if the events do not include a stride and the other foot, or if a processing step changed the times of
+    /// the motion.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
         let recorded = scene.metadata.recorded.as_deref()?;
         let animation = scene.animations.first()?;
@@ -38,8 +39,8 @@ impl FileEvents {
     }
 }
 
-/// The foot of an event, and whether it strikes the ground or leaves it: `Foot Strike` with the context `Left`, or
-/// `LHS`.
+/// The foot of an event, and whether it strikes the ground or leaves it. Example: `Foot Strike` with the context
+/// `Left`, or `LHS`.
 pub fn meaning(event: &Event) -> Option<(Side, bool)> {
     const STRIKES: [&str; 6] = ["footstrike", "heelstrike", "initialcontact", "hs", "fs", "ic"];
     const OFFS: [&str; 4] = ["footoff", "toeoff", "fo", "to"];

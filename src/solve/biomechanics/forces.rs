@@ -1,5 +1,5 @@
-//! Ground reaction forces from the channels of force plates, as the C3D user guide describes their types. It does not
-//! describe types 5 to 7: their channels and matrices are as Visual3D's documentation has them (`FP_TYPE`).
+//! Ground reaction forces from the channels of force plates. The C3D user guide describes the plate types, but not
+//! types 5 to 7. Their channels and matrices follow Visual3D's documentation (`FP_TYPE`).
 
 use glam::{DMat3, DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -9,11 +9,11 @@ use mocap_scene::scene::{AnalogChannel, ForcePlate, Recording, Scene};
 use super::TimeSeries;
 use super::series::recorded;
 
-/// Below this vertical force, in newtons, a plate has no centre of pressure: noise of some newtons would put it
+/// The vertical force in newtons below which a plate has no centre of pressure: noise of some newtons would put it
 /// anywhere.
 const LEAST_FORCE: f64 = 10.0;
 
-/// The names of a plate's columns, `*` is its number: those that OpenSim's script for C3D files, `osimC3D.m`, writes.
+/// The names of a plate's columns, as OpenSim's C3D script `osimC3D.m` writes them. `*` is the plate number.
 const COLUMNS: [(&str, &str); 9] = [
     ("ground_force_*_vx", "N"),
     ("ground_force_*_vy", "N"),
@@ -27,12 +27,12 @@ const COLUMNS: [(&str, &str); 9] = [
 ];
 
 impl TimeSeries {
-    /// The forces of the ground on the body, for each force plate of the scene's file. A row has the force, the centre
-    /// of pressure and the free moment about it, in newtons and metres. Axes are those of the scene as it was read,
-    /// with +Y up. Centre and moment are 0 where the vertical force is below 10 N.
+    /// The ground reaction forces on the body, for each force plate of the scene's file. A row has the force in
+    /// newtons, the centre of pressure in metres, and the free moment about it in newton metres. The axes are those of
+    /// the scene as it was read, with +Y up. Centre and moment are 0 while the vertical force is below 10 N.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where the file has no force plates, or none of a type that is known.
+    /// [`Code::NoMotion`] if the file has no force plates, or none of a known type.
     pub fn ground_forces(scene: &Scene) -> Result<Self> {
         let recorded = recorded(scene, |recorded| !recorded.plates.is_empty(), "force plates")?;
         let mut series = Self {
@@ -54,7 +54,7 @@ impl TimeSeries {
                     .into(),
             );
         }
-        // Nobody pulls at the ground: where the forces point down they are those of the body on the plates.
+        // Nobody pulls at the ground. If the forces point down, they are the forces of the body on the plates.
         let up: f64 = plates
             .iter()
             .flat_map(|(_, wrenches)| wrenches)
@@ -92,13 +92,13 @@ struct Wrench {
     moment: DVec3,
 }
 
-/// Force and moment about the middle of the surface, in the plate's axes.
+/// Force and moment about the centre of the plate's surface, in the plate's axes.
 type ForceAndMoment = (DVec3, DVec3);
 
-/// How a plate of a type gives them, from the values of its channels.
+/// Computes force and moment from the channel values of a plate type.
 type PlateFormula = fn(&ForcePlate, &[f64]) -> ForceAndMoment;
 
-/// Computes the wrench of each sample. The error says why a plate is left out.
+/// Computes the wrench of each sample. The error says why a plate is skipped.
 fn wrenches(plate: &ForcePlate, recorded: &Recording) -> Result<Vec<Wrench>, String> {
     let (needed, of_values): (usize, PlateFormula) = match plate.plate_type {
         1 => (6, force_and_centre),
@@ -166,7 +166,7 @@ fn wrenches(plate: &ForcePlate, recorded: &Recording) -> Result<Vec<Wrench>, Str
     Ok((0..samples).map(wrench).collect())
 }
 
-/// From the plate's axes to those of the laboratory: x from corner 2 to 1, y from corner 4 to 1.
+/// Rotates from the plate's axes to the laboratory axes: x from corner 2 to 1, y from corner 4 to 1.
 fn axes(plate: &ForcePlate) -> Option<DMat3> {
     let [a, b, c, d] = plate.corners.map(Vec3::as_dvec3);
     let x = (a - b + (d - c)).try_normalize()?;
@@ -174,20 +174,20 @@ fn axes(plate: &ForcePlate) -> Option<DMat3> {
     Some(DMat3::from_cols(x, z.cross(x), z))
 }
 
-/// Type 1: forces, the centre of pressure and the moment about the vertical through it.
+/// Type 1: forces, centre of pressure, and the moment about the vertical axis through it.
 fn force_and_centre(_: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     let force = DVec3::from_slice(values);
     let centre = DVec3::new(values[3], values[4], 0.0);
     (force, centre.cross(force) + DVec3::new(0.0, 0.0, values[5]))
 }
 
-/// Types 2, 4 and 5: forces, and moments about the origin of the sensors.
+/// Types 2, 4 and 5: forces, and moments about the sensor origin.
 fn force_and_moment(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     let force = DVec3::from_slice(values);
     (force, DVec3::from_slice(&values[3..]) + force.cross(below(plate)))
 }
 
-/// Types 3 and 7: two sensors of x and y on each side, and four of z, in the quadrants.
+/// Types 3 and 7: two x and y sensors on each side, and a z sensor in each of the four quadrants.
 fn eight_sensors(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     let &[x12, x34, y14, y23, z1, z2, z3, z4, ..] = values else {
         return (DVec3::ZERO, DVec3::ZERO);
@@ -202,7 +202,7 @@ fn eight_sensors(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     (force, moment + force.cross(DVec3::new(0.0, 0.0, below(plate).z)))
 }
 
-/// Type 6: x, y and z at each of the corners.
+/// Type 6: x, y and z sensors at each corner.
 fn twelve_sensors(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     let &[x1, y1, z1, x2, y2, z2, x3, y3, z3, x4, y4, z4, ..] = values else {
         return (DVec3::ZERO, DVec3::ZERO);
@@ -210,14 +210,14 @@ fn twelve_sensors(plate: &ForcePlate, values: &[f64]) -> ForceAndMoment {
     eight_sensors(plate, &[x1 + x2, x3 + x4, y1 + y4, y2 + y3, z1, z2, z3, z4])
 }
 
-/// The values times the matrix.
+/// The channel values times the calibration matrix.
 fn calibrated(plate: &ForcePlate, columns: usize, values: &[f64]) -> Vec<f64> {
     let row = |row: &[f64]| row.iter().zip(values).map(|(factor, value)| factor * value).sum();
     plate.calibration.chunks(columns).map(row).collect()
 }
 
-/// From the sensors to the middle of the surface. Sensors are below it and the plate's z points down, so that a height
-/// above 0 has the wrong sign, as some programs write it.
+/// The vector from the sensors to the centre of the surface. The sensors are below the surface, and the plate's z
+/// points down. Some programs write a height above 0, which has the wrong sign.
 fn below(plate: &ForcePlate) -> DVec3 {
     match plate.origin.z > 0.0 && !matches!(plate.plate_type, 3 | 6 | 7) {
         true => -plate.origin,

@@ -1,15 +1,17 @@
-//! The events of a walk, and the table that a gait laboratory makes of them.
+//! Gait events, and the gait table of a laboratory.
 //!
-//! Each step is found as Zeni, Richards and Higginson (2008) do. The foot is farthest before the pelvis, and then its
-//! toes farthest behind it, which is when they leave the ground. That holds on a treadmill too. The foot strikes some
-//! hundredths of a second after it was farthest before: when the middle of ankle and ball is lowered fastest, as
-//! O'Connor and others (2007) have it. In a run the toes leave the ground before they are farthest behind. There the
-//! last moment counts in which they are slow, as Ghoussayni and others (2004) have it. Where the file itself has the
-//! events, as C3D files of laboratories do, they are taken instead.
+//! Steps are found by the method of Zeni, Richards and Higginson (2008), which also works on a treadmill. In each step
+//! a foot reaches its foremost position relative to the pelvis. Later its toes reach their rearmost position, which is
+//! the toe-off.
 //!
-//! Lengths and widths of steps are those of Huxham and others (2006). A stride goes from a strike of a foot to its next
-//! strike. The strike of the other foot between them divides it, and its distance from the line of the stride is the
-//! width.
+//! The heel strikes some hundredths of a second after the foremost position: when the midpoint of ankle and ball
+//! descends fastest (O'Connor and others, 2007). In a run the toes leave the ground before their rearmost position.
+//! There the toe-off is the last moment in which they are slow (Ghoussayni and others, 2004). If the file states the
+//! events, as C3D files of laboratories do, those events are used instead.
+//!
+//! Step lengths and widths are those of Huxham and others (2006). A stride goes from one heel strike of a foot to its
+//! next heel strike. The heel strike of the other foot divides the stride. The distance of that strike from the line of
+//! the stride is the step width.
 
 use glam::{DVec2, DVec3};
 use mocap_figure::Figure;
@@ -21,39 +23,39 @@ use serde::Serialize;
 use super::events::FileEvents;
 use super::segments::Segments;
 
-/// The time over which the direction of the pelvis is averaged, in seconds: about a stride, in which it turns to both
-/// sides.
+/// The time over which the pelvis direction is averaged, in seconds: about one stride, in which the pelvis turns to
+/// both sides.
 const DIRECTION_OVER: f64 = 1.0;
 
-/// A foot swings by at least this fraction of the length of the leg, from behind the pelvis to before it.
+/// The smallest swing of a foot from behind the pelvis to before it, as a fraction of the leg length.
 const LEAST_SWING: f64 = 0.25;
 
-/// An event is a turn of the foot after at least this fraction of its usual swing.
+/// The smallest movement between two events, as a fraction of the foot's usual swing.
 const TURN: f64 = 0.4;
 
-/// The longest stride that is one, in seconds: between others the body stood.
+/// The longest stride in seconds. Between heel strikes that are farther apart the body stood still.
 const LONGEST_STRIDE: f64 = 2.5;
 
-/// Slower than this, in metres per second, the pelvis stays where it is: the motion is in place, or on a treadmill.
+/// The pelvis speed in metres per second below which the motion is in place, or on a treadmill.
 const STAYS: f64 = 0.15;
 
-/// The time in seconds within which a foot strikes after it was farthest before the pelvis: a quarter of the swing of a
-/// slow walk. The foot is lowered once more in the swing, after its toes passed over the ground.
+/// The time in seconds after the foremost position within which the foot strikes: a quarter of the swing of a slow
+/// walk. The foot also descends once earlier in the swing, after its toes passed over the ground.
 const STRIKES_WITHIN: f64 = 0.15;
 
-/// Half of the time in seconds over which heights of a foot are averaged, twice: so as to pass 7 Hz, as O'Connor and
-/// others (2007) filter them.
+/// Half of the time in seconds over which foot heights are averaged, twice. This passes 7 Hz, as the filter of O'Connor
+/// and others (2007) does.
 const HEIGHTS_OVER: f64 = 0.025;
 
-/// The time in seconds within which toes left the ground before they are farthest behind the pelvis: the flight of a
-/// run, and a part of its swing.
+/// The time in seconds before the rearmost position within which the toes leave the ground: the flight phase of a run
+/// and some of its swing.
 const LEAVES_WITHIN: f64 = 0.2;
 
-/// The speed in metres per second above which toes have left the ground. In a walk with events set by hand (BTK's
-/// example of Plug-in Gait) the marker on the toes has 1.3 to 1.9 m/s then.
+/// The toe speed in metres per second above which the toes have left the ground. In a walk with manual events (BTK's
+/// example of Plug-in Gait) the toe marker has 1.3 to 1.9 m/s at toe-off.
 const LEAVES_AT: f64 = 1.5;
 
-/// From a heel strike of a foot to its next one.
+/// The time from a heel strike of a foot to its next one.
 ///
 /// [`Gait`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -62,21 +64,22 @@ const LEAVES_AT: f64 = 1.5;
 pub struct Stride {
     /// The foot.
     pub side: Side,
-    /// The times of its heel strikes, in seconds from the first frame.
+    /// The times of its two heel strikes, in seconds from the first frame.
     pub strikes: [f64; 2],
-    /// When its toes left the ground between them.
+    /// The time of its toe-off between them.
     pub toe_off: Option<f64>,
-    /// When the heel of the other foot struck between them.
+    /// The time of the other foot's heel strike between them.
     pub other_strike: Option<f64>,
-    /// The length in metres; `None` where the body stays in place.
+    /// The length in metres; `None` if the motion is in place.
     pub length: Option<f64>,
-    /// From the strike of the other foot to the second of this one, along the stride, in metres.
+    /// The distance in metres, along the stride, from the other foot's heel strike to the second heel strike of this
+    /// foot.
     pub step_length: Option<f64>,
-    /// The distance of the other foot from the line of the stride, in metres.
+    /// The distance in metres of the other foot from the line of the stride.
     pub step_width: Option<f64>,
 }
 
-/// Mean and standard deviation of a measure, with the number of its values.
+/// Mean and standard deviation of a measure, with the number of values.
 ///
 /// [`Gait`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -85,9 +88,9 @@ pub struct Stride {
 pub struct MeanAndDeviation {
     /// The mean.
     pub mean: f64,
-    /// The standard deviation of the values, with one less than their number below; 0 for one value.
+    /// The standard deviation of the values (divisor `count - 1`); 0 for one value.
     pub deviation: f64,
-    /// How many values there are.
+    /// The number of values.
     pub count: usize,
 }
 
@@ -98,27 +101,27 @@ pub struct MeanAndDeviation {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SideOfGait {
-    /// When the heel strikes the ground, in seconds from the first frame.
+    /// The times of heel strikes, in seconds from the first frame.
     pub heel_strikes: Vec<f64>,
-    /// When the toes leave the ground, in seconds from the first frame.
+    /// The times of toe-offs, in seconds from the first frame.
     pub toe_offs: Vec<f64>,
     /// In seconds.
     pub stride_time: Option<MeanAndDeviation>,
     /// In metres.
     pub stride_length: Option<MeanAndDeviation>,
-    /// From the strike of the other foot to that of this one, in seconds.
+    /// The time from the other foot's heel strike to this foot's heel strike, in seconds.
     pub step_time: Option<MeanAndDeviation>,
     /// In metres.
     pub step_length: Option<MeanAndDeviation>,
     /// In metres.
     pub step_width: Option<MeanAndDeviation>,
-    /// The part of the stride in which the foot is on the ground, in per cent.
+    /// The duration of ground contact, in per cent of the stride.
     pub stance: Option<MeanAndDeviation>,
     /// In metres per second.
     pub speed: Option<MeanAndDeviation>,
 }
 
-/// A walk: its events, its strides, and the table of a gait laboratory.
+/// The gait of a walk: events, strides, and the table of a gait laboratory.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -134,15 +137,15 @@ pub struct SideOfGait {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Gait {
-    /// The strides of both feet, in the order of time.
+    /// The strides of both feet, sorted by time.
     pub strides: Vec<Stride>,
-    /// Steps in a minute.
+    /// Steps per minute.
     pub cadence: Option<f64>,
-    /// Whether the feet strike in turn, in most of the strides; if not, this may be no walk.
+    /// Whether the feet strike alternately in most strides. If not, the motion may not be a walk.
     pub alternates: bool,
-    /// Whether the events are those of the file; or else they are found in the motion.
+    /// Whether the file states the events. If not, they were detected in the motion.
     pub events_of_file: bool,
-    /// Whether the body stays where it is, as on a treadmill: then there are no lengths and no speeds.
+    /// Whether the motion is in place, as on a treadmill. Lengths and speeds are absent then.
     pub in_place: bool,
     /// The left foot.
     pub left: SideOfGait,
@@ -151,19 +154,19 @@ pub struct Gait {
 }
 
 impl Gait {
-    /// The walk in the first animation of a scene, in any unit and with any axis up.
+    /// Measures the walk in the first animation of a scene, in any unit and with any up axis.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where no humanoid with feet is found; [`Code::NoMotion`] where there is no motion or no
-    /// foot makes a stride.
+    /// - [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid): no humanoid with feet is found.
+    /// - [`Code::NoMotion`](mocap_scene::Code::NoMotion): there is no motion, or no foot makes a stride.
     pub fn of(scene: &Scene) -> Result<Self> {
         Self::of_figure(scene, &Figure::new(scene))
     }
 
-    /// As [`of`](Self::of), with the figure that was found in the scene, such as [`Figure::mapped`].
+    /// Like [`of`](Self::of), with the figure that was found in the scene, such as [`Figure::mapped`].
     ///
     /// # Errors
-    /// As [`of`](Self::of).
+    /// The errors of [`of`](Self::of).
     pub fn of_figure(scene: &Scene, figure: &Figure) -> Result<Self> {
         let segments = Segments::of(scene, figure)?;
         let events = FileEvents::of(scene);
@@ -253,7 +256,7 @@ struct Foot<'a> {
 }
 
 impl<'a> Foot<'a> {
-    /// `None` where the body has no such foot.
+    /// `None` if the body lacks the foot.
     fn of(segments: &'a Segments, side: Side, events: Option<&FileEvents>) -> Option<Self> {
         let index = usize::from(side == Side::Right);
         let (ankle, ball) = (&segments.ankles[index], &segments.balls[index]);
@@ -289,13 +292,13 @@ impl<'a> Foot<'a> {
         })
     }
 
-    /// Where the ankle is on the ground, in the frame nearest to a time.
+    /// The ankle position on the ground plane, in the frame nearest to a time.
     fn at(&self, time: f64) -> DVec2 {
         let frame = (time * self.frame_rate).round() as usize;
         on_ground(self.ankle[frame.min(self.ankle.len() - 1)])
     }
 
-    /// The strides of this foot, with the strikes of the other one between.
+    /// The strides of this foot, with the heel strikes of the other foot between them.
     fn strides(&self, other: &Self) -> impl Iterator<Item = Stride> {
         let strikes = self.strikes.windows(2).map(|pair| [pair[0], pair[1]]);
         strikes
@@ -321,7 +324,7 @@ impl<'a> Foot<'a> {
     }
 }
 
-/// Whether the pelvis stays where it is over the strides, as on a treadmill.
+/// Whether the pelvis stays in place over the strides, as on a treadmill.
 fn stays(segments: &Segments, strides: &[Stride]) -> bool {
     let frame = |time: f64| ((time * segments.frame_rate).round() as usize).min(segments.pelvis.len() - 1);
     let (mut distance, mut time) = (0.0, 0.0);
@@ -333,12 +336,12 @@ fn stays(segments: &Segments, strides: &[Stride]) -> bool {
     distance < STAYS * time
 }
 
-/// A position on the ground: forward and to the right.
+/// A position on the ground plane: forward and to the right.
 fn on_ground(position: DVec3) -> DVec2 {
     DVec2::new(position.x, position.z)
 }
 
-/// Where the pelvis looks, on the ground, on the average of the frames around each.
+/// The facing direction of the pelvis on the ground plane, averaged over the frames around each frame.
 fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
     let rotations = segments.to_world(Segment::Pelvis)?;
     let mut sums = vec![DVec2::ZERO];
@@ -354,8 +357,8 @@ fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
     Some((0..rotations.len()).map(mean).collect())
 }
 
-/// The frames in which a foot of these heights is lowered fastest, each soon after the frame in which it is farthest
-/// before the pelvis. If the foot is not lowered then, that frame is taken.
+/// The frames in which the foot descends fastest. Each is soon after a frame of `farthest`, the foremost position
+/// relative to the pelvis. If the foot does not descend there, the result is the frame of `farthest`.
 pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> Vec<usize> {
     for _ in 0..2 {
         heights = averaged(&heights, (HEIGHTS_OVER * frame_rate).round() as usize);
@@ -374,8 +377,9 @@ pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> V
     farthest.iter().map(landing).collect()
 }
 
-/// The frames in which a foot leaves the ground. Each is the last one in which the ball of the foot is slow, soon
-/// before the ball is farthest `behind` the pelvis. If the ball is not slow there, it is the frame of `behind`.
+/// The frames in which a foot leaves the ground: the last one in which the ball of the foot is slow, soon before each
+/// frame of `behind`. `behind` has the rearmost positions relative to the pelvis. If the ball is not slow there, the
+/// result is the frame of `behind`.
 pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize> {
     let is_slow = |frame: &usize| {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(ball.len() - 1));
@@ -389,7 +393,7 @@ pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize>
     behind.iter().map(leaving).collect()
 }
 
-/// The mean of each value and those around it, fewer near the ends, so that it stays in the middle of them.
+/// The moving average of the values. The window shrinks near the ends, so that it stays centred.
 fn averaged(values: &[f64], half: usize) -> Vec<f64> {
     let mean = |index: usize| {
         let half = half.min(index).min(values.len() - 1 - index);
@@ -399,8 +403,8 @@ fn averaged(values: &[f64], half: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-/// The frames in which the values turn from rising to falling, and from falling to rising, after a change of at least
-/// `TURN` of their usual range, on both sides. None if that is less than `least`.
+/// The frames in which the values turn from rising to falling, and from falling to rising. A turn needs a change of at
+/// least `TURN` of the usual range on both sides. Empty if that change is less than `least`.
 pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -411,7 +415,7 @@ pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
         return (highest, lowest);
     }
     let change = TURN * range;
-    // The extremes since the last turn; `rises` once a change in one direction was seen.
+    // The extremes since the last turn. `rises` is set after the first change in one direction.
     let (mut top, mut bottom) = (0, 0);
     let mut rises: Option<bool> = None;
     for (frame, value) in values.iter().enumerate() {
@@ -422,7 +426,7 @@ pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
             bottom = frame;
         }
         if rises != Some(false) && values[top] - value >= change {
-            // Before the first turn nothing says that the foot rose there.
+            // Before the first turn, the foot may not have risen there.
             if rises.is_some() {
                 highest.push(top);
             }

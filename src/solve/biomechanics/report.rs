@@ -1,4 +1,4 @@
-//! What a gait consists of, and how far angles are from those of the file.
+//! The data of a gait report, and of the comparison with the file's angles.
 
 pub use super::beside::OutputDifference;
 pub use super::gait::{MeanAndDeviation, SideOfGait, Stride};

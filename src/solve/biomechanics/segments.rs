@@ -1,8 +1,8 @@
-//! The segments of a body in their anatomical frames, frame by frame.
+//! The anatomical axes of the body's segments, frame by frame.
 //!
-//! Frames are those of the International Society of Biomechanics: +X points forward, +Y up, +Z to the right, of a body
-//! that stands with arms hanging and palms forward. In the T-pose of a [`Figure`] trunk and legs are in that position.
-//! An arm is abducted by 90 degrees, and its forearm, with the palm down, is pronated by 90 degrees.
+//! The axes are those of the International Society of Biomechanics, for a body that stands with hanging arms and palms
+//! forward: +X forward, +Y up, +Z to the right. In the T-pose of a [`Figure`] trunk and legs have that pose. Its arms
+//! are abducted by 90 degrees, and its forearms, with the palms down, are pronated by 90 degrees.
 
 use std::collections::BTreeMap;
 
@@ -19,23 +19,24 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
-/// The segments of a body over its motion. World axes are those of a laboratory: +X is where the T-pose looks, +Y is
-/// up, +Z is to the right of it.
+/// The segments of a body over its motion. World axes are laboratory axes: +X is the facing direction of the T-pose, +Y
+/// is up, +Z is to the right.
 pub(super) struct Segments {
     pub(super) frame_rate: f64,
     pub(super) frames: usize,
-    /// Rotations to the world. Those of the left side are their mirror images, so that one calculation serves both.
+    /// Rotations to the world. Left segments are mirrored, so that one calculation serves both sides.
     rotations: BTreeMap<Part, Vec<DQuat>>,
-    /// Positions in metres of the pelvis, and of ankles and balls of the feet.
+    /// Positions in metres of the pelvis, the ankles and the balls of the feet.
     pub(super) pelvis: Vec<DVec3>,
     pub(super) ankles: [Vec<DVec3>; 2],
     pub(super) balls: [Vec<DVec3>; 2],
-    /// From hip to ankle along the bones, in metres.
+    /// The length from hip to ankle along the bones, in metres.
     pub(super) leg: f64,
 }
 
 impl Segments {
-    /// Those of the first animation of a scene, in any unit and with any axis up, in which the figure was found.
+    /// The segments in the first animation of the scene in which the figure was found, in any unit and with any up
+    /// axis.
     ///
     /// # Errors
     /// [`Code::NotHumanoid`] and [`Code::NoMotion`].
@@ -85,7 +86,7 @@ impl Segments {
         Ok(made)
     }
 
-    /// The rotation of a segment to another in every frame; `None` where the body has not both.
+    /// The rotation of a segment relative to another in every frame; `None` if the body lacks one of them.
     pub(super) fn between(&self, above: Part, below: Part) -> Option<impl Iterator<Item = DQuat>> {
         let (above_rotations, below_rotations) = (self.rotations.get(&above)?, self.rotations.get(&below)?);
         let is_mirrored = above.1.is_none() && below.1 == Some(Side::Left);
@@ -95,20 +96,21 @@ impl Segments {
         }))
     }
 
-    /// The rotation of a segment of the trunk to the laboratory in every frame.
+    /// The rotation of a trunk segment relative to the laboratory in every frame.
     pub(super) fn to_world(&self, segment: Segment) -> Option<&[DQuat]> {
         Some(self.rotations.get(&(segment, None))?)
     }
 }
 
-/// The bone of the body that is the segment.
+/// The bone of a segment.
 fn bone(body: &Body, (segment, side): Part) -> Option<Bone> {
     let bones = segment.bones().iter().copied();
     let mut bones = bones.map(|bone| side.map_or(bone, |side| bone.on(side)));
     bones.find(|bone| body.joint(*bone).is_some())
 }
 
-/// The rotation of a segment in its anatomical frame to the laboratory, mirrored on the left, from that of the T-pose.
+/// The rotation of a segment's anatomical axes to the laboratory, from its rotation relative to the T-pose. Left
+/// segments are mirrored.
 fn anatomical((segment, side): Part, rotation: Quat) -> DQuat {
     let DQuat { x, y, z, w } = rotation.as_dquat().normalize();
     let rotation = DQuat::from_xyzw(z, y, -x, w);
@@ -120,7 +122,7 @@ fn anatomical((segment, side): Part, rotation: Quat) -> DQuat {
     rotation * segment.to_t_pose()
 }
 
-/// A vector in the axes of the T-pose, +X left and +Z forward, in those of the laboratory.
+/// Converts a vector from the axes of the T-pose, +X left and +Z forward, to the laboratory axes.
 fn laboratory(vector: Vec3) -> DVec3 {
     let Vec3 { x, y, z } = vector;
     DVec3::new(z.into(), y.into(), f64::from(-x))

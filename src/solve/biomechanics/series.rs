@@ -9,7 +9,7 @@ use mocap_scene::scene::{Recording, Scene};
 use super::JointAngles;
 use super::angles::POSITION;
 
-/// Columns with their units, sample by sample. [`JointAngles`] become one as well.
+/// Columns with units, sample by sample. [`JointAngles`] convert to this type too.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -25,23 +25,23 @@ use super::angles::POSITION;
 pub struct TimeSeries {
     /// The first line of an OpenSim file.
     pub(super) title: &'static str,
-    /// Samples a second.
+    /// Samples per second.
     pub frame_rate: f64,
-    /// The names of the columns, each once.
+    /// The unique names of the columns.
     pub columns: Vec<String>,
-    /// The unit of each column, as the file states it; may be empty.
+    /// The unit of each column, as the file states it. A unit may be empty.
     pub units: Vec<String>,
-    /// The values, sample by sample, with one for each column.
+    /// The values, sample by sample, one per column.
     pub values: Vec<f64>,
-    /// What was decided or left out, as sentences.
+    /// Sentences about decisions and about skipped data.
     pub notes: Vec<String>,
 }
 
 impl TimeSeries {
-    /// The analog channels of the file that the scene was read from.
+    /// The analog channels of the scene's source file.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where it has none.
+    /// [`Code::NoMotion`] if the file has no analog channels.
     pub fn analog(scene: &Scene) -> Result<Self> {
         let recorded = recorded(scene, |recorded| !recorded.channels.is_empty(), "analog channels")?;
         let channels = &recorded.channels;
@@ -60,7 +60,7 @@ impl TimeSeries {
         })
     }
 
-    /// How many samples a column has.
+    /// The number of samples in a column.
     pub fn frames(&self) -> usize {
         self.values.len() / self.columns.len().max(1)
     }
@@ -87,7 +87,8 @@ impl From<JointAngles> for TimeSeries {
     }
 }
 
-/// What the file of `scene` has beside the motion, if `has` finds there what is asked for: `what`, in the plural.
+/// The file's data in addition to the motion, if `has` finds the requested data. `what` names the data in the plural,
+/// for the error.
 pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recording) -> bool, what: &str) -> Result<&'a Recording> {
     let recorded = scene.metadata.recorded.as_deref().filter(|recorded| has(recorded));
     recorded.ok_or_else(|| {
@@ -98,7 +99,7 @@ pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recording) -> bool, w
     })
 }
 
-/// Names of columns without the separators of tables, each once: the second of a name ends in `_2`.
+/// Column names without table separators, made unique: the second occurrence of a name ends in `_2`.
 pub fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut found = Vec::new();
     let mut taken = HashSet::from(["time".to_owned()]);

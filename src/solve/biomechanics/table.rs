@@ -1,4 +1,4 @@
-//! Columns over time as text: OpenSim's motion and storage files, and comma-separated values.
+//! Writes columns over time as text: OpenSim's motion and storage files, and comma-separated values.
 
 use std::fmt::Write;
 
@@ -7,8 +7,8 @@ use mocap_scene::files::ANGLES_MARK;
 use super::{JointAngles, TimeSeries};
 
 impl JointAngles {
-    /// A motion file of OpenSim, `.mot`: a header, the names of the columns, and a row for each frame, separated by
-    /// tabs. Angles are in degrees, which its header says, lengths in metres.
+    /// An OpenSim motion file, `.mot`: a header, the column names, and a row for each frame, separated by tabs. Angles
+    /// are in degrees, as the header says, and lengths in metres.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -38,8 +38,8 @@ impl JointAngles {
 }
 
 impl TimeSeries {
-    /// A motion or storage file of OpenSim, `.mot` or `.sto`: a header, the names of the columns, and a row for each
-    /// sample, separated by tabs.
+    /// An OpenSim motion or storage file, `.mot` or `.sto`: a header, the column names, and a row for each sample,
+    /// separated by tabs.
     pub fn to_mot(&self) -> String {
         let in_degrees = if self.is_measured() { "no" } else { "yes" };
         self.rows().of_opensim(self.title, in_degrees)
@@ -64,12 +64,12 @@ impl TimeSeries {
     }
 }
 
-/// What both have.
+/// The common view of [`JointAngles`] and [`TimeSeries`].
 struct Rows<'a> {
     frame_rate: f64,
     columns: &'a [String],
     values: &'a [f64],
-    /// Values of any unit, in single precision; or else angles and lengths with six decimals.
+    /// Whether values have any unit, in single precision. Otherwise they are angles and lengths with six decimals.
     is_measured: bool,
 }
 

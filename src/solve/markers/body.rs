@@ -1,4 +1,4 @@
-//! The body of a take: its joints as a set, and a model from the centres of joints in some frames.
+//! The body of a take: a joint set, and a model from the joint centres of some frames.
 
 use glam::{DQuat, DVec3, Vec3};
 use mocap_scene::math::median::median_vector;
@@ -17,7 +17,7 @@ use crate::set::{JointSet, Lengths, Mark, SetJoint};
 /// The joint that a hand points to.
 const KNUCKLES: [&str; 2] = ["leftKnuckles", "rightKnuckles"];
 
-/// The joints that the landmarks tell, parents first.
+/// The joints that the landmarks determine, parents first.
 pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSet {
     let mut set = JointSet {
         name,
@@ -74,9 +74,9 @@ pub(super) fn joint_set(name: String, centres: &Centres, take: &Take) -> JointSe
     set
 }
 
-/// Lines between markers that tell how head, hands and feet are turned.
+/// Adds the lines between markers that determine the roll of head, hands and feet.
 fn marks(set: &mut JointSet, take: &Take) {
-    // Of a foot the line is to the left: from the left big toe to the small one.
+    // A foot's line points to the left: from the left big toe to the left small toe.
     let lines = [
         (Bone::Head, "RFHD", "LFHD"),
         (Bone::LeftHand, "LWRB", "LWRA"),
@@ -103,7 +103,7 @@ fn marks(set: &mut JointSet, take: &Take) {
     }
 }
 
-/// The centres of the joints of a set as points; `take` has the frames of `centres`.
+/// The centres of a set's joints as points. `take` has the frames of `centres`.
 pub(super) fn points(set: &JointSet, centres: &[Centres], take: &Take) -> Points {
     let track = |joint: &SetJoint| -> Vec<Vec3> {
         let bone = |frame: usize| {
@@ -136,7 +136,7 @@ pub(super) fn points(set: &JointSet, centres: &[Centres], take: &Take) -> Points
     }
 }
 
-/// The body with its markers, and the poses of the frames, from a T-pose and rotations to the world.
+/// The body with its markers, and the poses of the frames, from a T-pose and world rotations.
 pub(super) fn model(
     set: &JointSet,
     rest: &Rest,
@@ -168,7 +168,8 @@ pub(super) fn model(
         });
         let mut offset = median_vector(offsets);
         if stands_on_axis(&landmark.name, take) {
-            // Knees, ankles and elbows bend about axes across +Z of the T-pose, the limbs' own centres have no Z there.
+            // The axes of knees, ankles and elbows are at right angles to +Z of the T-pose. The centres of the limbs
+            // have Z = 0 there.
             offset.z = 0.0;
         }
         markers.push(Marker {
@@ -198,9 +199,8 @@ pub(super) fn model(
     (Model::new(joints, markers, weights), poses)
 }
 
-/// Whether a marker is beside a joint, on its bending axis, without a second marker on the other side. The first
-/// centres are then inward of the marker, along the normal of a nearly straight limb, and lie before or behind that
-/// axis.
+/// Whether a marker is beside a joint, on its bending axis, and the other side has no marker. The first centres are
+/// then off that axis, before or behind it: they are inward of the marker, along the normal of a nearly straight limb.
 fn stands_on_axis(landmark: &str, take: &Take) -> bool {
     let Some((side, name)) = landmark.split_at_checked(1) else {
         return false;
@@ -214,13 +214,13 @@ fn stands_on_axis(landmark: &str, take: &Take) -> bool {
     !take.has(&format!("{side}{inner}"))
 }
 
-/// The joint that moves a landmark of a bone: its own, or the nearest above that is there.
+/// The joint that moves a landmark of a bone: the joint of the bone, or its nearest ancestor in the set.
 fn attached(set: &JointSet, bone: Bone) -> usize {
     let above = std::iter::successors(Some(bone), |bone| bone.parent());
     above.into_iter().find_map(|bone| set.joint(bone)).unwrap_or(0)
 }
 
-/// What can change of a joint, and how far it bends without a reason, in radians.
+/// What calibration may change about a joint, and its expected bend without marker evidence, in radians.
 fn kind(bone: Bone, weights: &MarkerWeights) -> (Freedom, Option<f64>) {
     match bone.on(Side::Left) {
         Bone::Hips => (Freedom::Fixed, Some(1.0)),
@@ -236,7 +236,7 @@ fn kind(bone: Bone, weights: &MarkerWeights) -> (Freedom, Option<f64>) {
     }
 }
 
-/// Knees and elbows: the joints at which shins and forearms begin.
+/// The hinge of a knee or elbow, the joint at which a shin or forearm begins.
 fn hinge(bone: Bone) -> Option<Hinge> {
     let is_pure = match bone.on(Side::Left) {
         Bone::LeftLowerLeg => true,

@@ -1,10 +1,11 @@
-//! Lengths of bones, centres of joints and offsets of markers, together with the poses of some frames.
+//! Calibrates bone lengths, joint centres and marker offsets, together with the poses of some frames.
 //!
-//! All unknowns are refined together by Gauss-Newton. The unknowns of each pose are eliminated (Schur's complement), so
-//! that a step costs as much as its frames. Where a joint moves, the motion of the markers tells its centre, as the
-//! symmetric centre of rotation does (Ehrig et al., J. Biomech. 39, 2006), and bent knees and elbows tell their axes
-//! (Ehrig et al., J. Biomech. 40, 2007), for markers of all segments at once; where it does not, the centre stays at
-//! its regression.
+//! Gauss-Newton refines all unknowns together. The unknowns of each pose are eliminated (Schur's complement), so that
+//! the cost of an iteration is linear in the frames.
+//!
+//! If a joint moves, the marker motion determines its centre, as in the symmetric centre of rotation (Ehrig et al., J.
+//! Biomech. 39, 2006). Bent knees and elbows determine their axes (Ehrig et al., J. Biomech. 40, 2007). Here the
+//! markers of all segments count at once. If a joint does not move, its centre stays at its regression.
 
 use glam::DVec3;
 use mocap_scene::math::cholesky;
@@ -12,28 +13,28 @@ use mocap_scene::math::cholesky;
 use super::fit::{self, Fit, add_term};
 use super::model::{Freedom, Model, Pose, World};
 
-/// Steps over all frames at most, which bound the time.
+/// The largest number of iterations over all frames, which bounds the time.
 const STEPS: usize = 15;
 
-/// The step in metres below which the calibration ends: half of the noise of cameras.
+/// The step in metres below which the calibration ends: half of the camera noise.
 const SMALLEST_STEP: f64 = 5e-4;
 
-/// The weight of a frame, as a part of that of an independent one. Segments that bend and joints that are no hinges are
-/// off in the same direction in all frames, which no number of frames corrects. With 1, planted centres are off by 5.0
-/// mm in the mean of eight seeds of `tools/markers/planted.py`, with 0.3 and 0.5 by 4.4 and 4.3 mm.
+/// The largest weight of a frame, as a fraction of the weight of an independent frame. Soft segments and joints that
+/// are not hinges cause the same error in all frames, so more frames do not correct it. With 1, planted centres have a
+/// mean error of 5.0 mm over eight seeds of `tools/markers/planted.py`; with 0.3 and 0.5 it is 4.4 and 4.3 mm.
 const MOST_INDEPENDENT: f64 = 0.4;
 
-/// A pose with the markers that were seen.
+/// A pose with the seen markers.
 pub(super) struct Frame {
     pub(super) pose: Pose,
     pub(super) seen: Vec<Option<DVec3>>,
 }
 
-/// Which unknown is what.
+/// The indices of the unknowns.
 struct Unknowns {
-    /// The first of each joint's offset.
+    /// The first unknown of each joint's offset.
     offsets: Vec<Option<usize>>,
-    /// The first of the offsets of markers.
+    /// The first unknown of the marker offsets.
     markers: usize,
     count: usize,
 }
@@ -65,21 +66,21 @@ impl Unknowns {
 /// How well the offset of a joint is known.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Certainty {
-    /// The standard deviation in metres, from the covariance, and from its regression alone.
+    /// The standard deviation in metres from the covariance. `before` is the deviation from the regression alone.
     pub(super) deviation: f64,
     pub(super) before: f64,
 }
 
-/// How much a frame counts of an independent one, by the part of noise in how far markers are from their bodies. Noise
-/// of the cameras is another one in every frame, and sliding skin is not.
+/// The weight of a frame relative to an independent frame. It grows with the share of noise in the marker residuals:
+/// camera noise is independent in every frame, and sliding skin is not.
 fn independence(model: &Model, noise: f64) -> f64 {
     let all = model.slides * model.slides;
     let noise = f64::min(noise * noise, all);
     (all / (noise + (all - noise) / model.weights.independent_slide)).min(MOST_INDEPENDENT)
 }
 
-/// Refines the body and the poses, and says how well each joint is known then. `first` has the regressions, `noise` is
-/// that of a coordinate of a marker, in metres.
+/// Refines the body and the poses, and returns how well each joint is known. `first` has the regressions. `noise` is
+/// the noise of a marker coordinate, in metres.
 pub(super) fn calibrate(model: &mut Model, first: &Model, frames: &mut [Frame], noise: f64) -> Vec<Option<Certainty>> {
     model.slides = model.weights.slide;
     let unknowns = Unknowns::of(model);
@@ -106,7 +107,7 @@ pub(super) fn calibrate(model: &mut Model, first: &Model, frames: &mut [Frame], 
         let Some(largest) = fit::largest(&right) else { break };
         factor = Some(matrix);
         change(model, &unknowns, &right);
-        // How far markers slide is told by the take, once the body is near.
+        // Near the solution, the take shows how far markers slide.
         model.slides = (squares / f64::max(3.0 * seen, 1.0))
             .sqrt()
             .max(model.weights.least_slide)
@@ -124,7 +125,7 @@ pub(super) fn calibrate(model: &mut Model, first: &Model, frames: &mut [Frame], 
     }
 }
 
-/// The deviations of joints, of which `factor` is Cholesky's factor of the inverse covariance of the body.
+/// The standard deviations of the joints. `factor` is the Cholesky factor of the inverse covariance of the body.
 fn certainties(model: &Model, unknowns: &Unknowns, factor: &[f64]) -> Vec<Option<Certainty>> {
     let variance = |column: usize| {
         let mut unit = vec![0.0; unknowns.count];
@@ -147,7 +148,8 @@ fn certainties(model: &Model, unknowns: &Unknowns, factor: &[f64]) -> Vec<Option
         .collect()
 }
 
-/// Adds what a frame says of the body, after its pose has followed; it counts as so much of an independent one.
+/// Adds a frame's equations for the body, with its pose eliminated. `counts` is the weight relative to an independent
+/// frame.
 fn eliminated(
     (model, counts): (&Model, f64),
     unknowns: &Unknowns,
@@ -195,7 +197,7 @@ fn eliminated(
     }
     cholesky::factor_envelope(&mut own, &model.envelope);
     cholesky::forward_envelope(&own, &mut own_right, &model.envelope, 0);
-    // Each unknown of the body with the first of the pose with which it has to do.
+    // Each unknown of the body, with the first unknown of the pose that it is coupled to.
     let mut touched: Vec<(usize, usize)> = Vec::new();
     for body in 0..bodies {
         let row = &mut mixed[body * poses..(body + 1) * poses];
@@ -215,7 +217,7 @@ fn eliminated(
     }
 }
 
-/// What the regressions say of the body.
+/// Adds the regressions as equations for the body.
 fn prior(model: &Model, first: &Model, unknowns: &Unknowns, mut add: impl FnMut(super::model::Term<'_>)) {
     let mut vector = |column: usize, off: DVec3, deviation: f64| {
         for axis in 0..3 {

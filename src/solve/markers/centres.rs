@@ -1,62 +1,61 @@
-//! Centres of joints from landmarks, frame by frame: where the refinement begins, and where it stays for joints that do
-//! not move.
+//! Joint centres from landmarks, for each frame. The refinement starts from them. Joints that do not move keep them.
 
 use glam::{DMat3, DQuat, DVec3};
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use super::take::Take;
 
-/// The centre of the hip from the middle of the front spines, forward: the part of the depth of the pelvis, and metres
+/// The forward offset of the hip centre from the midpoint of the front spines: a factor of the pelvis depth, and metres
 /// (Harrington et al., J. Biomech. 40, 2007, table 3).
 const HIP_FORWARD: (f64, f64) = (-0.24, -0.0099);
 
-/// The same upwards: the part of the distance of the front spines, and metres.
+/// The upward offset from the same source: a factor of the distance between the front spines, and metres.
 const HIP_UP: (f64, f64) = (-0.30, -0.0109);
 
-/// The same sideways: the part of the distance of the front spines, and metres.
+/// The sideways offset from the same source: a factor of the distance between the front spines, and metres.
 const HIP_SIDE: (f64, f64) = (0.33, 0.0073);
 
-/// Depth of a pelvis in parts of the distance of its front spines, where the back is one marker on the sacrum.
+/// The pelvis depth as a factor of the distance between the front spines, for a single marker on the sacrum.
 const SACRAL_DEPTH: f64 = 0.6;
 
-/// The length in metres of the shank of an adult of 1.72 m, for which the widths below hold. It is 0.246 of the height
-/// (Drillis and Contini, in Winter, Biomechanics and Motor Control of Human Movement). It tells the size better than
-/// the pelvis, whose markers stand on the belly of one and on the belt of another.
+/// The shank length in metres of an adult of 1.72 m, for whom the widths below hold. It is 0.246 of the height (Drillis
+/// and Contini, in Winter, Biomechanics and Motor Control of Human Movement). The shank shows the size of a body better
+/// than the pelvis, whose markers may sit on a belly or a belt.
 const SHANK: f64 = 0.423;
 
-/// The distance in metres from the marker beside a knee to its centre: half the width of an adult's knee, and the 7 mm
-/// of a marker's radius.
+/// The distance in metres from the marker beside a knee to the knee centre: half the width of an adult's knee, and the
+/// marker radius of 7 mm.
 pub(super) const KNEE: f64 = 0.06;
 
-/// The same distance in metres of an ankle: half of its width, and the radius.
+/// The same distance in metres for an ankle: half of its width, and the marker radius.
 pub(super) const ANKLE: f64 = 0.043;
 
-/// The same distance in metres of an elbow: half of its width, and the radius.
+/// The same distance in metres for an elbow: half of its width, and the marker radius.
 const ELBOW: f64 = 0.042;
 
-/// Rab et al., J. Biomech. 35 (2002): the centre of the shoulder is below the acromion by this part of the distance of
-/// both.
+/// The distance of the shoulder centre below the acromion, as a fraction of the distance between both acromia (Rab et
+/// al., J. Biomech. 35, 2002).
 const SHOULDER_DOWN: f64 = 0.17;
 
-/// The sine of a bend that tells the axis of a hinge alone.
+/// The sine of the bend above which a hinge shows its axis without other markers.
 const TELLS: f64 = 0.4;
 
-/// The centres of the joints of a frame.
+/// The joint centres in one frame.
 #[derive(Clone, Debug)]
 pub(super) struct Centres {
     pub(super) joints: Vec<(Bone, DVec3)>,
-    /// Up of the pelvis, as CGM and the ISB (Wu et al., J. Biomech. 35, 2002) have it: at right angles to the plane of
-    /// its spines.
+    /// The up axis of the pelvis, normal to the plane of its spines, as CGM and the ISB (Wu et al., J. Biomech. 35,
+    /// 2002) define it.
     pub(super) pelvis_up: DVec3,
 }
 
-/// The axes of the pelvis, left, up and forward, where its spines are there.
+/// The axes of the pelvis, left, up and forward, if its spines are seen.
 pub(super) fn pelvis_axes(at: impl Fn(&str) -> Option<DVec3>) -> Option<DQuat> {
     let Pelvis { left, up, forward, .. } = Pelvis::of(&at)?;
     Some(DQuat::from_mat3(&DMat3::from_cols(left, up, forward)).normalize())
 }
 
-/// The centre of a hip, where the spines of the pelvis are there.
+/// The centre of a hip, if the spines of the pelvis are seen.
 pub(super) fn hip(at: impl Fn(&str) -> Option<DVec3>, side: Side) -> Option<DVec3> {
     Some(Pelvis::of(&at)?.hip(side))
 }
@@ -67,7 +66,7 @@ impl Centres {
     }
 }
 
-/// The joints whose landmarks are there; `None` without a pelvis.
+/// The joints whose landmarks are seen; `None` without a pelvis.
 pub(super) fn centres(take: &Take, frame: usize) -> Option<Centres> {
     let at = |name: &str| take.at(name, frame);
     let pelvis = Pelvis::of(&at)?;
@@ -122,7 +121,7 @@ impl Pelvis {
     }
 }
 
-/// How large the body is beside an adult, by its shanks.
+/// The size of the body relative to an adult, from its shanks.
 fn size(at: &impl Fn(&str) -> Option<DVec3>) -> f64 {
     let shank = |side: Side| Some(at(&sided(side, "KNE"))?.distance(at(&sided(side, "ANK"))?));
     let shanks: Vec<f64> = [Side::Left, Side::Right].into_iter().filter_map(shank).collect();
@@ -151,7 +150,7 @@ fn leg(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, side: Side, found: 
     let size = size(at);
     let thigh = (knee - hip).normalize_or_zero();
     let shank = (ankle - knee).normalize_or_zero();
-    // To the left: where a shin goes back.
+    // The axis points to the left, because a shin bends back.
     let left = axis(thigh.cross(shank), pelvis.left);
     let inward = -sign(side) * left.reject_from(thigh).normalize_or_zero();
     let knee = own("KNM").map_or(knee + inward * KNEE * size, |inner| knee.midpoint(inner));
@@ -167,14 +166,14 @@ fn leg(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, side: Side, found: 
     found.extend(toes.map(|toes| (Bone::LeftToes.on(side), toes)));
 }
 
-/// The axis of a hinge from the normal of its two bones, or as far as they are straight, from `other`.
+/// The axis of a hinge from the normal of its two bones. The straighter they are, the more it comes from `other`.
 fn axis(normal: DVec3, other: DVec3) -> DVec3 {
     let tells = (normal.length() / TELLS).min(1.0);
     normal.normalize_or_zero() * tells + other * (1.0 - tells)
 }
 
 fn trunk(at: &impl Fn(&str) -> Option<DVec3>, pelvis: &Pelvis, found: &mut Vec<(Bone, DVec3)>) {
-    // Without a marker on the acromion one before the shoulder and one behind it say where it is.
+    // Without a marker on the acromion, a marker before and one behind the shoulder give its position.
     let shoulder = |side: Side| {
         let own = |name: &str| at(&sided(side, name));
         own("SHO").or_else(|| Some(own("SHF")?.midpoint(own("SHB")?)))
@@ -233,7 +232,7 @@ fn arm(
     };
     let upper = (elbow - shoulder).normalize_or_zero();
     let lower = (wrist - elbow).normalize_or_zero();
-    // A forearm goes forward: about the axis to the right, which is outward on the right.
+    // A forearm bends forward, about the axis to the right, which is outward on the right side.
     let right = axis(upper.cross(lower), -across.normalize_or_zero());
     let inward = sign(side) * right.reject_from(upper).normalize_or_zero();
     let elbow = own("ELM").map_or(elbow + inward * ELBOW * size(at), |inner| elbow.midpoint(inner));

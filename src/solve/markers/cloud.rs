@@ -1,43 +1,43 @@
-//! Markers of no known names, and which of them keep their distances.
+//! Unnamed markers, and which of them keep their distances.
 
 use glam::DVec3;
 
 use mocap_scene::math::median::{median, percentile};
 
-/// Frames that are looked at.
+/// The largest number of frames to analyse.
 const FRAMES: usize = 300;
 
-/// A marker takes part that is seen in this part of the frames.
+/// The smallest fraction of frames in which a marker must be seen to count.
 const SEEN: f64 = 0.3;
 
-/// The most markers whose distances are compared: all pairs in all these frames.
+/// The largest number of markers to compare: all pairs in all these frames.
 const MOST: usize = 200;
 
-/// The part of the frames in which the body is taller, in which it stands.
+/// The percentile of the body height above which the body stands, as a fraction.
 const STANDS: f64 = 0.6;
 
-/// Markers over some frames.
+/// Markers in a selection of frames.
 pub(super) struct Cloud {
-    /// Which markers of the file these are.
+    /// The indices of the markers in the file.
     pub(super) markers: Vec<usize>,
-    /// Frame, then marker.
+    /// Indexed by frame, then marker.
     pub(super) frames: Vec<Vec<Option<DVec3>>>,
     pub(super) up: DVec3,
-    /// The height of the body, in the unit of the file.
+    /// The body height, in the unit of the file.
     pub(super) stature: f64,
-    /// Frames in which the body stands.
+    /// The frames in which the body stands.
     pub(super) upright: Vec<usize>,
-    /// Of each marker above the ground where the body stands, in parts of the height of the body.
+    /// The height of each marker above the ground while the body stands, as a fraction of the body height.
     pub(super) heights: Vec<f64>,
-    /// Of each pair, marker by marker: how much their distance changes, and its median, in parts of the height.
+    /// The variation of each pair's distance, marker by marker, and its median, as fractions of the body height.
     spread: Vec<f64>,
     distance: Vec<f64>,
 }
 
 impl Cloud {
-    /// `None` where there are too few markers for a body, or too many.
+    /// `None` if there are too few markers for a body, or too many.
     pub(super) fn of(tracks: &[Vec<Option<DVec3>>]) -> Option<Self> {
-        /// Markers of a body at least: three of the pelvis, of the trunk and of each foot.
+        /// The smallest number of markers of a body: three of the pelvis, of the trunk and of each foot.
         const FEWEST: usize = 12;
         let count = tracks.first().map_or(0, Vec::len);
         let is_seen = |marker: &usize| tracks[*marker].iter().flatten().count() as f64 > SEEN * count as f64;
@@ -78,9 +78,9 @@ impl Cloud {
         Some(cloud)
     }
 
-    /// Whether two other markers keep their distances to this one, as no reflection does that stands in the room.
+    /// Whether two other markers keep their distances to this one. A stationary reflection in the room has none.
     fn is_of_body(&self, marker: usize) -> bool {
-        /// In parts of the height of the body.
+        /// The largest variation of such a distance, as a fraction of the body height.
         const LOOSE: f64 = 0.02;
         let others = (0..self.count()).filter(|other| *other != marker && self.spread(marker, *other) < LOOSE);
         others.take(2).count() == 2
@@ -90,24 +90,24 @@ impl Cloud {
         self.markers.len()
     }
 
-    /// How much the distance of two markers changes, in parts of the height of the body.
+    /// The variation of the distance of two markers, as a fraction of the body height.
     pub(super) fn spread(&self, a: usize, b: usize) -> f64 {
         self.spread[a * self.count() + b]
     }
 
-    /// The median of their distance, in parts of the height.
+    /// The median distance of two markers, as a fraction of the body height.
     pub(super) fn distance(&self, a: usize, b: usize) -> f64 {
         self.distance[a * self.count() + b]
     }
 
-    /// Finds height, ground and the frames in which the body stands.
+    /// Finds the body height, the ground, and the frames in which the body stands.
     fn stand(&mut self) -> Option<()> {
         let height = |point: &Option<DVec3>| point.map(|point| point.dot(self.up));
         let ends: Vec<(f64, f64)> = self
             .frames
             .iter()
             .map(|frame| {
-                // The lowest one and the highest one may be reflections.
+                // The lowest and the highest marker may be reflections.
                 let mut heights: Vec<f64> = frame.iter().filter_map(height).collect();
                 heights.sort_by(f64::total_cmp);
                 let last = heights.len().saturating_sub(2);
@@ -144,7 +144,7 @@ impl Cloud {
 
     /// The distances of all pairs.
     fn compare(&mut self) {
-        /// Standard deviations from the 10th percentile to the 90th: 2 times 1.28, of a normal distribution.
+        /// Standard deviations from the 10th to the 90th percentile of a normal distribution: 2 times 1.28.
         const DEVIATIONS: f64 = 2.56;
         let count = self.count();
         self.spread = vec![0.0; count * count];
@@ -171,8 +171,8 @@ impl Cloud {
         }
     }
 
-    /// The spread of the loosest link on the tightest path from a marker to each other, over `allowed` alone: the tree
-    /// of rigid bodies (single linkage).
+    /// The bottleneck variation from a marker to each other marker, over `allowed` only: the loosest link of the
+    /// tightest path. These links form the tree of rigid bodies (single linkage).
     pub(super) fn links(&self, from: usize, allowed: &[usize]) -> Vec<f64> {
         let mut best = vec![f64::MAX; self.count()];
         let mut open: Vec<usize> = allowed.iter().copied().filter(|marker| *marker != from).collect();
@@ -190,15 +190,15 @@ impl Cloud {
         best
     }
 
-    /// The middle of some markers in a frame.
+    /// The centroid of some markers in a frame.
     pub(super) fn middle(&self, markers: &[usize], frame: usize) -> Option<DVec3> {
         let seen = markers.iter().filter_map(|marker| self.frames[frame][*marker]);
         let (sum, count) = seen.fold((DVec3::ZERO, 0), |(sum, count), point| (sum + point, count + 1));
         (count > 0).then(|| sum / f64::from(count))
     }
 
-    /// The median, over `frames`, of where a marker is along an axis from an origin, both frame by frame, in parts of
-    /// the height.
+    /// The median, over `frames`, of a marker's coordinate along an axis from an origin, as a fraction of the body
+    /// height. Axis and origin are given for each frame.
     pub(super) fn along(&self, marker: usize, axes: &[DVec3], from: &[Option<DVec3>], frames: &[usize]) -> f64 {
         let height = |frame: &usize| {
             let own = self.frames[*frame][marker]? - from[*frame]?;
@@ -213,7 +213,7 @@ impl Cloud {
     }
 }
 
-/// The axis along which the markers of a body that mostly stands reach farthest.
+/// The axis along which the markers of a mostly standing body reach farthest.
 fn tallest_axis(frames: &[Vec<Option<DVec3>>]) -> Option<DVec3> {
     let reach = |axis: &DVec3| {
         let of_frame = |frame: &Vec<Option<DVec3>>| {
@@ -223,7 +223,7 @@ fn tallest_axis(frames: &[Vec<Option<DVec3>>]) -> Option<DVec3> {
         };
         percentile(frames.iter().map(of_frame), 0.5, f64::round).unwrap_or(f64::NAN)
     };
-    // Ties, and all but lying bodies, are for +Y, as readers turn what they know.
+    // +Y wins unless another axis is clearly longer, because readers turn a known up axis to +Y.
     [DVec3::Y, DVec3::Z, DVec3::X].into_iter().reduce(|best, other| {
         if reach(&other) > 1.2 * reach(&best) {
             other

@@ -1,53 +1,53 @@
-//! A pose from the markers of a frame: damped Gauss-Newton with robust weights, from a pose nearby.
+//! Fits a pose to the markers of a frame: damped Gauss-Newton with robust weights, from a nearby pose.
 //!
-//! Weights are those of Geman and McClure (1987): a marker that is far off, because it was taken for another or is a
-//! reflection, pulls little.
+//! The weights are those of Geman and McClure (1987): a distant marker, such as a reflection or a swapped label, pulls
+//! little.
 
 use glam::{DMat3, DQuat, DVec3};
 use mocap_scene::math::cholesky;
 
 use super::model::{Model, Pose, World};
 
-/// Where markers are in a frame, in metres; none where they were not seen.
+/// Marker positions in a frame, in metres; `None` if a marker was not seen.
 pub(super) type Seen = [Option<DVec3>];
 
-/// Iterations at most, which bound the time of a frame.
+/// The largest number of iterations, which bounds the time of a frame.
 const ITERATIONS: usize = 12;
 
-/// The step in radians or metres below which a frame is solved: half of the noise of cameras.
+/// The step in radians or metres below which a frame is solved: half of the camera noise.
 const SMALLEST_STEP: f64 = 5e-4;
 
-/// What is known of every unknown, of a radian or a metre, so that equations have a solution.
+/// The prior weight of every unknown, per squared radian or metre, so that the equations have a solution.
 const LEAST_INFORMATION: f64 = 1e-3;
 
-/// The largest turn in a step, in radians: farther away the linear terms do not hold.
+/// The largest rotation in an iteration, in radians. Beyond it the linearization does not hold.
 const LARGEST_STEP: f64 = 0.5;
 
-/// What joints do in a frame, as other frames say: the joint, its rotation to its parent, and the standard deviation of
-/// that in radians.
+/// The expected pose of joints in a frame, from other frames: the joint, its rotation relative to its parent, and the
+/// standard deviation of the rotation in radians.
 pub(super) type Toward = [(usize, DQuat, f64)];
 
-/// What a fit needs of memory, used again for every frame.
+/// The buffers of a fit, reused for every frame.
 #[derive(Debug, Default)]
 pub(super) struct Fit {
     pub(super) world: World,
     matrix: Vec<f64>,
     right: Vec<f64>,
-    /// The sum of the steps of a frame.
+    /// The sum of the iteration steps of a frame.
     moved: Vec<f64>,
     loads: Vec<Load>,
 }
 
-/// Weighted sums over the markers that a joint moves, of their arms about the joint and of their deviations.
+/// Weighted sums over the markers that a joint moves, of their lever arms about the joint and of their residuals.
 ///
 /// With these sums the normal equations cost a few products for each marker, and a block for each pair of joints on a
-/// chain. The inertia of composite bodies is computed so too (Featherstone, Rigid Body Dynamics Algorithms, 2008,
+/// chain. Composite-body inertia is computed in the same way (Featherstone, Rigid Body Dynamics Algorithms, 2008,
 /// chapter 6).
 #[derive(Clone, Copy, Debug, Default)]
 struct Load {
     weight: f64,
     arms: DVec3,
-    /// Of products of arms: row and column are coordinates.
+    /// Products of lever arms: row and column are coordinates.
     squares: DMat3,
     force: DVec3,
     moment: DVec3,
@@ -63,7 +63,7 @@ impl Load {
         self.moment += arm.cross(force);
     }
 
-    /// Adds the sums of a joint that stands so far from this one.
+    /// Adds the sums of a child joint at the offset `arm`.
     fn add_child(&mut self, child: &Self, arm: DVec3) {
         self.weight += child.weight;
         self.arms += child.arms + arm * child.weight;
@@ -74,25 +74,25 @@ impl Load {
     }
 }
 
-/// The products of the coordinates of `a`, which are rows, with those of `b`.
+/// The products of the coordinates of `a`, which are rows, with the coordinates of `b`.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// The largest size of a step's numbers; none where one is not finite, and the step is none.
+/// The largest absolute value of a step; `None` if a value is not finite, because the step is then invalid.
 pub(super) fn largest(step: &[f64]) -> Option<f64> {
     step.iter().try_fold(0.0_f64, |most, number| {
         number.is_finite().then(|| most.max(number.abs()))
     })
 }
 
-/// The weight of a marker that is so far from where it should be; at `outlier` it is a quarter.
+/// The weight of a marker at a distance from its expected position. At the distance `outlier` it is a quarter.
 pub(super) fn weight(distance: f64, outlier: f64) -> f64 {
     let ratio = distance / outlier;
     1.0 / (1.0 + ratio * ratio).powi(2)
 }
 
-/// Adds `value` with its derivatives to normal equations, of which the lower triangle is kept.
+/// Adds `value` with its derivatives to the normal equations, which store only the lower triangle.
 pub(super) fn add_term(matrix: &mut [f64], right: &mut [f64], size: usize, (value, slopes): super::model::Term<'_>) {
     for &(row, a) in slopes {
         right[row] -= a * value;
@@ -105,12 +105,12 @@ pub(super) fn add_term(matrix: &mut [f64], right: &mut [f64], size: usize, (valu
 }
 
 impl Fit {
-    /// Brings `pose` to the markers.
+    /// Fits `pose` to the markers.
     pub(super) fn fit(&mut self, model: &Model, pose: &mut Pose, seen: &Seen) {
         self.fit_toward(model, pose, seen, &[]);
     }
 
-    /// As [`fit`](Self::fit), and to rotations that other frames tell.
+    /// Like [`fit`](Self::fit), and also toward the rotations that other frames predict.
     pub(super) fn fit_toward(&mut self, model: &Model, pose: &mut Pose, seen: &Seen, toward: &Toward) {
         let size = model.unknowns;
         self.moved.clear();
@@ -182,7 +182,7 @@ impl Fit {
         model.terms(pose, &self.world, |term| add_term(matrix, right, size, term));
     }
 
-    /// The standard deviation of the rotation of each joint in its parent, in radians, by the markers that are seen.
+    /// The standard deviation of each joint's rotation relative to its parent, in radians, given the seen markers.
     pub(super) fn deviations(&mut self, model: &Model, pose: &Pose, seen: &Seen) -> Vec<f64> {
         self.normal_equations(model, pose, seen);
         let size = model.unknowns;
@@ -202,8 +202,8 @@ impl Fit {
         model.unknown.iter().map(deviation).collect()
     }
 
-    /// Adds the rows of the unknowns of all joints above, and of the root, in the columns of a joint's rotation. A turn
-    /// `u` moves a marker by its cross product with the arm of the marker.
+    /// Adds the rows of all ancestor joints, and of the root position, in the columns of a joint's rotation. A rotation
+    /// `u` moves a marker by the cross product of `u` with the marker's lever arm.
     fn add_joint(&mut self, model: &Model, joint: usize) {
         let Some(column) = model.unknown[joint] else { return };
         let (size, load) = (model.unknowns, &self.loads[joint]);
@@ -232,7 +232,7 @@ impl Fit {
         }
     }
 
-    /// How far markers that are seen are from where the pose has them, in metres.
+    /// The distance of each seen marker from its position in the pose, in metres.
     pub(super) fn distances(&self, model: &Model, seen: &Seen) -> Vec<Option<f64>> {
         let distance =
             |(marker, seen): (usize, &Option<DVec3>)| seen.map(|seen| seen.distance(model.marker(marker, &self.world)));

@@ -1,5 +1,5 @@
-//! Knees and ankles that no marker stands beside, as of trials with clusters on thighs and shanks: where the markers of
-//! both segments turn about, as the motion tells.
+//! Knees and ankles without a marker beside them, in trials with marker clusters on thighs and shanks. The motion of
+//! both clusters determines the joint's centre and axis.
 
 use glam::{DAffine3, DMat3, DVec3};
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
@@ -7,23 +7,25 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 use super::centres::{self, ANKLE, KNEE};
 use super::take::{Take, rigid};
 
-/// Frames from which the axes are known, which bound the time.
+/// The number of frames from which the axes are computed, which bounds the time.
 const FRAMES: usize = 300;
 
-/// Markers that tell how a segment moves.
+/// The number of markers that determine how a segment moves.
 const CLUSTER: usize = 3;
 
-/// The mean of 2 - 2 cos of the angles of a joint from which on they tell its axis: that of 10 degrees.
+/// The mean of 2 - 2 cos(angle) of a joint from which on its motion determines its axis: the value for angles of 10
+/// degrees.
 const LEAST_MOTION: f64 = 0.03;
 
-/// The factor by which a centre moves harder along the axis than across it: nothing tells where on its axis a hinge is.
+/// The factor by which a centre moves less along the axis than across it: the motion does not show where on its axis a
+/// hinge is.
 const STAYS_ALONG: f64 = 1e3;
 
-/// Steps of the inverse power method, which bound the time.
+/// The number of iterations of the inverse power method, which bounds the time.
 const ITERATIONS: usize = 50;
 
-/// The take in one frame, as a standing trial, with markers on both sides of knees and ankles that the take has not;
-/// `None` where none is told.
+/// One frame of the take as a standing trial, with the missing markers on both sides of knees and ankles. `None` if the
+/// motion determines none of them.
 pub(super) fn standing(take: &Take) -> Option<Take> {
     if ["LKNE", "RKNE", "LANK", "RANK"].into_iter().all(|name| take.has(name)) {
         return None;
@@ -39,7 +41,7 @@ pub(super) fn standing(take: &Take) -> Option<Take> {
             [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot].map(|bone| moved(bone.on(side)));
         let own = |name: &str| centres::sided(side, name);
         let left = axes * DVec3::X * centres::sign(side);
-        // The middle of the foot is that of heel and toes, the knee between hip and ankle.
+        // The ankle is near the midpoint of heel and toes, and the knee near the midpoint of hip and ankle.
         let middle = at(&own("HEE"))
             .zip(at(&own("TOE")))
             .map(|(heel, toe)| heel.midpoint(toe));
@@ -64,7 +66,7 @@ pub(super) fn standing(take: &Take) -> Option<Take> {
     (made.landmarks.len() > take.landmarks.len()).then_some(made)
 }
 
-/// How the markers of a bone moved from where they are in the frame `reference`.
+/// The motion of a bone's markers, relative to the frame `reference`.
 fn motions(take: &Take, bone: Bone, reference: usize, frames: &[usize]) -> Vec<Option<DAffine3>> {
     let own: Vec<usize> = (0..take.landmarks.len())
         .filter(|index| take.landmarks[*index].bone == bone)
@@ -76,9 +78,9 @@ fn motions(take: &Take, bone: Bone, reference: usize, frames: &[usize]) -> Vec<O
     frames.iter().map(moved).collect()
 }
 
-/// The point that two segments share in all frames (as the symmetric centre of rotation of Ehrig et al., J. Biomech.
-/// 39, 2006), and the axis about which they turn (J. Biomech. 40, 2007), which points as `along` does: both in the
-/// frame of reference. On the axis the point is that nearest to `near`.
+/// The point that two segments share in all frames, and the axis about which they turn (the symmetric centre of
+/// rotation of Ehrig et al., J. Biomech. 39, 2006, and 40, 2007). Both are in the coordinates of the reference frame.
+/// The axis points as `along` does. The point is the point of the axis that is nearest to `near`.
 fn turning(
     above: &[Option<DAffine3>],
     below: &[Option<DAffine3>],

@@ -1,36 +1,37 @@
-//! The motion of joints in gaps, while too few of their markers are seen. It is a curve without a jerk from the last
-//! known pose to the next. The markers that are seen correct the curve.
+//! The motion of joints in gaps, while too few of their markers are seen. A curve without jerk connects the last known
+//! pose with the next one. The seen markers correct the curve.
 
 use glam::{DQuat, DVec3};
 
 use super::fit::Fit;
 use super::model::{Model, Pose};
 
-/// The deviation of a joint from which on other frames determine it too, as a factor of its deviation with all markers.
+/// The standard deviation of a joint above which other frames determine it too, as a factor of its deviation with all
+/// markers.
 const LOOSE: f64 = 2.5;
 
-/// The deviation in radians up to which markers determine a joint well enough: a degree.
+/// The standard deviation in radians below which markers determine a joint well enough: a degree.
 const TOLD: f64 = 0.017;
 
-/// The deviation of a joint from the curve in a gap of [`OVER`], in radians. Errors of interpolation grow with the
-/// square of the time: arms of a walk swing by 0.5 rad within half a second.
+/// The standard deviation of a joint from the curve in a gap of [`OVER`], in radians. Interpolation errors grow with
+/// the square of the time: the arms of a walk swing by 0.5 rad within half a second.
 const OFF: f64 = 0.05;
 
-/// The length of the gap for which [`OFF`] is stated, in seconds: half a swing.
+/// The gap length for which [`OFF`] is stated, in seconds: half a swing.
 const OVER: f64 = 0.2;
 
-/// The time over which the speed of a joint at an end of a gap is measured, in seconds. It is longer than the noise of
-/// a frame matters, and shorter than a swing.
+/// The time over which a joint's speed at an end of a gap is measured, in seconds. It averages over the noise of a
+/// frame, and is shorter than a swing.
 const SPEED_OVER: f64 = 0.04;
 
-/// The joints that markers determine, in each frame.
+/// The joints that markers do not determine, in each frame.
 pub(super) struct Gaps {
-    /// Of each joint with all markers.
+    /// The standard deviation of each joint with all markers.
     usual: Vec<f64>,
     /// The markers that were seen when `now` was computed.
     pattern: Vec<bool>,
     now: Vec<bool>,
-    /// Joint, then frame.
+    /// Indexed by joint, then frame.
     pub(super) loose: Vec<Vec<bool>>,
 }
 
@@ -49,7 +50,8 @@ impl Gaps {
         }
     }
 
-    /// Notes which joints the markers of a frame hardly tell; `distances` are those of markers that are seen.
+    /// Notes the joints that the markers of a frame hardly determine. `distances` has the distances of the seen
+    /// markers.
     pub(super) fn note(
         &mut self,
         (model, fit): (&Model, &mut Fit),
@@ -72,8 +74,9 @@ impl Gaps {
         }
     }
 
-    /// For each frame the joints that others tell better, with their rotation to their parent, and its deviation in
-    /// radians. `rotations` are to the world: joint, then frame.
+    /// For each frame, the joints that other frames determine better. Each has its rotation relative to its parent, and
+    /// the standard deviation of the rotation in radians. `rotations` are relative to the world, indexed by joint, then
+    /// frame.
     pub(super) fn between(&self, model: &Model, rotations: &[Vec<DQuat>], rate: f64) -> Vec<Vec<(usize, DQuat, f64)>> {
         let frames = self.loose.first().map_or(0, Vec::len);
         let mut found = vec![Vec::new(); frames];
@@ -104,7 +107,7 @@ impl Gaps {
     }
 }
 
-/// The runs of frames that are loose, first and last.
+/// The intervals of loose frames, as first and last frame.
 fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for frame in (0..loose.len()).filter(|frame| loose[*frame]) {
@@ -116,18 +119,18 @@ fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
     runs
 }
 
-/// A cubic curve (Hermite's) of rotation vectors from the first of two frames to the other.
+/// A cubic Hermite curve of rotation vectors from a frame to a later one.
 struct Curve {
     first: usize,
     frames: f64,
     from: DQuat,
     turn: DVec3,
-    /// Turns in a frame at both ends.
+    /// Angular velocities at both ends, per frame.
     speeds: [DVec3; 2],
 }
 
 impl Curve {
-    /// Between two frames; speeds are those over so many frames before and after them.
+    /// A curve between two frames. The speed at each end is averaged over `back` frames before and `on` frames after.
     fn of(local: &impl Fn(usize) -> DQuat, (first, back): (usize, usize), (last, on): (usize, usize)) -> Self {
         let turn = |from: usize, to: usize| {
             let turn = local(to) * local(from).inverse();

@@ -1,14 +1,14 @@
-//! Which marker is which landmark, where labels tell nothing: by the distances that stay the same, and by where markers
-//! are while the body stands.
+//! Guesses landmarks from marker positions if the labels are unknown: by constant distances, and by positions while the
+//! body stands.
 //!
-//! 1. Markers of one bone keep their distances, and those beside a joint keep theirs to both bones. The tree of these
-//!    links (single linkage) has each leg as a chain from its foot, and the rest of the body around the head.
-//! 2. Feet tell where the body looks, and with that left and right.
-//! 3. In each part landmarks are told by height, by side, and by to what they are rigid: an ankle to shank and foot, an
+//! 1. Markers of one bone keep their distances. Markers beside a joint keep their distances to both bones. The tree of
+//!    these links (single linkage) has each leg as a chain from its foot, and the rest of the body around the head.
+//! 2. The feet show the facing direction, and with it left and right.
+//! 3. In each body region, height, side and rigidity determine the landmarks: an ankle is rigid to shank and foot, an
 //!    elbow to upper arm and forearm.
 //!
-//! Heights are those of standing adults: ankle 0.039, knee 0.285, hip 0.53, shoulder 0.82 of the height of the body.
-//! The source is Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control of Human Movement.
+//! Heights are those of standing adults, as fractions of the body height: ankle 0.039, knee 0.285, hip 0.53, shoulder
+//! 0.82. The source is Drillis and Contini (1966), as in Winter, Biomechanics and Motor Control of Human Movement.
 
 use glam::DVec3;
 use mocap_scene::math::median::percentile;
@@ -16,35 +16,36 @@ use mocap_scene::math::median::percentile;
 use super::cloud::Cloud;
 use super::landmarks::{Landmark, named};
 
-/// The part of the height of the body below which markers are of feet: ankles are at 0.04, markers of shins above 0.15.
+/// The height below which markers are on feet, as a fraction of the body height. Ankles are at 0.04, shin markers above
+/// 0.15.
 const FEET: f64 = 0.10;
-/// The part of the height of the body at which a knee is: 0.285 (Drillis and Contini, in Winter, Biomechanics and Motor
+/// The height of a knee as a fraction of the body height (Drillis and Contini, in Winter, Biomechanics and Motor
 /// Control of Human Movement).
 const KNEE: f64 = 0.285;
-/// Parts of the height of the body around it in which markers of knees are: half of thigh and shin.
+/// The heights of knee markers as fractions of the body height, from mid-shin to mid-thigh.
 const KNEES: std::ops::Range<f64> = 0.2..0.4;
-/// The part of the height of the body below which markers are of legs: hips are at 0.53.
+/// The height below which markers are on legs, as a fraction of the body height. Hips are at 0.53.
 const LEGS: f64 = 0.52;
-/// Parts of the height of the body in which markers of the pelvis are: front spines are at 0.58.
+/// The heights of pelvis markers as fractions of the body height. Front spines are at 0.58.
 const PELVIS: std::ops::Range<f64> = 0.48..0.68;
-/// The part of the height of the body above which markers are of shoulders: these are at 0.82.
+/// The height above which markers are on shoulders, as a fraction of the body height. Shoulders are at 0.82.
 const SHOULDERS: f64 = 0.72;
-/// The part of the height of the body above which markers are of the head: the chin is at 0.87.
+/// The height above which markers are on the head, as a fraction of the body height. The chin is at 0.87.
 const HEAD: f64 = 0.86;
-/// The part of the height of the body above which markers are of the chest: the navel is at 0.6.
+/// The height above which markers are on the chest, as a fraction of the body height. The navel is at 0.6.
 const CHEST: f64 = 0.55;
-/// The largest change of distances of markers that are on the pelvis, as a fraction of the height of the body. It is
-/// about 20 mm, because the skin slides.
+/// The largest variation of distances between pelvis markers, as a fraction of the body height. It is about 20 mm,
+/// because the skin slides.
 const RIGID: f64 = 0.012;
-/// The same part of the height for the head: 7 mm.
+/// The same fraction of the height for the head: 7 mm.
 const RIGID_HEAD: f64 = 0.004;
-/// The same part of the height for the trunk: 10 mm.
+/// The same fraction of the height for the trunk: 10 mm.
 const RIGID_TRUNK: f64 = 0.006;
-/// The distance from the middle of the body, as a part of its height, within which a marker is of the middle: 6 cm.
+/// The largest distance of a central marker from the body's midline, as a fraction of the body height: 6 cm.
 const MIDDLE: f64 = 0.035;
-/// Distances from the middle of the body, as parts of its height, in which markers of shoulders are: 12 to 27 cm.
+/// The distances of shoulder markers from the body's midline, as fractions of the body height: 12 to 27 cm.
 const BESIDE: std::ops::Range<f64> = 0.07..0.16;
-/// The landmarks of the markers, in their order, or what was not found.
+/// The landmarks of the markers, in their order, or a message about what was not found.
 pub(super) fn landmarks(tracks: &[Vec<Option<DVec3>>]) -> Result<Vec<Option<Landmark>>, &'static str> {
     let cloud = Cloud::of(tracks).ok_or("fewer than 12 markers that are seen often, or more than 200")?;
     let mut guess = Guess {
@@ -63,16 +64,16 @@ pub(super) fn landmarks(tracks: &[Vec<Option<DVec3>>]) -> Result<Vec<Option<Land
 
 struct Guess {
     cloud: Cloud,
-    /// Names of landmarks, of the markers of the cloud.
+    /// The landmark name of each marker of the cloud.
     names: Vec<Option<String>>,
-    /// Where the body looks and its left, in each frame.
+    /// The facing direction of the body in each frame, and its left.
     forward: Vec<DVec3>,
     left: Vec<DVec3>,
-    /// The middle of the pelvis, and before it is found that of both legs.
+    /// The centroid of the pelvis. Before the pelvis is found, it is the centroid of both legs.
     centre: Vec<Option<DVec3>>,
 }
 
-/// A leg: all of its markers, and those of which something is known.
+/// The markers of a leg, and the identified ones among them.
 struct Leg {
     markers: Vec<usize>,
     foot: Vec<usize>,
@@ -87,13 +88,13 @@ impl Guess {
         self.names[marker] = Some(format!("{side}{name}"));
     }
 
-    /// Sorts markers by where they are along an axis, the farthest first.
+    /// Sorts markers by their coordinate along an axis, largest first.
     fn sort(&self, markers: &mut [usize], axes: &[DVec3]) {
         let key = |marker: usize| self.cloud.along(marker, axes, &self.centre, &self.cloud.upright);
         markers.sort_by(|a, b| key(*b).total_cmp(&key(*a)));
     }
 
-    /// Finds both legs and where the body looks; the rest are the markers of the upper body.
+    /// Finds both legs and the facing direction. Returns the markers of the upper body.
     fn legs(&mut self) -> Result<Vec<usize>, &'static str> {
         let cloud = &self.cloud;
         let all: Vec<usize> = (0..cloud.count()).collect();
@@ -177,7 +178,7 @@ impl Guess {
         })
     }
 
-    /// The body looks where both feet point.
+    /// The facing direction is the direction of both feet.
     fn look(&mut self, legs: &[Leg; 2]) -> Result<(), &'static str> {
         let cloud = &self.cloud;
         let mut last = DVec3::ZERO;
@@ -201,7 +202,7 @@ impl Guess {
             .ok_or("the feet do not tell where the body looks")
     }
 
-    /// Which leg is the left one.
+    /// The sides of the two legs.
     fn sides(&self, legs: &[Leg; 2]) -> [&'static str; 2] {
         let mean = |leg: &Leg| {
             let places = leg.markers.iter().map(|marker| self.side(*marker));
@@ -214,7 +215,7 @@ impl Guess {
         }
     }
 
-    /// How far a marker is to the left of the middle of the body.
+    /// The distance of a marker to the left of the body's midline.
     fn side(&self, marker: usize) -> f64 {
         self.cloud.along(marker, &self.left, &self.centre, &self.cloud.upright)
     }
@@ -235,9 +236,9 @@ impl Guess {
         self.name(leg.knee, side, "KNE");
     }
 
-    /// Four rigid markers, or three, around the middle of the body.
+    /// Finds four rigid markers, or three, around the body's midline.
     fn pelvis(&mut self, upper: &[usize]) -> Result<(), &'static str> {
-        /// So many candidates are tried, those nearest to the middle.
+        /// The number of candidates to try, nearest to the midline first.
         const TRIED: usize = 20;
         let cloud = &self.cloud;
         let sides: Vec<f64> = (0..cloud.count()).map(|marker| self.side(marker)).collect();
@@ -357,7 +358,7 @@ impl Guess {
         }
     }
 
-    /// Names chest and back, and returns the markers in the middle of the trunk.
+    /// Names chest and back, and returns the central markers of the trunk.
     fn trunk(&mut self, rest: &[usize], shoulders: [usize; 2], sides: &[f64]) -> Vec<usize> {
         let cloud = &self.cloud;
         let is_middle = |marker: &usize| {
@@ -425,9 +426,9 @@ impl Guess {
         }
     }
 
-    /// Where a hand hangs its thumb is in front.
+    /// The thumb of a hanging hand is in front.
     fn sort_wrist(&self, wrist: &mut [usize]) {
-        /// The part of the frames in which it is lowest.
+        /// The fraction of frames, those with the lowest hand, in which it hangs.
         const HANGS: f64 = 0.3;
         let cloud = &self.cloud;
         let height = |frame: usize| cloud.middle(wrist, frame).map(|middle| middle.dot(cloud.up));
@@ -439,7 +440,7 @@ impl Guess {
         wrist.sort_by(|a, b| front(*b).total_cmp(&front(*a)));
     }
 
-    /// The landmarks of all markers of the file; the second of a name has a number.
+    /// The landmarks of all markers of the file. The second occurrence of a name gets a number.
     fn landmarks(self, count: usize) -> Vec<Option<Landmark>> {
         let mut found = vec![None; count];
         let mut taken = std::collections::HashMap::<String, usize>::new();
@@ -458,7 +459,7 @@ impl Guess {
     }
 }
 
-/// The best choice of so many markers, by the least cost.
+/// The combination of `size` markers with the least cost.
 fn best_of(markers: &[usize], size: usize, cost: &impl Fn(&[usize]) -> Option<f64>) -> Option<Vec<usize>> {
     fn choose(markers: &[usize], size: usize, chosen: &mut Vec<usize>, visit: &mut impl FnMut(&[usize])) {
         if size == 0 {

@@ -1,26 +1,26 @@
-//! Which marker is which landmark of the body, by the names that sets of markers have for it.
+//! Identifies the landmarks of markers by the names of known marker sets.
 
 use std::collections::HashMap;
 
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
-/// What a marker is on.
+/// The tissue under a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum MarkerSite {
     /// Skin over a bone, which hardly slides.
     Bone,
-    /// Muscle, or a place that nobody measures.
+    /// Muscle, or a place that no protocol states precisely.
     Muscle,
 }
 
 use MarkerSite::{Bone as Hard, Muscle as Soft};
 
-/// A landmark, the bone that it moves with, what it is on, and its names: `*` is the side, `l` or `r`. Names are
-/// compared in lower case without what is no letter and no digit, and without the name of the subject before a colon.
+/// A landmark, the bone that it moves with, its tissue, and its names. `*` stands for the side, `l` or `r`. Names are
+/// compared in lower case, reduced to letters and digits, without the subject prefix.
 type Row = (&'static str, Bone, MarkerSite, &'static str);
 
 /// Sources:
-/// - the marker placement guides of Carnegie Mellon University (41 markers) and of Vicon's Plug-in Gait full body
+/// - the marker placement guides of Carnegie Mellon University (41 markers) and of Vicon's full-body Plug-in Gait
 /// - Helen Hayes (Kadaba 1990), the Istituto Ortopedico Rizzoli (Leardini 2007)
 /// - OpenSim's gait models, OptiTrack's Baseline, Conventional and Biomech sets (docs.optitrack.com)
 /// - Vicon's 53 markers of Blade and Shogun, the 47 of the Human Body Model (van den Bogert 2013)
@@ -164,7 +164,7 @@ const ROWS: &[Row] = &[
     ("*EAR", Bone::Head, Hard, "*head"),
 ];
 
-/// A set by its name and how some of its markers are called, which other sets call otherwise.
+/// The name of a set, and some marker names that only this set uses.
 const SETS: &[(&str, &str)] = &[
     ("CMU's set", "lfwt rfwt lbwt rbwt lshn rshn lmt5 rmt5 lupa lfrm"),
     ("Plug-in Gait", "lasi rasi lpsi rpsi lthi rthi ltib rtib"),
@@ -203,7 +203,7 @@ const SETS: &[(&str, &str)] = &[
     ),
 ];
 
-/// A landmark as a marker is one.
+/// The landmark at which a marker sits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmark {
     /// Its name, with the side.
@@ -212,33 +212,33 @@ pub struct Landmark {
     pub(super) on: MarkerSite,
 }
 
-/// With fewer labels that are known, they tell nothing.
+/// The number of known labels below which the labels are not used.
 pub(super) const KNOWN: usize = 8;
 
-/// What a caller says of labels.
+/// The caller's statements about labels.
 #[derive(Debug, Default)]
 pub(super) struct Labels {
-    /// The landmark of each label that a file of markers names, by its key.
+    /// The landmark of each label in the caller's JSON, by the key of the label.
     pub(super) named: HashMap<String, Landmark>,
     /// The subject to solve.
     pub(super) subject: Option<String>,
 }
 
 impl Labels {
-    /// The landmark that the caller names for a label, with the subject or without.
+    /// The landmark that the caller assigns to a label, with or without the subject.
     pub(super) fn landmark(&self, label: &str) -> Option<&Landmark> {
         let whole = self.named.get(&whole_key(label));
         whole.or_else(|| self.named.get(&key(label)))
     }
 }
 
-/// A label without the subject before a colon, in lower case, without what is no letter and no digit, and without the
-/// end that all labels of OpenCap have.
+/// The label in lower case, reduced to letters and digits, without the subject prefix (`subject:`) and without
+/// OpenCap's suffix.
 pub(super) fn key(label: &str) -> String {
     whole_key(label.rsplit(':').next().unwrap_or(label))
 }
 
-/// As [`key`], with the subject.
+/// Like [`key`], with the subject.
 pub(super) fn whole_key(label: &str) -> String {
     let letters = label.chars().filter(|letter| letter.is_alphanumeric());
     let letters: String = letters.flat_map(char::to_lowercase).collect();
@@ -247,8 +247,8 @@ pub(super) fn whole_key(label: &str) -> String {
         .map_or_else(|| letters.clone(), str::to_owned)
 }
 
-/// The keys of labels, without the name of a subject that stands before them without a colon: what makes the most of
-/// them known.
+/// The keys of labels, without a subject prefix that has no colon. The prefix is the one that makes the most labels
+/// known.
 pub fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String> {
     let keys: Vec<String> = labels.iter().map(|label| key(label)).collect();
     let plain = keys.iter().filter(|key| known.contains_key(*key)).count();
@@ -259,7 +259,7 @@ pub fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String>
             *counts.entry(subject).or_default() += 1;
         }
     }
-    // Of two subjects the first by name: the order of a map is not that of the file.
+    // On a tie, the first prefix by name: the order of a map is not the order of the file.
     let most = counts.into_iter().max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(a.0)));
     match most {
         Some((subject, count)) if count > plain => keys
@@ -270,7 +270,7 @@ pub fn keys(labels: &[String], known: &HashMap<String, Landmark>) -> Vec<String>
     }
 }
 
-/// Whether a key names a point that Plug-in Gait computes, and no marker: the origin of a bone or the tip of one of its
+/// Whether a key names a point that Plug-in Gait computes, not a marker: the origin of a bone or the tip of one of its
 /// axes. A file has all four: `LTIO`, `LTIA`, `LTIL` and `LTIP`.
 pub(super) fn is_axis(key: &str, keys: &[String]) -> bool {
     const ENDS: [char; 4] = ['o', 'a', 'l', 'p'];
@@ -306,16 +306,16 @@ pub fn by_key() -> HashMap<String, Landmark> {
     found
 }
 
-/// The landmark of this name, as a file of markers states it.
+/// The landmark with this name.
 pub(super) fn named(name: &str) -> Option<Landmark> {
     by_key()
         .into_values()
         .find(|landmark| landmark.name.eq_ignore_ascii_case(name))
 }
 
-/// The set whose own names are nearly all there, with the most of them.
+/// The set most of whose own names are present. Of several sets, the one with the most names.
 pub fn set_name(keys: &[String]) -> Option<&'static str> {
-    /// The part of the labels of a set that are in a file from which on the file has that set: some are always lost.
+    /// The smallest fraction of a set's names that a file of that set has, because some markers are always missing.
     const NEARLY_ALL: f64 = 0.75;
     let count = |names: &str| {
         names

@@ -1,26 +1,27 @@
-//! A body with markers: joints with offsets, markers with offsets on their bones, and what both say of a pose.
+//! A body with markers: joints with offsets, markers with offsets on their bones, and the equations that both give for
+//! a pose.
 
 use glam::{DQuat, DVec3};
 
 use super::weights::MarkerWeights;
 
-/// What can change of a joint's offset from its parent.
+/// What calibration may change about a joint's offset from its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Freedom {
     /// Nothing.
     Fixed,
     /// Its length.
     Length,
-    /// All of it; the standard deviation of each coordinate, in metres.
+    /// The whole offset. The value is the standard deviation of each coordinate, in metres.
     Position(f64),
 }
 
-/// How a joint bends: the axis in the T-pose, and the direction of the bone below it.
+/// How a joint bends: the axis in the T-pose, and the direction of the child bone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hinge {
     pub(super) axis: DVec3,
     pub(super) along: DVec3,
-    /// Whether the bone below does not twist about itself, as a shin; a forearm does.
+    /// Whether the child bone does not twist. A shin does not; a forearm does.
     pub(super) is_pure: bool,
 }
 
@@ -29,7 +30,7 @@ pub(super) struct Joint {
     pub parent: Option<usize>,
     pub(super) offset: DVec3,
     pub(super) freedom: Freedom,
-    /// How far a joint is from its rotation in the T-pose where markers do not say, in radians; none: it does not turn.
+    /// The expected rotation from the T-pose without marker evidence, in radians. A joint with `None` does not rotate.
     pub(super) bend: Option<f64>,
     pub(super) hinge: Option<Hinge>,
 }
@@ -38,7 +39,7 @@ pub(super) struct Joint {
 pub(super) struct Marker {
     pub(super) joint: usize,
     pub(super) offset: DVec3,
-    /// Standard deviation of each coordinate of the offset, in metres.
+    /// The standard deviation of each coordinate of the offset, in metres.
     pub(super) spread: f64,
 }
 
@@ -46,18 +47,18 @@ pub(super) struct Marker {
 #[derive(Clone, Debug)]
 pub(super) struct Pose {
     pub(super) root: DVec3,
-    /// To the parent.
+    /// Rotations relative to the parent.
     pub(super) local: Vec<DQuat>,
 }
 
-/// Of all joints, in the world.
+/// Positions and rotations of all joints, in the world.
 #[derive(Clone, Debug, Default)]
 pub(super) struct World {
     pub(super) positions: Vec<DVec3>,
     pub(super) rotations: Vec<DQuat>,
 }
 
-/// A number that should be 0, divided by its standard deviation, and its derivatives.
+/// A residual divided by its standard deviation, and its derivatives.
 pub(super) type Term<'t> = (f64, &'t [(usize, f64)]);
 
 #[derive(Clone, Debug)]
@@ -65,22 +66,22 @@ pub(super) struct Model {
     /// Parents first.
     pub(super) joints: Vec<Joint>,
     pub(super) markers: Vec<Marker>,
-    /// Standard deviation of a coordinate of a marker about its offset, in metres.
+    /// The standard deviation of a marker coordinate about its offset, in metres.
     pub(super) slides: f64,
     pub(super) weights: MarkerWeights,
-    /// The first of the three unknowns of a joint's rotation: those of children stand before those of their parents, so
-    /// that normal equations are solved along the tree.
+    /// The first of the three unknowns of a joint's rotation. Unknowns of children precede the unknowns of their
+    /// parents, so that the normal equations are solved along the tree.
     pub(super) unknown: Vec<Option<usize>>,
     pub(super) unknowns: usize,
-    /// The first of the three unknowns of the root's position, which are the last.
+    /// The first of the three unknowns of the root position, which come last.
     pub(super) root: usize,
-    /// For each unknown the first before it, or itself, with which it has to do.
+    /// For each unknown, the first unknown that it is coupled to: an earlier one, or itself.
     pub(super) envelope: Vec<usize>,
-    /// The joints that move a joint and what hangs on it: itself first, the root last.
+    /// The joints that move each joint: the joint itself first, the root last.
     chains: Vec<Vec<usize>>,
 }
 
-/// The turn of a rotation as a vector, in radians, nearly.
+/// A small rotation as a rotation vector in radians (approximate).
 fn turned(rotation: DQuat) -> DVec3 {
     rotation.xyz() * (2.0 * if rotation.w < 0.0 { -1.0 } else { 1.0 })
 }
@@ -143,7 +144,7 @@ impl Model {
         world.positions[self.markers[marker].joint] + self.arm(marker, world)
     }
 
-    /// From the joint that moves a marker to the marker.
+    /// The vector to a marker from the joint that moves it.
     pub(super) fn arm(&self, marker: usize, world: &World) -> DVec3 {
         let Marker { joint, offset, .. } = self.markers[marker];
         world.rotations[joint] * offset
@@ -154,7 +155,7 @@ impl Model {
         &self.chains[joint]
     }
 
-    /// How a marker moves with each unknown of the pose, in their order.
+    /// The derivatives of a marker's position with respect to the unknowns of the pose, in their order.
     pub(super) fn moves(&self, marker: usize, world: &World, columns: &mut Vec<(usize, DVec3)>) {
         columns.clear();
         let at = self.marker(marker, world);
@@ -176,8 +177,8 @@ impl Model {
         );
     }
 
-    /// How a marker moves with each unknown of the body: `offsets` are the first unknowns of the offsets of joints,
-    /// `first` that of the offsets of markers.
+    /// The derivatives of a marker's position with respect to the unknowns of the body. `offsets` has the first unknown
+    /// of each joint's offset, `first` is the first unknown of the marker offsets.
     pub(super) fn grows(
         &self,
         marker: usize,
@@ -216,7 +217,8 @@ impl Model {
         );
     }
 
-    /// What joints say of a pose without markers: hinges bend about their axis, and nothing bends without a reason.
+    /// The equations that joints give for a pose without markers: hinges bend about their axis, and a joint stays near
+    /// its T-pose rotation.
     pub(super) fn terms(&self, pose: &Pose, world: &World, mut add: impl FnMut(Term<'_>)) {
         for (index, joint) in self.joints.iter().enumerate() {
             let (Some(unknown), Some(bend), Some(parent)) = (self.unknown[index], joint.bend, joint.parent) else {
@@ -224,7 +226,7 @@ impl Model {
             };
             let local = pose.local[index];
             let to_world = world.rotations[parent];
-            // A turn of the world by `d` turns the joint in its parent by the inverse of `to_world` times `d`.
+            // A world rotation by `d` rotates the joint relative to its parent by the inverse of `to_world` times `d`.
             let mut term = |value: f64, slope: DVec3, deviation: f64| {
                 let slope = to_world * slope / deviation;
                 add((
@@ -252,7 +254,8 @@ impl Model {
         }
     }
 
-    /// What a rotation of a joint to its parent says of a pose, with its standard deviation in radians.
+    /// The equations that pull a joint toward a rotation relative to its parent, with the standard deviation in
+    /// radians.
     pub(super) fn toward(
         &self,
         joint: usize,
@@ -275,7 +278,7 @@ impl Model {
         }
     }
 
-    /// Gives the root other axes, which stand so in its own: bodies and poses stay where they are.
+    /// Changes the axes of the root to `axes`, which are relative to the present ones. Bodies and poses do not move.
     pub(super) fn turn_root<'p>(&mut self, axes: DQuat, poses: impl Iterator<Item = &'p mut Pose>) {
         let back = axes.inverse();
         let is_below: Vec<bool> = self.joints.iter().map(|joint| joint.parent == Some(0)).collect();
@@ -292,7 +295,7 @@ impl Model {
         }
     }
 
-    /// Moves a pose by a step of its unknowns.
+    /// Changes a pose by a step of its unknowns.
     pub(super) fn step(&self, pose: &mut Pose, world: &World, step: &[f64]) {
         pose.root += DVec3::from_slice(&step[self.root..]);
         for (joint, local) in pose.local.iter_mut().enumerate() {

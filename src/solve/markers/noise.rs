@@ -1,22 +1,22 @@
-//! The noise of a take: how far cameras see a marker from where it is, anew in every frame.
+//! The noise of a take: the error of a marker's position, independent in every frame.
 
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, median};
 
 use super::take::Track;
 
-/// Frames a second below which the motion itself differs as much as noise from frame to frame.
+/// The rate in frames per second below which the motion itself changes as much as noise from frame to frame.
 const LEAST_RATE: f64 = 60.0;
 
-/// Differences that are taken, so that it is quick.
+/// The number of differences to sample, which bounds the time.
 const DIFFERENCES: usize = 20_000;
 
-/// Weights of a third difference, by which motion without jerk is nothing: the binomial coefficients.
+/// The weights of a third difference, the binomial coefficients. It is 0 for motion without jerk.
 const WEIGHTS: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
 
-/// The sum of the squares of these weights, by which it multiplies the variance of noise.
+/// The sum of the squares of these weights, the factor by which the difference multiplies the variance of noise.
 const SQUARES: f64 = 20.0;
 
-/// The standard deviation of the noise of a coordinate, in metres; 0 where the rate does not tell it.
+/// The standard deviation of the noise of a coordinate, in metres; 0 if the frame rate is too low to measure it.
 pub fn of(tracks: &[Track], rate: f64) -> f64 {
     let count = tracks.len() * tracks.first().map_or(0, Vec::len);
     if rate < LEAST_RATE || count == 0 {

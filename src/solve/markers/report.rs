@@ -1,4 +1,4 @@
-//! What is said of a solved take: how well the body explains its markers, and which of them to look at.
+//! The report about a solved take: how well the body explains its markers, and which markers to check.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::math::median::median;
@@ -12,13 +12,13 @@ use super::take::Take;
 use super::track::TrackingOutcome;
 use crate::set::JointSet;
 
-/// A marker farther from its body than this on the average, in metres, is worth a word.
+/// The mean distance of a marker from its body, in metres, above which the marker gets a warning.
 const LOOSE: f64 = 0.03;
 
-/// Swaps that are named one by one.
+/// The largest number of swaps that are listed individually.
 const NAMED: usize = 20;
 
-/// Metres of a deviation below which a joint is worth no word.
+/// The standard deviation in metres below which a joint is not mentioned.
 const KNOWN: f64 = 0.005;
 
 /// The report as data.
@@ -94,7 +94,7 @@ fn rms(distances: impl Iterator<Item = f64>) -> f64 {
     (squares / f64::from(count.max(1))).sqrt()
 }
 
-/// Adds the report to the scene: sentences, and a warning for each marker and each swap that is worth a look.
+/// Adds the report to the scene: sentences, and a warning for each marker and each swap to check.
 pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, tracked: &TrackingOutcome) {
     let label = |marker: usize| take.labels[marker].as_str();
     let all = tracked.distances.iter().flatten();
@@ -181,7 +181,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
     say_file(scene, take);
 }
 
-/// Warnings of what the file says of its markers.
+/// Warnings about the markers, from what the file states.
 fn say_file(scene: &mut Scene, take: &Take) {
     if let Some(subject) = &take.subject {
         scene.warnings.push(subjects::left_out(subject, &take.others));
@@ -212,13 +212,13 @@ fn say_file(scene: &mut Scene, take: &Take) {
     }
 }
 
-/// Whether a guess goes with a body: the median of its markers is near to it, both arms are there, and both sides are
-/// alike.
+/// Whether guessed landmarks fit a body: the median marker is near it, both arms are present, and both sides are alike.
 fn is_plausible(solved: &MarkerSolution, distance: f64) -> bool {
     /// The median distance in metres of markers from the body up to which a guess is plausible: as far as skin slides.
     const NEAR: f64 = 0.010;
 
-    /// The part of a length by which left and right may differ in a plausible guess: solved lengths are off by as much.
+    /// The largest difference between left and right, as a fraction of the length, in a plausible guess: the error of
+    /// solved lengths.
     const ALIKE: f64 = 0.12;
     let length = |name: &str| {
         solved
@@ -234,7 +234,7 @@ fn is_plausible(solved: &MarkerSolution, distance: f64) -> bool {
     distance < NEAR && ["LowerLeg", "Foot", "LowerArm", "Hand"].into_iter().all(are_alike)
 }
 
-/// Lengths of limbs, and which joints the motion does not tell.
+/// Reports the lengths of limbs, and the joints that the motion does not determine.
 fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
     let length = |names: [&str; 2]| -> String {
         let of = |name: &str| solved.joints.iter().find(|joint| joint.name == name);
@@ -272,7 +272,7 @@ fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
     });
 }
 
-/// Says that no markers stand beside some joints.
+/// Reports that some joints have no markers beside them.
 pub(super) fn say_functional(scene: &mut Scene) {
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::Markers,

@@ -1,38 +1,38 @@
-//! Markers that are out of place for a moment, because they are reflections or have the label of another: the distances
-//! to those markers tell that keep theirs.
+//! Removes markers that are out of place for a moment: reflections, or markers with the label of another. The distances
+//! to their rigid neighbours reveal them.
 
 use glam::DVec3;
 use mocap_scene::math::median::median;
 
 use super::take::Take;
 
-/// Frames from which distances are known.
+/// The number of frames from which distances are measured.
 const FRAMES: usize = 100;
 
-/// Partners of a marker, those whose distances to it change least: those of one bone.
+/// The number of partners of a marker: the markers whose distances to it change least, because they are on one bone.
 const PARTNERS: usize = 4;
 
-/// Partners that must be seen at least: one alone could itself be wrong.
+/// The smallest number of seen partners, because a single partner could itself be wrong.
 const LEAST_PARTNERS: usize = 2;
 
-/// Partners whose distance is off by more than this in the median, in metres, tell nothing.
+/// The median deviation of a distance in metres above which a partner is not used.
 const KEEPS: f64 = 0.03;
 
-/// The distance in metres above which a distance is wrong: twice as far as skin of one bone slides.
+/// The deviation of a distance in metres above which it is wrong: twice as far as the skin of one bone slides.
 const WRONG: f64 = 0.04;
 
-/// How many times its usual deviation a wrong distance is off: normal noise is once in a billion.
+/// A wrong distance exceeds its usual deviation by this factor: normal noise does so once in a billion.
 const TIMES: f64 = 6.0;
 
-/// A marker whose distance to another stays the same.
+/// A marker whose distance to another one stays constant.
 struct Partner {
     marker: usize,
     distance: f64,
-    /// The median of how far it is off.
+    /// The median deviation of the distance.
     deviation: f64,
 }
 
-/// Takes those positions out that more than half of the partners have elsewhere.
+/// Removes the positions that contradict more than half of the marker's partners.
 pub(super) fn leave_out(take: &mut Take) {
     let partners = partners(take);
     for frame in 0..take.frames {

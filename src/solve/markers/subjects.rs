@@ -1,4 +1,4 @@
-//! The people of a file, whose names stand before a colon in the labels: `Anna:LASI`. One of them is solved.
+//! The subjects of a file. Labels have the subject's name before a colon: `Anna:LASI`. One subject is solved.
 
 use std::collections::HashMap;
 
@@ -6,23 +6,23 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 
 use super::landmarks::{self, KNOWN, Labels, Landmark};
 
-/// The name of the subject of a label.
+/// The subject's name in a label.
 pub(super) fn subject(label: &str) -> Option<&str> {
     let (subject, _) = label.rsplit_once(':')?;
     (!subject.is_empty()).then_some(subject)
 }
 
-/// Whether a label is of a subject, or of nobody.
+/// Whether a label belongs to a subject, or to no subject.
 pub(super) fn is_of(label: &str, solved: Option<&str>) -> bool {
     let Some(solved) = solved else { return true };
     subject(label).is_none_or(|own| own == solved)
 }
 
-/// The subject to solve: the one that is asked for, or else the one with the most markers that are known; none where
-/// labels name no more than one.
+/// The subject to solve: the requested one, or else the one with the most known markers. `None` if the labels name at
+/// most one subject.
 ///
 /// # Errors
-/// No label is of the subject that is asked for.
+/// No label belongs to the requested subject.
 pub(super) fn chosen<'l>(
     labels: &'l [String],
     asked: &Labels,
@@ -61,12 +61,12 @@ pub(super) fn chosen<'l>(
         };
     }
     let people = subjects.iter().filter(|(_, count)| *count >= KNOWN).count();
-    // Of subjects with as many markers the first of the file.
+    // On a tie, the first subject of the file.
     let most = subjects.iter().rev().max_by_key(|(_, count)| *count);
     Ok(most.filter(|_| people > 1).map(|(subject, _)| *subject))
 }
 
-/// The warning of subjects that are not solved.
+/// The warning about subjects that are not solved.
 pub(super) fn left_out(solved: &str, others: &[String]) -> Diagnostic {
     let mut names: Vec<&str> = others.iter().filter_map(|label| subject(label)).collect();
     names.sort_unstable();

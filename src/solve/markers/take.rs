@@ -11,41 +11,41 @@ use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
 use super::landmarks::{self, KNOWN, Labels, Landmark};
 use super::subjects;
 
-/// Where landmarks are, frame by frame.
+/// The positions of landmarks, frame by frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Take {
     pub(super) frames: usize,
     pub(super) landmarks: Vec<Landmark>,
     /// The labels of the file.
     pub(super) labels: Vec<String>,
-    /// Of each landmark, in metres; none where it was not seen.
+    /// The positions of each landmark, in metres; `None` if it was not seen.
     pub(super) tracks: Vec<Track>,
     by_name: HashMap<String, usize>,
-    /// Labels that no set knows.
+    /// Labels that are in no known set.
     pub(super) unknown: Vec<String>,
-    /// The subject of the landmarks, where the file has several, and the labels of the others.
+    /// The subject of the landmarks, if the file has several, and the labels of the others.
     pub(super) subject: Option<String>,
     pub(super) others: Vec<String>,
-    /// The set of the labels.
+    /// The marker set of the labels.
     pub(super) set: Option<&'static str>,
-    /// Whether the landmarks were guessed from distances, or why they could not be; none where labels tell them.
+    /// Whether the landmarks were guessed from distances, or why that failed. `None` if the labels are known.
     pub(super) guess: Option<std::result::Result<(), &'static str>>,
-    /// Metres in a unit of the scene.
+    /// Metres per unit of the scene.
     pub(super) metres: f64,
-    /// How wide the front of the pelvis is in units of the file, and metres in that unit as stated, where no pelvis is
-    /// so wide.
+    /// The width of the front of the pelvis in units of the file, and the stated metres per unit, if no pelvis has that
+    /// width.
     pub(super) misstated: Option<(f64, f64)>,
 }
 
-/// Where a marker is, frame by frame; none where it was not seen.
+/// The positions of a marker, frame by frame; `None` if it was not seen.
 pub type Track = Vec<Option<DVec3>>;
 
-/// How wide the front of a pelvis is, in metres, of the smallest child to the widest figure.
+/// The width of the front of a pelvis, in metres, from the smallest child to the widest character.
 const PELVIS: std::ops::Range<f64> = 0.05..1.0;
 
 impl Take {
-    /// The landmarks of a scene's first animation, by their labels; where those tell nothing and `may_guess`, by the
-    /// distances that stay the same.
+    /// The landmarks of a scene's first animation, by their labels. If the labels are unknown and `may_guess` is set,
+    /// by constant distances.
     pub(super) fn of_scene(scene: &Scene, asked: &Labels, may_guess: bool) -> Result<Self> {
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to solve").into());
@@ -93,7 +93,7 @@ impl Take {
         Ok(take)
     }
 
-    /// Takes the markers that are landmarks; of two that are one landmark, the first.
+    /// Adds the markers that are landmarks. If two markers are one landmark, adds the first.
     fn name(&mut self, markers: impl Iterator<Item = ((String, Track), Option<Landmark>)>) {
         for ((label, track), landmark) in markers {
             let Some(landmark) = landmark.filter(|landmark| !self.by_name.contains_key(&landmark.name)) else {
@@ -107,7 +107,7 @@ impl Take {
         }
     }
 
-    /// Brings positions to metres. A unit that is stated is doubted where no pelvis is so wide by it.
+    /// Converts positions to metres. A stated unit is doubted if no pelvis would have the resulting width.
     fn in_metres(&mut self, stated: Option<f64>) {
         let width = self.width_of_pelvis();
         let is_width = |unit: &f64| width.is_none_or(|width| PELVIS.contains(&(width * unit)));
@@ -119,7 +119,7 @@ impl Take {
         }
     }
 
-    /// How wide the front of the pelvis is in the median, in units of the scene.
+    /// The median width of the front of the pelvis, in units of the scene.
     fn width_of_pelvis(&self) -> Option<f64> {
         let width = |frame: usize| Some(self.at("LASI", frame)?.distance(self.at("RASI", frame)?));
         let mut widths: Vec<f64> = (0..self.frames).filter_map(width).collect();
@@ -146,8 +146,8 @@ impl Take {
         (0..self.frames).rev().max_by_key(seen).unwrap_or(0)
     }
 
-    /// The landmarks of these frames alone; those that are not seen are where they were on their bones in `standing`,
-    /// by the others on the same bone.
+    /// The landmarks of these frames only. A missing landmark is placed from the other landmarks of its bone, as they
+    /// are in `standing`.
     pub(super) fn filled(&self, frames: &[usize], standing: Option<&Self>) -> Self {
         let mut take = Self {
             frames: frames.len(),
@@ -203,7 +203,7 @@ impl Take {
         }
     }
 
-    /// Leaves the landmarks after so many out.
+    /// Keeps the first `count` landmarks.
     pub(super) fn keep_first(&mut self, count: usize) {
         self.landmarks.truncate(count);
         self.labels.truncate(count);
@@ -219,7 +219,7 @@ impl Take {
     }
 }
 
-/// Metres in a unit in which the front of a pelvis, of this width, is between 15 and 45 cm wide.
+/// The metres per unit with which this width of the front of a pelvis is between 15 and 45 cm.
 fn guessed_unit(width: Option<f64>) -> Option<f64> {
     let is_width = |unit: &f64| (0.15..0.45).contains(&(width.unwrap_or(0.25) * unit));
     [1.0, 0.001, 0.01, 0.0254].into_iter().find(is_width)
@@ -243,7 +243,7 @@ fn track(animation: &Animation, node: NodeId, frames: usize) -> Track {
     track
 }
 
-/// How a rigid body moved, of which so many points or more are known before and now.
+/// The motion of a rigid body from positions of points before and now. `None` with fewer than `least` points.
 pub(super) fn rigid(pairs: &[(DVec3, DVec3)], least: usize) -> Option<DAffine3> {
     if pairs.len() < least {
         return None;
@@ -260,16 +260,17 @@ pub(super) fn rigid(pairs: &[(DVec3, DVec3)], least: usize) -> Option<DAffine3> 
     Some(DAffine3::from_rotation_translation(rotation, to - rotation * from))
 }
 
-/// The rotation that brings points nearest to others (B. Horn, J. Opt. Soc. Am. A 4, 1987), by iterating the largest
-/// eigenvector of his matrix. `sums`: a column for each coordinate of the others, of sums of products with the points.
+/// The rotation that brings points nearest to others (B. Horn, J. Opt. Soc. Am. A 4, 1987), by power iteration for the
+/// largest eigenvector of Horn's matrix. `sums` has sums of products with the points, a column for each coordinate of
+/// the others.
 fn best_rotation(sums: &DMat3) -> DQuat {
-    /// Iterations of the power method, which bound the time: each multiplies the error by the ratio of the two largest
-    /// eigenvalues.
+    /// The number of iterations of the power method, which bounds the time. Each multiplies the error by the ratio of
+    /// the two largest eigenvalues.
     const ITERATIONS: usize = 200;
     let s = |row: usize, column: usize| sums.col(column)[row];
     let delta = DVec3::new(s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0));
     let trace = s(0, 0) + s(1, 1) + s(2, 2);
-    // A shift makes the largest eigenvalue that of the largest size.
+    // A shift makes the largest eigenvalue the one with the largest absolute value.
     let shift = 2.0 * (0..9).map(|cell| s(cell / 3, cell % 3).abs()).sum::<f64>();
     let apply = |q: DQuat| {
         let v = q.xyz();

@@ -1,4 +1,4 @@
-//! The pose of every frame, each from the one before; markers that were taken for each other, and those that are none.
+//! Tracks the pose through every frame, each from the one before. Finds swapped markers and ghost markers.
 
 use glam::{DQuat, DVec3};
 
@@ -8,7 +8,7 @@ use super::gaps::Gaps;
 use super::model::{Joint, Model, Pose, World};
 use super::take::Track;
 
-/// Two markers that had each other's labels, with the first frame and the last.
+/// Two markers that had each other's labels, with the first and the last frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LabelSwap {
     pub(super) markers: (usize, usize),
@@ -16,20 +16,20 @@ pub(super) struct LabelSwap {
     pub(super) last: usize,
 }
 
-/// What came of a take.
+/// The result of tracking a take.
 #[derive(Debug, Default)]
 pub(super) struct TrackingOutcome {
-    /// Joint, then frame: to the world.
+    /// Rotations relative to the world, indexed by joint, then frame.
     pub(super) rotations: Vec<Vec<DQuat>>,
     pub(super) roots: Vec<DVec3>,
-    /// Marker, then frame: metres from where the body has it; none where it was not seen.
+    /// Distances in metres of markers from the body's markers, indexed by marker, then frame; `None` if not seen.
     pub(super) distances: Vec<Vec<Option<f64>>>,
     pub(super) swaps: Vec<LabelSwap>,
-    /// Marker: frames in which it is far from its body.
+    /// For each marker, the number of frames in which it is far from its body.
     pub(super) ghosts: Vec<usize>,
 }
 
-/// Follows the body from `start`, a frame with its pose, to both ends of the take, which has so many frames a second.
+/// Tracks the body from `start`, a frame with its pose, to both ends of the take. `rate` is in frames per second.
 pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate: f64) -> TrackingOutcome {
     let frames = tracks.first().map_or(0, Vec::len);
     let mut tracked = TrackingOutcome {
@@ -63,7 +63,7 @@ pub(super) fn track(model: &Model, tracks: &[Track], start: (usize, &Pose), rate
     tracked
 }
 
-/// The poses of some frames, by way of each `step`th frame between them.
+/// The poses of some frames. Every `step`th frame between them is solved on the way.
 pub(super) fn poses(
     model: &Model,
     tracks: &[Track],
@@ -84,7 +84,7 @@ pub(super) fn poses(
 }
 
 impl TrackingOutcome {
-    /// Notes the pose of a frame, and says how far markers are from it.
+    /// Notes the pose of a frame, and returns the distances of markers from it.
     fn note(&mut self, tracker: &Tracker<'_>, frame: usize, pose: &Pose) -> Vec<Option<f64>> {
         let distances = tracker.fit.distances(tracker.model, &tracker.seen);
         for (own, distance) in std::iter::zip(&mut self.distances, &distances) {
@@ -103,7 +103,7 @@ struct Tracker<'t> {
     tracks: &'t [Track],
     fit: Fit,
     seen: Vec<Option<DVec3>>,
-    /// Frames and pairs.
+    /// Frames with a swapped pair.
     swapped: Vec<(usize, (usize, usize))>,
 }
 
@@ -118,7 +118,8 @@ impl<'t> Tracker<'t> {
         }
     }
 
-    /// Goes from `start` to the last frame and to the first, over those frames that `is_on_way`, and tells each.
+    /// Solves from `start` to the last frame and then to the first, only frames for which `is_on_way` holds. Calls
+    /// `tell` for each.
     fn follow(
         &mut self,
         start: (usize, &Pose),
@@ -152,7 +153,7 @@ impl<'t> Tracker<'t> {
         if !after.is_empty() {
             self.fit.fit(self.model, pose, &self.seen);
         }
-        // What was swapped twice was not swapped.
+        // A pair that was swapped twice is not swapped.
         let once = before
             .iter()
             .filter(|pair| !after.contains(pair))
@@ -160,7 +161,7 @@ impl<'t> Tracker<'t> {
         self.swapped.extend(once.map(|pair| (frame, *pair)));
     }
 
-    /// Markers of this frame that are near to where the body has them.
+    /// The markers of this frame that are near their positions on the body.
     fn near(&self) -> Vec<Option<DVec3>> {
         let distances = self.fit.distances(self.model, &self.seen);
         let is_near = |distance: Option<f64>| distance.is_some_and(|distance| distance < self.model.weights.outlier);
@@ -169,7 +170,7 @@ impl<'t> Tracker<'t> {
             .collect()
     }
 
-    /// The pose of a frame once more, with what other frames tell of it.
+    /// Solves the pose of a frame again, with the predictions of other frames.
     fn again(&mut self, frame: usize, toward: &Toward, tracked: &TrackingOutcome) -> Pose {
         self.seen.clear();
         self.seen.extend(self.tracks.iter().map(|track| track[frame]));
@@ -193,7 +194,7 @@ impl<'t> Tracker<'t> {
     }
 }
 
-/// Pairs of markers that are nearer to where the body has them with the labels exchanged.
+/// Pairs of markers that are nearer to their positions on the body with exchanged labels.
 fn swaps(model: &Model, world: &World, seen: &[Option<DVec3>]) -> Vec<(usize, usize)> {
     let expected: Vec<DVec3> = (0..seen.len()).map(|marker| model.marker(marker, world)).collect();
     let far = |marker: usize| seen[marker].filter(|seen| seen.distance(expected[marker]) > model.weights.swapped);
@@ -216,7 +217,7 @@ fn swaps(model: &Model, world: &World, seen: &[Option<DVec3>]) -> Vec<(usize, us
     found
 }
 
-/// Frames with a swap one after the other are one swap.
+/// Consecutive frames with the same swap are one swap.
 fn runs(mut swapped: Vec<(usize, (usize, usize))>) -> Vec<LabelSwap> {
     swapped.sort_by_key(|(frame, pair)| (*pair, *frame));
     let mut runs: Vec<LabelSwap> = Vec::new();

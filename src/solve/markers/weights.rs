@@ -1,9 +1,9 @@
-//! The weights of solving markers, from one table.
+//! The weights of the marker solver, in one table.
 
 use mocap_scene::options::weights;
 
 weights! {
-    /// The weights of [`solve_markers`](super::solve_markers): how far markers and joints are expected to be off.
+    /// The weights of [`solve_markers`](super::solve_markers): expected deviations of markers and joints.
     ///
     /// ```
     /// use mocap::Importer;
