@@ -1,8 +1,8 @@
-//! What is wrong with a file, and where.
+//! Diagnostics: problems of a file, with their locations.
 //!
-//! A [`Diagnostic`] describes one problem of a file. An [`Error`] is the diagnostic that stopped the import; the
-//! warnings of a [`Scene`](crate::scene::Scene) are diagnostics that did not stop it. Both carry a [`Code`], a stable
-//! name with its cause and its remedy in one table.
+//! A [`Diagnostic`] describes one problem of a file. An [`Error`] is the diagnostic that stopped the import. The
+//! warnings of a [`Scene`](crate::scene::Scene) are diagnostics that did not stop it. Each diagnostic has a [`Code`]: a
+//! stable name with a cause and a remedy.
 
 mod code;
 pub(crate) mod nearest;
@@ -27,24 +27,24 @@ pub use self::visible::visible;
 #[doc(hidden)]
 pub use self::visible::visible_json;
 
-/// The result of everything in this crate that can fail.
+/// The result of every fallible function of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// A position in a text file, and the text there.
+/// A position in a text file, and the text at that position.
 ///
 /// [`Error`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Location {
-    /// Line, from 1. CR, LF and CRLF each end one line.
+    /// The line, from 1. CR, LF and CRLF each end one line.
     pub line: usize,
-    /// Column, from 1, in characters. A tab is one character.
+    /// The column in characters, from 1. A tab is one character.
     pub column: usize,
-    /// Characters that the diagnostic is about, from `column` on; at least 1.
+    /// The number of affected characters, from `column` on; at least 1.
     pub length: usize,
-    /// The line, or the part of a long one around `column`.
+    /// The line. If the line is long, the piece around `column`.
     pub text: String,
-    /// The column of the first character of `text`; 1 where that is the whole line.
+    /// The column of the first character of `text`; 1 if `text` is the whole line.
     pub text_column: usize,
 }
 
@@ -55,22 +55,23 @@ pub struct Location {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Diagnostic {
-    /// Its stable name.
+    /// The stable name of the problem.
     pub code: Code,
-    /// What is wrong, as one sentence without the location and without a full stop.
+    /// The problem in one sentence, without location and full stop.
     pub message: String,
-    /// The location; of the first occurrence if `count` is above 1. Absent where there is no single one.
+    /// The location, or the location of the first occurrence if `count` is above 1. Absent if the problem has no single
+    /// location.
     pub location: Option<Location>,
-    /// Where in a file of JSON it was met, as a JSON pointer: `/accessors/3/count`.
+    /// The location in a JSON file, as a JSON pointer: `/accessors/3/count`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pointer: Option<String>,
-    /// The joint it belongs to.
+    /// The affected joint.
     pub joint: Option<String>,
-    /// What the format expects there.
+    /// What the format expects at the location.
     pub expected: Option<String>,
-    /// What the file has there.
+    /// What the file has at the location.
     pub found: Option<String>,
-    /// How to correct it.
+    /// The remedy.
     pub help: Option<String>,
     /// The number of occurrences.
     pub count: u64,
@@ -121,7 +122,7 @@ impl Diagnostic {
         self
     }
 
-    /// Sets how to correct it.
+    /// Sets the remedy.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(spelled(&help.into()).into_owned());
@@ -161,9 +162,10 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// Why a file could not be read or written: one [`Diagnostic`], the path of the file, and the warnings before it.
+/// The reason why a file could not be read or written: one [`Diagnostic`], the path of the file, and the warnings
+/// before the error.
 ///
-/// It prints as one line that begins with the location, as a compiler's messages do:
+/// It prints as one line that begins with the location, like a compiler message:
 ///
 /// ```
 /// let error = mocap::Importer::new().read(b"HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh").unwrap_err();
@@ -184,7 +186,7 @@ struct Inner {
 }
 
 impl Error {
-    /// The operating system refused to read or write `path`.
+    /// An error for `path` from the operating system.
     #[doc(hidden)]
     pub fn io(path: &Path, source: io::Error) -> Self {
         let is_named = !path.as_os_str().is_empty();
@@ -198,14 +200,14 @@ impl Error {
         error
     }
 
-    /// Sets the path, unless there is one already.
+    /// Sets the path, unless the error has one.
     #[must_use]
     pub fn with_path(mut self, path: &Path) -> Self {
         self.0.path.get_or_insert_with(|| path.to_owned());
         self
     }
 
-    /// Adds the warnings from before the error.
+    /// Adds the warnings that precede the error.
     #[doc(hidden)]
     pub fn with_warnings(mut self, warnings: Vec<Diagnostic>) -> Self {
         self.0.warnings = warnings;
@@ -222,22 +224,22 @@ impl Error {
         &self.0.diagnostic
     }
 
-    /// The file, where there is one.
+    /// The file, if there is one.
     pub fn path(&self) -> Option<&Path> {
         self.0.path.as_deref()
     }
 
-    /// The location in the file, where there is one.
+    /// The location in the file, if there is one.
     pub fn location(&self) -> Option<&Location> {
         self.0.diagnostic.location.as_ref()
     }
 
-    /// The joint it belongs to, where there is one.
+    /// The affected joint, if there is one.
     pub fn joint(&self) -> Option<&str> {
         self.0.diagnostic.joint.as_deref()
     }
 
-    /// The warnings from before the error, in the order of the file.
+    /// The warnings that precede the error, in the order of the file.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.0.warnings
     }
@@ -275,7 +277,7 @@ impl fmt::Display for Error {
     }
 }
 
-/// The message, as [`fmt::Display`] prints it: `main() -> Result<(), Box<dyn Error>>` prints this.
+/// Prints the same text as [`fmt::Display`], because `main() -> Result<(), Box<dyn Error>>` prints this one.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, f)

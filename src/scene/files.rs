@@ -1,4 +1,5 @@
-//! Output files that are whole or absent, and what they may replace. Only this module of the library writes files.
+//! Output files that are complete or absent, and the rules for replacing files. No other module of the library writes
+//! files.
 
 mod array_mark;
 pub(crate) mod confined;
@@ -48,17 +49,17 @@ use crate::error::{Error, Result};
 /// The text of a file.
 ///
 /// # Errors
-/// [`Code::Io`](crate::Code::Io) where it cannot be read or is no UTF-8.
+/// [`Code::Io`](crate::Code::Io) if the file cannot be read or is not UTF-8.
 #[doc(hidden)]
 pub fn read_text(path: &Path) -> Result<String> {
     check_confined(path)?;
     fs::read_to_string(path).map_err(|source| Error::io(path, source))
 }
 
-/// Copies a file, with its permissions. A link is followed.
+/// Copies a file with its permissions. Follows links.
 ///
 /// # Errors
-/// [`Code::Io`](crate::Code::Io), with the path that is copied.
+/// [`Code::Io`](crate::Code::Io), with the path of the copied file.
 #[doc(hidden)]
 pub fn copy_file(from: &Path, to: &Path) -> Result<()> {
     check_confined(from)?;
@@ -66,14 +67,13 @@ pub fn copy_file(from: &Path, to: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Writes `bytes` to `path`, whole or not at all: to a file without a name in the same folder, which then gets its
-/// name.
+/// Writes `bytes` to `path`, completely or not at all. It writes a nameless file in the same folder, and then names it.
 ///
-/// An existing file is replaced and keeps its permissions; after an error it is unchanged. A read-only file is not
-/// replaced. A link is followed. A pipe or a device is written directly.
+/// An existing file is replaced and keeps its permissions. After an error it is unchanged. A read-only file is not
+/// replaced. Links are followed. A pipe or a device is written directly.
 ///
-/// To replace a file, the new one has a temporary name for a moment. Where the system has no files without a name,
-/// which only Linux has, it has that name from the start. A process that is killed then leaves the temporary file;
+/// To replace a file, the new file has a temporary name for a moment. Only Linux has nameless files; on other systems
+/// the file has the temporary name from the start. A killed process then leaves the temporary file.
 /// [`remove_unfinished`] removes it, and [`unfinished_target`] recognises its name.
 ///
 /// # Errors
@@ -84,29 +84,29 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Held while an output is written.
+/// Locked for reading while an output is written.
 static WRITING: RwLock<()> = RwLock::new(());
 
 fn writing() -> RwLockReadGuard<'static, ()> {
     WRITING.read().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Waits until no output is being written, and lets none be written from now on, for a process that is about to end.
+/// Waits until no output is being written, and blocks all later writes, for a process that is about to end.
 #[doc(hidden)]
 pub fn stop_writing() {
     mem::forget(WRITING.write().unwrap_or_else(PoisonError::into_inner));
 }
 
-/// As [`write_file`], for bytes in several buffers: `write` writes them one after the other. Returns their number.
+/// Like [`write_file`], for bytes in several buffers, which `write` writes in order. Returns the number of bytes.
 ///
 /// # Errors
-/// As [`write_file`].
+/// The errors of [`write_file`].
 #[doc(hidden)]
 pub fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<u64> {
     write_noted(path, existing::needs_record(path).then_some(&[]), write)
 }
 
-/// As [`write_file_with`], of an output that is made from files of the names `sources`; without, it is not noted.
+/// Like [`write_file_with`]. The record of outputs gets the names of `sources`; with `None`, it gets nothing.
 fn write_noted(
     path: &Path,
     sources: Option<&[&str]>,
@@ -130,9 +130,9 @@ fn write_noted(
     write().map_err(|source| Error::io(path, source))
 }
 
-/// The kind of file that a path names.
+/// The kind of file at a path.
 enum Target {
-    /// A regular file or a new one; links are followed.
+    /// A regular or new file, with links followed.
     File(PathBuf),
     /// A pipe or a device.
     Stream,
@@ -179,7 +179,7 @@ impl Target {
     }
 }
 
-/// The path at the end of links whose target does not exist. The system has checked that there is no loop.
+/// The path at the end of a chain of links whose target does not exist. The system has already rejected loops.
 fn end_of_links(path: &Path) -> PathBuf {
     let mut path = path.to_owned();
     while let Ok(next) = fs::read_link(&path) {
@@ -195,7 +195,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Writes to a pipe or a device, which cannot be replaced and cannot lose data.
+/// Writes to a pipe or a device, which is never replaced and cannot lose data.
 fn write_stream(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<u64> {
     let mut stream = CountingWriter {
         file: File::options().write(true).open(path)?,
@@ -222,10 +222,10 @@ impl Write for CountingWriter {
     }
 }
 
-/// The part of a temporary file's name between the target's name and the random end.
+/// The text in a temporary file's name between the target's name and the random end.
 const UNFINISHED: &str = ".unfinished-";
 
-/// The target of a temporary file that a killed process has left behind; `None` for any other file.
+/// The target of a temporary file from a killed process; `None` for any other file.
 ///
 /// ```
 /// use std::path::Path;
@@ -241,8 +241,8 @@ pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
     Some(path.with_file_name(target))
 }
 
-/// Removes temporary files that killed processes have left of the output `path`, and, if that is a `.gltf`, of its
-/// buffer. Another process must not be at work on the same output.
+/// Removes the temporary files that killed processes left for the output `path`. If `path` is a `.gltf`, also those for
+/// its buffer. No other process may be writing the same output.
 ///
 /// ```
 /// let folder = tempfile::tempdir().unwrap();
@@ -260,7 +260,7 @@ pub fn remove_unfinished(path: &Path) {
     remove_all_unfinished([path].into_iter().chain(has_buffer.then_some(buffer.as_path())));
 }
 
-/// As [`remove_unfinished`], of all these outputs, each as it is. A confined process leaves what others have left.
+/// Like [`remove_unfinished`], for several outputs. A confined process removes only its own files.
 #[doc(hidden)]
 pub fn remove_all_unfinished<'a>(outputs: impl IntoIterator<Item = &'a Path>) {
     if confined::is_confined() {
@@ -273,7 +273,7 @@ pub fn remove_all_unfinished<'a>(outputs: impl IntoIterator<Item = &'a Path>) {
             names.extend(target.file_name().map(OsStr::to_owned));
         }
     }
-    // Errors are left to the writer of the output, which tells them.
+    // The writer of the output reports errors.
     for (folder, names) in folders {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let left = unfinished_target(&entry.path());

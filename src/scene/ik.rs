@@ -1,11 +1,12 @@
-//! Inverse kinematics: turns joints so that the end of a limb comes to a goal.
+//! Inverse kinematics: rotates joints so that the end of a limb reaches a goal.
 //!
-//! [`Pose::bend_limb`](crate::Pose::bend_limb) solves arms and legs exactly;
-//! [`Pose::bend_chain`](crate::Pose::bend_chain) solves chains of any length, with limits, step by step. Both change a
-//! [`Pose`](crate::Pose). [`TwoBone::solve`] and [`ChainOptions::bend_positions`] are these solvers on plain positions.
+//! [`Pose::bend_limb`](crate::Pose::bend_limb) solves arms and legs exactly.
+//! [`Pose::bend_chain`](crate::Pose::bend_chain) solves chains of any length, with limits, iteratively. Both change a
+//! [`Pose`](crate::Pose). [`TwoBone::solve`] and [`ChainOptions::bend_positions`] are the same solvers for plain
+//! positions.
 //!
-//! No goal gives a pose that is not finite. A goal that is not finite changes nothing. A goal that the bones cannot
-//! reach changes as much as is possible.
+//! Every pose stays finite. A goal that is not finite changes nothing. For a goal out of reach, the limb comes as near
+//! as possible.
 
 mod chain;
 mod goal;

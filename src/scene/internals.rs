@@ -1,4 +1,4 @@
-//! What the tests of this package need, and nothing else.
+//! Items for the tests of this package.
 
 pub use crate::error::nearest::edit_distance;
 pub use crate::files::confined::check_within;

@@ -1,4 +1,4 @@
-//! Scenes of motion capture: the data, and what needs nothing but the data.
+//! Motion capture scenes: the data, and functions that need only the data.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]

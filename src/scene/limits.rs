@@ -1,4 +1,4 @@
-//! Limits on the memory that one file may take, and on numbers: those of files, and those that a caller passes.
+//! Limits on the memory for one file, and on numbers from files and callers.
 
 use std::ops::RangeInclusive;
 
@@ -6,9 +6,9 @@ use crate::error::{Code, Diagnostic};
 use crate::options::setters;
 use crate::scene::Scene;
 
-/// Upper bounds for what a reader accepts, each checked before anything is allocated for it.
+/// Upper bounds for file contents. A reader checks each bound before it allocates memory.
 ///
-/// A reader compares every count in a file with these limits and with the bytes that follow, before it allocates. The
+/// A reader compares every count in a file with these limits and with the remaining bytes, before it allocates. The
 /// defaults are far above every motion file that we know.
 ///
 /// ```
@@ -30,9 +30,9 @@ pub struct Limits {
     pub max_depth: usize,
     /// Bytes of one name. Default: 256.
     pub max_name_bytes: usize,
-    /// Animated values of one file: frames times channels. Default: 2^30. Few bytes can state a long take, so the limit
-    /// is at most 4 million and 256 more for each byte of the file. At another frame rate it is at most 4 million and
-    /// 256 more for each value of the motion.
+    /// Animated values of one file: frames times channels. Default: 2^30. A few bytes can state a long take. So the
+    /// limit is also at most 4 million plus 256 for each byte of the file. For resampling it is at most 4 million plus
+    /// 256 for each value of the motion.
     pub max_values: u64,
 }
 
@@ -59,11 +59,11 @@ setters! {
 }
 
 impl Limits {
-    /// The limit on values that are made of less. They are made of `stated` bytes, in formats in which few bytes can
-    /// state a long take (curves, or keys far apart). Or they are made of `stated` values, at another frame rate.
+    /// The limit on values that expand from a smaller source. The source is either `stated` bytes, in a format in which
+    /// few bytes state a long take (curves, or sparse keys). Or it is `stated` values that are resampled.
     ///
-    /// The limit grows with what is there, so that memory stays in proportion to it. 256 values per byte are more than
-    /// a file needs in which one joint of a hundred moves and the others have one key.
+    /// The limit grows with the source, so that memory stays in proportion. 256 values per byte exceed the need of a
+    /// file in which one joint of a hundred moves and the others have one key.
     #[doc(hidden)]
     pub fn expanded_values(&self, stated: u64) -> u64 {
         const ANY: u64 = 4 << 20;
@@ -72,9 +72,9 @@ impl Limits {
     }
 }
 
-/// The values that a motion may still have: each number of each frame is one.
+/// The number of values that a motion may still allocate. Each number of each frame is one value.
 ///
-/// Frames come from a stated time or count by [`FrameBudget::frames`] alone, so that none is used unchecked.
+/// Only [`FrameBudget::frames`] converts a stated time or count to frames, so that no count is used unchecked.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct FrameBudget {
@@ -82,27 +82,27 @@ pub struct FrameBudget {
 }
 
 impl FrameBudget {
-    /// For a motion that `stated` bytes of a file state, or `stated` values at another frame rate.
+    /// The budget for a motion from `stated` bytes of a file, or from `stated` values by resampling.
     pub fn stated_by(limits: &Limits, stated: u64) -> Self {
         Self {
             left: limits.expanded_values(stated),
         }
     }
 
-    /// For a motion in memory, which may be as long as a caller wants.
+    /// The budget for a motion in memory, which may be as long as the caller wants.
     pub fn of_scene(limits: &Limits) -> Self {
         Self {
             left: limits.max_values,
         }
     }
 
-    /// Takes the values of the frames from 0 to `last` out of the budget. Returns the number of these frames.
+    /// Subtracts the values of the frames from 0 to `last` from the budget. Returns the number of these frames.
     #[allow(
         clippy::result_large_err,
         reason = "every caller makes an error of it, which is boxed"
     )]
     pub fn frames(&mut self, last: f64, values_a_frame: usize) -> Result<usize, Diagnostic> {
-        /// Whole numbers up to here have no gaps: the number of values of 53 bits, which a double has.
+        /// The largest number up to which a double represents every whole number: 53 bits.
         const WHOLE: f64 = (1_u64 << 53) as f64;
         let values = values_a_frame.max(1) as u64;
         let last = not_negative(Code::InvalidValue, "the number of the last frame", last)?.floor();
@@ -121,10 +121,10 @@ impl FrameBudget {
         }
     }
 
-    /// Holds every animation of a scene against the budget, with a value for each node at each frame.
+    /// Checks every animation of a scene against the budget, with one value for each node in each frame.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where a duration is negative or not finite, and [`Code::LimitExceeded`].
+    /// [`Code::InvalidValue`] if a duration is negative or not finite, and [`Code::LimitExceeded`].
     pub fn check(mut self, scene: &Scene) -> crate::Result<()> {
         for animation in &scene.animations {
             self.frames(animation.duration.round(), scene.nodes.len())?;
@@ -133,36 +133,36 @@ impl FrameBudget {
     }
 }
 
-/// What helps against a motion that is too long.
+/// The remedy for a motion that is too long.
 const SHORTER: &str = "correct the time or the frame rate, or take a part of the motion";
 
-/// The farthest a joint may be from its parent, in the file's unit: kinematics squares and adds such numbers, and the
-/// results must still be finite in 32 bits.
+/// The largest distance of a joint from its parent, in the file's unit. Kinematics squares and adds such numbers, and
+/// the results must still be finite in 32 bits.
 #[doc(hidden)]
 pub const FARTHEST: f64 = 1e18;
 
-/// Whether kinematics can compute with a position or a matrix element: [`FARTHEST`] at most, and not NaN.
+/// Whether kinematics can compute with a position or a matrix element: at most [`FARTHEST`], and not NaN.
 #[doc(hidden)]
 pub fn is_plausible(value: f64) -> bool {
     value.abs() <= FARTHEST
 }
 
-/// Whether a scale is neither 0 nor of a size that still has an inverse.
+/// Whether a scale is not 0, but too small to have an inverse.
 #[doc(hidden)]
 pub fn is_degenerate_scale(scale: f64) -> bool {
     scale != 0.0 && scale.abs() < SMALLEST_SCALE
 }
 
-/// The smallest scale, other than 0, that has an inverse in 32 bits, also below other such scales.
+/// The smallest scale, other than 0, that has an inverse in 32 bits, also for a chain of such scales.
 #[doc(hidden)]
 pub const SMALLEST_SCALE: f64 = 1e-12;
 
-/// Frames per second that a file may state, and that a caller may ask for: from one in three hours to those of the
-/// fastest camera. A rate beyond them is damage, and makes times that 32-bit numbers cannot hold.
+/// The frame rates in frames per second that a file or a caller may state: from one frame in three hours to the fastest
+/// camera. A rate outside is damage, and gives times that 32-bit numbers cannot hold.
 #[doc(hidden)]
 pub const FRAME_RATES: RangeInclusive<f64> = 1e-4..=1e6;
 
-/// `value`, if it is a frame rate that a file may have: the only statement of that rule.
+/// `value`, if it is a valid frame rate. No other function has this rule.
 #[allow(
     clippy::result_large_err,
     reason = "every caller makes an error of it, which is boxed"
@@ -186,17 +186,17 @@ pub fn limit_exceeded(expected: String, found: String) -> Diagnostic {
     Diagnostic::new(Code::LimitExceeded, "the file states more than the limits allow").expected_found(expected, found)
 }
 
-/// Holds the frames on either side that a filter averages against the size of a motion: the filter visits each of
-/// `values` once for each of them. A frame rate that a file states decides how many they are.
+/// Limits the radius of a filter by the size of a motion: the filter visits each of `values` once for every frame of
+/// its window. The frame rate in a file decides the radius.
 #[allow(
     clippy::result_large_err,
     reason = "every caller makes an error of it, which is boxed"
 )]
 #[doc(hidden)]
 pub fn filter_radius(frames: usize, values: usize) -> Result<usize, Diagnostic> {
-    /// Frames that any motion may have: two seconds at 240 Hz.
+    /// The radius in frames that any motion may have: two seconds at 240 Hz.
     const ANY: usize = 512;
-    /// Visits of a filter with more frames: under 20 seconds in an unoptimised build.
+    /// The number of visits for a larger radius: under 20 seconds in an unoptimised build.
     const VISITS: usize = 1 << 31;
     let most = ANY.max(VISITS / values.max(1));
     if frames <= most {
@@ -208,7 +208,7 @@ pub fn filter_radius(frames: usize, values: usize) -> Result<usize, Diagnostic> 
         .help("resample the motion to a lower frame rate first, or state shorter times"))
 }
 
-/// `value`, if it is finite and not negative. `name` says what it is.
+/// `value`, if it is finite and not negative. `name` is for the message.
 #[allow(
     clippy::result_large_err,
     reason = "every caller makes an error of it, which is boxed"
@@ -224,7 +224,7 @@ pub fn not_negative(code: Code, name: &str, value: f64) -> Result<f64, Diagnosti
     ))
 }
 
-/// `value`, if it is finite and above 0. `name` says what it is.
+/// `value`, if it is finite and above 0. `name` is for the message.
 #[allow(
     clippy::result_large_err,
     reason = "every caller makes an error of it, which is boxed"

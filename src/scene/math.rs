@@ -1,4 +1,4 @@
-//! The arithmetic of several modules.
+//! Arithmetic that several modules share.
 
 pub mod cholesky;
 pub mod cube_root;

@@ -1,12 +1,12 @@
-//! How options are set: a method for each field, named like it. How a value is text in JSON.
+//! Setters for option structs: a method with the name of each field. Option values as text in JSON.
 //!
-//! Structs of options are `#[non_exhaustive]`, so that a new option breaks no program. Such a struct is not written as
-//! a literal: it begins with `new()` and is changed field by field, as an `Importer` is.
+//! Option structs are `#[non_exhaustive]`, so that a new option breaks no program. Start with `new()` and call setters,
+//! as with an `Importer`. A struct literal does not compile.
 
 use crate::error::{Code, Diagnostic, Result};
 
-/// Gives a struct of options `new()`, which has the defaults, and for each field a method that sets it and returns the
-/// options. A field that is an `Option` is set from a value or from an `Option`.
+/// Gives an option struct `new()`, which returns the defaults. Also gives it, for each field, a method that sets the
+/// field and returns the options. A field of type `Option` accepts a value or an `Option`.
 #[macro_export]
 macro_rules! setters {
     ($options:ident { $($fields:tt)+ }) => {
@@ -46,8 +46,8 @@ macro_rules! setters {
 pub use setters;
 
 /// Declares a struct of weights from one table: field, default, unit, and the reason for the default with its source.
-/// It gives the documentation, the default, the setters, and the JSON that has only values other than the defaults. It
-/// also gives `ROWS`, from which `docs/weights.md` and the schema of jobs are written.
+/// It generates the documentation, the default, the setters, and JSON with only the values that differ from the
+/// defaults. It also generates `ROWS`, the source of `docs/weights.md` and of the job schema.
 #[macro_export]
 macro_rules! weights {
     (
@@ -87,7 +87,7 @@ macro_rules! weights {
                 },
             )+];
 
-            /// Refuses values that are not from a thousandth to a thousand times their defaults.
+            /// Refuses values outside of a thousandth to a thousand times their defaults.
             #[doc(hidden)]
             pub fn check(&self) -> $crate::Result<()> {
                 let values = [$(self.$field),+];
@@ -107,29 +107,29 @@ macro_rules! weights {
 #[doc(inline)]
 pub use weights;
 
-/// What there is to know of a weight.
+/// The description of a weight.
 #[derive(Clone, Copy, Debug)]
 pub struct WeightRow {
-    /// What it is a weight of, as a job names it.
+    /// The kind of the weight, as a job names it.
     pub kind: &'static str,
     pub field: &'static str,
     pub unit: &'static str,
     pub default: f64,
-    /// Its effect, and the reason for the default.
+    /// The effect of the weight, and the reason for its default.
     pub reason: &'static str,
 }
 
-/// The factor by which a weight may be below or above its default: a thousandth is as good as none, and the solvers
-/// still have a solution.
+/// The largest factor between a weight and its default, in both directions. A thousandth is as good as none, and the
+/// solvers still have a solution.
 const LARGEST_FACTOR: f64 = 1000.0;
 
 impl WeightRow {
-    /// Its name in JSON: the field in kebab case.
+    /// The name in JSON: the field in kebab case.
     pub fn key(&self) -> String {
         self.field.replace('_', "-")
     }
 
-    /// The least and the largest value.
+    /// The smallest and the largest value.
     pub fn range(&self) -> [f64; 2] {
         [self.default / LARGEST_FACTOR, self.default * LARGEST_FACTOR]
     }
@@ -146,7 +146,7 @@ impl WeightRow {
     }
 }
 
-/// A type that serializes as its text; a number is read as its text too.
+/// A type that serializes as its text. It also reads a number as text.
 #[macro_export]
 macro_rules! as_text {
     ($($name:ident)*) => {$(
@@ -181,7 +181,7 @@ macro_rules! as_text {
 #[doc(inline)]
 pub use as_text;
 
-/// A value in JSON that is read as its text.
+/// A JSON value that is read as its text.
 #[derive(serde::Deserialize)]
 #[serde(untagged, expecting = "a text or a number")]
 pub enum TextOrNumber {

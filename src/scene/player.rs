@@ -1,28 +1,27 @@
-//! A clock for animations: from elapsed seconds to ticks.
+//! A clock for animations: converts elapsed seconds to ticks.
 
 use crate::pose::OutOfRange;
 use crate::scene::Animation;
 
-/// What a [`Player`] does at the end of its animation.
+/// The behaviour of a [`Player`] at the end of its animation.
 ///
 /// [`Player`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoopMode {
-    /// It stops there.
+    /// Stops.
     Once,
-    /// It starts again. The last frame and the first are one moment, so one loop takes [`Animation::duration`]
-    /// ticks.
+    /// Starts again. The last frame and the first are the same moment, so one loop takes [`Animation::duration`] ticks.
     #[default]
     Loop,
-    /// It plays backwards, and forwards again from the start.
+    /// Plays backwards to the start, and then forwards again.
     PingPong,
 }
 
 /// The playback position of an animation.
 ///
-/// A player is only a clock. It stores the length of its animation and no reference to it, so one player can drive many
-/// skeletons, and one animation can have many players, on any threads:
+/// A player is only a clock. It stores the length of its animation, but no reference to it. So one player can drive
+/// many skeletons, and one animation can have many players, on any threads:
 ///
 /// ```
 /// use mocap::{Binding, Player, Pose, Scene};
@@ -44,7 +43,7 @@ pub enum LoopMode {
 /// # play(&[Scene::default()], &Default::default(), 0.1);
 /// ```
 ///
-/// The timer of a first course in animation, `tick = 0; while tick <= duration { update; tick += 1 }`, is a player that
+/// The timer of an introductory course, `tick = 0; while tick <= duration { update; tick += 1 }`, is a player that
 /// plays once and advances by whole ticks:
 ///
 /// ```
@@ -68,11 +67,11 @@ pub enum LoopMode {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Player {
-    /// The current tick. Set it to jump.
+    /// The current tick. Set it to seek.
     pub tick: f64,
     /// The playback speed. Default: 1; negative plays backwards.
     pub speed: f64,
-    /// What it does at the end.
+    /// The behaviour at the end.
     pub loop_mode: LoopMode,
     ticks_per_second: f64,
     duration: f64,
@@ -86,8 +85,8 @@ impl Player {
         Self::of_length(animation.duration, animation.ticks_per_second)
     }
 
-    /// A player of something with a length in ticks that is no [`Animation`], such as a packed clip, whose `player` it
-    /// is. A length that is not above 0 is 0.
+    /// A player for something with a length in ticks that is not an [`Animation`], such as a packed clip (see its
+    /// `player`). A length that is not above 0 becomes 0.
     pub fn of_length(duration: f64, ticks_per_second: f64) -> Self {
         Self {
             tick: 0.0,
@@ -105,12 +104,12 @@ impl Player {
         self.advance_ticks(seconds * self.ticks_per_second)
     }
 
-    /// Advances by `ticks` times [`speed`](Self::speed), and returns the new tick, which is from 0 to the duration. A
-    /// step that is not finite is ignored.
+    /// Advances by `ticks` times [`speed`](Self::speed), and returns the new tick, from 0 to the duration. Ignores a
+    /// step that is not finite.
     pub fn advance_ticks(&mut self, ticks: f64) -> f64 {
         let step = ticks * self.speed;
         let step = if step.is_finite() { step } else { 0.0 };
-        // Forwards and backwards as one cycle of twice the duration.
+        // Forwards and backwards form one cycle of twice the duration.
         let cycle = 2.0 * self.duration;
         self.returns &= self.loop_mode == LoopMode::PingPong;
         let so_far = if self.returns { cycle - self.tick } else { self.tick } + step;
@@ -126,7 +125,7 @@ impl Player {
         self.tick
     }
 
-    /// Whether it plays once and has reached the end, or the start if it plays backwards.
+    /// Whether it plays once and has reached the end (or the start, if it plays backwards).
     pub fn is_finished(&self) -> bool {
         self.loop_mode == LoopMode::Once
             && if self.speed < 0.0 {

@@ -1,13 +1,13 @@
 //! Computes the matrices of every node at a tick.
 //!
-//! An animation's channels say how each node stands to its parent at a tick ([`Binding`] finds out which node). Forward
-//! kinematics chains these matrices from the root on, T = J0 L1 J1 L2 ...: the motion of a joint, then the offset of
-//! the next. In a node both are one matrix, translation x rotation, so the chain is one product a node, and since
-//! parents stand before children it is one loop.
+//! An animation's channels give the transform of each node relative to its parent at a tick. [`Binding`] finds the node
+//! of each channel. Forward kinematics multiplies these matrices from the root on, T = J0 L1 J1 L2 ...: the motion of a
+//! joint, then the offset of the next. A node has both in one matrix, translation x rotation. So the chain is one
+//! product per node. Because parents precede children, it is one loop.
 //!
-//! The results are matrices, not translation, rotation and scale, because products of those may have shear.
+//! The results are matrices, not translation, rotation and scale, because products may have shear.
 //!
-//! [`Updater`] writes into the scene itself, as users of Assimp do; a [`Pose`] is separate from the scene, so any
+//! [`Updater`] writes into the scene itself, as users of Assimp do. A [`Pose`] is separate from the scene, so any
 //! number of poses can use one scene.
 
 mod bind;
@@ -40,7 +40,7 @@ pub use self::same_joints::have_the_same_joints;
 pub use self::sample::Trs;
 pub use self::updater::Updater;
 
-/// The matrices of all nodes of one skeleton, to the parent and to the world. [`NodeId`] indexes both lists.
+/// The matrices of all nodes of one skeleton, relative to the parent and to the world. [`NodeId`] indexes both lists.
 ///
 /// ```
 /// use mocap::glam::{Mat4, Vec3};
@@ -63,14 +63,14 @@ pub use self::updater::Updater;
 pub struct Pose {
     /// Node to parent.
     pub node_to_parent: Vec<Mat4>,
-    /// Node to world, which is the space of the root's parent. [`Pose::update_world`] computes it from
+    /// Node to world. The world is the space of the root's parent. [`Pose::update_world`] computes these matrices from
     /// `node_to_parent`.
     pub node_to_world: Vec<Mat4>,
     parents: Vec<Option<NodeId>>,
 }
 
 impl Pose {
-    /// The pose of the node transforms of `scene`: the rest pose, unless they were updated.
+    /// The pose of the node transforms in `scene`. It is the rest pose unless they were updated.
     pub fn rest(scene: &Scene) -> Self {
         let mut pose = Self {
             node_to_parent: scene.nodes.iter().map(|node| node.transform).collect(),
@@ -90,8 +90,8 @@ impl Pose {
         Some(pose)
     }
 
-    /// Copies the current node transforms of `scene`, for example after [`Updater::update`]. `scene` must be the one
-    /// that the pose was made from.
+    /// Copies the current node transforms of `scene`, for example after [`Updater::update`]. The pose must have been
+    /// made from this scene.
     pub fn copy_from(&mut self, scene: &Scene) {
         for (matrix, node) in self.node_to_parent.iter_mut().zip(&scene.nodes) {
             *matrix = node.transform;
@@ -125,8 +125,8 @@ impl Pose {
         self.update_world();
     }
 
-    /// [`node_to_parent`](Self::node_to_parent) as arrays, column by column, without a copy: for graphics interfaces,
-    /// and for programs with another version of glam.
+    /// [`node_to_parent`](Self::node_to_parent) as arrays, column by column, without a copy: for graphics APIs, and for
+    /// programs with another version of glam.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -143,12 +143,12 @@ impl Pose {
         bytemuck::cast_slice(&self.node_to_parent)
     }
 
-    /// [`node_to_world`](Self::node_to_world) likewise.
+    /// [`node_to_world`](Self::node_to_world) as arrays, column by column, without a copy.
     pub fn node_to_world_arrays(&self) -> &[[f32; 16]] {
         bytemuck::cast_slice(&self.node_to_world)
     }
 
-    /// Forward kinematics: `node_to_world` from `node_to_parent`.
+    /// Forward kinematics: computes `node_to_world` from `node_to_parent`.
     pub fn update_world(&mut self) {
         let parents = &self.parents;
         let node_to_parent = &self.node_to_parent;
@@ -163,11 +163,11 @@ impl Pose {
         );
     }
 
-    /// Forward kinematics of `node` and of those below it, after a change of `node_to_parent` there alone.
+    /// Forward kinematics of `node` and its descendants, after `node_to_parent` changed only there.
     pub fn update_below(&mut self, node: NodeId) {
         let nodes = self.parents.iter().zip(&self.node_to_parent).enumerate();
         for (index, (parent, node_to_parent)) in nodes.skip(node.index()) {
-            // Depth-first order: those below a node come right after it.
+            // In depth-first order, the descendants of a node follow it immediately.
             if index > node.index() && parent.is_none_or(|parent| parent < node) {
                 break;
             }
@@ -178,11 +178,11 @@ impl Pose {
         }
     }
 
-    /// Rotates `node` about its own position by `rotation`, along the axes of the world, with all nodes below it. Its
-    /// position does not change. A rotation that would give values that are not finite is not applied.
+    /// Rotates `node` about its own position by `rotation`, in world axes, together with its descendants. Its position
+    /// does not change. A rotation is ignored if it would make a value non-finite.
     ///
     /// # Panics
-    /// If the pose has no such node.
+    /// If the pose lacks the node.
     pub fn rotate(&mut self, node: NodeId, rotation: Quat) {
         let parent = self.parents[node.index()];
         let parent = parent.map_or(Mat3::IDENTITY, |parent| {
@@ -198,18 +198,18 @@ impl Pose {
         }
     }
 
-    /// The position of `node` in the world.
+    /// The world position of `node`.
     ///
     /// # Panics
-    /// If the pose has no such node.
+    /// If the pose lacks the node.
     pub fn position(&self, node: NodeId) -> Vec3 {
         self.node_to_world[node.index()].w_axis.truncate()
     }
 
-    /// The position in the world of a point in the space of `node`.
+    /// The world position of a point in the space of `node`.
     ///
     /// # Panics
-    /// If the pose has no such node.
+    /// If the pose lacks the node.
     pub fn point_to_world(&self, node: NodeId, point: Vec3) -> Vec3 {
         self.node_to_world[node.index()].transform_point3(point)
     }
@@ -218,7 +218,7 @@ impl Pose {
 impl Scene {
     /// The end effectors: end sites, and joints without children. [`Pose::position`] gives their positions.
     pub fn end_effectors(&self) -> impl Iterator<Item = NodeId> {
-        // Depth-first order: the first child of a node, if there is one, comes right after it.
+        // In depth-first order, the first child of a node follows it immediately.
         let is_leaf = |index: usize| {
             let next = self.nodes.get(index + 1);
             next.is_none_or(|next| next.parent != Some(NodeId::new(index)))

@@ -1,11 +1,11 @@
-//! What all reports have in common.
+//! The common interface of all reports.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// A report of what was done or measured: a text for people by `Display`, data for programs by `Serialize`. Every
-/// report of the library is one.
+/// A report of actions or measurements: text for people by `Display`, data for programs by `Serialize`. Every report of
+/// the library implements this trait.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -32,7 +32,7 @@ pub trait Report: fmt::Display + Serialize {
 
 impl<R: fmt::Display + Serialize> Report for R {}
 
-/// A count with its noun, which takes an `s` but after 1.
+/// A count with its noun, in the plural unless the count is 1.
 #[doc(hidden)]
 pub fn counted(count: usize, noun: &str) -> String {
     let ending = if count == 1 { "" } else { "s" };

@@ -1,10 +1,10 @@
-//! The scene: a node graph, meshes, materials and animations, in the words of Assimp. Plain data.
+//! The scene: a node graph, meshes, materials and animations, in Assimp's terms. Plain data.
 //!
-//! Lengths are in the file's unit, coordinates right-handed, matrices map column vectors (`node_to_parent * point`),
-//! quaternions are `x y z w` in memory. [`Scene::validate`](crate::Scene::validate) lists the rules that every
-//! scene of this crate keeps.
+//! Lengths are in the file's unit, coordinates are right-handed, matrices map column vectors (`node_to_parent *
+//! point`), and quaternions are `x y z w` in memory. [`Scene::validate`](crate::Scene::validate) lists the rules for
+//! every scene of this crate.
 //!
-//! Nodes and keys, and where they are at a tick:
+//! Nodes, keys, and positions at a tick:
 //!
 //! ```
 //! use mocap::glam::{Mat4, Quat, Vec3};
@@ -50,7 +50,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 //!
-//! Where a scene comes from, and what was decided about it:
+//! The origin of a scene, and the decisions about it:
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -107,12 +107,12 @@ pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recording};
 use self::report::{MarkerSolution, SourceLines};
 use crate::error::Diagnostic;
 
-/// Everything that one file holds.
+/// The contents of one file.
 ///
-/// By `serde` it is written and read with everything but the bytes of [`textures`](Self::textures), the
-/// [`original`](Self::original), and [`recorded`](Metadata::recorded) and [`solved`](Metadata::solved) of its metadata.
-/// What another program wrote may break the rules of a scene: ask [`validate`](Self::validate). `serde_json` keeps
-/// every bit of a number by its feature `float_roundtrip`.
+/// `serde` writes and reads everything except the bytes of [`textures`](Self::textures), the
+/// [`original`](Self::original), and [`recorded`](Metadata::recorded) and [`solved`](Metadata::solved) of the metadata.
+/// A scene that another program wrote may break the rules of a scene: call [`validate`](Self::validate). `serde_json`
+/// keeps every bit of a number only with its feature `float_roundtrip`.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -125,28 +125,28 @@ use crate::error::Diagnostic;
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// The node graph, depth-first: a parent stands before its children, the root first. [`NodeId`] indexes it.
+    /// The node graph in depth-first order: the root first, parents before their children. [`NodeId`] indexes it.
     pub nodes: Vec<Node>,
-    /// The meshes that [`Node::meshes`] index.
+    /// The meshes, indexed by [`Node::meshes`].
     pub meshes: Vec<Mesh>,
-    /// The materials that [`Mesh::material_index`] indexes.
+    /// The materials, indexed by [`Mesh::material_index`].
     pub materials: Vec<Material>,
-    /// The textures that [`Surface::texture`] indexes.
+    /// The textures, indexed by [`Surface::texture`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub textures: Vec<Texture>,
-    /// The animations; a BVH file has at most one.
+    /// The animations. A BVH file has at most one.
     pub animations: Vec<Animation>,
-    /// Where the scene comes from and what was assumed when it was read.
+    /// The origin of the scene, and the assumptions of the reader.
     pub metadata: Metadata,
     /// The warnings of the reader, in the order of the file.
     pub warnings: Vec<Diagnostic>,
-    /// The glTF or VRM file with meshes from which the scene was read: an output in glTF keeps what else is in it.
+    /// The glTF or VRM file with meshes from which the scene was read. A glTF output keeps the rest of its contents.
     #[serde(skip)]
     pub original: Option<Original>,
 }
 
 impl Scene {
-    /// The first node of this name, as Assimp's `aiNode::FindNode` finds it.
+    /// The first node with this name, as in Assimp's `aiNode::FindNode`.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -171,7 +171,7 @@ impl NodeId {
     /// The id of the node at `index` of [`Scene::nodes`].
     ///
     /// # Panics
-    /// If `index` does not fit in 32 bits, which cannot happen within the default [`Limits`](crate::Limits).
+    /// If `index` does not fit in 32 bits. This cannot happen within the default [`Limits`](crate::Limits).
     pub fn new(index: usize) -> Self {
         Self(u32::try_from(index).expect("a scene has fewer than 2^32 nodes"))
     }
@@ -182,7 +182,7 @@ impl NodeId {
     }
 }
 
-/// The name of the group that a reader puts over several roots. Writers remove the group of this name.
+/// The name of the group that a reader adds as the parent of several roots. Writers remove the group with this name.
 #[doc(hidden)]
 pub const GROUP_OF_ROOTS: &str = "Roots";
 
@@ -196,13 +196,13 @@ pub enum NodeKind {
     /// A node that the file can animate.
     #[default]
     Joint,
-    /// BVH's unanimated tip of a chain.
+    /// The unanimated tip of a chain in BVH.
     EndSite,
     /// A node that only groups others.
     Group,
 }
 
-/// A transform in the graph.
+/// A transform in the node graph.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -211,30 +211,30 @@ pub struct Node {
     pub name: String,
     /// The kind of the node in the file.
     pub kind: NodeKind,
-    /// The parent; absent only on the root.
+    /// The parent; absent only for the root.
     pub parent: Option<NodeId>,
-    /// Node to parent, in the rest pose; for BVH, the translation by the OFFSET. [`Scene::update_node_matrices`]
+    /// Node to parent, in the rest pose. For BVH it is the translation by the OFFSET. [`Scene::update_node_matrices`]
     /// overwrites it.
     pub transform: Mat4,
     /// Indices into [`Scene::meshes`].
     pub meshes: Vec<usize>,
     /// The order of the node's Euler angles in the file. Keys are quaternions and do not need it, but writers of Euler
-    /// angles do. Absent where the file has none, or does not have each axis once.
+    /// angles do. Absent if the file has no Euler angles, or does not have each axis once.
     pub rotation_order: Option<RotationOrder>,
     /// The lines of the file that describe the node. Absent for binary files.
     pub source: Option<SourceLines>,
-    /// Which bone of a humanoid the file says that the node is, as VRM and VRM animations do.
+    /// The humanoid bone of this node, as VRM files and VRM animations state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub humanoid_bone: Option<HumanoidBone>,
-    /// What the node of a VRM animation is on a face.
+    /// The role of this node in the face of a VRM animation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<Face>,
 }
 
 /// The order of a node's three rotations about its axes.
 ///
-/// It is the order of a product of matrices on column vectors: `Zxy` is `Rz Rx Ry` (intrinsic rotations), as in BVH's
-/// CHANNELS.
+/// It is the order of a matrix product on column vectors: `Zxy` is `Rz Rx Ry` (intrinsic rotations), as in CHANNELS of
+/// BVH.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -251,7 +251,7 @@ pub enum RotationOrder {
 }
 
 impl RotationOrder {
-    /// Every order, by name.
+    /// All orders, by name.
     pub const ALL: [Self; 6] = [Self::Xyz, Self::Xzy, Self::Yxz, Self::Yzx, Self::Zxy, Self::Zyx];
 
     /// The axes in this order: 0 for x, 1 for y, 2 for z.
@@ -279,9 +279,9 @@ impl RotationOrder {
 pub struct Animation {
     /// The name.
     pub name: String,
-    /// Ticks per second. In BVH a tick is a frame, so this is 1 / frame time.
+    /// Ticks per second. In BVH a tick is a frame, so this value is 1 / frame time.
     pub ticks_per_second: f64,
-    /// Length in ticks, from the first frame to the last: frames - 1.
+    /// The length in ticks, from the first frame to the last: the number of frames minus 1.
     pub duration: f64,
     /// One channel per joint, in the order of [`Scene::nodes`].
     pub channels: Vec<Channel>,
@@ -289,7 +289,7 @@ pub struct Animation {
 
 impl Animation {
     /// The number of frames: the whole ticks from 0 to the one nearest to [`duration`](Self::duration), both included.
-    /// A motion that ends between two ticks stays in its last pose until the later one, where that is nearer.
+    /// If a motion ends between two ticks and the later one is nearer, its last pose lasts until that tick.
     ///
     /// ```
     /// use mocap::scene::Animation;
@@ -301,7 +301,7 @@ impl Animation {
         (self.duration.round() as usize).saturating_add(1)
     }
 
-    /// The whole ticks within the motion: from 0 to the last that is not after its end.
+    /// The whole ticks within the motion: from 0 to the last at or before its end.
     #[doc(hidden)]
     pub fn whole_ticks(&self) -> impl Iterator<Item = f64> + use<> {
         (0..=self.duration as usize).map(|tick| tick as f64)
@@ -313,15 +313,16 @@ impl Animation {
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
-    /// The name of the node that it drives. Where several joints have this name and [`node`](Self::node) does not tell
-    /// them apart, the first channel of the name drives the first joint, the second the second, and so on.
+    /// The name of the driven node. If several joints have this name and [`node`](Self::node) does not distinguish
+    /// them, the first channel with the name drives the first joint, the second channel the second, and so on.
     pub node_name: String,
-    /// The node that it drives, if that node has this name: names may repeat, or be empty, and ids do not. Readers set
-    /// it. `None` leaves it to the name.
+    /// The driven node, if that node has the channel's name. Names may repeat or be empty; ids are unique. Readers set
+    /// this field. With `None` the name decides.
     pub node: Option<NodeId>,
-    /// Translation to the parent, in the file's unit. A BVH joint without position channels has one key, its OFFSET.
+    /// Translation relative to the parent, in the file's unit. A BVH joint without position channels has one key, its
+    /// OFFSET.
     pub position_keys: Keys<Vec3>,
-    /// Rotation to the parent.
+    /// Rotation relative to the parent.
     pub rotation_keys: Keys<Quat>,
     /// Scale along the node's own axes.
     pub scaling_keys: Keys<Vec3>,
@@ -329,12 +330,12 @@ pub struct Channel {
 
 /// Values at ticks.
 ///
-/// Ticks are stored only if they are not 0, 1, 2, ...; a constant track has one key, at tick 0.
+/// Ticks are stored only if they differ from 0, 1, 2, ... A constant track has one key, at tick 0.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Keys<T> {
-    /// The values, in the order of time.
+    /// The values, sorted by time.
     pub values: Vec<T>,
     /// Strictly increasing ticks, one per value; `None` means 0, 1, 2, ...
     pub ticks: Option<Vec<f64>>,

@@ -220,10 +220,10 @@ impl Importer {
         self
     }
 
-    /// The body for arrays of rotations, such as those of AMASS: a file with a figure in any format, or a model of
-    /// SMPL, SMPL-H or SMPL-X as `.npz` or `.pkl`. The shape of a model follows the shape coefficients of the motion.
-    /// Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] if the input file
-    /// has its own bone lengths.
+    /// The body for arrays of rotations, such as those of AMASS. It is a file with a figure in any format, or a model
+    /// of SMPL, SMPL-H or SMPL-X as `.npz` or `.pkl`. The shape of a model follows the shape coefficients of the
+    /// motion. Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] if the
+    /// input file has its own bone lengths.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

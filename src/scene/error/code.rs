@@ -1,11 +1,11 @@
-//! The table of codes: the meaning of each, its origin, and the remedy.
+//! The table of codes, each with its cause and remedy.
 
 use std::fmt;
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Declares [`Code`] from one table, so that a code, its name, its cause and its remedy cannot drift apart.
+/// Declares [`Code`] from one table, so that a code, its name, its cause and its remedy stay together.
 macro_rules! codes {
     ($($variant:ident $name:literal $cause:literal $remedy:literal)*) => {
         /// The stable name of a diagnostic. [`Error`](crate::Error) has an example.
@@ -20,15 +20,16 @@ macro_rules! codes {
         }
 
         impl Code {
-            /// Every code, in the order of the table.
+            /// All codes, in the order of the table.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// Its name in kebab case, which does not change between versions.
+            /// The name in kebab case. It does not change between versions.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// Whether a warning of this code says that frames of the file are lost, which fails `mocap check`.
+            /// Whether a warning with this code means that frames of the file are lost. Such a warning fails `mocap
+            /// check`.
             ///
             /// ```
             /// use mocap::{Code, Importer};
@@ -43,12 +44,12 @@ macro_rules! codes {
                 matches!(self, Self::MissingFrames | Self::RowLength)
             }
 
-            /// What brings it about.
+            /// The cause of the problem.
             pub const fn cause(self) -> &'static str {
                 match self { $(Self::$variant => $cause,)* }
             }
 
-            /// What to do about it.
+            /// The remedy.
             pub const fn remedy(self) -> &'static str {
                 match self { $(Self::$variant => $remedy,)* }
             }
@@ -275,7 +276,7 @@ impl Serialize for Code {
     }
 }
 
-/// The codes, by their names.
+/// The names of the codes.
 #[cfg(feature = "schema")]
 impl schemars::JsonSchema for Code {
     fn schema_name() -> std::borrow::Cow<'static, str> {

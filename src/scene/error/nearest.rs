@@ -1,11 +1,11 @@
 //! Suggestions for misspelled words.
 
-/// The name closest to a misspelled one, ignoring case, if at most a third of the letters differ, and at most three.
+/// The name closest to a misspelled one, ignoring case. At most a third of the letters may differ, and at most three.
 #[doc(hidden)]
 pub fn nearest<'a>(misspelled: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    /// Letters that may differ.
+    /// The largest number of letters that may differ.
     const MOST: usize = 3;
-    /// The longest word that is compared: the time grows with the product of the two lengths.
+    /// The longest word to compare in letters, because the time grows with the product of the two lengths.
     const LONGEST: usize = 64;
     let misspelled = misspelled.to_ascii_lowercase();
     if misspelled.len() > LONGEST {
@@ -20,7 +20,7 @@ pub fn nearest<'a>(misspelled: &str, names: impl Iterator<Item = &'a str>) -> Op
         .map(|(_, name)| name)
 }
 
-/// Insertions, deletions, substitutions and exchanges of two neighbours from `a` to `b`.
+/// The number of insertions, deletions, substitutions and swaps of neighbouring letters from `a` to `b`.
 pub fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b) = (a.as_bytes(), b.as_bytes());
     let mut before: Vec<usize> = Vec::new();

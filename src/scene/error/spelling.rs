@@ -1,24 +1,25 @@
-//! How messages call an option: as the program, or the language, through which it was given.
+//! Spells option names in messages: as the command line or the language spells them.
 //!
-//! A message of the library has an option in braces, with the key that it has in a job: `name it with {skeleton}`. The
-//! program says `--skeleton`, Python `skeleton=`. One process is one of them.
+//! A message of the library has an option's job key in braces: `name it with {skeleton}`. The program prints
+//! `--skeleton`, Python prints `skeleton=`. A process has one spelling.
 
 use std::borrow::Cow;
 use std::sync::{PoisonError, RwLock};
 
-/// What an option is called, by its key in a job.
+/// The spelling of an option, by its key in a job.
 type Spelling = fn(&str) -> String;
 
 static SPELLING: RwLock<Option<Spelling>> = RwLock::new(None);
 
-/// Says how this process calls options, before its first message. Without, they have the names of the methods of Rust.
+/// Sets the spelling of options in this process. Call it before the first message. By default options have the names of
+/// Rust methods.
 #[doc(hidden)]
 pub fn spell_options(spelling: Spelling) {
-    // The module of Python may become the program `mocap`.
+    // The Python module may become the program `mocap`.
     *SPELLING.write().unwrap_or_else(PoisonError::into_inner) = Some(spelling);
 }
 
-/// A message with the names of its options.
+/// A message with spelled option names.
 #[doc(hidden)]
 pub fn spelled(message: &str) -> Cow<'_, str> {
     let Some((before, rest)) = message.split_once('{') else {
@@ -48,7 +49,7 @@ pub fn spelled(message: &str) -> Cow<'_, str> {
     }
 }
 
-/// Keys of jobs have small letters and dashes.
+/// Job keys consist of lower-case letters and dashes.
 fn is_key(text: &str) -> bool {
     text.starts_with(|first: char| first.is_ascii_lowercase())
         && text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-')

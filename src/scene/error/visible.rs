@@ -1,10 +1,9 @@
-//! Text of files, made safe to show.
+//! Makes text from files safe to show.
 
 use std::borrow::Cow;
 
-/// `text` with escapes in place of characters that control a terminal or a page. These are control characters, such as
-/// the beginning of an escape sequence, and characters that change the direction of text. Names and paths come from
-/// files and may hold any.
+/// `text` with escapes for characters that control a terminal or a page: control characters, such as the start of an
+/// escape sequence, and characters that change the text direction. Names and paths from files may contain them.
 ///
 /// ```
 /// assert_eq!(mocap::visible("Hips\u{1b}[2J\u{202e}"), "Hips\\u{1b}[2J\\u{202e}");
@@ -24,11 +23,11 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(replaced)
 }
 
-/// `json` with escapes of JSON for the characters that [`visible`] escapes. They stand in its texts alone, so the value
-/// is the same.
+/// `json` with JSON escapes for the characters that [`visible`] escapes. They occur only inside strings, so the value
+/// does not change.
 #[doc(hidden)]
 pub fn visible_json(json: &str) -> Cow<'_, str> {
-    // Line ends between its values stay.
+    // Keep line ends between values.
     let is_escaped = |c: char| c != '\n' && steers(c);
     if !json.contains(is_escaped) {
         return Cow::Borrowed(json);

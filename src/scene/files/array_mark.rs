@@ -1,11 +1,11 @@
-//! The mark of archives, pickles, tables, databases and joint angles of this program, by which an output is told from
-//! somebody's arrays.
+//! Marks in this program's archives, pickles, tables, databases and joint angles. They distinguish an output from a
+//! user's own arrays.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Stands in the comment of an `.npz`, which ends it, and in a text that a `.pkl` begins with and forgets.
+/// A text in the comment at the end of an `.npz`, and in a string at the start of a `.pkl` that unpickling discards.
 #[doc(hidden)]
 pub const ARRAY_MARK: &str = "mocap arrays";
 
@@ -13,34 +13,35 @@ pub const ARRAY_MARK: &str = "mocap arrays";
 #[doc(hidden)]
 pub const DATABASE_MARK: &[u8; 8] = b"mocapMDB";
 
-/// What the metadata of a Parquet file begin with that say who wrote it. Thrift's compact protocol has it near the end:
-/// the type of a text, its length, the text, then two bytes for each column and the length of all metadata.
+/// The start of the creator in Parquet metadata. Thrift's compact protocol has the creator near the end of the file:
+/// the type of a text, its length, and the text. Two bytes for each column and the length of all metadata follow.
 #[doc(hidden)]
 pub const PARQUET_CREATOR: &str = "mocap ";
 
 /// The last bytes of a Parquet file.
 const PARQUET_END: &[u8] = b"PAR1";
 
-/// The first line of a motion file of OpenSim, `.mot`, with joint angles.
+/// The first line of an OpenSim motion file, `.mot`, with joint angles.
 #[doc(hidden)]
 pub const ANGLES_MARK: &str = "mocap joint angles";
 
-/// The first lines of OpenSim's files with analog channels, and with ground reaction forces.
+/// The first lines of OpenSim files with analog channels and with ground reaction forces.
 #[doc(hidden)]
 pub const ANALOG_MARK: &str = "mocap analog";
 #[doc(hidden)]
 pub const FORCES_MARK: &str = "mocap forces";
 
-/// The files that have one of these.
+/// The extensions of files with a mark.
 pub(super) const MARKED_EXTENSIONS: &[&str] = &["npz", "pkl", "mdb", "parquet", "mot", "sto"];
 
-/// Bytes at each end of a file in which the mark stands.
+/// Bytes at each end of a file in which to search for the mark.
 const SEARCHED: usize = 32;
 
-/// Bytes at the end of a Parquet file in which its creator stands, for the columns that the tables of this crate have.
+/// Bytes at the end of a Parquet file in which to search for its creator. They suffice for this crate's number of
+/// columns.
 const CREATOR_SEARCHED: usize = 512;
 
-/// Whether the file begins with the mark of a database or of joint angles, or begins or ends with that of arrays.
+/// Whether a file has a mark: at its beginning for a database or joint angles, at its beginning or end for arrays.
 pub(super) fn has_mark(path: &Path) -> bool {
     let ends = || -> std::io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
@@ -69,7 +70,7 @@ pub(super) fn has_mark(path: &Path) -> bool {
     ends().is_ok_and(is_ours)
 }
 
-/// Whether the creator is a text of the metadata. Its length stands before it, and digits of a version after it.
+/// Whether the creator is a complete text of the metadata, preceded by its length and followed by a version number.
 fn has_creator(ends: &[u8]) -> bool {
     const SHORTEST: u8 = PARQUET_CREATOR.len() as u8 + 5;
     memchr::memmem::find_iter(ends, PARQUET_CREATOR.as_bytes()).any(|at| {

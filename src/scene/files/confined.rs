@@ -1,4 +1,4 @@
-//! The folder outside of which no file is opened, for programs that take names of files from others.
+//! Confines file access to a folder, for programs that get file names from others.
 
 use std::env;
 use std::fs;
@@ -8,12 +8,12 @@ use std::sync::OnceLock;
 
 use crate::error::{Error, Result};
 
-/// Where files may be; everywhere, unless it is set.
+/// The folder for all files; every folder is allowed if this is not set.
 static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 
-/// From now on this process imports and writes no file outside of `folder`, whatever a file that it reads refers to:
-/// buffers, skeletons, meshes. Links count as what they lead to. It replaces no file that it has not written itself.
-/// It cannot be undone; the first folder stays.
+/// From now on this process imports and writes no file outside of `folder`, whatever a file refers to: buffers,
+/// skeletons, meshes. A link counts as its target. The process replaces only files that it has written itself. The
+/// setting is permanent; the first folder stays.
 ///
 /// ```no_run
 /// mocap::files::confine("takes".as_ref())?;
@@ -23,7 +23,7 @@ static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 /// ```
 ///
 /// # Errors
-/// [`Code::Io`](crate::Code::Io) where there is no such folder.
+/// [`Code::Io`](crate::Code::Io) if the folder does not exist.
 pub fn confine(folder: &Path) -> Result<()> {
     let in_folder = |error| Error::io(folder, error);
     let real = fs::canonicalize(folder).map_err(in_folder)?;
@@ -33,12 +33,12 @@ pub fn confine(folder: &Path) -> Result<()> {
             "it must be a folder",
         )));
     }
-    // Another folder was there before: that one counts.
+    // If a folder was set before, that folder counts.
     let _ = FOLDER.set(real);
     Ok(())
 }
 
-/// Whether a file may be opened: always, before [`confine`] was called. The file need not exist.
+/// Checks whether a file may be opened. Without a call of [`confine`], every file may. The file need not exist.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -46,12 +46,12 @@ pub fn confine(folder: &Path) -> Result<()> {
 /// ```
 ///
 /// # Errors
-/// [`Code::Io`](crate::Code::Io) for a file outside of the folder. It does not tell whether there is such a file.
+/// [`Code::Io`](crate::Code::Io) for a file outside of the folder. The error does not reveal whether the file exists.
 pub fn check_confined(path: &Path) -> Result<()> {
     check_path(path).map_err(|error| Error::io(path, error))
 }
 
-/// As [`check_confined`], without the path in the error.
+/// Like [`check_confined`], without the path in the error.
 pub(super) fn check_path(path: &Path) -> io::Result<()> {
     FOLDER.get().map_or(Ok(()), |folder| check_within(path, folder))
 }
@@ -70,8 +70,8 @@ pub fn check_within(path: &Path, folder: &Path) -> io::Result<()> {
         .ok_or_else(|| io::Error::new(io::ErrorKind::PermissionDenied, message))
 }
 
-/// The path without links, of which the end need not exist. `None` if that is unknown: for a link without a target, and
-/// if `..` follows a missing entry.
+/// The path without links. Its end need not exist. `None` if unknown: for a link without a target, and if `..` follows
+/// a missing entry.
 fn real_path(path: &Path) -> Option<PathBuf> {
     let path = env::current_dir().ok()?.join(path);
     let mut missing = Vec::new();

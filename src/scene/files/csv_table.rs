@@ -1,13 +1,13 @@
-//! Tables of text, as RFC 4180 states them, and which of them have points: a table of positions is read, and is nothing
-//! that an output may replace.
+//! Text tables by RFC 4180, and tables of points among them. A table of positions is a motion, so an output must not
+//! replace it.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// What the first line of the arrays of this program begins with; the second is one cell for a spreadsheet.
+/// The start of the first line of this program's arrays. The second is one cell for a spreadsheet.
 const OWN_HEADS: [&str; 2] = ["# {\"frame_rate\":", "\"# {\"\"frame_rate\"\":"];
 
-/// Bytes in which the names of the columns end.
+/// The number of bytes in which the column names must end.
 pub(crate) const CSV_HEAD: usize = 64 << 10;
 
 /// Whether the text begins with the header of this program's arrays.
@@ -16,11 +16,10 @@ pub fn is_own_csv(head: &[u8]) -> bool {
     OWN_HEADS.iter().any(|own| head.starts_with(own.as_bytes()))
 }
 
-/// A name as a field of RFC 4180: one with a comma, a quote or a line end is quoted, and its quotes doubled.
+/// A name as a field of RFC 4180. A name with a comma, a quote or a line end is quoted, and its quotes are doubled.
 ///
-/// Spreadsheets calculate what begins with `=`, `+`, `-`, `@`, a tab or a line end, whether it is quoted or not. With
-/// `for_spreadsheet`, such a name gets a `'` before it, which a spreadsheet takes as the mark of a text. Numbers need
-/// none.
+/// Spreadsheets evaluate a field that begins with `=`, `+`, `-`, `@`, a tab or a line end, quoted or not. With
+/// `for_spreadsheet`, such a name gets the prefix `'`, by which a spreadsheet recognises text. Numbers need no prefix.
 ///
 /// ```
 /// use mocap::files::csv_field;
@@ -39,7 +38,7 @@ pub fn csv_field(text: &str, for_spreadsheet: bool) -> String {
     }
 }
 
-/// Whether the text begins as the tables of Motive do.
+/// Whether the text begins like a table of Motive.
 #[doc(hidden)]
 pub fn is_motive_csv(head: &[u8]) -> bool {
     head.strip_prefix(b"\xEF\xBB\xBF")
@@ -47,14 +46,14 @@ pub fn is_motive_csv(head: &[u8]) -> bool {
         .starts_with(b"Format Version,")
 }
 
-/// Whether the text begins with the names of the columns of a table of points, or as the tables of Motive do.
+/// Whether the text begins with the column names of a table of points, or like a table of Motive.
 #[doc(hidden)]
 pub fn is_csv_of_points(head: &[u8]) -> bool {
     if is_motive_csv(head) {
         return true;
     }
     let head = &head[..head.len().min(CSV_HEAD)];
-    // A character may be cut in two at the end.
+    // The end may cut a character in two.
     let text = match std::str::from_utf8(head) {
         Ok(text) => text,
         Err(error) if error.error_len().is_none() => std::str::from_utf8(&head[..error.valid_up_to()]).unwrap_or(""),
@@ -64,13 +63,13 @@ pub fn is_csv_of_points(head: &[u8]) -> bool {
     Records::new(text).names(&mut names) && PointColumns::of(&names).is_some()
 }
 
-/// The records of a table, one after the other.
+/// Reads the records of a table.
 #[derive(Clone)]
 #[doc(hidden)]
 pub struct Records<'a> {
     rest: &'a str,
     separator: u8,
-    /// Of the record that was read last, from 1.
+    /// The line of the last record, from 1.
     #[doc(hidden)]
     pub line: usize,
     next_line: usize,
@@ -87,7 +86,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The next line, whatever is in it.
+    /// The next line, unparsed.
     #[doc(hidden)]
     pub fn whole_line(&mut self) -> &'a str {
         let (line, rest) = self.rest.split_once('\n').unwrap_or((self.rest, ""));
@@ -97,8 +96,8 @@ impl<'a> Records<'a> {
         line.trim_end_matches('\r')
     }
 
-    /// The names of the columns, in the first line that is not empty and no comment. Cells end where most of the
-    /// separators of that line are: commas, semicolons or tabs.
+    /// Reads the column names from the first line that is not empty and not a comment. The most frequent of comma,
+    /// semicolon and tab in that line becomes the separator.
     #[doc(hidden)]
     pub fn names(&mut self, names: &mut Vec<Cow<'a, str>>) -> bool {
         while self.rest.starts_with(['#', '\n', '\r']) {
@@ -110,7 +109,7 @@ impl<'a> Records<'a> {
         self.next(names)
     }
 
-    /// The cells of the next record; `false` at the end.
+    /// Reads the cells of the next record. `false` at the end.
     #[doc(hidden)]
     pub fn next(&mut self, cells: &mut Vec<Cow<'a, str>>) -> bool {
         cells.clear();
@@ -135,7 +134,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The next cell, and where it ends.
+    /// The next cell, and its end.
     fn cell(&mut self) -> (Cow<'a, str>, Option<usize>) {
         let bytes = self.rest.as_bytes();
         let end_after = |at: usize| memchr::memchr2(self.separator, b'\n', &bytes[at..]).map(|end| at + end);
@@ -162,7 +161,7 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Which columns of a table have positions.
+/// The columns of a table that hold positions.
 #[derive(Debug, PartialEq)]
 #[doc(hidden)]
 pub enum PointColumns {
@@ -173,7 +172,7 @@ pub enum PointColumns {
         name: usize,
         xyz: [usize; 3],
     },
-    /// A row for each frame, and three columns for each point.
+    /// A row for each frame, with three columns for each point.
     Wide {
         time: Option<usize>,
         points: Vec<[usize; 3]>,
@@ -181,7 +180,7 @@ pub enum PointColumns {
 }
 
 impl PointColumns {
-    /// The columns with these names; `None` where they are no points.
+    /// The columns with these names; `None` if the table has no points.
     #[doc(hidden)]
     pub fn of(names: &[impl AsRef<str>]) -> Option<Self> {
         let names: Vec<String> = names.iter().map(|name| name.as_ref().trim().to_lowercase()).collect();
@@ -197,7 +196,7 @@ impl PointColumns {
             let xyz = [x, y, z];
             return Some(Self::Long { frame, time, name, xyz });
         }
-        // There may be as many columns as bytes.
+        // There may be as many columns as bytes, so avoid a quadratic search.
         let of_axis = |axis: char| {
             let columns = names.iter().enumerate().rev();
             let columns = columns.filter_map(|(index, name)| Some((point_of(name, axis)?, index)));
@@ -211,16 +210,16 @@ impl PointColumns {
         let points: Vec<[usize; 3]> = of_x
             .filter_map(|(point, x)| Some([x, *of_y.get(point)?, *of_z.get(point)?]))
             .collect();
-        // Rotations and joints of robots have such columns too, among many others.
+        // Tables of rotations and of robot joints have such columns too, among many others.
         let is_of_points = points.len() >= LEAST_POINTS && 2 * 3 * points.len() >= names.len();
         is_of_points.then_some(Self::Wide { time, points })
     }
 }
 
-/// Points from which on three columns each are no chance.
+/// The number of points from which on three columns per point are not a coincidence.
 const LEAST_POINTS: usize = 3;
 
-/// The point of which a column has this axis: `hip` of `hip_x`, `hip.x`, `hip:x`, `hip x` and `x_hip`.
+/// The point whose column has this axis: `hip` for `hip_x`, `hip.x`, `hip:x`, `hip x` and `x_hip`.
 #[doc(hidden)]
 pub fn point_of(column: &str, axis: char) -> Option<&str> {
     let separators = ['_', '.', ':', ' ', '-', '/'];

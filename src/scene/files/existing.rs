@@ -1,4 +1,4 @@
-//! What an output may replace.
+//! The rules for replacing files.
 
 use std::collections::HashSet;
 use std::fs::{self, File};
@@ -18,28 +18,30 @@ use super::{Target, check_confined, folder_of, own, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::scene::Format;
 
-/// Of files that say who wrote them: glTF, FBX and USD.
+/// Extensions of files that state who wrote them: glTF, FBX and USD.
 const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx", "usda", "usdz"];
 
-/// Of files that may be somebody's source, beside those of formats: characters, USD that is not read, databases.
+/// Extensions of files that may be a user's source, in addition to the formats: characters, USD that cannot be read,
+/// databases.
 const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 
-/// Which files an output may replace.
+/// The files that an output may replace.
 ///
-/// An input is never replaced, also not through a link. A file with the extension of a format may be somebody's source
-/// ([`is_source`](Self::is_source)), and is replaced only with [`force`](Self::force).
-/// There are exceptions, so that a command can be run again:
+/// An input is never replaced, not even through a link. A file with the extension of a format may be a user's source
+/// ([`is_source`](Self::is_source)). It is replaced only with [`force`](Self::force). The following exceptions let you
+/// run a command again:
 ///
-/// - an empty file, and a file whose bytes are the first bytes of the output or all of them;
-/// - an `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` that is no table of points;
-/// - a file that the record of outputs knows as made from these inputs, where the program keeps a record
-///   (`mocap::job::remember_outputs`);
-/// - a glTF, FBX or USD file that this crate wrote, according to its `Provenance`. If an input is of these formats, the
-///   file must also name an input as its source. Otherwise a shell that expands `*.glb` to two files would make the
-///   second an output. The file of a character to which this crate added animations says so in their `extras.mocap`;
-///   one of them must name two inputs, its motion and the character.
+/// - An empty file, and a file whose bytes are the first bytes of the output, or all of them.
+/// - An `.npz`, `.pkl`, `.mdb`, `.mot` or `.parquet` with this crate's mark, and a `.csv` that is not a table of
+///   points.
+/// - A file that the record of outputs knows as made from these inputs, if the program keeps a record
+///   (`mocap::job::remember_outputs`).
+/// - A glTF, FBX or USD file that this crate wrote, according to its `Provenance`. If an input has one of these
+///   formats, the file must also name an input as its source. Otherwise, if a shell expands `*.glb` to two files, the
+///   second would be an output. A character file to which this crate added animations names the inputs in
+///   `extras.mocap`: one animation must name both its motion and the character.
 ///
-/// A file that the record knows, and that has changed since, is none of the last three.
+/// The last three exceptions do not apply to a file that the record knows and that has changed since.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -56,26 +58,26 @@ const OTHER_SOURCES: &[&str] = &["vrm", "usdc", "usd", "mdb"];
 #[derive(Clone, Debug, Default)]
 pub struct ReplacePolicy {
     inputs: Arc<HashSet<FileId>>,
-    /// Files that the caller knows as outputs.
+    /// Files that the caller declares as outputs.
     outputs: Arc<HashSet<FileId>>,
     /// The names of the inputs.
     source_names: Arc<HashSet<String>>,
-    /// Those from which the next output is made, where it is not made from all.
+    /// The inputs of the next output, if it is made from only some of the inputs.
     made_from: Option<Arc<HashSet<String>>>,
-    /// Whether one of them is glTF, FBX or USD.
+    /// Whether an input is glTF, FBX or USD.
     may_tell: bool,
     force: bool,
 }
 
 impl ReplacePolicy {
-    /// Whether the extension of a file is that of a format, so that the file may be somebody's source.
+    /// Whether a file has the extension of a format, so that it may be a user's source.
     pub fn is_source(path: &Path) -> bool {
         let mut formats = Format::ALL.into_iter();
         formats.any(|format| has_extension(path, format.extensions())) || has_extension(path, OTHER_SOURCES)
     }
 
-    /// A policy for outputs that are made from `inputs`. The buffers and images of a `.gltf` are inputs too; `-` is the
-    /// file that standard input reads, if it is one.
+    /// A policy for outputs that are made from `inputs`. The buffers and images of a `.gltf` are inputs too. `-` is the
+    /// file from which standard input reads, if it is a file.
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
         let (mut files, mut names, mut may_tell) = (HashSet::new(), HashSet::new(), false);
         for input in inputs {
@@ -88,7 +90,7 @@ impl ReplacePolicy {
             });
             let name = input.file_name().map(|name| name.to_string_lossy().into_owned());
             names.extend(name);
-            // No name says what standard input is.
+            // Standard input has no name that shows its format.
             may_tell |= is_standard || has_extension(input, TELLING_EXTENSIONS);
             if has_extension(input, &["gltf"])
                 && let Ok(asset) = Asset::of(input)
@@ -109,14 +111,14 @@ impl ReplacePolicy {
         }
     }
 
-    /// Whether to replace files that may be somebody's source. Inputs are never replaced. Default: no.
+    /// Whether to replace files that may be a user's source. Inputs are never replaced. Default: no.
     #[must_use]
     pub fn force(mut self, force: bool) -> Self {
         self.force = force;
         self
     }
 
-    /// Files that are outputs of a former run, and unchanged since, according to its manifest: they are replaced.
+    /// Files to replace: outputs of a former run that are unchanged, according to the manifest of that run.
     #[doc(hidden)]
     #[must_use]
     pub fn outputs(mut self, outputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
@@ -133,7 +135,7 @@ impl ReplacePolicy {
         self
     }
 
-    /// The input of the next output, which is one of many.
+    /// The single input of the next output, for a call with many outputs.
     #[doc(hidden)]
     #[must_use]
     pub fn made_from(mut self, input: &Path) -> Self {
@@ -142,9 +144,9 @@ impl ReplacePolicy {
         self
     }
 
-    /// The names of inputs that the record has of an output; none where they are too many to say anything.
+    /// The input names that the record gets for an output; none if there are too many.
     pub(super) fn noted_sources(&self) -> Vec<&str> {
-        /// Names of inputs at most: more say nothing.
+        /// The largest number of recorded input names. More do not identify an output.
         const MOST: usize = 16;
         let names = self.made_from.as_ref().unwrap_or(&self.source_names);
         let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -155,15 +157,15 @@ impl ReplacePolicy {
         names
     }
 
-    /// Whether this process has written the file, or the caller knows it as an output.
+    /// Whether this process wrote the file, or the caller declared it as an output.
     fn knows(&self, path: &Path) -> bool {
         let is_known = || FileId::of(path).is_some_and(|id| self.outputs.contains(&id));
         own::has_written(path) || !self.outputs.is_empty() && is_known()
     }
 
-    /// Whether an output was made from present inputs alone. A shell may have expanded `*.bvh` to two files, and the
-    /// second is no output; with another motion the file of a character would lose its first. An output without inputs,
-    /// such as a recording, cannot be made again.
+    /// Whether an output was made only from inputs of this call. A shell may have expanded `*.bvh` to two files, of
+    /// which the second is not an output. And a character file with another motion would lose its first motion. An
+    /// output without inputs, such as a recording, cannot be made again.
     fn is_made_from_inputs(&self, sources: &[String]) -> bool {
         !sources.is_empty() && sources.iter().all(|name| self.source_names.contains(name))
     }
@@ -176,11 +178,11 @@ impl ReplacePolicy {
         self.check_or(path, || false)
     }
 
-    /// Checks before an output is made whether it may go to `path`. Where the record of outputs is not kept, the answer
-    /// depends on the bytes of the output: then this checks the inputs alone.
+    /// Checks whether an output may go to `path`, before the output exists. If no record of outputs is kept, the answer
+    /// depends on the bytes of the output. Then this checks only the inputs.
     ///
     /// # Errors
-    /// As [`Self::check`].
+    /// The errors of [`Self::check`].
     #[doc(hidden)]
     pub fn check_ahead(&self, path: &Path) -> Result<()> {
         self.check_inputs(path)?;
@@ -191,16 +193,16 @@ impl ReplacePolicy {
         }
     }
 
-    /// Checks whether an output with these bytes may go to `path`. The output may replace a file whose bytes it begins
-    /// with, such as an output that was cut off: no byte is lost, whoever wrote the file.
+    /// Checks whether an output with these bytes may go to `path`. The output may replace a file that is its own
+    /// beginning, such as an incomplete output: no byte is lost, whoever wrote the file.
     ///
     /// # Errors
-    /// As [`Self::check`].
+    /// The errors of [`Self::check`].
     pub fn check_bytes(&self, path: &Path, bytes: &[u8]) -> Result<()> {
         self.check_parts(path, &[bytes])
     }
 
-    /// As [`Self::check_bytes`], for bytes in several parts.
+    /// Like [`Self::check_bytes`], for bytes in several parts.
     pub(super) fn check_parts(&self, path: &Path, parts: &[&[u8]]) -> Result<()> {
         self.check_or(path, || is_beginning(path, parts))
     }
@@ -236,12 +238,13 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or an
-    /// output, or replacing is forced. `false` where the same bytes are there, also of an input: the output then refers
-    /// to them, and nothing is to be written. A buffer may replace that of a former output, and is never shared.
+    /// Checks whether a companion file of an output, such as a texture, may go to `path`. It may if the path is free,
+    /// or has an output, or replacing is forced. Returns `false` if the path has the same bytes, even of an input. The
+    /// output then refers to that file, and nothing is written. A buffer may replace the buffer of a former output. It
+    /// is never shared.
     ///
     /// # Errors
-    /// As [`Self::check`].
+    /// The errors of [`Self::check`].
     pub(super) fn check_beside(&self, path: &Path, parts: &[&[u8]]) -> Result<bool> {
         if has_extension(path, &["bin"]) {
             return self.check_parts(path, parts).map(|()| true);
@@ -265,8 +268,8 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Checks that `path` is not an input, and in a process that is [confined](super::confine) not a file of somebody
-    /// else.
+    /// Checks that `path` is not an input. In a [confined](super::confine) process, also that it is not another user's
+    /// file.
     ///
     /// # Errors
     /// [`Code::OutputIsInput`] and [`Code::OutputExists`].
@@ -284,7 +287,7 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Whether the file at `path`, which is not empty, may be somebody's source.
+    /// Whether the non-empty file at `path` may be a user's source.
     fn may_be_source(&self, path: &Path) -> bool {
         // A link and its target may have different extensions.
         let target = match Target::of(path) {
@@ -315,28 +318,28 @@ impl ReplacePolicy {
     }
 }
 
-/// Whether the file at `path` is a glTF, FBX or USD file that this crate wrote, or to which it added animations,
-/// according to the file.
+/// Whether the file at `path` states that it is a glTF, FBX or USD file that this crate wrote, or to which this crate
+/// added animations.
 pub fn has_provenance(path: &Path) -> bool {
     let is_ours = |asset: Asset| asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
 }
 
-/// Whether the name of a file says that it is no picture or page, of which nobody knows who wrote it.
+/// Whether the file name has an extension whose writer can be determined, unlike a picture or a page.
 fn is_told(path: &Path) -> bool {
     has_extension(path, &["bin"]) || ReplacePolicy::is_source(path)
 }
 
-/// Whether the record is needed to know an output of this name: others are replaced anyway, or have a mark.
+/// Whether only the record can identify an output with this name. Other files have a mark, or are replaced anyway.
 pub(super) fn needs_record(path: &Path) -> bool {
     is_told(path) && !has_extension(path, MARKED_EXTENSIONS)
 }
 
-/// Whether a `.gltf` file of this crate beside `path` has it as its buffer.
+/// Whether `path` is the buffer of a `.gltf` file of this crate in the same folder.
 fn is_our_buffer(path: &Path) -> bool {
     let is_buffer_of = |asset: &Asset| {
         let mut names = asset.buffers.iter().filter_map(FileBeside::file_name);
-        // Clips of a character never go into a buffer of its own.
+        // Animations in a character file never have their own buffer.
         let is_ours = asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
         is_ours && names.any(|name| path.ends_with(name))
     };
@@ -356,7 +359,7 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     extensions.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-/// Whether the file is a table of points that this crate did not write: other tables are no motion.
+/// Whether the file is a table of points that this crate did not write. Other tables are not motions.
 fn has_points(path: &Path) -> bool {
     let mut head = Vec::new();
     let read = File::open(path).and_then(|file| file.take(CSV_HEAD as u64).read_to_end(&mut head));
@@ -392,8 +395,8 @@ fn is_beginning(path: &Path, parts: &[&[u8]]) -> bool {
     fs::metadata(path).is_ok_and(|found| found.is_file()) && has_bytes().unwrap_or(false)
 }
 
-/// The part of a glTF, FBX or USD file that says who wrote it. It is not read with the reader of its format, because
-/// errors in the rest of a file do not matter here.
+/// The entries of a glTF, FBX or USD file that state its writer. The reader of the format is not used, because errors
+/// in the rest of the file do not matter here.
 #[derive(Default, Deserialize)]
 struct Asset {
     asset: Extras,
@@ -417,7 +420,7 @@ struct FileBeside {
 }
 
 impl FileBeside {
-    /// The file with its bytes, relative to the folder of the glTF file.
+    /// The file with the bytes, relative to the folder of the glTF file.
     fn file_name(&self) -> Option<PathBuf> {
         let uri = self.uri.as_deref().filter(|uri| !uri.starts_with("data:"))?;
         Some(PathBuf::from(percent_decoded(uri)))
@@ -472,7 +475,7 @@ impl Extras {
         self.provenance()?.get("source")?.get("name")?.as_str()
     }
 
-    /// The file onto whose skeleton the motion was put.
+    /// The file with the skeleton to which the motion was retargeted.
     fn character_name(&self) -> Option<&str> {
         let steps = self.provenance()?.get("steps")?.as_array()?;
         let onto = steps.iter().rev().find_map(|step| step.get("onto"))?;
@@ -480,7 +483,7 @@ impl Extras {
     }
 }
 
-/// Decodes a relative URI: `%` and two digits stand for a byte.
+/// Decodes a relative URI: `%` and two hexadecimal digits stand for a byte.
 #[doc(hidden)]
 pub fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());

@@ -1,26 +1,26 @@
-//! Finds the provenance of an FBX file of this crate, without reading the rest of it.
+//! Finds the provenance of an FBX file of this crate, without parsing the whole file.
 
 use memchr::memmem;
 
-/// The name of the property of the scene that holds it, as JSON.
+/// The name of the scene property that has the provenance as JSON.
 #[doc(hidden)]
 pub const PROVENANCE: &str = "mocap";
 
-/// How every binary FBX begins.
+/// The first bytes of every binary FBX.
 #[doc(hidden)]
 pub const FBX_HEAD: &[u8] = b"Kaydara FBX Binary";
 
-/// Where the property is looked for: the first section of a file.
+/// The number of bytes to search for the property: the first section of a file.
 pub(super) const HEADER: usize = 1 << 20;
 
-/// The JSON that this crate wrote; `None` in files of other programs. `bytes` are a file or its beginning.
+/// The JSON that this crate wrote; `None` for files of other programs. `bytes` are a file or its beginning.
 #[doc(hidden)]
 pub fn fbx_provenance(bytes: &[u8]) -> Option<&str> {
     if !bytes.starts_with(FBX_HEAD) {
         return None;
     }
     let header = &bytes[..bytes.len().min(HEADER)];
-    // Its name, as a text with its length.
+    // The property's name, as a text with its length.
     let name = [b"S\x05\0\0\0", PROVENANCE.as_bytes(), b"S\x07\0\0\0KString"].concat();
     let mut rest = &header[memmem::find(header, &name)?..];
     // The name, the type, the label, the flags, the value.

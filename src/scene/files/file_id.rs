@@ -1,4 +1,4 @@
-//! Which file a path leads to.
+//! The identity of the file at a path.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::{fs::File, io};
 
 use serde::{Deserialize, Serialize};
 
-/// Identifies a file: two paths to one file have one id.
+/// Identifies a file. Two paths to one file have one id.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) enum FileId {
     #[cfg(unix)]
@@ -19,7 +19,7 @@ pub(super) enum FileId {
 }
 
 impl FileId {
-    /// None if there is no file.
+    /// `None` if there is no file.
     #[cfg(unix)]
     pub(super) fn of(path: &Path) -> Option<Self> {
         use std::os::unix::fs::MetadataExt;
@@ -30,7 +30,7 @@ impl FileId {
         })
     }
 
-    /// The file that a shell gave as standard input; none where that is a terminal or a pipe.
+    /// The file that a shell redirected to standard input; `None` for a terminal or a pipe.
     #[cfg(unix)]
     pub(super) fn of_standard_input() -> Option<Self> {
         use std::os::fd::AsFd;
@@ -43,13 +43,13 @@ impl FileId {
         })
     }
 
-    /// Standard input has no name here.
+    /// Standard input has no name on this system.
     #[cfg(not(unix))]
     pub(super) fn of_standard_input() -> Option<Self> {
         None
     }
 
-    /// None if there is no file.
+    /// `None` if there is no file.
     #[cfg(not(unix))]
     pub(super) fn of(path: &Path) -> Option<Self> {
         fs::canonicalize(path).ok().map(Self::Path)

@@ -1,4 +1,4 @@
-//! Folders that are outputs: whole or absent. The record of outputs knows each file below them.
+//! Output folders, complete or absent. The record of outputs knows each file in them.
 
 use std::fs;
 use std::io;
@@ -9,18 +9,18 @@ use super::existing::needs_record;
 use super::record::{self, RecordState};
 use crate::error::{Code, Diagnostic, Error, Result};
 
-/// Checks whether an output that is a folder may go to `folder`: nothing is there, an empty folder, or an earlier
-/// output. The record of outputs then knows each file below it as unchanged, and none is an input or a motion.
+/// Checks whether an output folder may go to `folder`: the path is free, or has an empty folder, or an earlier output.
+/// In an earlier output, the record of outputs knows each file as unchanged, and no file is an input or a motion.
 ///
 /// # Errors
-/// [`Code::OutputIsInput`], and [`Code::OutputExists`] for any other folder, and for a file. It names the first file
-/// that would be lost.
+/// [`Code::OutputIsInput`]. [`Code::OutputExists`] for any other folder, and for a file; it names the first file that
+/// would be lost.
 #[doc(hidden)]
 pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
     let is_absent = |error: &io::Error| error.kind() == io::ErrorKind::NotFound;
     let lost = match fs::symlink_metadata(folder) {
         Err(error) if is_absent(&error) => return Ok(()),
-        // What a link leads to has another name.
+        // The target of a link has another name.
         Ok(found) if !found.is_dir() => Some((folder.to_owned(), false)),
         _ => {
             let files = files_below(folder).map_err(|error| Error::io(folder, error))?;
@@ -41,11 +41,11 @@ pub fn check_folder(folder: &Path, policy: &ReplacePolicy) -> Result<()> {
     Err(Error::from(diagnostic).with_path(&path))
 }
 
-/// Renames the folder `made` to `folder`, and notes its files in the record of outputs. Both have the same parent. An
-/// earlier output is replaced where [`check_folder`] lets it; after an error it is unchanged.
+/// Renames the folder `made` to `folder`, and records its files as outputs. Both have the same parent. Replaces an
+/// earlier output if [`check_folder`] allows it. After an error the earlier output is unchanged.
 ///
 /// # Errors
-/// As [`check_folder`]; [`Code::Io`], with the path of the folder.
+/// The errors of [`check_folder`], and [`Code::Io`] with the path of the folder.
 #[doc(hidden)]
 pub fn persist_folder(made: &Path, folder: &Path, policy: &ReplacePolicy) -> Result<()> {
     check_folder(folder, policy)?;
@@ -54,7 +54,7 @@ pub fn persist_folder(made: &Path, folder: &Path, policy: &ReplacePolicy) -> Res
         let below = path.strip_prefix(made).unwrap_or(&path);
         record::note_below(folder, below, &path);
     }
-    // Some systems rename no folder to one that is there, even if it is empty.
+    // Some systems cannot rename to an existing folder, even an empty one.
     let is_new = match fs::remove_dir(folder) {
         Ok(()) => true,
         Err(error) => error.kind() == io::ErrorKind::NotFound,
@@ -73,7 +73,7 @@ pub fn persist_folder(made: &Path, folder: &Path, policy: &ReplacePolicy) -> Res
     fs::remove_dir_all(&earlier).map_err(|error| Error::io(Path::new(&earlier), error))
 }
 
-/// The files below a folder, and its links, in the order of their names.
+/// The files and links in a folder and its subfolders, sorted by name.
 fn files_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = folders.pop() {

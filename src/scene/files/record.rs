@@ -1,5 +1,5 @@
-//! The record of outputs, which outlives the process: by it a command knows the outputs of earlier commands. Without
-//! [`record_outputs`] there is none.
+//! The record of outputs, which outlives the process. With it a command recognises the outputs of earlier commands.
+//! There is none without a call of [`record_outputs`].
 
 pub(crate) mod user;
 
@@ -17,14 +17,14 @@ use super::{Target, folder_of};
 
 static RECORD: OnceLock<UserRecord> = OnceLock::new();
 
-/// Hears of an output that replaced an earlier output.
+/// Called with each output that replaced an earlier output.
 static REPLACED: Mutex<Option<fn(&Path)>> = Mutex::new(None);
 
-/// The paths of earlier outputs that a policy lets outputs replace, until they are replaced.
+/// The paths of earlier outputs that a policy allows to be replaced, until they are.
 static REPLACEABLE: Mutex<Option<HashSet<PathBuf>>> = Mutex::new(None);
 
-/// From now on this process notes its outputs in a record in `folder`, and replaces outputs that the record knows. It
-/// passes the path of each to `replaced`. It cannot be undone; a second call only replaces `replaced`.
+/// From now on this process records its outputs in `folder`, and replaces outputs that the record knows. It passes the
+/// path of each replaced output to `replaced`. The setting is permanent; a second call only changes `replaced`.
 #[doc(hidden)]
 pub fn record_outputs(folder: PathBuf, hash: Hash, replaced: fn(&Path)) {
     RECORD.get_or_init(|| UserRecord::new(folder, hash));
@@ -37,13 +37,13 @@ fn record() -> Option<&'static UserRecord> {
     RECORD.get().filter(|_| !is_confined())
 }
 
-/// Whether a file that the record does not know is no output.
+/// Whether a file that the record does not know is surely not an output.
 pub(super) fn is_complete() -> bool {
     record().is_some_and(UserRecord::is_usable)
 }
 
-/// Notes a file that is complete and gets the name `target` now. A process that is killed before that leaves a note of
-/// a file that is not there, which does no harm; noted later, the file could be unknown.
+/// Records a complete file just before it gets the name `target`. If the process is killed in between, the record names
+/// a missing file, which does no harm. If the file were recorded later, it could remain unknown.
 pub(super) fn note(target: &Path, contents: impl FnOnce() -> io::Result<Box<dyn Read>>, sources: &[&str]) {
     let noted = record().zip(real_path(target));
     if let Some((record, path)) = noted
@@ -53,7 +53,7 @@ pub(super) fn note(target: &Path, contents: impl FnOnce() -> io::Result<Box<dyn 
     }
 }
 
-/// Notes the file `made`, which gets the name `below` in `folder` now.
+/// Records the file `made` just before it gets the name `below` in `folder`.
 pub(super) fn note_below(folder: &Path, below: &Path, made: &Path) {
     if let Some((record, path)) = record().zip(real_path(folder))
         && let Ok(mut contents) = File::open(made)
@@ -62,7 +62,7 @@ pub(super) fn note_below(folder: &Path, below: &Path, made: &Path) {
     }
 }
 
-/// What the record knows of the file that an output at `path` would replace.
+/// The record's knowledge of the file that an output at `path` would replace.
 pub(super) fn find(path: &Path) -> RecordState {
     let Ok(Target::File(target)) = Target::of(path) else {
         return RecordState::Unknown;
@@ -76,11 +76,12 @@ fn real_path(target: &Path) -> Option<PathBuf> {
     Some(fs::canonicalize(folder_of(target)).ok()?.join(name))
 }
 
-/// Takes the path of an earlier output that an output may replace; both are made from `sources`, where they are noted.
+/// Stores the path of an earlier output that an output may replace. Both are made from `sources`, if these are
+/// recorded.
 pub(super) fn may_replace(path: &Path, sources: Option<&[&str]>) {
     if let Some(record) = record() {
-        // A process may be killed between its note and the rename. The file that is there must then not look like an
-        // output that somebody has changed.
+        // A process may be killed between its record and the rename. Then the existing file must not look like an
+        // output that a user has changed.
         if let Some(sources) = sources
             && find(path) == RecordState::Unknown
             && let Ok(Target::File(target)) = Target::of(path)
@@ -93,7 +94,7 @@ pub(super) fn may_replace(path: &Path, sources: Option<&[&str]>) {
     }
 }
 
-/// Tells of an output that was written, if it replaced an earlier output.
+/// Reports a written output if it replaced an earlier output.
 pub(super) fn written(path: &Path) {
     let mut paths = REPLACEABLE.lock().unwrap_or_else(PoisonError::into_inner);
     if paths.as_mut().is_some_and(|paths| paths.remove(path)) {
@@ -102,7 +103,7 @@ pub(super) fn written(path: &Path) {
     }
 }
 
-/// Tells of an output that replaced an earlier output.
+/// Reports an output that replaced an earlier output.
 pub(super) fn replaced(path: &Path) {
     let replaced = *REPLACED.lock().unwrap_or_else(PoisonError::into_inner);
     replaced.into_iter().for_each(|replaced| replaced(path));

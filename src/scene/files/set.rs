@@ -1,4 +1,4 @@
-//! The files that one call writes: they are checked together before the first is written, and all are written or none.
+//! The files that one call writes. All files are checked before the first is written, and all are written or none.
 
 use std::collections::HashMap;
 use std::ffi::OsString;
@@ -14,12 +14,12 @@ use super::unfinished::{UnfinishedFile, named};
 use super::{ReplacePolicy, Target, folder_of, own, record, remove_all_unfinished, write_noted, write_stream, writing};
 use crate::error::{Code, Diagnostic, Error, Result};
 
-/// All files of an output: the files that a user named, and files that stand beside them, such as buffers, textures
-/// and sidecars. Every door writes by it.
+/// All files of an output: the files that a user named, and their companion files, such as buffers, textures and
+/// sidecars. Every interface writes outputs with this type.
 ///
-/// The last file is the one that refers to the others. It is renamed away before the others are replaced, so that it
-/// never refers to files of another output, even if the process is killed. It has a temporary name then, by which
-/// [`ReplacePolicy`] knows the others as its own.
+/// The last file refers to the others. It is renamed away before the others are replaced. So it never refers to files
+/// of another output, even if the process is killed. Its temporary name then tells [`ReplacePolicy`] whose the other
+/// files are.
 #[doc(hidden)]
 #[derive(Debug, Default)]
 pub struct OutputSet<'a> {
@@ -29,9 +29,9 @@ pub struct OutputSet<'a> {
 #[derive(Debug)]
 struct OutputFile<'a> {
     path: PathBuf,
-    /// The bytes, in the parts in which they were made.
+    /// The bytes, in parts.
     parts: Vec<&'a [u8]>,
-    /// Whether an input may have chosen the name, such as that of a texture.
+    /// Whether an input may have chosen the name, such as the name of a texture.
     is_beside: bool,
 }
 
@@ -50,10 +50,10 @@ impl<'a> OutputSet<'a> {
         });
     }
 
-    /// Adds a file that stands in the folder of the output `main`.
+    /// Adds a companion file in the folder of the output `main`.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where `main` is a pipe or a device, or where `name` is not the name of a file.
+    /// [`Code::InvalidValue`] if `main` is a pipe or a device, or if `name` is not a file name.
     pub fn add_beside(&mut self, main: &Path, name: &str, parts: impl IntoIterator<Item = &'a [u8]>) -> Result<()> {
         if fs::metadata(main).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
             let message = "an output of several files cannot be written to a pipe or a device";
@@ -83,18 +83,20 @@ impl<'a> OutputSet<'a> {
             .map(|file| (file.path.as_path(), file.parts.as_slice()))
     }
 
-    /// Checks what [`save`](Self::save) checks, and writes nothing.
+    /// Makes the checks of [`save`](Self::save), and writes nothing.
     ///
     /// # Errors
-    /// [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says; as [`check_distinct`].
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`] by the rules of [`ReplacePolicy`], and the errors of
+    /// [`check_distinct`].
     pub fn check(&self, policy: &ReplacePolicy) -> Result<()> {
         self.to_write(policy).map(drop)
     }
 
-    /// Writes all files, or none, where `policy` lets them replace what is there. After an error they are unchanged.
+    /// Writes all files or none, if `policy` allows them to replace existing files. After an error the existing files
+    /// are unchanged.
     ///
     /// # Errors
-    /// As [`check`](Self::check); [`Code::Io`], with the path.
+    /// The errors of [`check`](Self::check), and [`Code::Io`] with the path.
     pub fn save(&self, policy: &ReplacePolicy) -> Result<()> {
         let files = self.to_write(policy)?;
         let sources = policy.noted_sources();
@@ -104,7 +106,7 @@ impl<'a> OutputSet<'a> {
         }
     }
 
-    /// The files that are not there yet, if all may be written.
+    /// The files to write: those that do not exist with the same bytes. Fails unless all may be written.
     fn to_write(&self, policy: &ReplacePolicy) -> Result<Vec<&OutputFile<'a>>> {
         check_distinct(self.files.iter().map(|file| file.path.as_path()))?;
         let mut files = Vec::new();
@@ -118,15 +120,15 @@ impl<'a> OutputSet<'a> {
         Ok(files)
     }
 
-    /// Removes temporary files that killed processes have left of these outputs. After [`save`](Self::save), because a
-    /// remaining `.gltf` shows the owner of its buffer.
+    /// Removes temporary files that killed processes left for these outputs. Call it after [`save`](Self::save),
+    /// because a remaining `.gltf` shows the owner of its buffer.
     pub fn remove_unfinished(&self) {
         remove_all_unfinished(self.files.iter().map(|file| file.path.as_path()));
     }
 }
 
 impl OutputFile<'_> {
-    /// The sources that the record has of this file; `None` where the file needs no record.
+    /// The sources to record for this file; `None` if the file needs no record.
     fn noted<'s, 'n>(&self, sources: &'s [&'n str]) -> Option<&'s [&'n str]> {
         (self.is_beside || needs_record(&self.path)).then_some(sources)
     }
@@ -136,8 +138,8 @@ impl OutputFile<'_> {
     }
 }
 
-/// Refuses two outputs of one call that are one file, or that are one on a system that does not distinguish capitals.
-/// The second would replace the first.
+/// Refuses two outputs of one call that are the same file, or would be on a system that ignores case. The second would
+/// replace the first.
 ///
 /// # Errors
 /// [`Code::InvalidValue`].
@@ -192,11 +194,11 @@ fn write_whole(files: &[&OutputFile<'_>], sources: &[&str]) -> Result<()> {
             }
         }
     }
-    // What a pipe or a device has taken cannot be taken back.
+    // Bytes sent to a pipe or a device cannot be taken back.
     for file in streams {
         write_stream(&file.path, |to| file.write(to)).map_err(|source| Error::io(&file.path, source))?;
     }
-    // If the process is killed now, this file tells whose the others are.
+    // If the process is killed now, this file identifies the owner of the others.
     if let Some((path, target, file)) = written.pop() {
         let file = file.with_name(&target).map_err(|source| Error::io(path, source))?;
         written.push((path, target, file));
@@ -214,8 +216,8 @@ fn write_whole(files: &[&OutputFile<'_>], sources: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Existing files that were renamed to make room for new ones. Dropping it restores them, unless
-/// [`Replaced::keep`] was called.
+/// Existing files that were renamed to make room for new ones. Dropping restores them, unless [`Replaced::keep`] was
+/// called.
 #[doc(hidden)]
 #[derive(Default)]
 pub struct Replaced {

@@ -1,8 +1,8 @@
-//! A file that is being written: until it is complete it has no name, or another one.
+//! A file that is being written. Until it is complete it has no name, or a temporary one.
 //!
-//! On Linux it has no name (`O_TMPFILE`), so that nothing is left of it when the process is killed. A file without a
-//! name can get one, but cannot replace another file: for that it gets a temporary name first, for the moment until it
-//! is renamed. Where the system or the file system has no such files, it has the temporary name from the start.
+//! On Linux it has no name (`O_TMPFILE`), so that nothing remains if the process is killed. A nameless file can get a
+//! name, but cannot replace another file. To replace one, it gets a temporary name and is then renamed. If the system
+//! or the file system has no nameless files, it has the temporary name from the start.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata};
@@ -13,7 +13,7 @@ use tempfile::NamedTempFile;
 
 use super::{UNFINISHED, folder_of};
 
-/// A complete file without its name.
+/// A complete file that does not have its final name yet.
 pub(super) enum UnfinishedFile {
     Named(NamedTempFile),
     #[cfg(target_os = "linux")]
@@ -23,7 +23,7 @@ pub(super) enum UnfinishedFile {
 }
 
 impl UnfinishedFile {
-    /// A file for the folder of `target`, with the output of `write`. It is removed when dropped.
+    /// Creates a file in the folder of `target`, with the output of `write`. Dropping removes it.
     pub(super) fn new(target: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<Self> {
         let mut file = Self::create(target)?;
         if let Some(permissions) = fs::metadata(target).ok().as_ref().map(Metadata::permissions) {
@@ -57,7 +57,7 @@ impl UnfinishedFile {
         }
     }
 
-    /// What the file holds.
+    /// The contents of the file.
     pub(super) fn contents(&self) -> io::Result<Box<dyn Read>> {
         let mut file = self.file().try_clone()?;
         file.rewind()?;
@@ -94,7 +94,7 @@ impl UnfinishedFile {
         }
     }
 
-    /// Gives the file the name `target`, and replaces a file that has it.
+    /// Gives the file the name `target`, and replaces an existing file.
     pub(super) fn persist(self, target: &Path) -> io::Result<()> {
         match self {
             Self::Named(file) => {
@@ -117,7 +117,7 @@ impl UnfinishedFile {
     }
 }
 
-/// An empty file with a temporary name beside `target`.
+/// An empty file with a temporary name in the folder of `target`.
 pub(super) fn named(target: &Path) -> io::Result<NamedTempFile> {
     with_builder(target, |builder| builder.tempfile_in(folder_of(target)))
 }
@@ -128,13 +128,13 @@ fn with_builder<T>(target: &Path, make: impl FnOnce(&tempfile::Builder<'_, '_>) 
     prefix.push(UNFINISHED);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix);
-    // A temporary file is private by default; an output has the permissions of any new file.
+    // A temporary file is private by default. An output has the permissions of any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     make(&builder)
 }
 
-/// Files without a name, as `open(2)` describes them under `O_TMPFILE`.
+/// Nameless files, as `open(2)` describes them under `O_TMPFILE`.
 #[cfg(target_os = "linux")]
 mod unnamed {
     use std::fs::File;
@@ -152,7 +152,7 @@ mod unnamed {
     pub(super) fn create(folder: &Path) -> io::Result<File> {
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
         let file = File::from(open(folder, flags, Mode::from_raw_mode(0o666))?);
-        // Without /proc it could not get a name.
+        // Without /proc the file could not get a name.
         path_of(&file).symlink_metadata()?;
         Ok(file)
     }

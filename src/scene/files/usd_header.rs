@@ -1,25 +1,25 @@
-//! Finds the provenance of a USD file of this crate, without reading the rest of it.
+//! Finds the provenance of a USD file of this crate, without parsing the whole file.
 
 use memchr::memmem;
 
 use super::PROVENANCE;
 
-/// How every text of USD begins.
+/// The first bytes of every USD text.
 #[doc(hidden)]
 pub const USD_HEAD: &[u8] = b"#usda ";
 
-/// How every ZIP archive begins, `.usdz` too, and the bytes of the header of a file in it before its name.
+/// The first bytes of every ZIP archive, including `.usdz`.
 #[doc(hidden)]
 pub const ZIP_HEAD: &[u8] = b"PK\x03\x04";
 
-/// Bytes of the header of a file in an archive before its name: the specification of ZIP.
+/// The size in bytes of an archive entry's header before its name, by the ZIP specification.
 const ZIP_HEADER: usize = 30;
 
-/// The length of the search: the metadata of the layer are at its beginning.
+/// The number of bytes to search: the layer metadata are at the beginning of the file.
 pub(super) const USD_HEADER: usize = 1 << 20;
 
-/// The JSON that this crate wrote; `None` in files of other programs, also where they have kept it: they write it
-/// between other quotes, or with other spaces. `bytes` are a file or its beginning.
+/// The JSON that this crate wrote; `None` for files of other programs. It is also `None` if a program kept the JSON,
+/// because programs write it with other quotes or spaces. `bytes` are a file or its beginning.
 pub(super) fn usd_provenance(bytes: &[u8]) -> Option<String> {
     let layer = match bytes.starts_with(ZIP_HEAD) {
         true => {

@@ -1,9 +1,10 @@
-//! Chains of any number of bones, solved step by step.
+//! An iterative solver for chains of any number of bones.
 //!
-//! Without limits by FABRIK (Aristidou and Lasenby, 2011), which moves positions along the lines between them: bones
-//! stay of one length, and the bend is shared among them. It comes near quickly and then slowly, so the last step is
-//! exact: two parts of the chain as two rigid bones, else one joint after the other. With limits by cyclic coordinate
-//! descent, one joint after the other, since there each joint has its own rotation to clamp.
+//! Without limits the solver is FABRIK (Aristidou and Lasenby, 2011). FABRIK moves positions along the lines between
+//! them, so bones keep their lengths and share the bend. It approaches the goal quickly and then slowly, so the last
+//! step is exact. This step rotates two halves of the chain as two rigid bones, or else one joint after the other.
+//! With limits the solver is cyclic coordinate descent. It rotates one joint after the other, so it can clamp the
+//! rotation of each.
 
 use glam::{DVec3, Vec3};
 
@@ -15,15 +16,15 @@ use crate::options::setters;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
-/// Options of [`Pose::bend_chain`](crate::Pose::bend_chain).
+/// The options of [`Pose::bend_chain`](crate::Pose::bend_chain).
 ///
 /// [`Pose::bend_chain`](crate::Pose::bend_chain) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ChainOptions {
-    /// The limits, one for each joint from the first; those that are left out are free.
+    /// The limits, one for each joint from the first. Joints without a limit are free.
     pub limits: Vec<JointLimit>,
-    /// How near, in units of the scene, is near enough. Default: 1e-4.
+    /// The largest accepted distance from the goal, in units of the scene. Default: 1e-4.
     pub tolerance: f32,
     /// The largest number of passes over the chain. Default: 100.
     pub passes: usize,
@@ -48,10 +49,10 @@ setters! {
 }
 
 impl ChainOptions {
-    /// Moves the positions of a chain, from its first joint to its end, so that the end comes to `goal`; the first
-    /// joint and the distances between neighbours stay. Returns how far the end is from the goal.
+    /// Moves the positions of a chain, from its first joint to its end, so that the end reaches `goal`. The first joint
+    /// stays, and the bones keep their lengths. Returns the remaining distance of the end from the goal.
     ///
-    /// The limits do not count. Out of reach, the chain is straight towards the goal.
+    /// Ignores the limits. If the goal is out of reach, the chain points straight at it.
     ///
     /// ```
     /// use mocap::glam::Vec3;
@@ -92,7 +93,8 @@ fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
         }
         return;
     }
-    // Points in one line with the goal would stay in it: the last bones leave it by a tenth.
+    // Points in one line with the goal would stay in the line. So move them aside, alternately, by a tenth of each
+    // bone.
     let aside = to_goal.try_normalize().unwrap_or(DVec3::X).any_orthonormal_vector();
     let axis = (points[last] - start).try_normalize().unwrap_or(aside);
     let is_straight = points
@@ -124,8 +126,9 @@ fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
     }
 }
 
-/// Places one joint after the other, from the first, as near to where it is as the bones after it can still reach the
-/// goal. Exact where FABRIK comes near too slowly: where the goal is almost as near, or as far, as the bones allow.
+/// Places one joint after the other, from the first. Each joint stays as near to its position as possible while the
+/// remaining bones can reach the goal. This is exact where FABRIK converges too slowly: if the goal is almost as near,
+/// or as far, as the bones allow.
 fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec3) {
     for (index, &length) in lengths.iter().enumerate() {
         let (here, next) = (points[index], points[index + 1]);
@@ -136,7 +139,7 @@ fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec
         let least = (2.0 * longest - farthest).max((distance - length).abs());
         let most = farthest.min(distance + length);
         let left = next.distance(goal).min(most).max(least);
-        // The two circles about this joint and the goal meet so far along the line between them.
+        // The circles about this joint and about the goal meet at this distance along the line between them.
         let towards = (goal - here).normalize_or(aside);
         let along = ((distance * distance + length * length - left * left) / (2.0 * distance)).clamp(-length, length);
         let along = if along.is_nan() { 0.0 } else { along };
@@ -146,16 +149,16 @@ fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec
     }
 }
 
-/// Whether the end is at the goal, and every bone as long as it was.
+/// Whether the end is at the goal, and every bone has its original length.
 fn is_met(points: &[DVec3], lengths: &[f64], goal: DVec3, tolerance: f64) -> bool {
     let is_kept = |(pair, length): (&[DVec3], &f64)| (pair[0].distance(pair[1]) - length).abs() <= 1e-9 * length;
     points.last().is_some_and(|end| end.distance(goal) <= tolerance) && points.windows(2).zip(lengths).all(is_kept)
 }
 
-/// Turns the chain as two rigid parts about its start and about the joint between them that allows it with the smallest
-/// turn. `false` where none does, or where the parts would turn far: the bend would no longer be shared.
+/// Rotates the chain as two rigid parts: about its start, and about the joint between them that needs the smallest
+/// rotation. `false` if no joint allows it, or if the parts would rotate far: the bones would no longer share the bend.
 fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
-    /// The farthest that a pass leaves to the last step, as a fraction of the distance of the goal.
+    /// The largest distance that a pass leaves to this last step, as a fraction of the distance of the goal.
     const NEAR: f64 = 0.05;
     let (start, last) = (points[0], points.len() - 1);
     let distance = goal.distance(start);
@@ -172,7 +175,7 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
     if room(joint) < 0.0 {
         return false;
     }
-    // Near the origin of the chain, where single precision has its digits.
+    // Relative to the start of the chain, where single precision has enough digits.
     let local = |point: DVec3| (point - start).as_vec3();
     let found = TwoBone::solve(
         [Vec3::ZERO, local(points[joint]), local(points[last])],
@@ -195,8 +198,9 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
 }
 
 impl Pose {
-    /// Turns the nodes of a chain, each above the next, so that the last comes to `goal`, and turns the last itself
-    /// where the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
+    /// Rotates the nodes of a chain, each an ancestor of the next, so that the last node reaches `goal`. If the goal
+    /// has a rotation, also rotates the last node itself. Returns the remaining distance from the goal's position; 0 if
+    /// it has none.
     ///
     /// # Panics
     /// If the pose lacks one of the nodes.
@@ -265,14 +269,14 @@ fn cyclic_coordinate_descent(pose: &mut Pose, nodes: &[NodeId], goal: Vec3, opti
     }
 }
 
-/// Turns `node` so that `from`, a direction in the world, becomes `to`.
+/// Rotates `node` so that `from`, a direction in the world, becomes `to`.
 fn turn(pose: &mut Pose, node: NodeId, from: Vec3, to: Vec3) {
     let (from, to) = (from.as_dvec3(), to.as_dvec3());
     let axis = from.try_normalize().map_or(DVec3::X, DVec3::any_orthonormal_vector);
     pose.rotate(node, wide_arc(from, to, axis).as_quat());
 }
 
-/// Brings the rotation of `node` to its parent within its limit.
+/// Clamps the rotation of `node` relative to its parent to its limit.
 fn clamp(pose: &mut Pose, node: NodeId, limit: &JointLimit) {
     if *limit != JointLimit::Free {
         let trs = Trs::from_matrix(pose.node_to_parent[node.index()]);

@@ -1,4 +1,4 @@
-//! The goal of the end of a limb.
+//! The goal for the end of a limb.
 
 use glam::{Quat, Vec3};
 
@@ -16,13 +16,13 @@ use glam::{Quat, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Goal {
-    /// The position; `None` leaves the limb as it is.
+    /// The position; `None` does not move the limb.
     pub position: Option<Vec3>,
-    /// The fraction of the distance to the position to go, from 0 to 1.
+    /// The fraction of the distance to the goal position, from 0 to 1.
     pub position_weight: f32,
-    /// The rotation; `None` lets the end turn with the limb.
+    /// The rotation; with `None` the end rotates with the limb.
     pub rotation: Option<Quat>,
-    /// The fraction of the angle to the rotation to go, from 0 to 1.
+    /// The fraction of the angle to the goal rotation, from 0 to 1.
     pub rotation_weight: f32,
 }
 
@@ -38,7 +38,7 @@ impl Default for Goal {
 }
 
 impl Goal {
-    /// A position, of full weight.
+    /// A position goal with full weight.
     pub fn at(position: Vec3) -> Self {
         Self {
             position: Some(position),
@@ -46,21 +46,21 @@ impl Goal {
         }
     }
 
-    /// The goal with a rotation of full weight.
+    /// Adds a rotation goal with full weight.
     #[must_use]
     pub fn with_rotation(mut self, rotation: Quat) -> Self {
         self.rotation = Some(rotation);
         self
     }
 
-    /// The position to go to from `current`; `None` without a finite one.
+    /// The weighted position goal from `current`; `None` without a finite one.
     pub(super) fn position_from(&self, current: Vec3) -> Option<Vec3> {
         let weight = self.position_weight.clamp(0.0, 1.0);
         let position = current.lerp(self.position?, weight);
         position.is_finite().then_some(position)
     }
 
-    /// The rotation to apply in the world to an end that has the rotation `current`; `None` without a finite one.
+    /// The world rotation to apply to an end that has the rotation `current`; `None` without a finite one.
     pub(super) fn rotation_from(&self, current: Quat) -> Option<Quat> {
         let goal = self.rotation?;
         if !(goal.length_squared() > 0.0 && goal.is_finite() && current.is_finite()) {

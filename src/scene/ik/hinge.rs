@@ -1,5 +1,5 @@
-//! Two bones whose middle joint is a hinge, as an elbow or a knee: where the limb is nearly straight, the hinge says to
-//! which side it bends.
+//! Two bones with a hinge between them, such as an elbow or a knee. If the limb is nearly straight, the hinge
+//! determines the side to which it bends.
 
 use glam::{DMat3, DQuat, DVec3, Quat, Vec3};
 
@@ -10,28 +10,27 @@ use crate::math::quaternion::wide_arc;
 use crate::pose::Pose;
 use crate::scene::NodeId;
 
-/// The sine of the bend at which the bend that is seen counts as much as the hinge: 3 degrees.
+/// The sine of the bend at which the visible bend and the hinge have equal weight: 3 degrees.
 const SEEN: f64 = 0.05;
 
 /// The largest weight of a hinge against the visible bend, as the distance of the middle joint from the line, in
-/// lengths of the first bone. It is that of a bend of 2.3 degrees. A joint that is seen to bend farther back than that
-/// stays there.
+/// lengths of the first bone. It equals a bend of 2.3 degrees. A joint that visibly bends farther back stays bent back.
 pub const MOST_OF_HINGE: f64 = 0.02;
 
-/// The rotations of two bones in the world, to be applied after those that they have, that bring the end to a goal.
+/// World rotations of two bones that bring the end to a goal. Apply them after the present rotations.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct HingeRotations {
     #[doc(hidden)]
     pub upper: Quat,
-    /// It contains that of the first bone.
+    /// Includes the rotation of the first bone.
     #[doc(hidden)]
     pub lower: Quat,
 }
 
-/// The normal of the plane in which a limb bends, of unit length: that of its two bones, and the hinge where they are
-/// nearly straight. `hinge` is the axis about which the second bone bends from the first, at right angles to it, in the
-/// world. A limb that bends to the wrong side is taken for a straight one.
+/// The unit normal of the plane in which a limb bends: the normal of its two bones, and the hinge if they are nearly
+/// straight. `hinge` is the axis in the world about which the second bone bends relative to the first, at right angles
+/// to the first. A limb that bends to the wrong side counts as straight.
 #[doc(hidden)]
 pub fn plane_normal(joints: [Vec3; 3], hinge: Vec3) -> Vec3 {
     let [start, middle, end] = joints.map(Vec3::as_dvec3);
@@ -47,8 +46,8 @@ pub fn plane_normal(joints: [Vec3; 3], hinge: Vec3) -> Vec3 {
     (to_the_right_side + SEEN * hinge).normalize().as_vec3()
 }
 
-/// The rotations that bring the end of a limb to `goal`. `normals` are those of the bending plane: the current one, of
-/// [`plane_normal`], and the wanted one. Out of reach, the bones are straight towards the goal.
+/// The rotations that bring the end of a limb to `goal`. `normals` are the current normal of the bending plane, from
+/// [`plane_normal`], and the wanted one. If the goal is out of reach, the bones point straight at it.
 #[doc(hidden)]
 pub fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2]) -> Option<HingeRotations> {
     let [start, middle, end] = joints.map(Vec3::as_dvec3);
@@ -70,7 +69,7 @@ pub fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2]) -> Opt
     };
     let rotation = |from: DVec3, to: DVec3| Some(DQuat::from_mat3(&turn(from, to)?).normalize());
     let (upper, lower) = (rotation(first, upper_way)?, rotation(second, lower_way)?);
-    // The shortest rotation removes the remaining rounding.
+    // The shortest rotation removes the remaining rounding error.
     let exact = |rotation: DQuat, from: DVec3, to: DVec3| wide_arc(rotation * from, to, normal) * rotation;
     let (upper, lower) = (exact(upper, first, upper_way), exact(lower, second, lower_way));
     let found = HingeRotations {
@@ -80,7 +79,7 @@ pub fn hinge_rotations(joints: [Vec3; 3], goal: Vec3, normals: [Vec3; 2]) -> Opt
     (found.upper.is_finite() && found.lower.is_finite()).then_some(found)
 }
 
-/// The axis about which a limb is bent in a pose, in the frame of its first joint, as long as the sine of the bend.
+/// The axis about which a limb is bent in a pose, in the axes of its first joint. Its length is the sine of the bend.
 #[doc(hidden)]
 pub fn seen_hinge(pose: &Pose, limb: [NodeId; 3]) -> Vec3 {
     let [start, middle, end] = limb.map(|node| pose.position(node));
@@ -88,9 +87,9 @@ pub fn seen_hinge(pose: &Pose, limb: [NodeId; 3]) -> Vec3 {
     rotation_of(&pose.node_to_world[limb[0].index()]).inverse() * upper.cross(lower)
 }
 
-/// The rotations that bring the end of a limb to `goal`, in the plane in which it bends now, turned with the direction
-/// of its end by the smallest rotation. If the limb is nearly straight and has to bend more, noise decides that plane.
-/// So the hinge counts by as much as the middle joint goes farther aside, up to [`MOST_OF_HINGE`]. `hinge` is as in
+/// The rotations that bring the end of a limb to `goal`. The bending plane rotates with the direction of the end, by
+/// the smallest rotation. If the limb is nearly straight and has to bend more, noise decides the plane. So the hinge
+/// gets a weight: the increase of the middle joint's distance from the line, up to [`MOST_OF_HINGE`]. `hinge` is as in
 /// [`plane_normal`].
 #[doc(hidden)]
 pub fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<HingeRotations> {
@@ -111,7 +110,8 @@ pub fn bend_about_hinge(joints: [Vec3; 3], goal: Vec3, hinge: Vec3) -> Option<Hi
 }
 
 impl Pose {
-    /// As [`Pose::bend_limb`] of a limb whose middle joint is a hinge: its axis is in the frame of the first joint.
+    /// Like [`Pose::bend_limb`], for a limb with a hinge at the middle joint. The hinge axis is in the axes of the
+    /// first joint.
     #[doc(hidden)]
     pub fn bend_hinged_limb(&mut self, limb: [NodeId; 3], goal: &Goal, hinge: Vec3) -> f32 {
         let hinge = rotation_of(&self.node_to_world[limb[0].index()]) * hinge;
@@ -122,7 +122,7 @@ impl Pose {
     }
 }
 
-/// The axes along a bone, across its plane, and in it.
+/// Three axes: along a bone, normal to the bending plane, and the third at right angles to both.
 fn frame(along: DVec3, normal: DVec3) -> Option<DMat3> {
     let along = along.try_normalize()?;
     let normal = normal.reject_from_normalized(along).try_normalize()?;

@@ -1,38 +1,38 @@
-//! How far a joint may turn.
+//! Limits of joint rotations.
 
 use glam::{Quat, Vec3};
 
 use crate::math::quaternion::twist_angle;
 
-/// The rotations that a joint may have to its parent, from its rest rotation. Angles are in radians.
+/// The rotations that a joint may have relative to its parent, from its rest rotation. Angles are in radians.
 ///
 /// [`Pose::bend_chain`](crate::Pose::bend_chain) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum JointLimit {
-    /// Any.
+    /// Any rotation.
     #[default]
     Free,
-    /// About one axis, as a knee.
+    /// A rotation about one axis, such as a knee's.
     Hinge {
         /// The rotation at angle 0.
         rest: Quat,
-        /// The axis, in the space of the joint.
+        /// The axis, in the axes of the joint.
         axis: Vec3,
         /// The smallest angle.
         min: f32,
         /// The largest angle.
         max: f32,
     },
-    /// In a cone about the bone, as a shoulder.
+    /// A rotation within a cone about the bone, such as a shoulder's.
     Cone {
-        /// The rotation in the middle of the cone.
+        /// The rotation at the centre of the cone.
         rest: Quat,
-        /// The direction of the bone, in the space of the joint.
+        /// The direction of the bone, in the axes of the joint.
         axis: Vec3,
-        /// The largest angle of the bone from the middle.
+        /// The largest angle of the bone from the centre.
         swing: f32,
-        /// The largest angle about the bone, in either direction.
+        /// The largest rotation about the bone, in either direction.
         twist: f32,
     },
 }

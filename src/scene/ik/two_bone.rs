@@ -1,4 +1,4 @@
-//! Two bones, as an arm or a leg: solved exactly, by the law of cosines.
+//! An exact solver for two bones, such as an arm or a leg, by the law of cosines.
 
 use glam::{DVec3, Quat, Vec3};
 
@@ -7,34 +7,35 @@ use crate::math::quaternion::wide_arc;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
-/// The fraction of a bone's length below which a direction is not known: the rounding of single precision.
+/// The fraction of a bone's length below which a direction is undefined: the rounding of single precision.
 pub(super) const NO_DIRECTION: f64 = 1e-6;
 
-/// How two bones turn to reach a goal.
+/// The rotations of two bones that reach a goal.
 ///
 /// [`Pose::bend_limb`](crate::Pose::bend_limb) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TwoBone {
-    /// The rotation of the first bone in the world, to be applied after the one that it has.
+    /// The world rotation of the first bone, to apply after its present rotation.
     pub upper: Quat,
-    /// The rotation of the second bone likewise; it contains that of the first.
+    /// The world rotation of the second bone, to apply after its present rotation. It includes the rotation of the
+    /// first bone.
     pub lower: Quat,
-    /// Where the joint between the two comes.
+    /// The new position of the joint between the bones.
     pub middle: Vec3,
-    /// Where the end comes.
+    /// The new position of the end.
     pub end: Vec3,
-    /// How far the end is from the goal: 0 within reach, except for rounding.
+    /// The distance of the end from the goal. Within reach it is 0, except for rounding.
     pub distance: f32,
 }
 
 impl TwoBone {
     /// The rotations that bring the end of two bones to `goal`. `joints` are the positions of the first joint, of the
-    /// one between the bones, and of the end.
+    /// joint between the bones, and of the end.
     ///
-    /// Out of reach, the bones are straight towards the goal; nearer than they can fold, folded. The plane in which
-    /// they bend turns with the direction of the end by the smallest rotation, so that nothing twists. With `pole`, a
-    /// position, the middle joint bends towards it.
+    /// If the goal is out of reach, the bones point straight at it. If it is nearer than the bones can fold, they are
+    /// folded. The bending plane rotates with the direction of the end, by the smallest rotation, so that nothing
+    /// twists. With the position `pole`, the middle joint bends towards it.
     ///
     /// ```
     /// use mocap::glam::Vec3;
@@ -61,14 +62,14 @@ impl TwoBone {
             return still;
         }
         let nothing = NO_DIRECTION * (a + b);
-        // The direction from the first joint to the end, and from there to the goal.
+        // The directions from the first joint to the end, and from the first joint to the goal.
         let old = direction(end - start, nothing)
             .or_else(|| direction(first, 0.0))
             .or_else(|| direction(second, 0.0))
             .unwrap_or(DVec3::X);
         let to_goal = goal - start;
         let new = direction(to_goal, nothing).unwrap_or(old);
-        // The middle joint comes `along` the direction to the goal, and `aside` of it.
+        // The middle joint is `along` the direction to the goal, and `aside` of it.
         let Triangle { reach, along, aside } = Triangle::new(a, b, to_goal.length());
 
         let mut turn = wide_arc(old, new, old.any_orthonormal_vector());
@@ -81,7 +82,7 @@ impl TwoBone {
             turn = wide_arc(from, to, new) * turn;
         }
         let bend = to_pole.or(bend_now).unwrap_or_else(|| new.any_orthonormal_vector());
-        // Both exactly perpendicular, or the bones would not keep their lengths.
+        // Both must be exactly perpendicular, or the bones would not keep their lengths.
         let bend = bend.reject_from_normalized(new).normalize();
         let normal = new.cross(bend);
 
@@ -102,13 +103,13 @@ impl TwoBone {
     }
 }
 
-/// The triangle of two bones and the line from their beginning to their end, by the law of cosines.
+/// The triangle of two bones and the line from their start to their end, by the law of cosines.
 pub(super) struct Triangle {
-    /// The length of that line: the distance that was asked for, or the nearest that the bones allow.
+    /// The length of the line: the requested distance, or the nearest that the bones allow.
     pub(super) reach: f64,
-    /// Where the middle joint is along the line.
+    /// The position of the middle joint along the line.
     pub(super) along: f64,
-    /// How far the middle joint is from the line.
+    /// The distance of the middle joint from the line.
     pub(super) aside: f64,
 }
 
@@ -130,11 +131,12 @@ pub(super) fn direction(vector: DVec3, nothing: f64) -> Option<DVec3> {
 }
 
 impl Pose {
-    /// Turns the joints `limb[0]` and `limb[1]` so that `limb[2]`, below them, comes to `goal`, and `limb[2]` itself
-    /// where the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
+    /// Rotates the joints `limb[0]` and `limb[1]` so that their descendant `limb[2]` reaches `goal`. If the goal has a
+    /// rotation, also rotates `limb[2]` itself. Returns the remaining distance from the goal's position; 0 if it has
+    /// none.
     ///
-    /// Nodes between the three, such as twist joints, move along. `pole` is as in
-    /// [`TwoBone::solve`](crate::ik::TwoBone::solve), which says what happens to a goal that is out of reach.
+    /// Nodes between the three, such as twist joints, move along. `pole` and goals out of reach work as in
+    /// [`TwoBone::solve`](crate::ik::TwoBone::solve).
     ///
     /// # Panics
     /// If the pose lacks one of the nodes.
@@ -159,7 +161,7 @@ impl Pose {
         })
     }
 
-    /// As [`Pose::bend_limb`], by the rotations in the world of the two bones that `solve` finds from the positions of
+    /// Like [`Pose::bend_limb`], with `solve`, which returns the world rotations of the two bones from the positions of
     /// the joints and of the goal.
     pub(super) fn bend_by(
         &mut self,

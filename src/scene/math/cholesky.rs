@@ -1,16 +1,16 @@
-//! Symmetric positive definite systems, of which the lower triangle is given row by row.
+//! Symmetric positive definite systems. The matrix is its lower triangle, row by row.
 
-/// Products that are added side by side, so that no addition waits for the one before.
+/// The number of products that are summed in parallel, so that no addition waits for another.
 const LANES: usize = 4;
 
-/// The sum of the products of two rows of one length.
+/// The dot product of two rows of equal length.
 #[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let size = a.len().min(b.len());
     let (a, b) = (&a[..size], &b[..size]);
     let whole = size - size % LANES;
     let mut lanes = [0.0; LANES];
-    // Loops over indices are one loop without calls at every level of optimisation; chains of iterators are not.
+    // An index loop compiles to one loop without calls at every optimisation level. Iterator chains do not.
     let mut at = 0;
     while at < whole {
         for lane in 0..LANES {
@@ -26,7 +26,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     sum
 }
 
-/// Replaces the lower triangle by its factor L, with L times its transpose the matrix.
+/// Replaces the lower triangle by its factor L: L times its transpose is the matrix.
 pub fn factor(matrix: &mut [f64], size: usize) {
     for row in 0..size {
         for column in 0..=row {
@@ -43,9 +43,9 @@ pub fn factor(matrix: &mut [f64], size: usize) {
     }
 }
 
-/// As [`factor`], of a matrix whose row `r` is 0 before column `first[r]`, as that of a tree whose children stand
-/// before their parents. Its factor is 0 there too (A. George, J. Liu, Computer Solution of Large Sparse Positive
-/// Definite Systems, 1981, on envelopes).
+/// Like [`factor`], for a matrix whose row `r` is 0 before column `first[r]`, such as the matrix of a tree whose
+/// children precede their parents. The factor is 0 in the same places (A. George, J. Liu, Computer Solution of Large
+/// Sparse Positive Definite Systems, 1981, on envelopes).
 pub fn factor_envelope(matrix: &mut [f64], first: &[usize]) {
     let size = first.len();
     for row in 0..size {
@@ -64,7 +64,7 @@ pub fn factor_envelope(matrix: &mut [f64], first: &[usize]) {
     }
 }
 
-/// As [`solve`], of a matrix that [`factor_envelope`] factors.
+/// Like [`solve`], for a matrix that [`factor_envelope`] factors.
 pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
     factor_envelope(matrix, first);
     forward_envelope(matrix, right, first, 0);
@@ -79,7 +79,8 @@ pub fn solve_envelope(matrix: &mut [f64], right: &mut [f64], first: &[usize]) {
     }
 }
 
-/// As [`forward`], of a factor by [`factor_envelope`] and a right side that is 0 before `from`, as y then is.
+/// Like [`forward`], for a factor from [`factor_envelope`] and a right side that is 0 before `from`. The solution is 0
+/// there too.
 pub fn forward_envelope(matrix: &[f64], right: &mut [f64], first: &[usize], from: usize) {
     let size = first.len();
     for row in from..size {
@@ -108,7 +109,7 @@ pub fn backward(matrix: &[f64], right: &mut [f64], size: usize) {
     }
 }
 
-/// Solves the system, and leaves the solution in its right side; the matrix becomes its factor.
+/// Solves the system in place: the right side becomes the solution, and the matrix becomes its factor.
 pub fn solve(matrix: &mut [f64], right: &mut [f64], size: usize) {
     factor(matrix, size);
     forward(matrix, right, size);

@@ -1,13 +1,14 @@
-//! The cube root, the same on every machine.
+//! A cube root that is equal on every machine.
 
-/// The bits of a third of the exponent of 1, for a first guess within 4 %: W. Kahan's, as in FreeBSD's `cbrt`.
+/// Bits that add a third of the exponent of 1 to a divided exponent, for a first guess within 4 %: W. Kahan's, as in
+/// FreeBSD's `cbrt`.
 const THIRD: u64 = 715_094_163 << 32;
 
-/// Steps of Newton's method, each of which doubles the digits.
+/// Iterations of Newton's method, each of which doubles the digits.
 const STEPS: usize = 5;
 
-/// The cube root of a number that is finite and above 0. The standard library's cube root differs in its last bit in
-/// WebAssembly, and then another key is dropped.
+/// The cube root of a finite number above 0. The cube root of the standard library differs in its last bit in
+/// WebAssembly, so that another key would be dropped.
 pub fn cube_root(value: f32) -> f32 {
     let value = f64::from(value);
     let mut root = f64::from_bits(value.to_bits() / 3 + THIRD);

@@ -1,17 +1,17 @@
-//! Rotations of matrices, and between directions.
+//! Rotations of matrices, and rotations between directions.
 
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 
 use super::soa::{Quaternions, Vectors};
 
-/// How much the square of the length of an axis may differ from 1 that counts as 1.
+/// The largest difference from 1 of an axis's squared length that counts as 1.
 const UNIT: f32 = 1e-5;
 
-/// The rotation of a matrix whose axes may be scaled, and of a mirrored one the rotation of its
+/// The rotation of a matrix whose axes may be scaled. For a mirrored matrix, the rotation of its
 /// [`Trs`](crate::pose::Trs). Shear is lost.
 pub fn rotation_of(matrix: &Mat4) -> Quat {
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec4::truncate);
-    // Most have length 1, and need no square root.
+    // Most axes have length 1 and need no square root.
     let is_unit = axes.iter().all(|axis| (axis.length_squared() - 1.0).abs() < UNIT);
     let [mut x, y, z] = if is_unit {
         axes
@@ -29,8 +29,8 @@ pub fn rotation_of(matrix: &Mat4) -> Quat {
     }
 }
 
-/// The shortest rotation from one direction to another, or the identity if one of them has no length. glam's gives the
-/// identity for directions within 0.04 degrees.
+/// The shortest rotation from one direction to another; the identity if one has no length. glam returns the identity
+/// for directions within 0.04 degrees.
 pub fn arc(from: Vec3, to: Vec3) -> Quat {
     from.try_normalize().map_or(Quat::IDENTITY, |from| {
         let arc = Quaternions::<f32, 1>::arc(Vectors::all(from.to_array()), Vectors::all(to.to_array()));

@@ -1,17 +1,17 @@
-//! Numbers of 16 bits, IEEE 754's binary16: 11 significant bits, up to 65,504.
+//! 16-bit floats, IEEE 754's binary16: 11 significant bits, up to 65,504.
 
-/// The largest number of 16 bits: (2 - 2^-10) 2^15.
+/// The largest 16-bit float: (2 - 2^-10) 2^15.
 pub const MOST: f32 = 65_504.0;
-/// Bits of a mantissa of 32 that one of 16 lacks.
+/// The number of mantissa bits that a 32-bit float has and a 16-bit float lacks.
 const DROPPED: u32 = 13;
-/// The difference of both exponents' biases.
+/// The difference of the exponent biases.
 const REBIAS: u32 = (127 - 15) << 23;
-/// The least normal number: 2^-14.
+/// The smallest normal 16-bit number: 2^-14.
 const LEAST_NORMAL: f32 = 6.103_515_6e-5;
-/// 2^24: what makes a subnormal number of 16 bits a whole one.
+/// The factor that makes a subnormal 16-bit number whole: 2^24.
 const SUBNORMAL: f32 = 16_777_216.0;
 
-/// The nearest number of 16 bits to a finite one of at most [`MOST`], halfway the even one; beyond, [`MOST`].
+/// The nearest 16-bit float to a finite number; halfway, the even one. Above [`MOST`], it is [`MOST`].
 pub fn to_half(value: f32) -> u16 {
     let sign = (value.to_bits() >> 16) as u16 & 0x8000;
     let magnitude = value.abs().min(MOST);
@@ -24,7 +24,7 @@ pub fn to_half(value: f32) -> u16 {
     sign | ((rounded - REBIAS) >> DROPPED) as u16
 }
 
-/// The number that 16 bits stand for.
+/// The number that the 16 bits represent.
 pub fn from_half(bits: u16) -> f32 {
     let (exponent, mantissa) = ((bits >> 10) & 31, u32::from(bits & 0x3ff));
     let magnitude = match exponent {

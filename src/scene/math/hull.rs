@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-/// The corners of the convex hull, anticlockwise: by A. M. Andrew's monotone chain, the lower side, then the upper one.
-/// None where all points are one.
+/// The corners of the convex hull, anticlockwise: A. M. Andrew's monotone chain, the lower side and then the upper
+/// side. Empty if all points coincide.
 pub fn convex_hull(points: &mut [DVec2]) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let mut hull: Vec<DVec2> = Vec::with_capacity(2 * points.len());
@@ -27,7 +27,7 @@ pub fn convex_hull(points: &mut [DVec2]) -> Vec<DVec2> {
     hull
 }
 
-/// The area within corners that stand anticlockwise.
+/// The area of a polygon with anticlockwise corners.
 pub fn area(corners: &[DVec2]) -> f64 {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     0.5 * edges.map(|(a, b)| a.perp_dot(*b)).sum::<f64>()

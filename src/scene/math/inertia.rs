@@ -1,13 +1,13 @@
-//! How a difference of two motions fades out: inertialisation (Bollo, 2016).
+//! Fades out a difference between two motions: inertialisation (Bollo, 2016).
 
 use glam::Vec3;
 
-/// From 0 at 0 to 1 at 1, with neither speed nor acceleration at both ends: the quintic of smoothest change.
+/// A curve from 0 at 0 to 1 at 1, with zero speed and acceleration at both ends: the quintic with the smoothest change.
 pub fn ease(part: f32) -> f32 {
     part.powi(3) * (10.0 - 15.0 * part + 6.0 * part * part)
 }
 
-/// A difference at frame 0 with its change per frame, which the quintic brings to rest at 0 within `steps` frames.
+/// A difference at frame 0, with its change per frame. The quintic brings it to rest at 0 within `steps` frames.
 pub fn fade(offset: Vec3, speed: Vec3, frame: usize, steps: usize) -> Vec3 {
     if frame >= steps {
         return Vec3::ZERO;

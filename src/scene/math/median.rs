@@ -1,13 +1,13 @@
-//! The median, and percentiles.
+//! Medians and percentiles.
 
 use std::cmp::Ordering;
 
 use glam::DVec3;
 
-/// The median of the absolute values of a normal variable with the standard deviation 1: its 75th percentile.
+/// The median absolute value of a normal variable with standard deviation 1: its 75th percentile.
 pub const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
-/// A number that is sorted.
+/// A number with a total order.
 pub trait OrderedNumber: Copy {
     fn compare(&self, other: &Self) -> Ordering;
 }
@@ -24,20 +24,20 @@ impl OrderedNumber for f64 {
     }
 }
 
-/// The value of a rank, counted from 0; of a rank beyond the last, the last; `None` for no values. The order of the
-/// values changes.
+/// The value of a rank, from 0; beyond the last rank, the last value. `None` if there are no values. Reorders the
+/// values.
 pub fn ranked<N: OrderedNumber>(values: &mut [N], rank: usize) -> Option<N> {
     let last = values.len().checked_sub(1)?;
     Some(*values.select_nth_unstable_by(rank.min(last), N::compare).1)
 }
 
-/// The median of the values, of an even number the upper one; `None` for none. The order of the values changes.
+/// The median; of an even number of values, the upper one. `None` if there are no values. Reorders the values.
 pub fn median<N: OrderedNumber>(values: &mut [N]) -> Option<N> {
     ranked(values, values.len() / 2)
 }
 
-/// The value below which a fraction of the values is; `None` for no values. Ranks are counted from 0, and `rounding`
-/// makes the rank a whole one.
+/// The value below which a fraction of the values lies; `None` if there are no values. Ranks are counted from 0, and
+/// `rounding` makes the rank whole.
 pub fn percentile<N: OrderedNumber>(
     values: impl IntoIterator<Item = N>,
     fraction: f64,
@@ -48,7 +48,7 @@ pub fn percentile<N: OrderedNumber>(
     ranked(&mut values, rounding(last * fraction) as usize)
 }
 
-/// The median of each coordinate of those that are finite.
+/// The median of each coordinate over the finite vectors.
 pub fn median_vector(vectors: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     let of = |axis: usize| {
         let numbers = vectors.clone().map(|vector| vector[axis]);

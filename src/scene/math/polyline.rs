@@ -1,11 +1,11 @@
-//! A line through points on a plane.
+//! A polyline in a plane.
 
 use glam::DVec2;
 
-/// A line through two points or more, none equal to the one before it.
+/// A polyline with at least two points, each different from the one before it.
 pub struct Polyline {
     points: Vec<DVec2>,
-    /// How far along each point is.
+    /// The distance of each point along the line.
     lengths: Vec<f64>,
 }
 
@@ -22,19 +22,19 @@ impl Polyline {
         self.lengths[self.lengths.len() - 1]
     }
 
-    /// The point after a distance, an end at most.
+    /// The point at a distance along the line; at most an end.
     pub fn at(&self, along: f64) -> DVec2 {
         let (from, to, fraction) = self.piece(along);
         from.lerp(to, fraction)
     }
 
-    /// Where the line leads after a distance: a vector of length 1.
+    /// The direction of the line at a distance: a unit vector.
     pub fn direction(&self, along: f64) -> DVec2 {
         let (from, to, _) = self.piece(along);
         (to - from).normalize()
     }
 
-    /// How far along the point nearest to a position is, from `from` to `beyond` after it.
+    /// The distance along the line of the point nearest to a position, between `from` and `from + beyond`.
     pub fn nearest(&self, position: DVec2, from: f64, beyond: f64) -> f64 {
         let end = (from + beyond).min(self.length());
         let mut best = (f64::INFINITY, from);
@@ -54,13 +54,13 @@ impl Polyline {
         best.1
     }
 
-    /// The number of the point before which a distance ends.
+    /// The index of the point before which a distance ends.
     fn piece_at(&self, along: f64) -> usize {
         let next = self.lengths.partition_point(|length| *length <= along);
         next.clamp(1, self.points.len() - 1)
     }
 
-    /// The two points between which a distance ends, and the fraction of their distance that is behind it.
+    /// The two points between which a distance ends, and the fraction of the way from the first to the second.
     fn piece(&self, along: f64) -> (DVec2, DVec2, f64) {
         let next = self.piece_at(along);
         let [begin, end] = [self.lengths[next - 1], self.lengths[next]];

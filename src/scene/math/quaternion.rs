@@ -1,9 +1,9 @@
-//! Functions of rotations that glam does not have.
+//! Rotation functions that glam lacks.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
-/// `rotation` scaled to length 1, without minus zeros; `None` where its length is 0 or not finite. In double precision,
-/// because the squares of tiny components, and of huge ones, are no numbers in single.
+/// `rotation` scaled to length 1, without minus zeros; `None` if its length is 0 or not finite. Uses double precision,
+/// because the squares of tiny and of huge components underflow or overflow single precision.
 pub fn unit(rotation: Quat) -> Option<Quat> {
     let rotation = rotation.as_dquat();
     let length = rotation.length();
@@ -11,7 +11,7 @@ pub fn unit(rotation: Quat) -> Option<Quat> {
         .then(|| Quat::from_array((rotation / length).to_array().map(|c| c as f32 + 0.0)))
 }
 
-/// `rotation` or its negative, an equal rotation: whichever is nearer to `reference`.
+/// `rotation` or its negative, which is the same rotation: whichever is nearer to `reference`.
 pub fn in_hemisphere_of(reference: Quat, rotation: Quat) -> Quat {
     if rotation.dot(reference) < 0.0 {
         -rotation
@@ -20,27 +20,27 @@ pub fn in_hemisphere_of(reference: Quat, rotation: Quat) -> Quat {
     }
 }
 
-/// Normalized linear interpolation on the shorter arc. For rotations a few degrees apart it is within a hundredth of a
+/// Normalized linear interpolation on the shorter arc. For rotations a few degrees apart, it is within a hundredth of a
 /// degree of slerp.
 pub fn nlerp(from: Quat, to: Quat, alpha: f32) -> Quat {
     (from + (in_hemisphere_of(from, to) - from) * alpha).normalize()
 }
 
-/// The normalized sum of rotations that lie near to one another; `None` for no rotations.
+/// The normalized sum of nearby rotations; `None` without rotations.
 pub fn mean(rotations: &[Quat]) -> Option<Quat> {
     let first = *rotations.first()?;
     let add = |sum: Quat, rotation: &Quat| sum + in_hemisphere_of(first, *rotation);
     Some(rotations.iter().fold(first * 0.0, add).normalize())
 }
 
-/// The rotation vector, axis times angle, of a rotation in double precision along the shorter arc.
+/// The rotation vector (axis times angle) of a rotation in double precision, along the shorter arc.
 pub fn rotation_vector(rotation: DQuat) -> DVec3 {
     let shorter = if rotation.w < 0.0 { -rotation } else { rotation };
     shorter.to_scaled_axis()
 }
 
-/// The rotation vector, axis times angle, of a rotation along the shorter arc: its logarithm. Exact for small angles,
-/// for which glam's goes through an arc cosine.
+/// The rotation vector (axis times angle) of a rotation along the shorter arc: its logarithm. It is exact for small
+/// angles, unlike glam's, which uses an arc cosine.
 #[inline]
 pub fn log(rotation: Quat) -> Vec3 {
     let (v, w) = match rotation.w < 0.0 {
@@ -49,7 +49,7 @@ pub fn log(rotation: Quat) -> Vec3 {
     };
     let square = v.length_squared();
     if square < 0.04 {
-        // asin(s) / s by its series: the next term is 5e-8 at an angle of 23 degrees.
+        // asin(s) / s as a series. The next term is 5e-8 at an angle of 23 degrees.
         let series =
             1.0 + square * (1.0 / 6.0 + square * (3.0 / 40.0 + square * (15.0 / 336.0 + square * (105.0 / 3456.0))));
         return v * (2.0 * series);
@@ -58,8 +58,8 @@ pub fn log(rotation: Quat) -> Vec3 {
     v * (2.0 * sin.atan2(w) / sin)
 }
 
-/// The quotient of an angle and its sine as a polynomial in 1 less the cosine. It is the interpolation of degree 9 at
-/// Chebyshev's nodes of 0 to 1, which is within 2e-8.
+/// Coefficients of the quotient of an angle and its sine, as a polynomial in 1 minus the cosine. It interpolates at
+/// Chebyshev's nodes of 0 to 1 with degree 9, and is within 2e-8.
 pub const ANGLE_OVER_SINE: [f32; 10] = [
     1.0,
     0.333_335_38,
@@ -81,9 +81,9 @@ pub fn log_without_branches([x, y, z, w]: [f32; 4]) -> [f32; 3] {
     [x * factor, y * factor, z * factor]
 }
 
-/// The square of the angle between two rotations, the square of the length of a [`log`], without a branch. It is a
-/// polynomial in the square of the chord between the quaternions, at Chebyshev's nodes of 0 to 2, and within 4e-8 of
-/// its size.
+/// The square of the angle between two rotations (the squared length of a [`log`]), without a branch. It is a
+/// polynomial in the squared chord between the quaternions, at Chebyshev's nodes of 0 to 2, with a relative error
+/// within 4e-8.
 #[inline(always)]
 pub fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
     /// Coefficients of the quotient of the squared angle and the squared chord, by powers of the squared chord.
@@ -100,7 +100,7 @@ pub fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
     ];
     let (x, y, z, w) = (a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]);
     let chord = (x * x + y * y) + (z * z + w * w);
-    // The squared distance to the negative of the other quaternion, an equal rotation, is 4 less this one.
+    // The squared distance to the negative of the other quaternion, which is the same rotation, is 4 minus this one.
     let chord = if chord > 2.0 { 4.0 - chord } else { chord };
     chord * polynomial(QUOTIENT, chord)
 }
@@ -127,12 +127,12 @@ pub fn exp(vector: Vec3) -> Quat {
     Quat::from_xyzw(v.x, v.y, v.z, half.cos())
 }
 
-/// The twist of a rotation about an axis of unit length (swing-twist decomposition). It remains after the shortest
-/// rotation that moves the axis as the rotation does.
+/// The twist of a rotation about a unit axis (swing-twist decomposition). It remains after the shortest rotation that
+/// moves the axis in the same way.
 pub fn twist(rotation: Quat, axis: Vec3) -> Quat {
     let along = axis * rotation.xyz().dot(axis);
     let twist = Quat::from_xyzw(along.x, along.y, along.z, rotation.w);
-    // Both parts vanish where the axis is reversed; the twist is undefined there.
+    // Both components vanish if the axis is reversed; the twist is undefined then.
     if twist.length_squared() > 1e-9 {
         twist.normalize()
     } else {
@@ -153,12 +153,12 @@ pub fn twist_angle(rotation: Quat, axis: Vec3) -> f32 {
     }
 }
 
-/// 1 and the cosine of the angle between opposite directions: 1e-12 at 1.4e-6 radians from opposite, where the axis has
-/// no digits left.
+/// 1 plus the cosine of the angle from which on directions count as opposite: 1e-12 at 1.4e-6 radians from opposite,
+/// where the axis has no digits left.
 const OPPOSITE: f64 = 1e-12;
 
-/// The smallest rotation from one direction to another, which need not have unit length; about `axis` where they are
-/// opposite. Exact for small angles too, where glam's gives none at all.
+/// The smallest rotation from one direction to another, of any length. About `axis` if they are opposite. It is exact
+/// for small angles, for which glam returns the identity.
 pub fn wide_arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
     let length = (from.length_squared() * to.length_squared()).sqrt();
     let (w, v) = (length + from.dot(to), from.cross(to));

@@ -1,4 +1,4 @@
-//! Euler angles to quaternions and back, for the formats that write angles: in double precision.
+//! Euler angles to quaternions and back in double precision, for formats that store angles.
 
 pub mod lanes;
 
@@ -20,7 +20,7 @@ impl Axis {
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 }
 
-/// glam's intrinsic orders are products of matrices in the order of their letters, as ours are.
+/// glam's intrinsic orders are matrix products in the order of their letters, like ours.
 pub fn euler_rot(order: RotationOrder) -> EulerRot {
     match order {
         RotationOrder::Xyz => EulerRot::XYZ,
@@ -32,11 +32,11 @@ pub fn euler_rot(order: RotationOrder) -> EulerRot {
     }
 }
 
-/// The rotation by `degrees` about each axis in turn, each axis turned by the rotations before it. As matrices on
-/// column vectors it is `R = R1 R2 R3`, in the order in which CHANNELS names them.
+/// The rotation by `degrees` about each axis in turn; each axis is rotated by the rotations before it. As matrices on
+/// column vectors it is `R = R1 R2 R3`, in the order of the names in CHANNELS.
 ///
-/// Each factor is a half-angle quaternion `cos(a/2) + sin(a/2) axis`. This is the definition, for tests; [`lanes`] is
-/// what runs.
+/// Each factor is a half-angle quaternion `cos(a/2) + sin(a/2) axis`. This function is the definition, for tests;
+/// [`lanes`] is the production code.
 pub fn from_euler(rotations: impl Iterator<Item = (Axis, f64)>) -> DQuat {
     rotations.fold(DQuat::IDENTITY, |rotation, (axis, degrees)| {
         let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
@@ -64,10 +64,10 @@ pub fn from_euler(rotations: impl Iterator<Item = (Axis, f64)>) -> DQuat {
     })
 }
 
-/// Of a rotation's two quaternions, the one that Assimp takes.
+/// The sign of a rotation's quaternion that Assimp chooses.
 ///
-/// Assimp makes the quaternion of the rotation matrix. `w` is positive if the matrix's trace is, which is if `|w| >
-/// 1/2`. Else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+/// Assimp makes the quaternion from the rotation matrix. `w` is positive if the matrix's trace is, that is if `|w| >
+/// 1/2`. Otherwise the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
 pub fn with_assimp_sign(rotation: DQuat) -> Quat {
     let DQuat { x, y, z, w } = rotation;
     let (xx, yy, zz) = (x * x, y * y, z * z);
@@ -80,20 +80,20 @@ pub fn with_assimp_sign(rotation: DQuat) -> Quat {
     } else {
         z
     };
-    // Adding zero removes the minus zeros of a rotation about a single axis into zeros.
+    // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
     let rotation = if positive < 0.0 { -rotation } else { rotation } + DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
     rotation.as_quat()
 }
 
 /// The angles in degrees about the axes of `order` whose [`from_euler`] is `rotation`. Of all such triples it is the
-/// one nearest to `before`, so that angles go on past 180 degrees without a jump.
+/// one nearest to `before`, so that angles continue past 180 degrees without a jump.
 ///
-/// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`. `cos b` is a factor of all others in
-/// that row and column, which gives `b` and then `c`. The rest of `R` without `c` and `b` gives `a`. The other solution
-/// is `(a + 180, 180 - b, c + 180)`. Where `b` is 90 degrees (gimbal lock) `a` and `c` turn about one axis, and only
-/// their sum is known: `c` stays as it was.
+/// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`. `cos b` is a factor of the other
+/// elements in that row and column, which give `b` and then `c`. `R` without `c` and `b` gives `a`. The other solution
+/// is `(a + 180, 180 - b, c + 180)`. If `b` is 90 degrees (gimbal lock), `a` and `c` rotate about one axis, and only
+/// their sum is known. Then `c` keeps its value.
 pub fn to_euler(rotation: DQuat, order: RotationOrder, before: [f64; 3]) -> [f64; 3] {
-    /// The cosine of `b` below which the single precision of a key says nothing about `c`.
+    /// The cosine of `b` below which a single-precision key does not determine `c`.
     const LOCKED: f64 = 1e-6;
     let [i, j, k] = order.axes();
     let parity = if (i + 1) % 3 == j { 1.0 } else { -1.0 };

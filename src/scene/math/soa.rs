@@ -1,9 +1,7 @@
-//! Structure-of-arrays numbers, vectors, quaternions, matrices and transforms: one value per lane, and a frame per
-//! lane.
+//! Structure-of-arrays numbers, vectors, quaternions, matrices and transforms. Each lane has the value of one frame.
 //!
-//! Every operation is a loop over the lanes without branches, of which the compiler makes vector instructions.
-//! Everything is `#[inline(always)]`, so that it is compiled for the instructions of its caller: see
-//! [`wide`](super::wide).
+//! Every operation is a branchless loop over the lanes, which the compiler turns into vector instructions. Everything
+//! is `#[inline(always)]`, so that it is compiled for the instruction set of its caller: see [`wide`](super::wide).
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -58,7 +56,7 @@ pub struct Lanes<T, const N: usize>(pub [T; N]);
 
 /// Eight 32-bit floats, a vector of 32 bytes.
 pub mod single {
-    /// Numbers of 32 bits in a vector of 32 bytes, the width of AVX2.
+    /// The number of 32-bit values in a vector of 32 bytes, the width of AVX2.
     pub const LANES: usize = 8;
     pub type Lanes = super::Lanes<f32, LANES>;
     pub type Vectors = super::Vectors<f32, LANES>;
@@ -68,7 +66,7 @@ pub mod single {
 
 /// Four 64-bit floats, a vector of 32 bytes.
 pub mod double {
-    /// Numbers of 64 bits in a vector of 32 bytes, the width of AVX2.
+    /// The number of 64-bit values in a vector of 32 bytes, the width of AVX2.
     pub const LANES: usize = 4;
     pub type Lanes = super::Lanes<f64, LANES>;
     pub type Vectors = super::Vectors<f64, LANES>;
@@ -85,7 +83,7 @@ impl<T: Real, const N: usize> Lanes<T, N> {
         Self([value; N])
     }
 
-    /// One value per lane. Unlike [`std::array::from_fn`] it is always inlined.
+    /// One value per lane. Unlike [`std::array::from_fn`], this function is always inlined.
     #[inline(always)]
     pub fn of(value: impl Fn(usize) -> T) -> Self {
         let mut lanes = Self::ZERO;
@@ -105,7 +103,7 @@ impl<T: Real, const N: usize> Lanes<T, N> {
         Self::of(|lane| T::ONE / self.0[lane])
     }
 
-    /// The larger of two; NaN if either is NaN.
+    /// The larger value; NaN if either is NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         Self::of(|lane| {
@@ -114,7 +112,7 @@ impl<T: Real, const N: usize> Lanes<T, N> {
         })
     }
 
-    /// Negated in the lanes where `sign` is below 0.
+    /// Negates the lanes in which `sign` is below 0.
     #[inline(always)]
     pub fn negated_where_negative(self, sign: Self) -> Self {
         Self::of(|lane| {

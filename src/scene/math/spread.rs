@@ -1,9 +1,9 @@
-//! Work on all cores.
+//! Distributes work over all cores.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Does work on all cores, and returns the results in the order of the work.
+/// Does the work on all cores, and returns the results in the order of the work.
 pub fn spread<W: Sync, T: Send>(work: &[W], of: impl Fn(&W) -> T + Sync) -> Vec<T> {
     let threads = thread::available_parallelism()
         .map_or(1, usize::from)

@@ -1,4 +1,4 @@
-//! The rotations about X between spaces of which different axes point up.
+//! The rotations about X between spaces with different up axes.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -6,7 +6,7 @@ use glam::{DQuat, Mat4, Vec3, Vec4};
 
 use crate::scene::UpAxis;
 
-/// The rotation about X after which `up` is +Y.
+/// The rotation about X that turns `up` to +Y.
 pub const fn turn_to_y_up(up: UpAxis) -> DQuat {
     match up {
         UpAxis::Y => DQuat::IDENTITY,
@@ -16,10 +16,10 @@ pub const fn turn_to_y_up(up: UpAxis) -> DQuat {
     }
 }
 
-/// A point of a space in which `up` points up, in one with +Y up.
+/// Converts a point from a space with the up axis `up` to a space with +Y up.
 pub fn to_y_up(point: Vec3, up: UpAxis) -> Vec3 {
     let Vec3 { x, y, z } = point;
-    // Differences, because the negative of 0 would be -0.
+    // Subtract from 0, because the negative of 0 would be -0.
     match up {
         UpAxis::Y => point,
         UpAxis::Z => Vec3::new(x, z, 0.0 - y),
@@ -28,12 +28,12 @@ pub fn to_y_up(point: Vec3, up: UpAxis) -> Vec3 {
     }
 }
 
-/// A point of a space in which `from` points up, in one in which `to` does.
+/// Converts a point from a space with the up axis `from` to a space with the up axis `to`.
 pub fn turned(point: Vec3, from: UpAxis, to: UpAxis) -> Vec3 {
     if from == to {
         return point;
     }
-    // Back from +Y: the opposite rotation undoes one of 90 degrees, and one of 180 degrees undoes itself.
+    // Back from +Y: the opposite of a rotation by 90 degrees. A rotation by 180 degrees undoes itself.
     let back = match to {
         UpAxis::Z => UpAxis::NegZ,
         UpAxis::NegZ => UpAxis::Z,
@@ -42,7 +42,7 @@ pub fn turned(point: Vec3, from: UpAxis, to: UpAxis) -> Vec3 {
     to_y_up(to_y_up(point, from), back)
 }
 
-/// The space in which `from` points up to the one in which `to` does.
+/// The matrix from a space with the up axis `from` to a space with the up axis `to`.
 pub fn from_to(from: UpAxis, to: UpAxis) -> Mat4 {
     let [x, y, z] = Vec3::AXES.map(|axis| turned(axis, from, to).extend(0.0));
     Mat4::from_cols(x, y, z, Vec4::W)

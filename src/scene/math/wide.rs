@@ -1,13 +1,13 @@
-//! One function compiled twice: for every processor, and for those with AVX2, whose vectors are twice as wide. The
-//! second also uses BMI, whose shifts take any register: every processor with AVX2 has it.
+//! Compiles a function twice: for every processor, and for processors with AVX2, whose vectors are twice as wide. The
+//! second version also uses BMI, whose shifts take any register. Every processor with AVX2 has BMI.
 //!
-//! Products and sums are not fused (that would be the instructions FMA), so that both give the same bits.
+//! Products and sums are not fused (no FMA instructions), so that both versions give the same bits.
 
-/// Declares a function whose body is compiled twice; a call runs the version that the processor can run.
+/// Declares a function whose body is compiled twice. A call runs the version for the processor.
 ///
-/// The body has to consist of `#[inline(always)]` functions, and of closures that are marked so or called directly: any
-/// other function or closure is compiled once, for every processor.
-/// With `else` there is another body for processors without AVX2.
+/// The body must consist of `#[inline(always)]` functions, and of closures with that attribute or called directly. Any
+/// other function or closure is compiled once, for every processor. `else` gives a separate body for processors without
+/// AVX2.
 ///
 /// ```ignore
 /// wide::dispatch! {
@@ -42,7 +42,7 @@ macro_rules! dispatch {
                     && std::arch::is_x86_feature_detected!("bmi1")
                     && std::arch::is_x86_feature_detected!("bmi2")
                 {
-                    // SAFETY: all that a call requires is that the processor has AVX2, BMI1 and BMI2, and it has.
+                    // SAFETY: a call requires a processor with AVX2, BMI1 and BMI2, which the condition checks.
                     #[allow(unsafe_code, reason = "up to twice as fast: tools/bench/README.md")]
                     return unsafe { with_avx2($($argument),*) };
                 }

@@ -1,17 +1,18 @@
-//! The bind pose of a whole skeleton.
+//! Completes the bind pose of a skeleton.
 
 use glam::DMat4;
 
 use crate::scene::{Node, NodeId};
 
-/// How far, as a fraction of its largest number, a bind pose may be from the rest pose that is equal to it.
+/// The largest difference between a bind pose and the rest pose that count as equal, as a fraction of the pose's
+/// largest number.
 const EQUAL: f64 = 1e-4;
 
-/// Completes the bind pose of a skeleton. A node without a bound mesh, such as the end of a chain, follows the nearest
-/// node above it that has one. Its pose relative to that node is that at rest. `None` remains for nodes that are where
-/// they rest.
+/// Completes the bind pose of a skeleton. A node without a bound mesh, such as the end of a chain, follows its nearest
+/// ancestor that has one, and keeps its rest pose relative to that ancestor. `None` remains for nodes in their rest
+/// pose.
 ///
-/// Both `rest` and `bind` are to the world.
+/// Both `rest` and `bind` are node-to-world matrices.
 pub fn complete_bind_pose(nodes: &[Node], rest: &[DMat4], bind: &mut [Option<DMat4>]) {
     let mut is_moved = vec![false; nodes.len()];
     for (index, node) in nodes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Finds the node of every channel, once.
+//! Finds the node of every channel once.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use crate::pose::sample::{Moment, Moving, Trs};
 use crate::scene::{Animation, Channel, Node, NodeId, NodeKind, Scene};
 
-/// The meaning of a tick outside of an animation.
+/// The meaning of a tick outside of an animation's range.
 ///
 /// [`Binding`](crate::Binding) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,12 +16,12 @@ pub enum OutOfRange {
     #[default]
     Clamp,
     /// The animation repeats in both directions. Its period is its duration, so the last frame and the first are the
-    /// same moment of two cycles. Neither tick is out of range, and each has its own frame.
+    /// same moment of two cycles. Both ticks are in range, and each has its own frame.
     Loop,
 }
 
 impl OutOfRange {
-    /// The tick from 0 to `duration` for `tick`. It is 0 for NaN, and for every tick if the duration is not above 0.
+    /// Maps `tick` to a tick from 0 to `duration`. The result is 0 for NaN, and if the duration is not above 0.
     ///
     /// ```
     /// use mocap::OutOfRange;
@@ -44,10 +44,9 @@ impl OutOfRange {
 
 /// The nodes of an animation's channels.
 ///
-/// Names are looked up when the binding is made; sampling needs neither look-up nor allocation. A binding holds no
-/// reference, so one animation can drive any number of skeletons, each with its own binding and
-/// [`Pose`](crate::pose::Pose), from any thread. It is valid for the animation and the nodes that it was made from, and
-/// has already read the constant tracks: make a new one when either changes.
+/// The constructor looks up names; sampling needs neither look-ups nor allocations. A binding holds no reference. So
+/// one animation can drive any number of skeletons, each with its own binding and [`Pose`](crate::pose::Pose), from any
+/// thread. A binding has already read the constant tracks. Make a new binding if the animation or the nodes change.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -80,17 +79,17 @@ pub struct Binding {
 struct Link {
     channel: usize,
     node: NodeId,
-    /// The constant components: the key of a track with one key, the node's own value for a track without keys.
+    /// The constant components: the single key of a track, or the node's own value if the track has no keys.
     still: Trs,
-    /// The tracks with more than one key, which are sampled.
+    /// The tracks with several keys, which are sampled.
     moving: Moving,
 }
 
 impl Binding {
-    /// Binds `animation` to the skeleton that it was made for.
+    /// Binds `animation` to its own skeleton.
     ///
-    /// A channel drives its [`node`](crate::scene::Channel::node) if that node has the channel's name. Of the others,
-    /// the first channel of a name drives the first node of that name that is not an end site, the second channel the
+    /// A channel drives its [`node`](crate::scene::Channel::node) if that node has the channel's name. Otherwise the
+    /// first channel with a name drives the first node with that name that is not an end site, the second channel the
     /// second, and so on. Translations, rotations and scales all come from the animation.
     pub fn new(scene: &Scene, animation: &Animation) -> Self {
         let known = |channel: &Channel| {
@@ -105,12 +104,12 @@ impl Binding {
         Self::find(scene, animation, known, Cow::Borrowed)
     }
 
-    /// Binds `animation` to the skeleton of another file, joint by joint. `node_name_of` is the map of names: from
-    /// a channel's [`node_name`](crate::scene::Channel::node_name) to the name of a node of `scene`.
+    /// Binds `animation` to the skeleton of another file, joint by joint. `node_name_of` maps a channel's
+    /// [`node_name`](crate::scene::Channel::node_name) to the name of a node of `scene`.
     ///
-    /// The skeleton keeps its own proportions: a position track with a single key is only the OFFSET of its skeleton,
-    /// and is applied only to a root. Rotations are applied unchanged, so the links of both rest poses should have the
-    /// same directions, as in T-poses.
+    /// The skeleton keeps its own proportions: a position track with a single key is only an OFFSET of the source
+    /// skeleton, so it is applied only to a root. Rotations are applied unchanged. So the bones of both rest poses
+    /// should have the same directions, as in T-poses.
     ///
     /// ```
     /// use mocap::Binding;
@@ -140,7 +139,7 @@ impl Binding {
         binding
     }
 
-    /// Finds the node of every channel: the one from `known`, or else the next of its name without a channel.
+    /// Finds the node of every channel: the node from `known`, or else the next node of its name without a channel.
     fn find<'a>(
         scene: &Scene,
         animation: &'a Animation,
@@ -152,7 +151,7 @@ impl Binding {
             is_driven[id.index()] = true;
         }
         let mut nodes_by_name: HashMap<&str, Vec<NodeId>> = HashMap::new();
-        // From the back, so that the next node of a name is the last of its list.
+        // In reverse order, so that the next node of a name is the last in its list.
         for (index, node) in scene.nodes.iter().enumerate().rev() {
             if node.kind != NodeKind::EndSite && !is_driven[index] {
                 nodes_by_name.entry(&node.name).or_default().push(NodeId::new(index));
@@ -195,23 +194,22 @@ impl Binding {
         }
     }
 
-    /// The nodes that are driven, each with the index of its channel in [`Animation::channels`].
+    /// The driven nodes, each with the index of its channel in [`Animation::channels`].
     pub fn driven(&self) -> impl Iterator<Item = (NodeId, usize)> {
         self.links.iter().map(|link| (link.node, link.channel))
     }
 
-    /// Sets the meaning of ticks outside of the animation. Default: [`OutOfRange::Clamp`].
+    /// Sets the meaning of ticks outside of the animation's range. Default: [`OutOfRange::Clamp`].
     #[must_use]
     pub fn out_of_range(mut self, out_of_range: OutOfRange) -> Self {
         self.out_of_range = out_of_range;
         self
     }
 
-    /// Calls `drive` with every driven node and its transform to the parent at `tick`.
+    /// Calls `drive` with every driven node and its transform relative to its parent at `tick`.
     ///
     /// Between two keys, positions and scales are interpolated linearly and rotations by slerp on the shorter arc. A
-    /// component whose track has no key keeps its value of the time of binding. A node whose channel has no key at all
-    /// is skipped.
+    /// component without keys keeps its value from the time of binding. A node whose channel has no keys is skipped.
     #[inline]
     pub fn sample(&self, animation: &Animation, tick: f64, mut drive: impl FnMut(NodeId, Trs)) {
         let moment = Moment::new(self.out_of_range.resolve(tick, animation.duration));
@@ -223,7 +221,7 @@ impl Binding {
     }
 }
 
-/// Whether the translation of `node` is a position in the world, not the offset of a link.
+/// Whether the translation of `node` is a world position, not the offset of a link.
 fn is_root(scene: &Scene, node: NodeId) -> bool {
     let parent = scene.nodes[node.index()]
         .parent
@@ -232,7 +230,7 @@ fn is_root(scene: &Scene, node: NodeId) -> bool {
 }
 
 impl Scene {
-    /// The joints below other joints whose position in their parent changes.
+    /// The joints with a parent joint whose position relative to it changes.
     #[doc(hidden)]
     pub fn position_curves(&self, animation: &Animation) -> Vec<NodeId> {
         let binding = Binding::new(self, animation);

@@ -1,4 +1,4 @@
-//! The matrices of a chain of joints, each apart.
+//! The separate matrices of a chain of joints.
 
 use std::iter::successors;
 
@@ -10,41 +10,41 @@ use crate::error::{Code, Diagnostic, Result, nearest};
 use crate::math::rotation::to_euler;
 use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
 
-/// A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., as a course in animation writes it.
+/// A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., in the notation of animation courses.
 ///
-/// A link L is the translation of a joint to its parent. A joint J is its rotation, and of the first joint the
-/// translation too. [`Pose::chain`] has an example.
+/// A link L is the translation of a joint relative to its parent. A joint J is its rotation; for the first joint, J
+/// includes the translation. [`Pose::chain`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ChainMatrix {
     /// `J0`, `L1`, `J1`, ...
     pub symbol: String,
-    /// The name of the joint or the end site.
+    /// The name of the joint or end site.
     pub joint: String,
     /// Its node.
     #[cfg_attr(feature = "schema", schemars(with = "u32"))]
     pub node: NodeId,
-    /// The matrix, which maps column vectors. By `serde` its rows.
+    /// The matrix, for column vectors. `serde` writes its rows.
     #[serde(serialize_with = "rows")]
     #[cfg_attr(feature = "schema", schemars(with = "[[f64; 4]; 4]"))]
     pub matrix: Mat4,
-    /// The product of the chain up to this matrix. After the last it is the joint to the world.
+    /// The product of the chain up to this matrix. The last product is the joint-to-world matrix.
     #[serde(serialize_with = "rows")]
     #[cfg_attr(feature = "schema", schemars(with = "[[f64; 4]; 4]"))]
     pub product: Mat4,
-    /// The order of the angles of a J: `Zyx` is Rz Ry Rx. Z X Y where the file has no Euler angles.
+    /// The order of the angles of a J: `Zyx` is Rz Ry Rx. It is Z X Y if the file has no Euler angles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<RotationOrder>,
-    /// The angles of a J in degrees, in this order. A positive angle turns counter-clockwise for a viewer towards whom
-    /// the axis points (right-hand rule).
+    /// The angles of a J in degrees, in this order. A positive angle rotates counter-clockwise for a viewer at whom the
+    /// axis points (right-hand rule).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub degrees: Option<[f64; 3]>,
 }
 
 impl Pose {
-    /// The matrices from the root to `joint`, a name in `scene`, from which the pose was made. A group counts as a
-    /// joint where it is not the identity, or is the end.
+    /// The matrices from the root to the node named `joint`. The pose must have been made from `scene`. A group counts
+    /// as a joint if it is not the identity, or if it is the end.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -63,7 +63,7 @@ impl Pose {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where no node has this name.
+    /// [`Code::InvalidValue`] if no node has this name.
     pub fn chain(&self, scene: &Scene, joint: &str) -> Result<Vec<ChainMatrix>> {
         let Some(end) = scene.find_node(joint) else {
             return Err(no_joint(scene, joint));

@@ -1,9 +1,9 @@
-//! The tracks of a face: taken from one scene, and given to another.
+//! Transfers the tracks of a face from one scene to another.
 
 use super::{Binding, Trs};
 use crate::scene::{Animation, Channel, Face, Keys, Node, NodeId, NodeKind, Scene};
 
-/// A node of a face, and its keys in one animation; a node that does not move has those of its rest pose.
+/// A node of a face, and its keys in one animation. A node without animation has the keys of its rest pose.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(hidden)]
 pub struct FaceTrack {
@@ -16,7 +16,7 @@ pub struct FaceTrack {
 }
 
 impl Scene {
-    /// What an animation says of the face.
+    /// The face tracks of an animation.
     #[doc(hidden)]
     pub fn face_tracks(&self, animation: &Animation) -> Vec<FaceTrack> {
         if self.nodes.iter().all(|node| node.face.is_none()) {
@@ -41,8 +41,9 @@ impl Scene {
         tracks.collect()
     }
 
-    /// Gives an animation of the scene, by its index, the tracks of a face. Tracks of a part without a node are
-    /// dropped, or get a node below the first if `adds`. Returns the names of the dropped tracks.
+    /// Gives an animation of the scene, by its index, the tracks of a face. A track without a node in the scene is
+    /// dropped. If `adds` is set, it gets a new child node of the root instead. Returns the names of the dropped
+    /// tracks.
     #[doc(hidden)]
     pub fn set_face(&mut self, animation: usize, tracks: &[FaceTrack], adds: bool) -> Vec<String> {
         let mut left_out = Vec::new();

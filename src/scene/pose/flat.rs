@@ -1,15 +1,15 @@
-//! The parts of a matrix that has no inverse.
+//! Decomposes a matrix without an inverse.
 
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 
-/// The scale and the rotation of a matrix, some of whose axes have no length: these complete a rotation with the
-/// others. Shear is lost.
+/// The scale and the rotation of a matrix with axes of zero length. The other axes complete the rotation. Shear is
+/// lost.
 #[doc(hidden)]
 pub fn of_flat(matrix: &DMat4) -> (DVec3, DQuat) {
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec4::truncate);
     let scale = DVec3::from_array(axes.map(DVec3::length));
     let known = axes.map(DVec3::try_normalize);
-    // Counted from one that is known, so that the next is known too where there are two.
+    // Start with an axis of known direction. If two are known, the next one is known too.
     let first = (0..3)
         .find(|axis| known[*axis].is_some() && (known[(axis + 1) % 3].is_some() || known[(axis + 2) % 3].is_none()));
     let Some((first, start)) = first.and_then(|axis| Some((axis, known[axis]?))) else {

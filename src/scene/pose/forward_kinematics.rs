@@ -1,10 +1,9 @@
 //! Forward kinematics over nodes in which parents precede children.
 
-/// Calls `update` for every node, parents first: with its index, its parent, which has been updated, and the node
-/// itself.
+/// Calls `update` for every node, parents first, with the index of the node, its updated parent, and the node.
 ///
-/// What a node is, is up to the caller: a matrix at one moment, or transforms at many. `update` sets it to the product
-/// of the parent and of the node's transform to the parent.
+/// The caller defines a node: a matrix at one moment, or transforms at many. `update` sets it to the product of the
+/// parent and the node's transform relative to the parent.
 #[inline(always)]
 #[doc(hidden)]
 pub fn forward_kinematics<T>(

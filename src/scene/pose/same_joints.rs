@@ -1,8 +1,8 @@
-//! Whether a pose of one scene is a pose of another.
+//! Compares the joints of two scenes.
 
 use crate::scene::Scene;
 
-/// Whether two scenes have the same joints below the same parents, so that a pose of one is a pose of the other.
+/// Whether two scenes have the same joints with the same parents, so that a pose of one is a pose of the other.
 #[doc(hidden)]
 pub fn have_the_same_joints(a: &Scene, b: &Scene) -> Result<(), String> {
     if a.nodes.len() != b.nodes.len() {

@@ -1,18 +1,18 @@
-//! Samples the keys of one track, and the three tracks of one channel.
+//! Samples the keys of one track, and the three tracks of a channel.
 
 use glam::{FloatExt, Mat4, Quat, Vec3};
 
 use super::flat::of_flat;
 use crate::scene::{Channel, Keys};
 
-/// A transform in its three components, as glTF and most engines store the transform of a node.
+/// A transform as translation, rotation and scale. glTF and most engines store the transform of a node in this form.
 ///
 /// [`Binding`](crate::Binding) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trs {
-    /// Translation to the parent, in the file's unit.
+    /// Translation relative to the parent, in the file's unit.
     pub translation: Vec3,
-    /// Rotation to the parent.
+    /// Rotation relative to the parent.
     pub rotation: Quat,
     /// Scale along the node's own axes.
     pub scale: Vec3,
@@ -26,9 +26,9 @@ impl Trs {
         scale: Vec3::ONE,
     };
 
-    /// Decomposes `matrix`. Shear is lost; axes without a length complete a rotation with the others.
+    /// Decomposes `matrix`. Shear is lost. If axes have no length, the other axes complete the rotation.
     pub fn from_matrix(matrix: Mat4) -> Self {
-        // In double precision: of axes that shear, rounding would choose between two rotations.
+        // In double precision: for axes with shear, rounding would choose between two rotations.
         let wide = matrix.as_dmat4();
         let (mut scale, mut rotation, _) = wide.to_scale_rotation_translation();
         if !rotation.is_finite() {
@@ -41,7 +41,7 @@ impl Trs {
         }
     }
 
-    /// Translation x rotation x scale, as one matrix that maps column vectors.
+    /// Translation x rotation x scale, as one matrix for column vectors.
     #[inline]
     pub fn matrix(&self) -> Mat4 {
         Mat4::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
@@ -55,9 +55,9 @@ impl Default for Trs {
 }
 
 impl Channel {
-    /// The transform to the parent at `tick`. A track without keys has the component of `rest`.
+    /// The transform relative to the parent at `tick`. A track without keys has the component of `rest`.
     ///
-    /// A program with its own nodes needs only this:
+    /// A program with its own nodes needs only this method:
     ///
     /// ```
     /// use mocap::glam::{Mat4, Vec3};
@@ -88,12 +88,12 @@ impl Channel {
         self.sample_moving(Moment::new(tick), all, rest)
     }
 
-    /// Whether no track has a key, so that the channel has no effect.
+    /// Whether all tracks lack keys, so that the channel has no effect.
     pub(super) fn is_empty(&self) -> bool {
         self.position_keys.is_empty() && self.rotation_keys.is_empty() && self.scaling_keys.is_empty()
     }
 
-    /// The transform whose `moving` components come from their tracks and the others from `still`.
+    /// The transform. Its `moving` components come from their tracks, the others from `still`.
     #[inline]
     pub(super) fn sample_moving(&self, moment: Moment, moving: Moving, still: Trs) -> Trs {
         let mut trs = still;
@@ -110,7 +110,7 @@ impl Channel {
     }
 }
 
-/// Which tracks of a channel have to be sampled, because their value changes between ticks.
+/// The tracks of a channel that change between ticks, and so must be sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moving {
     pub(super) position: bool,
@@ -130,7 +130,7 @@ impl Moving {
 
 impl Keys<Vec3> {
     /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key it is the first
-    /// value, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
+    /// value, after the last key the last value. A NaN tick counts as tick 0. `None` if there are no keys.
     pub fn sample(&self, tick: f64) -> Option<Vec3> {
         sample(self, Moment::new(tick), Vec3::lerp)
     }
@@ -138,7 +138,7 @@ impl Keys<Vec3> {
 
 impl Keys<f32> {
     /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key it is the first
-    /// value, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
+    /// value, after the last key the last value. A NaN tick counts as tick 0. `None` if there are no keys.
     pub fn sample(&self, tick: f64) -> Option<f32> {
         sample(self, Moment::new(tick), f32::lerp)
     }
@@ -146,19 +146,19 @@ impl Keys<f32> {
 
 impl Keys<Quat> {
     /// The value at `tick`, by slerp on the shorter arc between the two keys around it. Before the first key it is the
-    /// first value, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
+    /// first value, after the last key the last value. A NaN tick counts as tick 0. `None` if there are no keys.
     pub fn sample(&self, tick: f64) -> Option<Quat> {
         sample(self, Moment::new(tick), Quat::slerp)
     }
 }
 
-/// A tick, split once for all tracks that have a key at every tick.
+/// A tick, split once for all tracks with a key at every tick.
 #[derive(Clone, Copy)]
 pub(super) struct Moment {
     tick: f64,
-    /// The last whole tick that is not after `tick`; 0 for what comes before 0.
+    /// The last whole tick at or before `tick`; 0 if `tick` is negative.
     index: usize,
-    /// How far `tick` is from there to the next whole tick, in 0 to 1.
+    /// The fraction from there to the next whole tick, from 0 to 1.
     fraction: f32,
 }
 
@@ -168,7 +168,7 @@ impl Moment {
         let from_start = tick.max(0.0);
         Self {
             tick,
-            // The cast saturates, so that a tick beyond all keys is an index beyond all keys.
+            // The cast saturates, so that a tick beyond all keys becomes an index beyond all keys.
             index: from_start as usize,
             fraction: from_start.fract() as f32,
         }
@@ -189,8 +189,8 @@ fn sample<T: Copy>(keys: &Keys<T>, moment: Moment, mix: impl Fn(T, T, f32) -> T)
     }
 }
 
-/// The index of the last key that is not after `tick`, or of the first key. With it, the position of `tick` from there
-/// to the next key, from 0 to 1.
+/// The index of the last key at or before `tick`, or of the first key. With it, the fraction from that key to the next,
+/// from 0 to 1.
 fn locate(ticks: &[f64], tick: f64) -> (usize, f32) {
     let after = ticks.partition_point(|&key| key <= tick);
     let from = after.saturating_sub(1);

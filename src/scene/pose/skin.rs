@@ -6,10 +6,10 @@ use super::Pose;
 use crate::scene::Mesh;
 
 impl Pose {
-    /// The vertices of `mesh` in the world. Each is moved by its bones, node to world x [offset
-    /// matrix](crate::scene::Bone::offset_matrix), and the results are averaged by the weights (linear blend skinning,
-    /// N. Magnenat-Thalmann, R. Laperriere and D. Thalmann, 1988). A vertex without a weight stays where the mesh has
-    /// it.
+    /// The world positions of the vertices of `mesh`. Each bone moves a vertex by node to world x [offset
+    /// matrix](crate::scene::Bone::offset_matrix). The results are averaged by the weights (linear blend skinning, N.
+    /// Magnenat-Thalmann, R. Laperriere and D. Thalmann, 1988). A vertex without weights stays at its position in the
+    /// mesh.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -24,7 +24,7 @@ impl Pose {
     /// ```
     ///
     /// # Panics
-    /// If a bone is tied to a node that the pose does not have.
+    /// If a bone refers to a node that the pose lacks.
     pub fn skin(&self, mesh: &Mesh) -> Vec<Vec3> {
         let mut sums = vec![(Vec3::ZERO, 0.0); mesh.vertices.len()];
         for bone in &mesh.bones {

@@ -5,9 +5,9 @@ use crate::scene::Scene;
 
 impl Scene {
     /// Writes position x rotation x scale at `tick` into [`Node::transform`](crate::scene::Node::transform) of every
-    /// node that `animation` (an index into [`Scene::animations`]) has a channel for. Ticks out of range clamp.
+    /// node with a channel in `animation`, an index into [`Scene::animations`]. Ticks out of range are clamped.
     ///
-    /// Returns whether the scene has that animation. Every call looks up the names; an [`Updater`] looks them up once,
+    /// Returns whether the scene has that animation. Every call looks up the names. An [`Updater`] looks them up once,
     /// and can loop.
     pub fn update_node_matrices(&mut self, animation: usize, tick: f64) -> bool {
         let updater = Updater::new(self, animation);
@@ -18,7 +18,7 @@ impl Scene {
     }
 }
 
-/// As [`Scene::update_node_matrices`], with the names looked up once: an update does not allocate.
+/// Like [`Scene::update_node_matrices`], but looks up names only once: an update does not allocate.
 ///
 /// ```
 /// use mocap::glam::Vec3;
@@ -58,14 +58,14 @@ impl Updater {
         Some(Self { binding, animation })
     }
 
-    /// Sets the meaning of ticks outside of the animation. Default: [`OutOfRange::Clamp`].
+    /// Sets the meaning of ticks outside of the animation's range. Default: [`OutOfRange::Clamp`].
     #[must_use]
     pub fn out_of_range(mut self, out_of_range: OutOfRange) -> Self {
         self.binding = self.binding.out_of_range(out_of_range);
         self
     }
 
-    /// Writes the transforms at `tick` into the nodes of `scene`, the one that the updater was made for.
+    /// Writes the transforms at `tick` into the nodes of `scene`, for which the updater was made.
     pub fn update(&self, scene: &mut Scene, tick: f64) {
         let Scene { nodes, animations, .. } = scene;
         if let Some(animation) = animations.get(self.animation) {

@@ -5,9 +5,9 @@ use glam::{Quat, Vec3};
 use crate::options::setters;
 use crate::scene::{Keys, Scene};
 
-/// The largest difference between a value and the first value of its track at which the two count as equal.
+/// The largest difference from the first value of a track that counts as equal.
 ///
-/// With zero, the default, numbers must be equal; -0 equals 0, and NaN equals nothing.
+/// With 0, the default, numbers must be equal; -0 equals 0, and NaN equals nothing.
 ///
 /// [`Scene::collapse_keys`](crate::Scene::collapse_keys) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -15,7 +15,7 @@ use crate::scene::{Keys, Scene};
 pub struct KeyTolerance {
     /// Distance between positions, in the file's unit. Default: 0.
     pub position: f32,
-    /// Angle between rotations, in radians. Default: 0. A quaternion and its negative are one rotation.
+    /// Angle between rotations, in radians. Default: 0. A quaternion and its negative are the same rotation.
     pub rotation: f32,
     /// Distance between scales, which have no unit. Default: 0.
     pub scaling: f32,
@@ -33,11 +33,11 @@ impl Scene {
     /// Keeps only the first key of every track whose values are all equal within `tolerance`.
     ///
     /// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
-    /// first, never with its neighbour, so a track that drifts slowly is kept. The animation's duration stays.
+    /// first, never with its neighbour, so a slowly drifting track keeps its keys. The duration of the animation stays.
     ///
-    /// A point without a skeleton that is not seen in every frame, such as a marker, keeps the keys of its positions.
+    /// A point without a skeleton that is missing in some frames, such as a marker, keeps its position keys.
     ///
-    /// Assimp does so at zero tolerance. Its accuracy setting is inverted: any value makes it collapse only the
+    /// Assimp does the same at zero tolerance. Its accuracy setting is inverted: with any value it collapses only
     /// tracks whose neighbouring keys all differ by more than 1.
     ///
     /// ```
@@ -84,15 +84,15 @@ pub(super) fn collapse<T: Copy>(keys: &mut Keys<T>, equal: impl Fn(T, T) -> bool
     }
 }
 
-/// In double precision, in which squares of single precision differences do not underflow.
+/// Uses double precision, in which squared differences of single-precision values do not underflow.
 fn distance(a: Vec3, b: Vec3) -> f64 {
     a.as_dvec3().distance(b.as_dvec3())
 }
 
-/// The angle of the rotation from `a` to `b`, of unit quaternions.
+/// The angle of the rotation from `a` to `b`, for unit quaternions.
 ///
-/// The chord between them is 2 sin(angle / 4), which stays exact for small angles where the arc cosine of their dot
-/// product does not.
+/// The chord between them is 2 sin(angle / 4). It is exact for small angles, unlike the arc cosine of their dot
+/// product.
 fn angle(a: Quat, b: Quat) -> f64 {
     let (a, b) = (a.as_dquat(), b.as_dquat());
     let chord = (a - b).length().min((a + b).length());

@@ -10,11 +10,12 @@ use crate::scene::{Face, Mesh, Node, NodeId, Scene, UpAxis};
 impl Scene {
     /// Scales all lengths by `metres_per_unit`, and rotates the scene so that `up` becomes +Y.
     ///
-    /// Only the root is rotated, its rest transform and its keys: every joint keeps its own axes, and rotations below
-    /// the root do not change. +Z up becomes +Y up by a rotation of 90 degrees about X: (x, y, z) becomes (x, z, -y).
+    /// Only the root is rotated, both its rest transform and its keys. Every joint keeps its own axes, and the
+    /// rotations of other joints do not change. +Z up becomes +Y up by a rotation of 90 degrees about X: (x, y, z)
+    /// becomes (x, z, -y).
     ///
-    /// The scene then says that it is in metres with +Y up. `Conversion` finds out what
-    /// `metres_per_unit` and `up` are, and calls this.
+    /// The metadata of the scene then state metres and +Y up. `Conversion` infers `metres_per_unit` and `up`, and calls
+    /// this method.
     ///
     /// ```
     /// use mocap::glam::{Mat4, Vec3};
@@ -30,15 +31,15 @@ impl Scene {
     }
 }
 
-/// As [`convert_units`], from any unit and up axis to any other: `from` and `to` are metres per unit of length and the
-/// axis that points up.
+/// Like [`convert_units`], from any unit and up axis to any other. `from` and `to` are the metres per unit of length
+/// and the up axis.
 #[doc(hidden)]
 pub fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64, UpAxis)) {
     let ((metres_per_unit, up), (out_metres_per_unit, out_up)) = (from, to);
     let factor = metres_per_unit / out_metres_per_unit;
     let scaled = |v: Vec3| (v.as_dvec3() * factor).as_vec3();
     let axes = Axes { from: up, to: out_up };
-    // A weight has no unit.
+    // A morph weight has no unit.
     let is_weight = |node: &Node| matches!(node.face, Some(Face::Preset(_) | Face::Custom(_)));
     let weights: Vec<bool> = scene.nodes.iter().map(is_weight).collect();
     for node in &mut scene.nodes {
@@ -117,7 +118,7 @@ fn root_channel(scene: &Scene, animation: usize) -> Option<usize> {
     driven.map(|(_, channel)| channel)
 }
 
-/// The channels that drive nodes of which `is_driven` is true.
+/// The channels that drive nodes for which `is_driven` is true.
 fn channels_of(scene: &Scene, animation: usize, is_driven: &[bool]) -> Vec<usize> {
     if !is_driven.contains(&true) {
         return Vec::new();
@@ -127,7 +128,8 @@ fn channels_of(scene: &Scene, animation: usize, is_driven: &[bool]) -> Vec<usize
     driven.map(|(_, channel)| channel).collect()
 }
 
-/// A mesh with bones is in the space of the root's parent, so it is rotated; any other is in the space of its node.
+/// A mesh with bones is in the space of the root's parent, so it is rotated. Any other mesh is in the space of its
+/// node.
 fn convert_mesh(mesh: &mut Mesh, scaled: impl Fn(Vec3) -> Vec3, axes: Axes) {
     let axes = if mesh.bones.is_empty() { Axes::default() } else { axes };
     for vertex in &mut mesh.vertices {

@@ -1,4 +1,4 @@
-//! Finds jumps of a motion: a rest pose as the first frame, or two takes in one file.
+//! Finds discontinuities in a motion: a rest pose as the first frame, or two takes in one file.
 
 use std::collections::HashMap;
 
@@ -7,27 +7,27 @@ use glam::Vec3;
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
-/// A jump moves some node by at least this fraction of the skeleton's size from one frame to the next.
+/// The smallest movement of a node in a cut, from one frame to the next, as a fraction of the skeleton's size.
 const SHARE_OF_SIZE: f32 = 0.05;
 
-/// And by at least this many times its usual motion per frame around that time.
+/// The smallest movement of a node in a cut, as a multiple of its usual movement per frame around that time.
 const TIMES_THE_USUAL: f32 = 5.0;
 
-/// Frames on each side that define the usual motion. One frame is not enough: a marker that slips for one frame jumps
-/// there and back, and both jumps would count as usual.
+/// Frames on each side that define the usual movement. One frame is not enough: a marker that slips for one frame moves
+/// there and back, and both movements would count as usual.
 const NEIGHBOURS: usize = 4;
 
-/// A joint that is rotated by less than 2 degrees from the rest pose is at rest, in radians: compression moves a finger
-/// so far within a millimetre.
+/// The rotation in radians below which a joint is in its rest pose: 2 degrees. Compression within a millimetre rotates
+/// a finger by that much.
 const RESTING: f32 = 0.035;
 
-/// Fraction of the joints that rest in a rest pose. CMU's has the legs a little apart.
+/// The smallest fraction of joints at rest in a rest pose. CMU's rest pose has the legs a little apart.
 const RESTING_SHARE: f32 = 0.75;
 
 impl Scene {
-    /// The frames from which `animation` (an index into [`Scene::animations`]) jumps to the next, in order.
+    /// The frames after which `animation` (an index into [`Scene::animations`]) has a cut, in order.
     ///
-    /// In a jump a node moves far within one frame, compared with the skeleton's size and with the frames around it.
+    /// In a cut, a node moves far within one frame, compared with the skeleton's size and with the frames around it.
     /// Fast motion does not count, because the frames before and after it are fast too.
     pub fn cuts(&self, animation: usize) -> Vec<usize> {
         let frames = self.animations.get(animation).map_or(0, Animation::frame_count);
@@ -36,8 +36,8 @@ impl Scene {
     }
 }
 
-/// Whether the first frame of the first animation is a rest pose and the motion jumps away from it. The BVH conversions
-/// of the CMU database, for example, have "a T-pose added as its new first frame".
+/// Whether the first frame of the first animation is a rest pose with a cut after it. The BVH conversions of the CMU
+/// database, for example, have "a T-pose added as its new first frame".
 #[doc(hidden)]
 pub fn first_frame_is_rest_pose(scene: &Scene) -> bool {
     let Some(animation) = scene.animations.first() else {
@@ -51,7 +51,7 @@ pub fn first_frame_is_rest_pose(scene: &Scene) -> bool {
         if node.kind != NodeKind::Joint && channel.is_none() {
             continue;
         }
-        // A joint without a channel is at rest all the time.
+        // A joint without a channel is always at rest.
         let first = channel.and_then(|channel| animation.channels[*channel].rotation_keys.values.first());
         let rest = Trs::from_matrix(node.transform).rotation;
         joints += 1;
@@ -60,8 +60,8 @@ pub fn first_frame_is_rest_pose(scene: &Scene) -> bool {
     !steps.is_empty() && is_cut(&steps, 0, size) && resting as f32 >= RESTING_SHARE * joints as f32
 }
 
-/// The largest distance that any node moves from each of the first `frames` frames to the next, and the skeleton's
-/// largest extent.
+/// The largest distance that any node moves from each of the first `frames` frames to the next, and the largest extent
+/// of the skeleton.
 fn steps(scene: &Scene, animation: usize, frames: usize) -> (Vec<f32>, f32) {
     let Some(animation) = scene.animations.get(animation) else {
         return (Vec::new(), 0.0);
@@ -91,7 +91,7 @@ fn is_cut(steps: &[f32], frame: usize, size: f32) -> bool {
         .filter(|&other| other != frame)
         .map(|other| steps[other])
         .reduce(f32::max);
-    // A motion of two frames has no usual motion.
+    // A motion of two frames has no usual movement.
     let Some(usual) = usual else { return false };
     steps[frame] > SHARE_OF_SIZE * size && steps[frame] > TIMES_THE_USUAL * usual
 }

@@ -6,18 +6,18 @@ use super::split::{renumbered_bones, replace_mesh_indices, submesh};
 use crate::scene::{Mesh, Scene};
 
 impl Scene {
-    /// Splits off the parts of skinned meshes that follow only one bone, and moves each to the bone's node.
+    /// Splits off the faces of skinned meshes that follow only one bone, and moves them to the bone's node.
     ///
     /// Before: mesh 0 on the root, with the bones `Shoulder`, `Elbow` and `Wrist`. After: mesh 0 on `Shoulder`, mesh 1
-    /// on `Elbow`, mesh 2 on `Wrist`, each in its node's space, without bones. Drawn with the nodes' matrices they look
-    /// equal in every pose.
+    /// on `Elbow`, mesh 2 on `Wrist`, each in its node's space, without bones. With the nodes' matrices, the drawings
+    /// are equal in every pose.
     ///
-    /// A bone is *needed* if it moves a vertex together with another bone, or if a face has vertices of it and of
-    /// something else. The faces of needed bones stay in one mesh on its old nodes, before the other meshes, and keep
-    /// those bones. Faces without any bone stay with them.
+    /// A bone is *needed* in two cases: it moves a vertex together with another bone, or a face has vertices of this
+    /// bone and other vertices. The faces of needed bones stay in one mesh on its old nodes, before the other meshes,
+    /// and keep those bones. Faces without bones stay with them.
     ///
-    /// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity. So links near
-    /// the origin of a skeleton in metres are drawn at a wrong position. Here every part is transformed.
+    /// Assimp does not transform the faces of a bone whose offset matrix is within 0.01 of the identity. So it draws
+    /// links near the origin of a skeleton in metres at a wrong position. Here all faces are transformed.
     pub fn debone(&mut self) {
         let mut replacements = vec![Vec::new(); self.meshes.len()];
         let mut rigid_parts = Vec::new();
@@ -51,11 +51,11 @@ impl Scene {
     }
 }
 
-/// The faces of a mesh, as indices.
+/// The faces of a mesh, as face indices.
 struct FacesByBone {
-    /// The vertices of needed bones, or of none.
+    /// Faces with vertices of needed bones or of no bone.
     kept: Vec<usize>,
-    /// Of each bone those that can leave with it.
+    /// For each bone, the faces that move to its node.
     split_off: Vec<Vec<usize>>,
 }
 
@@ -92,7 +92,7 @@ fn faces_by_bone(mesh: &Mesh) -> FacesByBone {
     faces
 }
 
-/// The tie of each vertex, and of each bone whether another moves one of its vertices.
+/// The bones of each vertex, and for each bone whether another bone moves one of its vertices.
 fn ties(mesh: &Mesh) -> (Vec<Tie>, Vec<bool>) {
     let mut ties = vec![Tie::Loose; mesh.vertices.len()];
     let mut needed = vec![false; mesh.bones.len()];

@@ -4,15 +4,15 @@ use super::split::{renumbered_bones, replace_mesh_indices, submesh};
 use crate::scene::{Mesh, Primitive, Scene};
 
 impl Scene {
-    /// Makes points of triangles whose three corners have one position, in a separate mesh.
+    /// Replaces triangles whose three corners coincide by points, in a separate mesh.
     ///
-    /// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex
-    /// each, mesh 1 the 12 triangles. The bones go with the vertices they move, and the nodes that held mesh 0 hold
-    /// both. [`remove_sizeless_meshes()`](Scene::remove_sizeless_meshes) removes the points if they all have one
-    /// position.
+    /// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points with one
+    /// vertex each, and mesh 1 has the 12 triangles. The bones stay with the vertices they move. The nodes that held
+    /// mesh 0 hold both. [`remove_sizeless_meshes()`](Scene::remove_sizeless_meshes) removes the points if they all
+    /// coincide.
     ///
-    /// This is what Assimp's steps "find degenerates" and "sort by primitive type" do to a skeleton mesh. A triangle
-    /// with two equal corners, which Assimp makes a line, stays: no skeleton mesh has one.
+    /// Assimp's steps "find degenerates" and "sort by primitive type" have this effect on a skeleton mesh. A triangle
+    /// with two equal corners, which Assimp turns into a line, stays. No skeleton mesh has one.
     pub fn find_degenerates(&mut self) {
         let mut replacements = Vec::with_capacity(self.meshes.len());
         let mut meshes = Vec::new();
@@ -42,7 +42,7 @@ fn is_point(mesh: &Mesh, face: usize) -> bool {
     mesh.primitive == Primitive::Triangles && corner(0) == corner(1) && corner(0) == corner(2)
 }
 
-/// The first corner of each of the triangles at `faces`.
+/// The first corner of each triangle at `faces`.
 fn points(mesh: &Mesh, faces: &[usize]) -> Mesh {
     let corners = Mesh {
         primitive: Primitive::Points,

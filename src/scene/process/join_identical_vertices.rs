@@ -1,4 +1,4 @@
-//! Stores equal vertices once.
+//! Merges equal vertices.
 
 use std::collections::HashMap;
 
@@ -11,20 +11,20 @@ use crate::scene::{Mesh, Scene};
 const NORMAL_TOLERANCE: f32 = 1e-5;
 
 impl Scene {
-    /// Stores equal vertices once, for all their faces.
+    /// Merges equal vertices, so that all their faces share one.
     ///
     /// Before: a joint with three children at one position has three equal pointers of 12 vertices each. After: 12
-    /// vertices for 12 faces. The first of equal vertices stays; the order stays.
+    /// vertices for 12 faces. The first of equal vertices stays, and so does the order.
     ///
     /// Two vertices are equal under four conditions:
     ///
     /// - Their positions are equal bit by bit.
     /// - Their normals differ by less than 1e-5.
     /// - Their texture coordinates are equal.
-    /// - One set of bones moves them by equal weights.
+    /// - The same bones move them by equal weights.
     ///
-    /// Assimp does not have the last condition, and so gives vertices of one bone to another where two links coincide.
-    /// A mesh with morph targets is left alone: a target may move two vertices of one position apart.
+    /// Assimp lacks the last condition, so it moves vertices of one bone to another if two links coincide. A mesh with
+    /// morph targets does not change: a target may move coincident vertices apart.
     pub fn join_identical_vertices(&mut self) {
         for mesh in self.meshes.iter_mut().filter(|mesh| mesh.morph_targets.is_empty()) {
             join(mesh);

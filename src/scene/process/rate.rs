@@ -1,10 +1,10 @@
-//! The frame rate that a rounded frame time means.
+//! Infers the frame rate from a rounded frame time.
 
 use crate::scene::Confidence;
 use crate::scene::report::Guess;
 
-/// Frame rates of cameras, displays and capture systems; where a rounded frame time could mean two of them, the
-/// likelier comes first.
+/// Frame rates of cameras, displays and capture systems. If a rounded frame time fits two of them, the likelier comes
+/// first.
 const RATES: [f64; 19] = [
     30.0,
     60.0,
@@ -27,9 +27,9 @@ const RATES: [f64; 19] = [
     60_000.0 / 1001.0,
 ];
 
-/// The rate of a motion of `ticks_per_second` that is resampled to `frames_per_second`: the intended rate of its
-/// rounded frame time, if only with that rate the frames of both coincide. 1 / 0.0083333 counts as 120 for resampling
-/// to 30.
+/// The true rate of a motion of `ticks_per_second`, for resampling to `frames_per_second`. A rounded frame time is
+/// corrected only if the frames then coincide, and would not otherwise. For example, 1 / 0.0083333 counts as 120 for
+/// resampling to 30.
 #[doc(hidden)]
 pub fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 {
     let fall_together = |rate: f64| {
@@ -42,7 +42,7 @@ pub fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 {
     }
 }
 
-/// The rate whose frame time, rounded to some number of decimals, is 1 / `ticks_per_second`.
+/// The rate whose rounded frame time is 1 / `ticks_per_second`.
 #[doc(hidden)]
 pub fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
     let frame_time = ticks_per_second.recip();

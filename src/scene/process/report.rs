@@ -1,3 +1,3 @@
-//! What is wrong with a scene.
+//! The report of a scene's violations.
 
 pub use super::validate::{Part, Rule, Violation};

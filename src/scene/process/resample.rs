@@ -8,22 +8,22 @@ use crate::limits::{self, FrameBudget, Limits};
 use crate::scene::report::AppliedStep;
 use crate::scene::{Animation, Keys, Scene};
 
-/// How near, in ticks, a cut may be to a new frame for the two to be one key.
+/// The largest difference in ticks between a cut and a new frame that share a key.
 const SAME_TICK: f64 = 1e-6;
 
 impl Scene {
-    /// Gives every animation `frames_per_second` frames per second.
+    /// Resamples every animation to `frames_per_second`.
     ///
-    /// Positions are interpolated linearly, rotations by slerp. The rest after the last whole new frame, less than one
-    /// frame, is lost. A [cut](Scene::cuts) is not interpolated: a new frame inside it has the value of the nearer
-    /// side, and the frames on both sides become keys at their own, uneven ticks.
+    /// Positions are interpolated linearly, rotations by slerp. The remainder after the last whole new frame, less than
+    /// one frame, is dropped. Resampling does not interpolate across a [cut](Scene::cuts). A new frame within the cut
+    /// has the value of the nearer side, and the frames on both sides become keys at their own, uneven ticks.
     ///
-    /// Rounded frame times are corrected if the new frames then coincide with old ones. In a file with 0.0083333, which
-    /// means 1/120, every fourth frame becomes a frame at 30 per second.
+    /// Rounded frame times are corrected if the new frames then coincide with old ones. For example, 0.0083333 means
+    /// 1/120, so at 30 frames per second every fourth frame of the file is a new frame.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would
-    /// have more values than [`Limits::max_values`] allows. `scene` is then unchanged.
+    /// [`Code::InvalidValue`] if the rate is not possible. [`Code::LimitExceeded`] if the new frames would have more
+    /// values than [`Limits::max_values`] allows. `scene` is unchanged then.
     #[doc(hidden)]
     pub fn resample(&mut self, frames_per_second: f64, limits: &Limits) -> Result<()> {
         limits::frame_rate(Code::InvalidValue, frames_per_second)?;
@@ -41,7 +41,7 @@ impl Scene {
     }
 }
 
-/// A frame rate of the caller decides the memory, so what it asks for is counted before anything is allocated.
+/// The caller's frame rate decides the memory, so check the size before allocating.
 fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<()> {
     let mut values = 0_u64;
     let mut asked = Vec::with_capacity(scene.animations.len());
@@ -51,7 +51,7 @@ fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<
             let (positions, scales) = (channel.position_keys.len(), channel.scaling_keys.len());
             [(positions, 3), (channel.rotation_keys.len(), 4), (scales, 3)]
         });
-        // A frame has a tick, too.
+        // A frame also has a tick.
         let mut values_a_frame = 1;
         for (keys, width) in keys.chain(weights.map(|keys| (keys.len(), 1))) {
             values = values.saturating_add((keys * width) as u64);
@@ -73,12 +73,12 @@ fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<
     Ok(())
 }
 
-/// Frames before resampling in a frame after it.
+/// The number of old frames per new frame.
 fn old_per_new(animation: &Animation, frames_per_second: f64) -> f64 {
     rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
 }
 
-/// Returns the moments that have keys now.
+/// Returns the moments that have keys afterwards.
 fn resample_animation(
     animation: &mut Animation,
     frames_per_second: f64,
@@ -127,7 +127,7 @@ fn resample_animation(
     moments
 }
 
-/// A moment as a tick before resampling, and as a tick after it.
+/// A moment as a tick before and after resampling.
 struct Moment {
     old: f64,
     new: f64,

@@ -11,7 +11,7 @@ impl Scene {
     /// Makes the pose at `tick` of the first animation the rest pose and the bind pose. Does nothing without an
     /// animation.
     ///
-    /// The rest pose of a BVH file has zero rotations, which may not be a natural pose. Use this step where a target
+    /// The rest pose of a BVH file has zero rotations, which may not be a natural pose. Use this step if the target
     /// needs a T-pose, and the motion has one. The motion does not change.
     #[doc(hidden)]
     pub fn set_rest_pose_at(&mut self, tick: f64) {
@@ -48,7 +48,7 @@ pub fn set_rest_pose(scene: &mut Scene, pose: &Pose) {
     }
 }
 
-/// Puts a pose before the first frame of an animation.
+/// Inserts a pose before the first frame of an animation.
 #[doc(hidden)]
 pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
     let Some(clip) = scene.animations.get(animation) else {
@@ -81,7 +81,7 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
             a.distance(b) <= SAME * a.length()
         });
         let after = channel.rotation_keys.values.first().copied().unwrap_or(first.rotation);
-        // On the shorter arc to the frame after it.
+        // Choose the shorter arc to the next frame.
         let rotation = if after.dot(first.rotation) < 0.0 {
             -first.rotation
         } else {
@@ -101,11 +101,11 @@ pub fn put_first(scene: &mut Scene, animation: usize, pose: &Pose) {
     clip.duration += 1.0;
 }
 
-/// The difference of two values, as a fraction, that is one of rounding.
+/// The largest difference of two values, as a fraction, that counts as rounding.
 const SAME: f32 = 1e-6;
 
-/// The distance by which rounding moves a joint of a pose that was computed in the world. It is a fraction of the
-/// distance of the farthest joint from the origin: each joint of a chain adds a few roundings.
+/// The distance by which rounding moves a joint, in a pose that was computed in world space. It is a fraction of the
+/// distance of the farthest joint from the origin. Each joint of a chain adds a few roundings.
 const ROUNDINGS: f32 = 64.0 * f32::EPSILON;
 
 fn is_same(one: &Mat4, other: &Mat4) -> bool {
@@ -113,7 +113,7 @@ fn is_same(one: &Mat4, other: &Mat4) -> bool {
     one.abs_diff_eq(*other, SAME * size)
 }
 
-/// A channel that keeps a node where it is at rest.
+/// A channel that keeps a node in its rest pose.
 fn still(scene: &Scene, node: NodeId) -> Channel {
     let rest = Trs::from_matrix(scene.nodes[node.index()].transform);
     Channel {
@@ -125,7 +125,7 @@ fn still(scene: &Scene, node: NodeId) -> Channel {
     }
 }
 
-/// Puts a value at tick 0, and all others a tick later.
+/// Inserts a value at tick 0, and moves all others by a tick.
 fn prepend<T: Copy>(keys: &mut Keys<T>, first: T, is_same: impl Fn(T, T) -> bool) {
     match (&mut keys.ticks, keys.values.as_slice()) {
         (_, []) => {}
@@ -135,7 +135,7 @@ fn prepend<T: Copy>(keys: &mut Keys<T>, first: T, is_same: impl Fn(T, T) -> bool
         (Some(ticks), values) => {
             let mut later = vec![0.0];
             let mut all = vec![first];
-            // The first value holds from the first frame on.
+            // The first value also holds before its tick, from the first frame on.
             if ticks[0] > 0.0 {
                 later.push(1.0);
                 all.push(values[0]);
@@ -175,7 +175,7 @@ fn rebind(mesh: &mut Mesh, pose: &Pose) {
                 *sum += tie.weight * Mat3::from_mat4(moved);
             }
         }
-        // As an affine map, so that the last row stays 0 0 0 1 to the last digit.
+        // Inverted as an affine map, so that the last row stays exactly 0 0 0 1.
         bone.offset_matrix = Mat4::from(Affine3A::from_mat4(node_to_world).inverse());
     }
     mesh.map_morph_targets(|vertex, offset| turns[vertex] * offset);

@@ -1,4 +1,4 @@
-//! How joint frames are rotated at rest.
+//! Rotates the axes of joints in the rest pose.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -7,14 +7,14 @@ use crate::pose::{Binding, Trs};
 use crate::scene::report::AppliedStep;
 use crate::scene::{Animation, Keys, Mesh, Scene};
 
-/// The largest difference between the scales along the axes of a node, as a fraction, which is one of rounding.
+/// The largest relative difference between the scales of a node's axes that counts as rounding.
 const UNIFORM: f32 = 1e-4;
 
-/// Gives every node a frame along the axes of the world at rest, so that all rotations of the rest pose are zero.
-/// Nothing moves: no position changes, neither at rest nor in motion.
+/// Aligns the axes of every node with the world axes in the rest pose, so that all rotations of the rest pose are zero.
+/// No position changes, neither at rest nor in motion.
 ///
 /// # Errors
-/// As [`set_rest_rotations`].
+/// The errors of [`set_rest_rotations`].
 #[doc(hidden)]
 pub fn zero_rest_rotations(scene: &mut Scene) -> Result<()> {
     set_rest_rotations(scene, &vec![Quat::IDENTITY; scene.nodes.len()])?;
@@ -22,12 +22,11 @@ pub fn zero_rest_rotations(scene: &mut Scene) -> Result<()> {
     Ok(())
 }
 
-/// Gives every node the frame that is rotated by `wanted`, in the world, at rest. Nothing moves: no position changes,
-/// neither at rest nor in motion.
+/// Sets the axes of every node in the rest pose to the world rotation in `wanted`. No position changes, neither at rest
+/// nor in motion.
 ///
 /// # Errors
-/// Where a node is scaled otherwise along one axis than along another: in another frame that is no scale. `scene` is
-/// then unchanged.
+/// A node has different scales along its axes. Along other axes this would not be a scale. `scene` is unchanged then.
 #[doc(hidden)]
 pub fn set_rest_rotations(scene: &mut Scene, wanted: &[Quat]) -> Result<()> {
     can_zero_rest_rotations(scene)?;
@@ -36,7 +35,7 @@ pub fn set_rest_rotations(scene: &mut Scene, wanted: &[Quat]) -> Result<()> {
         .iter()
         .map(|node| Trs::from_matrix(node.transform))
         .collect();
-    // From the old frame of each node to the new one.
+    // The rotation from the old axes of each node to the new ones.
     let mut worlds: Vec<Quat> = Vec::with_capacity(rest.len());
     let mut turned: Vec<Quat> = Vec::with_capacity(rest.len());
     for ((node, rest), wanted) in scene.nodes.iter().zip(&rest).zip(wanted) {
@@ -77,10 +76,10 @@ pub fn set_rest_rotations(scene: &mut Scene, wanted: &[Quat]) -> Result<()> {
     Ok(())
 }
 
-/// Whether every node has one scale along all axes.
+/// Checks that every node has one scale along all axes.
 ///
 /// # Errors
-/// As [`zero_rest_rotations`].
+/// The errors of [`zero_rest_rotations`].
 #[doc(hidden)]
 pub fn can_zero_rest_rotations(scene: &Scene) -> Result<()> {
     let is_uniform = |scale: &Vec3| scale.max_element() - scale.min_element() <= UNIFORM * scale.abs().max_element();
@@ -112,7 +111,7 @@ fn each<T: Copy>(keys: &mut Keys<T>, change: impl Fn(T) -> T) {
     }
 }
 
-/// Rotates the rigid meshes of a node. One that several nodes hold becomes one for each.
+/// Rotates the rigid meshes of a node. If several nodes hold a mesh, each gets its own copy.
 fn rotate_meshes(scene: &mut Scene, node: usize, rotation: Quat) {
     for at in 0..scene.nodes[node].meshes.len() {
         let index = scene.nodes[node].meshes[at];

@@ -1,6 +1,6 @@
-//! Removes or separates the motion of the root over the ground.
+//! Removes or separates root motion.
 //!
-//! For both steps the ground is the plane of x and z of the world, which is true after
+//! For both steps the ground is the plane of x and z of the world, which holds after
 //! [`convert_units`](crate::Scene::convert_units). A group above the root may be rotated, as in files with +Z up.
 
 mod carriers;
@@ -9,11 +9,12 @@ use self::carriers::Carriers;
 use crate::scene::report::AppliedStep;
 use crate::scene::{Node, NodeId, NodeKind, Scene};
 
-/// The name of the new node, unless another has it.
+/// The name of the new node, unless another node has this name.
 const ROOT_NAME: &str = "Root";
 
 impl Scene {
-    /// Keeps every root above the point of the ground where its motion starts. Height and rotations do not change.
+    /// Makes the motion in-place: keeps every root over the ground point where its motion starts. Height and rotations
+    /// do not change.
     #[doc(hidden)]
     pub fn put_in_place(&mut self) {
         let roots: Vec<_> = roots(self).collect();
@@ -28,9 +29,9 @@ impl Scene {
 }
 
 impl Scene {
-    /// Adds a joint named `Root` above the first root and moves the translation over the ground and the heading there,
-    /// as game engines expect. The old root keeps its height and its other rotations. No node's position in the world
-    /// changes. Returns the new joint; none where there is no root.
+    /// Adds a joint named `Root` as the parent of the first root, and moves the ground translation and the heading to
+    /// the new joint, as game engines expect. The old root keeps its height and its other rotations. World positions do
+    /// not change. Returns the new joint; `None` if there is no root.
     #[doc(hidden)]
     pub fn extract_root_motion(&mut self) -> Option<NodeId> {
         let old_root = roots(self).next()?;
@@ -50,7 +51,7 @@ impl Scene {
         Some(old_root)
     }
 
-    /// What a new root is called.
+    /// The name for a new root.
     fn root_name(&self) -> String {
         let is_taken = |name: &str| self.nodes.iter().any(|node| node.name == name);
         let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
@@ -58,8 +59,8 @@ impl Scene {
         names.find(|name| !is_taken(name)).unwrap_or_default()
     }
 
-    /// Puts a joint named `Root`, without a transform, above a node. It takes the index of the node; from there on
-    /// indices increase by one.
+    /// Inserts a joint named `Root`, without a transform, as the parent of a node. It takes the index of the node, and
+    /// the following indices increase by one.
     #[doc(hidden)]
     #[doc(hidden)]
     pub fn insert_root_above(&mut self, below: NodeId) {

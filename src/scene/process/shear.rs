@@ -1,31 +1,31 @@
-//! Takes shear out of rest transforms, for formats whose nodes have translation, rotation and scale alone.
+//! Removes shear from rest transforms, for formats whose nodes have only translation, rotation and scale.
 
 use glam::{DMat4, Mat4};
 
 use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
 
-/// The cosine of the angle between two axes from which a transform shears, 0.006 degrees: a file that prints its
-/// matrices with few digits has less.
+/// The cosine of the angle between two axes above which a transform has shear. It means 0.006 degrees: matrices that
+/// are printed with few digits have less.
 const LEAST: f64 = 1e-4;
 
-/// A scene without shear, and what was taken out.
+/// A scene without shear, and a description of the removed shear.
 #[doc(hidden)]
 pub struct ShearOutcome {
     #[doc(hidden)]
     pub scene: Scene,
-    /// How many nodes sheared.
+    /// The number of nodes with shear.
     #[doc(hidden)]
     pub nodes: usize,
-    /// The node whose axes were farthest from right angles, and the difference in degrees.
+    /// The node with the largest deviation from right angles, and the deviation in degrees.
     #[doc(hidden)]
     pub most: String,
     #[doc(hidden)]
     pub degrees: f64,
 }
 
-/// The scene in which each node whose axes shear at rest has the translation, the rotation and the scale that
-/// [`Trs::from_matrix`] finds. The vertices of meshes stay where they are at rest. `None` where nothing shears.
+/// A copy of the scene without shear. Each node with shear at rest gets the translation, rotation and scale of
+/// [`Trs::from_matrix`]. The mesh vertices do not move in the rest pose. `None` if no node has shear.
 #[doc(hidden)]
 pub fn take_shear_out(scene: &Scene) -> Option<ShearOutcome> {
     let angles: Vec<f64> = scene
@@ -63,7 +63,7 @@ pub fn take_shear_out(scene: &Scene) -> Option<ShearOutcome> {
     })
 }
 
-/// How far two axes of a transform are from right angles, in degrees. What is flat has no angle.
+/// The largest deviation of two axes from right angles, in degrees. Axes without length have no angle.
 fn off_right_angles(transform: &Mat4) -> f64 {
     let DMat4 {
         x_axis, y_axis, z_axis, ..

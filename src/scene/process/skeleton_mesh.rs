@@ -1,47 +1,48 @@
-//! Makes a mesh for a skeleton: a pointer from each joint to each of its children, a knob at each end.
+//! Generates a mesh for a skeleton: a pointer from each joint to each of its children, and a knob at each end.
 
 use glam::{DVec3, Mat4, Vec3};
 use serde::Serialize;
 
 use crate::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, SKELETON_MATERIAL, Scene, VertexWeight};
 
-/// How the mesh of the skeleton is attached.
+/// How the skeleton mesh is attached.
 ///
 /// `Importer::skeleton_mesh` has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SkeletonMesh {
-    /// One mesh per node, in the node's own space: mesh `i` belongs to the `i`-th node that has a piece.
+    /// One mesh per node, in the node's own space. Mesh `i` belongs to the `i`-th node that has a piece.
     #[default]
     Segmented,
     /// One mesh on the root, with a bone for every node that has a piece.
     Skinned,
-    /// No mesh of the skeleton: the meshes of the file alone.
+    /// No skeleton mesh, only the meshes of the file.
     Own,
     /// No mesh.
     None,
 }
 
-/// Links shorter than this are not drawn, in the file's unit; Assimp's limit.
+/// The length in the file's unit below which links are not drawn; Assimp's limit.
 const SHORTEST_LINK: f64 = 1e-6;
 /// Half the width of a pointer's base, as a fraction of its length; Assimp's proportion.
 const POINTER_WIDTH: f64 = 0.1;
 /// Radius of a knob, as a fraction of the distance to the node's parent; Assimp's proportion.
 const KNOB_RADIUS: f64 = 0.18;
 
-/// Radius of the knob of a node in a group, as a fraction of the diagonal of the box around all such nodes. The
-/// distance to a group has no meaning.
+/// The radius of a knob in a group, as a fraction of the diagonal of the box around all such nodes. The distance to a
+/// group has no meaning.
 const LONE_KNOB_RADIUS: f64 = 0.01;
 
 impl Scene {
-    /// Adds a mesh that shows the skeleton, and its one material.
+    /// Adds a mesh that shows the skeleton, and its material.
     ///
     /// Before: nodes without meshes. After: every node with children has a *pointer* to each child, a pyramid of four
-    /// faces whose tip is the child's origin. Every node without children has a *knob*, an octahedron of eight faces. A
-    /// child in the position of its parent gets no pointer, so a node whose children are all at its own position has no
-    /// piece and no bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes
-    /// equal Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
+    /// faces whose tip is the child's origin. Every node without children has a *knob*, an octahedron of eight faces.
+    ///
+    /// A child at the position of its parent gets no pointer. So a node whose children are all at its own position has
+    /// no piece and no bone. A group, such as the one around the points of a C3D file, gets no pointers either. The
+    /// shapes equal Assimp's dummy mesh, vertex for vertex. The normals have unit length, unlike Assimp's.
     ///
     /// `Skinned` puts the pieces into one mesh on the root, placed by the rest pose in the space of the root's parent.
     /// Each bone moves its node's piece with weight 1. A scene without pieces does not change.
@@ -93,8 +94,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// Leaves out the meshes of the file, and the file itself, which glTF would otherwise be written into: the skeleton
-    /// and its motion stay. It is the option `skeleton-only` for a scene that is read already.
+    /// Drops the meshes of the file, and the original file, into which glTF would otherwise be written. The skeleton
+    /// and its motion stay. This is the option `skeleton-only` for a scene that was already read.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -110,7 +111,7 @@ impl Scene {
     }
 }
 
-/// The corners of every node that has a piece, three per face, in the node's space.
+/// The corners of every node with a piece, three per face, in the node's space.
 fn pieces(nodes: &[Node]) -> Vec<(usize, Vec<Vec3>)> {
     let mut corners: Vec<Vec<Vec3>> = vec![Vec::new(); nodes.len()];
     let mut is_leaf = vec![true; nodes.len()];
@@ -150,19 +151,20 @@ fn diagonal(points: impl Iterator<Item = DVec3>) -> f64 {
     corners.map_or(0.0, |(least, most)| least.distance(most))
 }
 
-/// From the parent's origin to the node's, in double precision: squares of far offsets overflow in single.
+/// The vector from the parent's origin to the node's. Uses double precision, because squares of far offsets overflow
+/// single precision.
 fn offset(node: &Node) -> DVec3 {
     node.transform.w_axis.truncate().as_dvec3()
 }
 
-/// A pyramid with four faces from a square base to `tip`, and the axis from the origin to `tip`.
+/// A pyramid with four faces from a square base to `tip`. Its axis runs from the origin to `tip`.
 fn pointer(tip: DVec3) -> Vec<Vec3> {
     let length = tip.length();
     if length < SHORTEST_LINK {
         return Vec::new();
     }
     let up = tip / length;
-    // Any axis that is not nearly parallel spans the base; X, unless the link runs along it.
+    // Any axis that is not nearly parallel spans the base: X, unless the link runs along X.
     let across = if up.x.abs() > 0.99 { DVec3::Y } else { DVec3::X };
     let front_unit = up.cross(across).normalize();
     let front = front_unit * length * POINTER_WIDTH;
@@ -177,7 +179,7 @@ fn pointer(tip: DVec3) -> Vec<Vec3> {
     faces.map(rounded).to_vec()
 }
 
-/// Eight faces around the origin.
+/// An octahedron around the origin.
 fn knob(radius: f64) -> Vec<Vec3> {
     let [x, y, z] = DVec3::AXES.map(|axis| axis * radius);
     #[rustfmt::skip]
@@ -194,12 +196,12 @@ fn knob(radius: f64) -> Vec<Vec3> {
     faces.map(rounded).to_vec()
 }
 
-/// In single precision. Adding zero makes -0 a plain 0, so that equal positions are equal bit by bit.
+/// Rounds to single precision. Adding zero turns -0 into 0, so that equal positions are equal bit by bit.
 fn rounded(point: DVec3) -> Vec3 {
     (point + DVec3::ZERO).as_vec3()
 }
 
-/// The mesh whose face `i` has the corners `3 * i` and the two that follow, each a vertex of its own.
+/// A mesh whose face `i` has the corners from `3 * i` to `3 * i + 2`, each with its own vertex.
 fn mesh_of(corners: &[Vec3]) -> Mesh {
     Mesh {
         primitive: Primitive::Triangles,
@@ -210,15 +212,15 @@ fn mesh_of(corners: &[Vec3]) -> Mesh {
     }
 }
 
-/// The unit normal of a face; X where the face has no extent, as in Assimp.
+/// The unit normal of a face; X if the face has no extent, as in Assimp.
 ///
-/// In double precision, because the area of a small face underflows in single.
+/// Uses double precision, because the area of a small face underflows single precision.
 fn normal(face: &[Vec3]) -> Vec3 {
     let [a, b, c] = [face[0], face[1], face[2]].map(Vec3::as_dvec3);
     (c - a).cross(b - a).normalize_or(DVec3::X).as_vec3()
 }
 
-/// All pieces in one mesh, each tied to its node by a bone.
+/// All pieces in one mesh, each bound to its node by a bone.
 fn skinned(nodes: &[Node], pieces: &[(usize, Vec<Vec3>)]) -> Mesh {
     let offset_matrices = offset_matrices(nodes);
     let mut whole = Mesh::default();
@@ -250,8 +252,8 @@ fn skinned(nodes: &[Node], pieces: &[(usize, Vec<Vec3>)]) -> Mesh {
     whole
 }
 
-/// The general inverse rounds the last row too, which of an affine matrix is always 0 0 0 1. A minus zero there is
-/// equal to zero and stays, because Assimp prints it.
+/// The general inverse also rounds the last row, which is always 0 0 0 1 for an affine matrix. A minus zero there
+/// stays, because it equals zero and Assimp prints it.
 fn affine_inverse(matrix: Mat4) -> Mat4 {
     let mut inverse = matrix.inverse();
     for (axis, last) in std::iter::zip(0..4, [0.0, 0.0, 0.0, 1.0]) {
@@ -263,9 +265,9 @@ fn affine_inverse(matrix: Mat4) -> Mat4 {
     inverse
 }
 
-/// Of each node: from the space that the root stands in to the node's own space, in the rest pose.
+/// For each node, the matrix from the space of the root's parent to the node's own space, in the rest pose.
 ///
-/// Multiplied from the node outwards, as Assimp does, so that the numbers are Assimp's to the last digit.
+/// Multiplied from the node outwards, as in Assimp, so that the numbers equal Assimp's to the last digit.
 fn offset_matrices(nodes: &[Node]) -> Vec<Mat4> {
     let parent_to_node: Vec<Mat4> = nodes.iter().map(|node| affine_inverse(node.transform)).collect();
     let offset_matrix = |index: usize| {

@@ -1,14 +1,14 @@
-//! What both steps that take meshes apart need.
+//! Helpers for the steps that split meshes.
 
 use std::collections::HashMap;
 
 use crate::scene::{Bone, Mesh, Node, VertexWeight};
 
-/// Old vertex ids to new ones, for the vertices that came along.
+/// Maps old vertex ids to new ones, for the kept vertices.
 pub(super) type NewIds = HashMap<u32, u32>;
 
-/// The faces at `faces` of `mesh` as a mesh of their own without bones, with the vertices they use, numbered by first
-/// use; and those numbers.
+/// The faces at `faces` of `mesh` as a separate mesh without bones, with the vertices they use, numbered by first use.
+/// Also returns the numbering.
 pub(super) fn submesh(mesh: &Mesh, faces: &[usize]) -> (Mesh, NewIds) {
     let size = mesh.primitive.indices_per_face();
     let mut new_ids = NewIds::new();
@@ -36,7 +36,7 @@ pub(super) fn submesh(mesh: &Mesh, faces: &[usize]) -> (Mesh, NewIds) {
     (part, new_ids)
 }
 
-/// The bones that move a vertex with a new id, with those ids.
+/// The bones that move a vertex with a new id, with the new ids.
 pub(super) fn renumbered_bones(bones: &[Bone], new_ids: &NewIds) -> Vec<Bone> {
     let renumbered = bones.iter().map(|bone| {
         let weights = bone.weights.iter().filter_map(|weight| {
@@ -52,7 +52,7 @@ pub(super) fn renumbered_bones(bones: &[Bone], new_ids: &NewIds) -> Vec<Bone> {
     renumbered.filter(|bone| !bone.weights.is_empty()).collect()
 }
 
-/// Lets every node hold, instead of mesh `i`, the meshes `replacements[i]`.
+/// Replaces mesh `i` of every node by the meshes `replacements[i]`.
 pub(super) fn replace_mesh_indices(nodes: &mut [Node], replacements: &[Vec<usize>]) {
     for node in nodes {
         let replaced = node.meshes.iter().flat_map(|&mesh| &replacements[mesh]);

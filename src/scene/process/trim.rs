@@ -1,4 +1,4 @@
-//! A part of a motion.
+//! Trims a motion.
 
 use glam::{Quat, Vec3};
 
@@ -6,10 +6,10 @@ use crate::scene::report::AppliedStep;
 use crate::scene::{Keys, Scene};
 
 impl Scene {
-    /// Keeps what is between two ticks, both included, of every animation. The first of the two becomes tick 0.
+    /// Keeps the interval between two ticks, both included, of every animation. `first` becomes tick 0.
     ///
-    /// Ticks outside of the motion are moved to its ends, and a `last` before `first` to `first`, which leaves one
-    /// frame. Where a tick is between two keys, the value there becomes a key.
+    /// Ticks outside of the motion are moved to its ends. A `last` before `first` is moved to `first`, so that one
+    /// frame remains. If a tick is between two keys, the value there becomes a key.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -28,7 +28,7 @@ impl Scene {
             .iter()
             .map(|animation| animation.duration)
             .fold(0.0, f64::max);
-        // A NaN stands for the start, as it does where a pose is asked for.
+        // NaN means the start, as in a pose.
         let first = first.min(end).max(0.0);
         let last = last.min(end).max(first);
         let has_points = self.has_points();

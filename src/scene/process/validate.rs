@@ -1,4 +1,4 @@
-//! The rules that every scene of this crate keeps.
+//! The rules for every scene of this crate.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -8,13 +8,13 @@ use serde::Serialize;
 
 use crate::scene::{Animation, Channel, Keys, Mesh, Node, Scene};
 
-/// How far the length of a unit vector or quaternion may be from 1, and so may the sum of a vertex's weights.
+/// The largest difference from 1 of a unit vector's or quaternion's length, and of the sum of a vertex's weights.
 const UNIT_TOLERANCE: f32 = 1e-4;
 
-/// Declares [`Rule`] from one table, so that a rule, its number and its words cannot drift apart.
+/// Declares [`Rule`] from one table, so that a rule, its number and its text stay together.
 macro_rules! rules {
     ($($number:literal $variant:ident $text:literal)*) => {
-        /// A rule of the scene. [`Scene::validate`](crate::Scene::validate) has an example.
+        /// A rule for scenes. [`Scene::validate`](crate::Scene::validate) has an example.
         ///
         /// | number | rule |
         /// |---|---|
@@ -28,15 +28,15 @@ macro_rules! rules {
         }
 
         impl Rule {
-            /// Every rule, in the order of the table.
+            /// All rules, in the order of the table.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// Its number, which does not change between versions.
+            /// The number of the rule. It does not change between versions.
             pub const fn number(self) -> u32 {
                 match self { $(Self::$variant => $number,)* }
             }
 
-            /// What it asks for.
+            /// The requirement.
             pub const fn text(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }
@@ -70,7 +70,7 @@ impl fmt::Display for Rule {
     }
 }
 
-/// The part of a scene that breaks a rule. All numbers are indices.
+/// The place in a scene that breaks a rule. All numbers are indices.
 ///
 /// [`Scene::validate`](crate::Scene::validate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -78,24 +78,24 @@ impl fmt::Display for Rule {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Part {
-    /// Of [`Scene::nodes`].
+    /// An index into [`Scene::nodes`].
     Node(usize),
-    /// Of [`Scene::meshes`].
+    /// An index into [`Scene::meshes`].
     Mesh(usize),
-    /// Of a mesh's bones.
+    /// A bone of a mesh.
     Bone {
-        /// Of [`Scene::meshes`].
+        /// An index into [`Scene::meshes`].
         mesh: usize,
-        /// Of [`Mesh::bones`].
+        /// An index into [`Mesh::bones`].
         bone: usize,
     },
-    /// Of [`Scene::animations`].
+    /// An index into [`Scene::animations`].
     Animation(usize),
-    /// Of an animation's channels.
+    /// A channel of an animation.
     Channel {
-        /// Of [`Scene::animations`].
+        /// An index into [`Scene::animations`].
         animation: usize,
-        /// Of [`Animation::channels`].
+        /// An index into [`Animation::channels`].
         channel: usize,
     },
 }
@@ -112,16 +112,16 @@ impl fmt::Display for Part {
     }
 }
 
-/// A rule, and a part of the scene that breaks it.
+/// A rule, and a place in the scene that breaks it.
 ///
 /// [`Scene::validate`](crate::Scene::validate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Violation {
-    /// Which rule.
+    /// The broken rule.
     pub rule: Rule,
-    /// What breaks it.
+    /// The place that breaks it.
     pub part: Part,
 }
 
@@ -132,9 +132,9 @@ impl fmt::Display for Violation {
 }
 
 impl Scene {
-    /// What breaks the rules of the scene, in the order of its parts; nothing, if the scene is valid.
+    /// Lists the violations of the rules, in the order of the scene's data. Empty if the scene is valid.
     ///
-    /// A part is named once a rule, however often it breaks it.
+    /// A place is listed once for each rule, however often it breaks the rule.
     ///
     /// ```
     /// use mocap::process::report::Rule;
@@ -167,7 +167,7 @@ impl Scene {
 }
 
 fn check_nodes(scene: &Scene, check: &mut impl FnMut(bool, Rule, Part)) {
-    // The nodes from the root to the one before: in depth-first order the parent of the next is among them.
+    // The nodes from the root to the previous one. In depth-first order they include the parent of the next node.
     let mut ancestors: Vec<usize> = Vec::new();
     for (index, node) in scene.nodes.iter().enumerate() {
         let part = Part::Node(index);

@@ -1,11 +1,10 @@
-//! Points without a skeleton, such as markers: each has a position key in every frame in which it was seen, and in no
-//! other.
+//! Points without a skeleton, such as markers. A point has position keys in exactly the frames in which it was seen.
 
 use glam::Vec3;
 
 use crate::scene::{Animation, Format, Keys, NodeId, NodeKind, Scene};
 
-/// The largest distance, in ticks, at which a time is a frame.
+/// The largest difference in ticks between a time and a frame that count as equal.
 const SAME_TICK: f64 = 1e-6;
 
 impl Scene {
@@ -31,7 +30,7 @@ impl Scene {
             && nodes.all(|node| node.parent == Some(NodeId(0)))
     }
 
-    /// The position keys of each node of a scene of points; `None` for nodes that are always seen.
+    /// The position keys of each node in a scene of points; `None` for nodes without gaps.
     #[doc(hidden)]
     pub fn points_with_gaps<'s>(&self, animation: &'s Animation) -> Vec<Option<&'s Keys<Vec3>>> {
         let mut found = vec![None; self.nodes.len()];
@@ -49,11 +48,11 @@ impl Scene {
 }
 
 impl Keys<Vec3> {
-    /// The positions of a point in the frames in which it was seen, of a motion of `frames`.
+    /// The positions of a point in the frames in which it was seen. The motion has `frames` frames.
     #[doc(hidden)]
     pub fn of_point(values: Vec<Vec3>, ticks: Vec<f64>, frames: usize) -> Self {
         match (ticks.as_slice(), frames) {
-            // Without its tick, the only key would be a point that never moves.
+            // Without its tick, the single key would mean a point that never moves.
             ([_], 2..) => Self {
                 values,
                 ticks: Some(ticks),
@@ -63,7 +62,7 @@ impl Keys<Vec3> {
     }
 
     /// Whether a point is seen at a tick: in that frame, or in the frames on both sides. A point that never moves has
-    /// one key, without a tick.
+    /// one key without a tick.
     #[doc(hidden)]
     pub fn is_seen(&self, tick: f64) -> bool {
         let whole = tick.round();
@@ -90,7 +89,7 @@ impl Keys<Vec3> {
         }
     }
 
-    /// The positions of a point at other frames, each as its tick and the tick at which it is taken.
+    /// The positions of a point at other frames. Each frame is its new tick, and the old tick to sample.
     pub(super) fn of_point_at(&self, frames: &[(f64, f64)]) -> Self {
         if self.len() == 1 && self.ticks.is_none() {
             return self.clone();

@@ -1,10 +1,10 @@
-//! Where a motion comes from and what may be done with it, and the file `mocap.toml` that says so of a folder.
+//! The origin and licence of a motion, and the file `mocap.toml` that states both for a folder.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Code, Diagnostic, Location, nearest};
 
-/// Where a motion comes from and what may be done with it, as the file states it or a `mocap.toml` beside it.
+/// The origin and licence of a motion, as the file or a `mocap.toml` in its folder states them.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,27 +12,27 @@ use crate::error::{Code, Diagnostic, Location, nearest};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Attribution {
-    /// The licence, best by its SPDX identifier, as `CC-BY-4.0`.
+    /// The licence, preferably its SPDX identifier, such as `CC-BY-4.0`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub licence: Option<String>,
-    /// The dataset or the address that it comes from.
+    /// The dataset, or the address of the source.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// Who moves, by any name that is the same in all clips of the person.
+    /// The person who moves. Any name works if all clips of the person share it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub person: Option<String>,
-    /// Whether a program made the motion, and nobody moved.
+    /// Whether a program generated the motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub synthetic: Option<bool>,
 }
 
 impl Attribution {
-    /// Whether nothing is stated.
+    /// Whether no field is set.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Takes from `other` what is not stated here.
+    /// Copies the fields that are not set here from `other`.
     pub fn complete(&mut self, other: Self) {
         self.licence = self.licence.take().or(other.licence);
         self.source = self.source.take().or(other.source);
@@ -40,12 +40,13 @@ impl Attribution {
         self.synthetic = self.synthetic.or(other.synthetic);
     }
 
-    /// The values that the text of a `mocap.toml` has for a file with this name. Keys at its beginning are about all
-    /// files. Keys of a table `[files."walk_*"]` are about files whose names the pattern matches. The last table that
+    /// The values that the text of a `mocap.toml` states for a file with this name. Keys at the beginning apply to all
+    /// files. Keys of a table `[files."walk_*"]` apply to files whose names match the pattern. The last table that
     /// matches wins.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] with the line, for what is not a key of these with a text or, of `synthetic`, a boolean.
+    /// [`Code::InvalidValue`] with the line, for an unknown key, and for a value of the wrong type. `synthetic` is a
+    /// boolean, and other keys are text.
     #[doc(hidden)]
     #[allow(clippy::result_large_err, reason = "the caller makes an error of it, which is boxed")]
     pub fn from_toml(text: &str, name: &str) -> Result<Self, Diagnostic> {
@@ -108,7 +109,7 @@ impl Attribution {
     }
 }
 
-/// A value of TOML, of the kinds that are needed.
+/// A TOML value of a supported type.
 enum Value {
     Text(String),
     Flag(bool),
@@ -123,7 +124,7 @@ impl Value {
     }
 }
 
-/// The value that a text begins with, and what follows it.
+/// The value at the beginning of a text, and the remaining text.
 fn value(text: &str) -> Option<(Value, &str)> {
     for (word, flag) in [("true", true), ("false", false)] {
         if let Some(rest) = text.strip_prefix(word) {
@@ -140,13 +141,13 @@ fn value(text: &str) -> Option<(Value, &str)> {
     Some((Value::Text(found), &text[stream.byte_offset()..]))
 }
 
-/// Whether a line has nothing more but a comment.
+/// Whether the rest of a line is empty or a comment.
 fn is_end(rest: Option<&str>) -> bool {
     rest.map(str::trim_start)
         .is_some_and(|rest| rest.is_empty() || rest.starts_with('#'))
 }
 
-/// Whether a name matches a pattern, in which `*` is any text.
+/// Whether a name matches a pattern, in which `*` stands for any text.
 fn is_match(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {

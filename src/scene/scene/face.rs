@@ -1,9 +1,10 @@
-//! The face of a VRM animation: nodes that are weights of expressions, and one that is the gaze.
+//! The face of a VRM animation: nodes for the weights of expressions, and a node for the gaze.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// What a node of a VRM animation is on a face. Such a node is no part of the body: its transform says nothing else.
+/// The role of a node in the face of a VRM animation. Such a node does not belong to the skeleton, and its transform
+/// has no other meaning.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -20,14 +21,14 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Face {
-    /// An expression that VRM 1.0 names, such as `happy`: X of the node's translation is its weight, from 0 to 1, in
-    /// any unit of length.
+    /// A preset expression of VRM 1.0, such as `happy`. X of the node's translation is the weight, from 0 to 1, in any
+    /// unit of length.
     Preset(String),
-    /// An expression of the author's own; its weight is stated as that of a preset.
+    /// A custom expression. Its weight is stored as for a preset.
     Custom(String),
-    /// The gaze: the node's rotation is that of the eyes' direction, which is +Z at rest.
+    /// The gaze. The node's rotation is the rotation of the gaze direction, which is +Z at rest.
     LookAt {
-        /// Where the eyes look from, as an offset from the head in metres.
+        /// The position of the eyes, as an offset from the head in metres.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[cfg_attr(feature = "schema", schemars(with = "Option<[f32; 3]>"))]
         offset_from_head: Option<Vec3>,
@@ -35,7 +36,7 @@ pub enum Face {
 }
 
 impl Face {
-    /// The expressions that VRM 1.0 names, but for the four directions of a look, which are the gaze.
+    /// The preset expressions of VRM 1.0, except the four look directions, which are the gaze.
     pub const PRESETS: [&'static str; 14] = [
         "happy",
         "angry",
@@ -53,7 +54,7 @@ impl Face {
         "neutral",
     ];
 
-    /// VRM 0's names of the expressions of VRM 1.0, except for looks and `surprised`, which it lacks.
+    /// VRM 0's names of the VRM 1.0 expressions, except for looks, and for `surprised`, which VRM 0 lacks.
     #[doc(hidden)]
     pub const OF_VRM0: [(&'static str, &'static str); 13] = [
         ("joy", "happy"),
@@ -79,14 +80,14 @@ impl Face {
         }
     }
 
-    /// Whether both are one expression, or the gaze.
+    /// Whether both are the same expression, or both are the gaze.
     #[doc(hidden)]
     pub fn is_part(&self, other: &Self) -> bool {
         let is_gaze = |face: &Self| matches!(face, Self::LookAt { .. });
         self == other || (is_gaze(self) && is_gaze(other))
     }
 
-    /// What it is in a mirror.
+    /// The mirrored role.
     #[doc(hidden)]
     pub fn mirrored(&self) -> Self {
         match self {

@@ -1,4 +1,4 @@
-//! A guess about what a file does not state.
+//! A guess about a value that a file does not state.
 
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Left or right, as the character sees it.
+/// Left or right, from the character's view.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -15,10 +15,10 @@ pub enum Side {
 }
 
 impl Side {
-    /// Both of them.
+    /// Both sides.
     pub const ALL: [Self; 2] = [Self::Left, Self::Right];
 
-    /// The other one.
+    /// The other side.
     pub const fn opposite(self) -> Self {
         match self {
             Self::Left => Self::Right,
@@ -29,7 +29,7 @@ impl Side {
 
 macro_rules! humanoid_bones {
     ($($variant:ident $name:literal $parent:literal),* $(,)?) => {
-        /// A bone of the VRM 1.0 humanoid, each before those below it.
+        /// A bone of the VRM 1.0 humanoid. Each bone precedes its descendants.
         ///
         /// The [module](crate::scene) has an example.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -41,10 +41,10 @@ macro_rules! humanoid_bones {
         }
 
         impl HumanoidBone {
-            /// Every bone; a parent stands before its children.
+            /// All bones; parents precede their children.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Its name in VRM files, as `leftUpperArm`.
+            /// The name in VRM files, such as `leftUpperArm`.
             pub const fn as_str(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
@@ -119,7 +119,7 @@ humanoid_bones! {
 }
 
 impl HumanoidBone {
-    /// The bones without which VRM calls nothing a humanoid.
+    /// The bones that VRM requires of a humanoid.
     pub const REQUIRED: [Self; 15] = [
         Self::Hips,
         Self::Spine,
@@ -138,17 +138,17 @@ impl HumanoidBone {
         Self::RightHand,
     ];
 
-    /// The bone of this name, as VRM spells it.
+    /// The bone with this name, in VRM's spelling.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|bone| bone.as_str() == name)
     }
 
-    /// Its parent where every bone is there; none for the hips.
+    /// The parent if all bones exist; `None` for the hips.
     pub fn parent(self) -> Option<Self> {
         Self::from_name(self.parent_name())
     }
 
-    /// The side that it is on; none for those in the middle.
+    /// The side of the bone; `None` for the bones in the middle.
     pub fn side(self) -> Option<Side> {
         if self.as_str().starts_with("left") {
             Some(Side::Left)
@@ -159,7 +159,7 @@ impl HumanoidBone {
         }
     }
 
-    /// Its partner on the other side; a bone in the middle is its own.
+    /// The same bone on the other side. A bone in the middle is its own mirror image.
     pub fn mirrored(self) -> Self {
         let other = match self.side() {
             Some(Side::Left) => format!("right{}", &self.as_str()["left".len()..]),
@@ -169,7 +169,7 @@ impl HumanoidBone {
         Self::from_name(&other).unwrap_or(self)
     }
 
-    /// Whether it is a thigh, a shin or a foot.
+    /// Whether the bone is a thigh, a shin or a foot.
     #[doc(hidden)]
     pub fn is_of_leg(self) -> bool {
         matches!(
@@ -178,7 +178,7 @@ impl HumanoidBone {
         )
     }
 
-    /// The bone of the left side, or of the right for `Side::Right`: `LeftHand` and right give `RightHand`.
+    /// The same bone on the given side: `LeftHand` and `Side::Right` give `RightHand`.
     #[doc(hidden)]
     pub fn on(self, side: Side) -> Self {
         if self.side() == Some(side.opposite()) {
@@ -188,7 +188,7 @@ impl HumanoidBone {
         }
     }
 
-    /// Whether it is a bone of a finger or of a thumb.
+    /// Whether the bone belongs to a finger or a thumb.
     pub fn is_finger(self) -> bool {
         self >= Self::LeftThumbMetacarpal
     }

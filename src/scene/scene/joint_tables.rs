@@ -1,13 +1,13 @@
-//! The joints of SMPL, SMPL-H, SMPL-X, SOMA and MHR: names, order, parents, and which bone each is. They are facts of
-//! the formats. No model of a body stands here: a file of motions says nothing of lengths, and where no body is given
-//! they are those of `array_files/proportions.rs` in `mocap-formats`.
+//! The joints of SMPL, SMPL-H, SMPL-X, SOMA and MHR: names, order, parents and bones. They are facts of the formats.
+//! The tables contain no body model. A motion file does not state bone lengths; without a body, lengths come from
+//! `array_files/proportions.rs` in `mocap-formats`.
 
 mod mhr;
 
 pub use self::mhr::{mhr, mhr70};
 use super::{HumanoidBone as Bone, Side};
 
-/// A joint of a layout of arrays.
+/// A joint of an array layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     pub name: String,
@@ -15,7 +15,7 @@ pub struct Joint {
     pub bone: Option<Bone>,
 }
 
-/// The 22 joints that SMPL, SMPL-H and SMPL-X have in common.
+/// The 22 joints that SMPL, SMPL-H and SMPL-X share.
 const BODY: [(&str, usize, Bone); 22] = [
     ("pelvis", 0, Bone::Hips),
     ("left_hip", 0, Bone::LeftUpperLeg),
@@ -41,7 +41,7 @@ const BODY: [(&str, usize, Bone); 22] = [
     ("right_wrist", 19, Bone::RightHand),
 ];
 
-/// The joints of a left hand in the order of MANO: three of each finger.
+/// The joints of a left hand in MANO's order: three of each finger.
 const FINGERS: [(&str, [Bone; 3]); 5] = [
     (
         "index",
@@ -81,10 +81,10 @@ const FINGERS: [(&str, [Bone; 3]); 5] = [
     ),
 ];
 
-/// The joint of the body above the hand of each side.
+/// The wrist on each side, the parent of the finger joints.
 const WRISTS: [usize; 2] = [20, 21];
 
-/// The joint of the body above jaw and eyes.
+/// The head joint, the parent of jaw and eyes.
 const HEAD: usize = 15;
 
 fn body() -> Vec<Joint> {
@@ -118,7 +118,7 @@ fn add_hands(joints: &mut Vec<Joint>) {
     }
 }
 
-/// The joints of SMPL's family, of which there are `count`: 22 of the body, 24 of SMPL, 52 of SMPL-H or 55 of SMPL-X.
+/// The joints of the SMPL family. `count` is 22 for the body, 24 for SMPL, 52 for SMPL-H or 55 for SMPL-X.
 pub fn smpl(count: usize) -> Option<Vec<Joint>> {
     let mut joints = body();
     match count {
@@ -148,7 +148,7 @@ pub fn smpl(count: usize) -> Option<Vec<Joint>> {
 }
 
 /// A row of SOMA's joints: the name, with `*` for the side, the name of the parent, and the bone of the left side. The
-/// flag states whether the set of 30 joints has it.
+/// flag states whether the set of 30 joints has the joint.
 type Row = (&'static str, &'static str, Option<Bone>, bool);
 
 const SOMA_TRUNK: [Row; 11] = [
@@ -209,7 +209,7 @@ const SOMA_LEG: [Row; 5] = [
     ("*ToeEnd", "*ToeBase", None, false),
 ];
 
-/// The joints of SOMA, of which there are 77 or 30.
+/// The joints of SOMA. `count` is 77 or 30.
 pub fn soma(count: usize) -> Option<Vec<Joint>> {
     let has_all = match count {
         77 => true,
@@ -225,7 +225,7 @@ pub fn soma(count: usize) -> Option<Vec<Joint>> {
                 _ => "Left",
             };
             let mut parent = parent.replace('*', word);
-            // Of a finger the set of 30 has the end alone, on the hand.
+            // The set of 30 has only the end of each finger, as a child of the hand.
             let index = loop {
                 match joints.iter().position(|joint| joint.name == parent) {
                     None if parent.contains("Hand") => parent = format!("{word}Hand"),
@@ -245,7 +245,7 @@ pub fn soma(count: usize) -> Option<Vec<Joint>> {
     Some(joints)
 }
 
-/// The joints of Unitree's G1 as Kimodo has them: its motors, and two toes and two hands.
+/// The joints of Unitree's G1 in Kimodo: its motors, two toes and two hands.
 pub fn g1() -> Vec<Joint> {
     const LEG: [&str; 7] = [
         "hip_pitch",

@@ -1,4 +1,4 @@
-//! The contents of a scene, counted by kind, so that readers and writers account for the losses.
+//! Counts the contents of a scene by kind, so that readers and writers can report losses.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{Animation, Channel, Keys, Node, NodeKind, SKELETON_MATERIAL, Scene};
 
-/// The largest difference of a position or a scale that is no change, as a fraction: the rounding of products and of
+/// The largest relative difference of a position or a scale that counts as no change: the rounding of products and of
 /// text.
 const ROUNDING: f32 = 1e-4;
 
-/// Declares [`DataKind`] from one line for each: its documentation, the variant, its name in JSON, and what one and
-/// several are called.
+/// Declares [`DataKind`] from one line for each kind: its documentation, its variant, its name in JSON, and its noun in
+/// the singular and the plural.
 macro_rules! kinds {
     ($(#[$about:meta] $variant:ident $name:literal $one:literal $many:literal)*) => {
         /// A kind of data of a file.
@@ -28,15 +28,15 @@ macro_rules! kinds {
         }
 
         impl DataKind {
-            /// Every kind.
+            /// All kinds.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// Its name in JSON, which does not change between versions.
+            /// The name in JSON. It does not change between versions.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// What `count` of them are called in a sentence.
+            /// The noun for `count` items in a sentence.
             const fn noun(self, count: u64) -> &'static str {
                 match (self, count) { $((Self::$variant, 1) => $one, (Self::$variant, _) => $many,)* }
             }
@@ -47,39 +47,39 @@ macro_rules! kinds {
 kinds! {
     /// Animations.
     Clips "clips" "clip" "clips"
-    /// Moments at which curves of joints have keys.
+    /// Times at which curves of joints have keys.
     Frames "frames" "frame" "frames"
     /// Frame rates of clips.
     FrameRates "frame-rates" "frame rate" "frame rates"
-    /// Lengths of clips in seconds.
+    /// Durations of clips in seconds.
     Durations "durations" "duration" "durations"
     /// The unit of length that a file states.
     Units "units" "unit of length" "units of length"
-    /// Joints and markers that move in any clip.
+    /// Joints and markers that move in a clip.
     MovingJoints "moving-joints" "moving joint" "moving joints"
-    /// Joints below other joints whose position in their parent changes in any clip.
+    /// Joints with a parent joint whose position relative to it changes in a clip.
     PositionCurves "position-curves" "curve of a joint's position" "curves of joints' positions"
-    /// Joints whose scale changes in any clip.
+    /// Joints whose scale changes in a clip.
     ScaleCurves "scale-curves" "curve of a joint's scale" "curves of joints' scales"
-    /// Joints with a scale at rest.
+    /// Joints with a scale in the rest pose.
     RestScales "rest-scales" "scale of a joint at rest" "scales of joints at rest"
-    /// Expressions, and weights of morph targets, that change in any clip.
+    /// Expressions and morph target weights that change in a clip.
     FaceCurves "face-curves" "face curve" "face curves"
-    /// Markers that are not seen in every frame.
+    /// Markers with missing frames.
     MarkerGaps "marker-gaps" "marker with gaps" "markers with gaps"
-    /// Meshes of a file, but for meshes that draw its skeleton.
+    /// Meshes of a file, except meshes that draw its skeleton.
     Meshes "meshes" "mesh" "meshes"
-    /// Meshes that joints move.
+    /// Meshes that are deformed by joints.
     Skins "skins" "skin" "skins"
-    /// Skins that blend dual quaternions.
+    /// Skins with dual quaternion blending.
     DualQuaternionSkins "dual-quaternion-skins" "dual quaternion skin" "dual quaternion skins"
     /// Sets of texture coordinates.
     UvSets "uv-sets" "UV set" "UV sets"
-    /// Meshes with a colour for each vertex.
+    /// Meshes with vertex colours.
     VertexColors "vertex-colors" "mesh with vertex colours" "meshes with vertex colours"
     /// Morph targets, also called blend shapes.
     MorphTargets "morph-targets" "morph target" "morph targets"
-    /// Expressions of a character, which say what moves its face.
+    /// Expressions of a character, which control its face.
     Expressions "expressions" "expression" "expressions"
     /// Materials.
     Materials "materials" "material" "materials"
@@ -93,23 +93,23 @@ kinds! {
     ForcePlates "force-plates" "force plate" "force plates"
     /// Links of a robot.
     Links "links" "link" "links"
-    /// Bodies and meshes that show a link of a robot, or with which it touches others.
+    /// Shapes and meshes for the display or the collisions of a robot's links.
     LinkShapes "link-shapes" "shape of a link" "shapes of links"
-    /// Links of a robot with a mass.
+    /// Robot links with a mass.
     LinkMasses "link-masses" "mass of a link" "masses of links"
-    /// Joints of a robot that follow others.
+    /// Robot joints that follow other joints.
     CoupledJoints "coupled-joints" "joint that follows another" "joints that follow others"
-    /// Joints of a robot with limits.
+    /// Robot joints with limits.
     JointLimits "joint-limits" "joint limit" "joint limits"
     /// Cameras.
     Cameras "cameras" "camera" "cameras"
     /// Lights.
     Lights "lights" "light" "lights"
-    /// Objects of a file with data of other programs.
+    /// Objects of a file with application-specific data.
     Extras "extras" "object with extras" "objects with extras"
 }
 
-/// Data of a file that its output does not have.
+/// Data that a file has and its output lacks.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -125,14 +125,14 @@ kinds! {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DataLoss {
-    /// The kind.
+    /// The kind of data.
     pub kind: DataKind,
-    /// How many.
+    /// The number of items.
     pub count: u64,
 }
 
 impl DataLoss {
-    /// So many of a kind.
+    /// A loss of `count` items of a kind.
     pub const fn new(kind: DataKind, count: u64) -> Self {
         Self { kind, count }
     }
@@ -145,7 +145,7 @@ impl fmt::Display for DataLoss {
 }
 
 impl DataKind {
-    /// Whether an output without it may stand still.
+    /// Whether an output without this kind may be motionless.
     #[doc(hidden)]
     pub const fn is_motion(self) -> bool {
         matches!(
@@ -160,7 +160,7 @@ impl DataKind {
         )
     }
 
-    /// How many a scene holds.
+    /// The number of items in a scene.
     #[doc(hidden)]
     pub fn count(self, scene: &Scene) -> u64 {
         let recorded = scene.metadata.recorded.as_deref();
@@ -197,7 +197,7 @@ impl DataKind {
             Self::Meshes => meshes().count(),
             Self::Skins => meshes().filter(|mesh| !mesh.bones.is_empty()).count(),
             Self::UvSets => meshes().filter(|mesh| !mesh.texture_coords.is_empty()).count(),
-            // A mesh of several materials has each target several times.
+            // A mesh with several materials has each target several times.
             Self::MorphTargets => {
                 let named = meshes().flat_map(|mesh| {
                     let targets = mesh.morph_targets.iter();
@@ -214,7 +214,7 @@ impl DataKind {
             Self::Events => recorded.map_or(0, |recorded| recorded.events.len()),
             Self::AnalogChannels => recorded.map_or(0, |recorded| recorded.channels.len()),
             Self::ForcePlates => recorded.map_or(0, |recorded| recorded.plates.len()),
-            // A scene has no place for them.
+            // A scene cannot hold these kinds.
             Self::DualQuaternionSkins
             | Self::VertexColors
             | Self::Expressions
@@ -232,7 +232,7 @@ impl DataKind {
 }
 
 impl Scene {
-    /// Accounts for what the file has and the scene has not; nothing where `count` is 0.
+    /// Records data that the file has and the scene lacks. Records nothing if `count` is 0.
     #[doc(hidden)]
     pub fn lose(&mut self, kind: DataKind, count: usize) {
         let lost = &mut self.metadata.lost;
@@ -248,13 +248,14 @@ impl Scene {
 }
 
 impl Scene {
-    /// How many expressions, of which each has a node, any clip changes.
+    /// The number of expressions that change in any clip. Each expression has a node.
     #[doc(hidden)]
     pub fn expression_curves(&self) -> usize {
         nodes(self, true, |channel| varies(&channel.position_keys))
     }
 
-    /// How many curves of a face a clip has in which nothing else moves; `None` where joints move too, or nothing does.
+    /// The number of face curves in a clip in which only the face moves. `None` if joints move too, or if nothing
+    /// moves.
     #[doc(hidden)]
     pub fn face_curves_alone(&self, clip: usize) -> Option<DataLoss> {
         let channels = self.animations.get(clip)?.channels.iter();
@@ -266,13 +267,13 @@ impl Scene {
         (others.is_empty() && count > 0).then_some(DataLoss::new(DataKind::FaceCurves, count))
     }
 
-    /// Whether anything moves in any clip: joints, markers, scales, expressions or weights of morph targets.
+    /// Whether anything moves in any clip: joints, markers, scales, expressions or morph target weights.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {
         self.animations.iter().any(Animation::moves) || self.weight_curves() > 0
     }
 
-    /// The clip that stands for the motion: the first in which joints move, else the first.
+    /// The clip that represents the motion: the first clip with moving joints, or else the first clip.
     #[doc(hidden)]
     pub fn main_clip(&self) -> usize {
         self.animations.iter().position(Animation::moves).unwrap_or_default()
@@ -280,7 +281,7 @@ impl Scene {
 }
 
 impl Animation {
-    /// Whether any of its channels changes.
+    /// Whether any channel changes.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {
         let mut channels = self.channels.iter();
@@ -289,7 +290,7 @@ impl Animation {
 }
 
 impl Channel {
-    /// Whether the position of its node changes by more than a rounding.
+    /// Whether the position of the node changes by more than rounding.
     #[doc(hidden)]
     pub fn goes(&self) -> bool {
         let positions = &self.position_keys.values;
@@ -297,14 +298,14 @@ impl Channel {
         positions.iter().any(is_elsewhere)
     }
 
-    /// Whether its node turns or goes anywhere.
+    /// Whether the node rotates or changes its position.
     #[doc(hidden)]
     pub fn moves(&self) -> bool {
         varies(&self.rotation_keys) || varies(&self.position_keys)
     }
 }
 
-/// Whether keys have more than one value: a part of a take may be still.
+/// Whether keys have more than one value. Keys of a still interval may all be equal.
 fn varies<T: PartialEq>(keys: &Keys<T>) -> bool {
     keys.values.iter().any(|value| *value != keys.values[0])
 }
@@ -314,7 +315,7 @@ fn is_of_face(scene: &Scene, channel: &Channel) -> bool {
     node.is_some_and(|node| node.face.is_some())
 }
 
-/// Nodes, of faces or of others, with a channel of any clip that `moves`.
+/// The number of face nodes, or of other nodes, with a channel that `moves` in any clip.
 fn nodes(scene: &Scene, of_face: bool, moves: impl Fn(&Channel) -> bool) -> usize {
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
     let moving = channels.filter(|channel| moves(channel) && is_of_face(scene, channel) == of_face);

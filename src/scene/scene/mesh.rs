@@ -1,4 +1,4 @@
-//! Meshes, the bones that move them, and how they look.
+//! Meshes, the bones that move them, and their materials.
 
 use std::borrow::Cow;
 
@@ -53,10 +53,9 @@ pub struct Mesh {
     pub texture_coords: Vec<Vec2>,
     /// Vertex indices, [`Primitive::indices_per_face`] for each face.
     pub indices: Vec<u32>,
-    /// The ties of vertices to nodes; empty for a rigid mesh.
+    /// Bindings of vertices to nodes; empty for a rigid mesh.
     pub bones: Vec<Bone>,
-    /// Shapes that it can be moved towards; read where `Importer::morph_targets` asks
-    /// for them.
+    /// Shapes into which the mesh can deform. They are read if `Importer::morph_targets` is set.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub morph_targets: Vec<MorphTarget>,
     /// Index into [`Scene::materials`].
@@ -69,7 +68,7 @@ impl Mesh {
         self.indices.chunks_exact(self.primitive.indices_per_face())
     }
 
-    /// The vertices without what the morph targets add to them at rest.
+    /// The vertices without the rest weights of morph targets.
     #[doc(hidden)]
     pub fn vertices_without_targets(&self) -> Cow<'_, [Vec3]> {
         let mut vertices = Cow::Borrowed(self.vertices.as_slice());
@@ -81,7 +80,7 @@ impl Mesh {
         vertices
     }
 
-    /// Adds to the vertices what the morph targets add to them at rest.
+    /// Adds the rest weights of morph targets to the vertices.
     #[doc(hidden)]
     pub fn add_targets_at_rest(&mut self) {
         for (vertex, added) in added_at_rest(&self.morph_targets) {
@@ -91,7 +90,7 @@ impl Mesh {
         }
     }
 
-    /// Changes what the targets add to each vertex as its position is changed.
+    /// Transforms the offsets of morph targets together with the vertex positions.
     pub(crate) fn map_morph_targets(&mut self, change: impl Fn(usize, Vec3) -> Vec3) {
         for target in &mut self.morph_targets {
             let MorphTarget {
@@ -109,7 +108,7 @@ impl Mesh {
     }
 }
 
-/// The vertices that morph targets move at rest, and what each adds.
+/// The vertices that morph targets move at rest, and their offsets.
 fn added_at_rest(targets: &[MorphTarget]) -> impl Iterator<Item = (usize, Vec3)> {
     let moving = targets.iter().filter(|target| target.weight != 0.0);
     moving.flat_map(|target| {
@@ -118,29 +117,30 @@ fn added_at_rest(targets: &[MorphTarget]) -> impl Iterator<Item = (usize, Vec3)>
     })
 }
 
-/// A shape that a mesh can be moved towards, such as a smile: glTF's morph target, FBX's blend shape.
+/// A shape into which a mesh can deform, such as a smile: a morph target in glTF, a blend shape in FBX.
 ///
 /// `Importer::morph_targets` has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MorphTarget {
     /// The name.
     pub name: String,
-    /// The weight at rest, which [`Mesh::vertices`] have already.
+    /// The weight at rest, which [`Mesh::vertices`] already include.
     pub weight: f32,
-    /// The weight over time in each of [`Scene::animations`](crate::Scene::animations), without keys where it stays at
-    /// rest; empty where no animation moves it. Steps that change times change them too.
+    /// The weight over time in each of [`Scene::animations`](crate::Scene::animations). An animation in which the
+    /// weight stays at rest has no keys. Empty if no animation changes the weight. Steps that change times also change
+    /// these keys.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub weight_keys: Vec<Keys<f32>>,
-    /// The vertices that it moves, each once.
+    /// The affected vertices, each once.
     pub vertex_ids: Vec<u32>,
-    /// What it adds to the position of each of them at weight 1.
+    /// The position offset of each affected vertex at weight 1.
     pub offsets: Vec<Vec3>,
-    /// What it adds to the normal of each of them at weight 1, or nothing.
+    /// The normal offset of each affected vertex at weight 1, or empty.
     pub normal_offsets: Vec<Vec3>,
 }
 
 impl MorphTarget {
-    /// The target of a mesh that has other vertices: `new_id` gives the new place of each that is kept.
+    /// The target for a renumbered mesh. `new_id` gives the new id of each kept vertex.
     pub(crate) fn renumbered(&self, new_id: impl Fn(u32) -> Option<u32>) -> Self {
         let kept = self.vertex_ids.iter().enumerate();
         let kept: Vec<(usize, u32)> = kept.filter_map(|(at, old)| Some((at, new_id(*old)?))).collect();
@@ -156,18 +156,18 @@ impl MorphTarget {
     }
 }
 
-/// A tie of vertices to a node.
+/// A binding of vertices to a node.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bone {
     /// The name of the node.
     pub name: String,
-    /// The node; unique, while names may repeat.
+    /// The node. It is unique, while names may repeat.
     pub node: NodeId,
     /// Mesh space to the node's space, in the bind pose.
     pub offset_matrix: Mat4,
-    /// The vertices it moves.
+    /// The affected vertices.
     pub weights: Vec<VertexWeight>,
 }
 
@@ -182,7 +182,7 @@ pub struct VertexWeight {
     pub weight: f32,
 }
 
-/// What the faces of a mesh are made of.
+/// The appearance of a mesh's faces.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -192,7 +192,7 @@ pub struct Material {
     pub name: String,
     /// Whether back faces are drawn.
     pub two_sided: bool,
-    /// The colour, where the file states it.
+    /// The colour, if the file states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,
 }
@@ -203,14 +203,14 @@ pub struct Material {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Surface {
-    /// Red, green, blue and alpha, linear. They multiply the texture's.
+    /// Red, green, blue and alpha, linear. They multiply the texture.
     #[cfg_attr(feature = "schema", schemars(with = "[f32; 4]"))]
     pub base_color: Vec4,
-    /// The texture of the colour, an index into [`Scene::textures`].
+    /// The colour texture, an index into [`Scene::textures`].
     pub texture: Option<usize>,
-    /// What alpha means.
+    /// The meaning of alpha.
     pub alpha: AlphaMode,
-    /// How the texture goes on beyond its edges, along u and along v.
+    /// The wrap mode of the texture along u and along v.
     pub wrap: [Wrap; 2],
 }
 
@@ -225,39 +225,39 @@ impl Default for Surface {
     }
 }
 
-/// How a texture repeats beyond its edges.
+/// The repetition of a texture beyond its edges.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Wrap {
-    /// It begins again.
+    /// The texture repeats.
     #[default]
     Repeat,
-    /// It begins again as its mirror image. FBX has no word for it.
+    /// The texture repeats, mirrored each time. FBX cannot express this mode.
     Mirror,
-    /// The colours of its edge go on.
+    /// The colours of the edge continue.
     Clamp,
 }
 
-/// What the alpha of a colour means.
+/// The meaning of a colour's alpha.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum AlphaMode {
-    /// Nothing.
+    /// None: the surface is opaque.
     #[default]
     Opaque,
-    /// Below this alpha there is no surface, and above it is opaque.
+    /// Below this alpha the surface is invisible, above it opaque.
     Mask(f32),
-    /// The fraction of the colour over what is behind it.
+    /// The fraction of the colour over the background.
     Blend,
 }
 
-/// An image, in the bytes of its file.
+/// An image in its file format.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -267,7 +267,7 @@ pub struct Texture {
     pub name: String,
     /// The media type, such as `image/png`.
     pub media_type: String,
-    /// The file of the image.
+    /// The bytes of the image file.
     #[serde(skip)]
     pub bytes: Vec<u8>,
 }

@@ -22,53 +22,53 @@ use crate::error::{Code, Diagnostic, Error};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Metadata {
-    /// The file that the scene was read from.
+    /// The file from which the scene was read.
     pub origin: Option<Origin>,
-    /// The file's format. Absent for a scene without a file.
+    /// The format of the file. Absent for a scene without a file.
     #[serde(with = "format_name")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<Format>"))]
     pub format: Option<Format>,
-    /// Metres per unit of length, if the file or the caller states it or the scene was converted. BVH does not state
-    /// it.
+    /// Metres per unit of length, if the file or the caller states it, or if the scene was converted. BVH does not
+    /// state it.
     pub metres_per_unit: Option<f64>,
-    /// The up axis, if the format, the file or the caller states it or the scene was converted. BVH and Acclaim's files
-    /// do not state it.
+    /// The up axis, if the format, the file or the caller states it, or if the scene was converted. BVH and Acclaim
+    /// files do not state it.
     pub up: Option<UpAxis>,
     /// How the root's OFFSET was used, and why. Absent for formats without an OFFSET.
     pub root_offset: Option<RootOffsetUsed>,
-    /// All other decisions that the file does not state.
+    /// All other decisions about values that the file does not state.
     pub assumptions: Vec<Assumption>,
-    /// The steps that changed positions or times since then, in order.
+    /// The steps that changed positions or times after reading, in order.
     pub steps: Vec<AppliedStep>,
-    /// Where the motion comes from and what may be done with it.
+    /// The origin and licence of the motion.
     #[serde(default, skip_serializing_if = "Attribution::is_empty")]
     pub attribution: Attribution,
     /// Events, analog channels and force plates of the file.
     #[serde(skip)]
     pub recorded: Option<Arc<Recording>>,
-    /// How well a skeleton that was solved from markers explains them.
+    /// The fit of a skeleton that was solved from markers.
     #[serde(skip)]
     pub solved: Option<Arc<MarkerSolution>>,
-    /// What the file has and the scene has not.
+    /// Data that the file has and the scene lacks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[doc(hidden)]
     pub lost: Vec<DataLoss>,
-    /// Whether the caller keeps a unit that nobody knows, so that no writer infers it.
+    /// Whether the caller keeps an unknown unit, so that no writer infers it.
     #[serde(skip)]
     #[doc(hidden)]
     pub keeps_unknown_unit: bool,
-    /// The unit and the up axis of the numbers in the file, where the reader has converted them.
+    /// The unit and the up axis of the numbers in the file, if the reader converted them.
     #[serde(skip)]
     #[doc(hidden)]
     pub file_space: FileSpace,
-    /// The model of MikuMikuDance whose skeleton it is.
+    /// The MikuMikuDance model that the skeleton belongs to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[doc(hidden)]
     pub mmd: Option<Box<MmdModel>>,
 }
 
-/// Declares [`Format`] from one line for each: its documentation, the variant, the name that users type, and the
-/// extensions of its files in lower case.
+/// Declares [`Format`] from one line for each format: its documentation, its variant, its name for users, and its file
+/// extensions in lower case.
 macro_rules! formats {
     ($(#[$about:meta] $variant:ident $name:literal [$($extension:literal),+])*) => {
         /// A file format, by the name that users type.
@@ -89,11 +89,11 @@ macro_rules! formats {
         }
 
         impl Format {
-            /// Every format.
+            /// All formats.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
-            /// The names of all, in a list. Constants that are joined as the program runs are unrolled at level 3,
-            /// which takes the compiler minutes.
+            /// A list of all names. The constants are joined at compile time: joining them at run time would be
+            /// unrolled at optimisation level 3, and would take the compiler minutes.
             #[doc(hidden)]
             pub const NAMES: &'static str = concat!($(", ", $name),*).split_at(", ".len()).1;
 
@@ -102,7 +102,7 @@ macro_rules! formats {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// The extensions of its files in lower case, without the dot.
+            /// The file extensions in lower case, without the dot.
             #[doc(hidden)]
             pub const fn extensions(self) -> &'static [&'static str] {
                 match self { $(Self::$variant => &[$($extension),+],)* }
@@ -136,23 +136,23 @@ formats! {
     Bip "bip" ["bip"]
     /// Unified Robot Description Format:
     Urdf "urdf" ["urdf"]
-    /// The model of a robot for MuJoCo:
+    /// Robot model for MuJoCo:
     Mjcf "mjcf" ["mjcf"]
     /// Packed clip of this crate:
     Mclip "mclip" ["mclip"]
-    /// Arrays of NumPy:
+    /// NumPy arrays:
     Npz "npz" ["npz"]
-    /// One array of NumPy:
+    /// One NumPy array:
     Npy "npy" ["npy"]
-    /// Tensors of PyTorch:
+    /// PyTorch tensors:
     Torch "torch" ["pt", "pth"]
-    /// Arrays in a pickle of Python:
+    /// Arrays in a Python pickle:
     Pickle "pickle" ["pkl", "pickle"]
-    /// Tables of text:
+    /// Text tables:
     Csv "csv" ["csv"]
-    /// Tables of columns:
+    /// Column tables:
     Parquet "parquet" ["parquet"]
-    /// Joint angles of OpenSim:
+    /// OpenSim joint angles:
     Mot "mot" ["mot", "sto"]
 }
 
@@ -198,19 +198,19 @@ pub mod format_name {
     }
 }
 
-/// A file that was read.
+/// An input file.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Origin {
-    /// Its name, without folders.
+    /// The file name, without folders.
     pub name: String,
-    /// The SHA-256 of its bytes, as `sha256sum` prints it. Empty where it was not asked for.
+    /// The SHA-256 of the bytes, as `sha256sum` prints it. Empty if it was not requested.
     pub sha256: String,
-    /// Frames of motion read from it.
+    /// The number of frames that were read.
     pub frames: u64,
-    /// Seconds between two frames, as read.
+    /// The time between two frames in seconds, as read.
     pub frame_time: f64,
 }
 
@@ -219,7 +219,7 @@ pub struct Origin {
 pub const UNNAMED_MOTION: &str = "Motion";
 
 impl Metadata {
-    /// What a clip is called in a file: its own name, or else the name of the file that it was read from.
+    /// The name of a clip in an output: its own name, or else the name of its source file.
     #[doc(hidden)]
     pub fn clip_name<'a>(&'a self, animation: &'a Animation) -> &'a str {
         let own = animation.name.as_str();
@@ -232,7 +232,7 @@ impl Metadata {
 }
 
 impl Origin {
-    /// The name without its extension.
+    /// The file name without its extension.
     pub fn stem(&self) -> &str {
         self.name.rsplit_once('.').map_or(self.name.as_str(), |(stem, _)| stem)
     }
@@ -250,7 +250,7 @@ pub enum UpAxis {
     Y,
     /// +Z, as in Blender, Vicon and 3ds Max.
     Z,
-    /// -Y, as in pictures, whose rows are counted from above.
+    /// -Y, as in images, whose rows are counted from the top.
     #[serde(rename = "-y")]
     NegY,
     /// -Z.
@@ -259,10 +259,10 @@ pub enum UpAxis {
 }
 
 impl UpAxis {
-    /// Every one.
+    /// All up axes.
     pub const ALL: [Self; 4] = [Self::Y, Self::Z, Self::NegY, Self::NegZ];
 
-    /// Its name in JSON: `y`, `z`, `-y` or `-z`.
+    /// The name in JSON: `y`, `z`, `-y` or `-z`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Y => "y",
@@ -288,8 +288,8 @@ impl UpAxis {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum RootOffset {
-    /// Add if the root's position is near zero, in the first frame or in the median of all, while the OFFSET is not, or
-    /// else replace.
+    /// Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the median of all
+    /// frames. Replaces otherwise.
     #[default]
     Auto,
     /// The position channels replace the OFFSET, as in Assimp and Blender.
@@ -306,7 +306,7 @@ pub enum RootOffset {
 pub struct RootOffsetUsed {
     /// [`RootOffset::Replace`] or [`RootOffset::Add`].
     pub policy: RootOffset,
-    /// The reason, as one phrase. Empty where a compressed file left it out.
+    /// The reason, as one phrase. Empty if a compressed file omitted it.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
     /// The confidence.
@@ -323,7 +323,7 @@ pub struct RootOffsetUsed {
 pub enum Confidence {
     /// All evidence agrees.
     Sure,
-    /// The most likely answer; others are possible.
+    /// The most likely answer, but others are possible.
     #[default]
     Likely,
     /// There is little evidence.
@@ -331,7 +331,7 @@ pub enum Confidence {
 }
 
 impl Confidence {
-    /// Its name in JSON.
+    /// The name in JSON.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Sure => "sure",
@@ -341,7 +341,7 @@ impl Confidence {
     }
 }
 
-/// A decision that the file does not state.
+/// A decision about a value that the file does not state.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -351,10 +351,10 @@ pub struct Assumption {
     pub topic: Topic,
     /// The decision.
     pub choice: String,
-    /// The reason, as one phrase. Empty where a compressed file left it out.
+    /// The reason, as one phrase. Empty if a compressed file omitted it.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
-    /// The confidence, where it is a guess.
+    /// The confidence, if the decision is a guess.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confidence: Option<Confidence>,
 }
@@ -373,45 +373,45 @@ pub enum Topic {
     Up,
     /// The frames per second.
     FrameRate,
-    /// Whether the first frame is part of the motion.
+    /// Whether the first frame belongs to the motion.
     FirstFrame,
     /// How a root's OFFSET was used.
     RootOffset,
-    /// What the position channels of joints below the root mean.
+    /// The meaning of position channels on joints other than the root.
     JointPositions,
-    /// The direction that the rest pose faces.
+    /// The facing direction of the rest pose.
     Facing,
-    /// The kind of the rest pose.
+    /// The kind of rest pose.
     RestPose,
-    /// Whether the names of the sides are right for the body.
+    /// Whether the joint names have the correct sides.
     Sides,
     /// Whether the skeleton is a humanoid.
     Humanoid,
     /// Axes that the reader converted.
     UpAxis,
-    /// Meshes that were left out.
+    /// Meshes that were skipped.
     Meshes,
-    /// Analog samples that were left out.
+    /// Analog samples that were skipped.
     Analog,
-    /// Events that were left out.
+    /// Events that were skipped.
     Events,
     /// Curves between keys that were sampled.
     Interpolation,
-    /// What the numbers of an array without names are.
+    /// The layout of an array without names.
     Layout,
-    /// The lengths of a body of which a file has rotations alone.
+    /// The bone lengths of a body, if a file has only rotations.
     Body,
-    /// From which pose the rotations of fingers begin.
+    /// The pose to which finger rotations are relative.
     Hands,
-    /// How well a skeleton explains the markers that it was solved from.
+    /// The fit of a skeleton to the markers that it was solved from.
     Markers,
-    /// A topic of another version of this crate.
+    /// A topic from another version of this crate.
     #[serde(other)]
     Other,
 }
 
 impl Topic {
-    /// Its name in kebab case, which does not change between versions.
+    /// The name in kebab case. It does not change between versions.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Unit => "unit",
@@ -444,7 +444,7 @@ impl fmt::Display for Topic {
     }
 }
 
-/// `unit: cm, because the skeleton measures 170 units`.
+/// Example: `unit: cm, because the skeleton measures 170 units`.
 impl fmt::Display for Assumption {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { topic, choice, .. } = self;
@@ -463,7 +463,7 @@ impl Assumption {
         }
     }
 
-    /// The reason, and in brackets the confidence.
+    /// The reason, and the confidence in brackets.
     pub fn explanation(&self) -> String {
         match self.confidence {
             Some(confidence) if self.reason.is_empty() => format!("({})", confidence.as_str()),

@@ -1,27 +1,28 @@
-//! What a motion for a model of MikuMikuDance must know of the model.
+//! Properties of a MikuMikuDance model that its motions depend on.
 
 use serde::{Deserialize, Serialize};
 
-/// The model that a scene is on.
+/// The model of a scene's skeleton.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[doc(hidden)]
 pub struct MmdModel {
-    /// Its name.
+    /// The name of the model.
     #[doc(hidden)]
     pub name: String,
-    /// What bones inherit of others.
+    /// The rotations and positions that bones inherit from other bones.
     #[doc(hidden)]
     pub inherits: Vec<MmdInherits>,
-    /// The bones that are goals of IK.
+    /// The bones that are IK goals.
     #[doc(hidden)]
     pub ik: Vec<String>,
-    /// The bone that hangs on the hips in the scene, and beside them in the model; empty where there is none.
+    /// The bone that is a child of the hips in the scene, but a sibling of the hips in the model. Empty if there is
+    /// none.
     #[doc(hidden)]
     pub trunk: String,
 }
 
-/// What a bone has of the rotation and the position of another, by their names.
+/// The share of another bone's rotation and position that a bone inherits. Bones are stated by name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[doc(hidden)]

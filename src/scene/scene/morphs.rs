@@ -1,9 +1,9 @@
-//! The weights of all morph targets over time: of the meshes of a scene, and of the file that is passed through.
+//! The weights of all morph targets over time, both of a scene's meshes and of the file that is passed through.
 
 use super::{Keys, Scene};
 
 impl Scene {
-    /// Of each morph target its weights in all animations, also of those in [`Scene::original`].
+    /// The weights of each morph target in all animations, including targets of [`Scene::original`].
     #[doc(hidden)]
     pub fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
         let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);
@@ -12,8 +12,8 @@ impl Scene {
         targets.map(|target| &mut target.weight_keys).chain(passed_through)
     }
 
-    /// Of each morph target, in the order of [`weight_keys`](Self::weight_keys), its weight at rest and its keys in an
-    /// animation, where it has some.
+    /// The rest weight of each morph target, in the order of [`weight_keys`](Self::weight_keys), and its keys in an
+    /// animation, if it has keys.
     #[doc(hidden)]
     pub fn weights_in(&self, animation: usize) -> impl Iterator<Item = (f32, Option<&Keys<f32>>)> {
         let targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
@@ -23,15 +23,15 @@ impl Scene {
         targets.chain(passed_through.map(move |(at_rest, animations)| (*at_rest, keys_in(animations, animation))))
     }
 
-    /// How many curves of morph targets the animations of the scene have. A weight that stays is none.
+    /// The number of morph target curves in the animations of the scene. Constant weights do not count.
     #[doc(hidden)]
     pub fn weight_curves(&self) -> usize {
         (0..self.animations.len()).map(|clip| self.weight_curves_in(clip)).sum()
     }
 
-    /// How many of them a clip has.
+    /// The number of morph target curves in a clip.
     pub(super) fn weight_curves_in(&self, clip: usize) -> usize {
-        // Meshes that were read of the file that is passed through have its curves again.
+        // If the meshes were read from the file that is passed through, they duplicate its curves.
         let is_passed_through = self
             .original
             .as_ref()
@@ -43,7 +43,7 @@ impl Scene {
             .count()
     }
 
-    /// The number of them that no mesh of the scene has, because the meshes of the file were not read.
+    /// The number of morph target curves without a mesh in the scene, because the meshes of the file were not read.
     #[doc(hidden)]
     pub fn weight_curves_without_meshes(&self) -> usize {
         let mut targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
@@ -53,7 +53,7 @@ impl Scene {
         }
     }
 
-    /// Puts the clip that stands for the motion before the others, for an output that has one clip.
+    /// Moves the main clip to the front, for an output that has one clip.
     #[doc(hidden)]
     pub fn put_main_clip_first(&mut self) {
         let index = self.main_clip();
@@ -66,7 +66,7 @@ impl Scene {
         }
     }
 
-    /// Leaves one animation.
+    /// Drops all animations but one.
     #[doc(hidden)]
     pub fn keep_animation(&mut self, index: usize) {
         if index < self.animations.len() {

@@ -1,4 +1,4 @@
-//! The file that a scene was read from, where an output keeps what the scene does not hold.
+//! The source file of a scene, for outputs that keep the contents that a scene cannot hold.
 
 use std::fmt;
 use std::sync::Arc;
@@ -6,19 +6,18 @@ use std::sync::Arc;
 use super::{Keys, Mesh, Node, Scene};
 use crate::error::{Code, Diagnostic, Result};
 
-/// The name of the material of a mesh that is drawn of a skeleton, which is nothing that a file could lose. Other
-/// programs number it.
+/// The material name of a mesh that draws a skeleton. Losing such a mesh is no loss. Other programs append a number.
 #[doc(hidden)]
 pub const SKELETON_MATERIAL: &str = "SkeletonMaterial";
 
 impl Scene {
-    /// The meshes but those that are drawn of a skeleton, here or by whoever wrote the file.
+    /// The meshes that do not draw a skeleton. This crate or the writer of the file may have drawn it.
     #[doc(hidden)]
     pub fn own_meshes(&self) -> impl Iterator<Item = &Mesh> {
         self.meshes.iter().filter(|mesh| !self.is_drawn_skeleton(mesh))
     }
 
-    /// Whether a mesh is drawn of a skeleton.
+    /// Whether a mesh draws a skeleton.
     #[doc(hidden)]
     pub fn is_drawn_skeleton(&self, mesh: &Mesh) -> bool {
         let material = self.materials.get(mesh.material_index);
@@ -26,11 +25,12 @@ impl Scene {
     }
 }
 
-/// How far a number of a node's transform may be from the number in the file: what a change and its inverse round.
+/// The largest difference between a number of a node's transform and the file's, as a rounding error of a change and
+/// its inverse.
 const ROUNDED: f32 = 1e-5;
 
-/// A glTF or VRM file with meshes, whole. A scene that has it is written as glTF into this file: its animations are
-/// replaced by those of the scene, and everything else stays, byte by byte. Without it the skeleton alone is written.
+/// A complete glTF or VRM file with meshes. With it, a glTF output is this file with the animations of the scene, and
+/// everything else stays byte for byte. Without it, the output has only the skeleton.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -46,15 +46,15 @@ const ROUNDED: f32 = 1e-5;
 pub struct Original {
     #[doc(hidden)]
     pub file: Arc<OriginalFile>,
-    /// The one animation of the file that is replaced; otherwise all are.
+    /// The animation of the file to replace; `None` means all.
     #[doc(hidden)]
     pub replaced: Option<usize>,
-    /// The curves of the morph targets that animations move.
+    /// The curves of animated morph targets.
     #[doc(hidden)]
     pub morphs: Vec<MorphCurves>,
 }
 
-/// The weights of the morph targets of a node of the file over time.
+/// The morph target weights of a node in the file, over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[doc(hidden)]
 pub struct MorphCurves {
@@ -64,30 +64,31 @@ pub struct MorphCurves {
     /// The weight of each target at rest.
     #[doc(hidden)]
     pub at_rest: Vec<f32>,
-    /// Of each target its weight in every animation of the scene, without keys where it stays at rest.
+    /// The weights of each target in every animation of the scene. An animation in which the weight stays at rest has
+    /// no keys.
     #[doc(hidden)]
     pub targets: Vec<Vec<Keys<f32>>>,
 }
 
-/// What a reader keeps of a file.
+/// The parts of a file that a reader keeps.
 #[derive(PartialEq)]
 #[doc(hidden)]
 pub struct OriginalFile {
     #[doc(hidden)]
     pub bytes: Vec<u8>,
-    /// The files beside it that it refers to, by the names that it has for them.
+    /// The companion files to which the file refers, by their names in it.
     #[doc(hidden)]
     pub beside: Vec<(String, Vec<u8>)>,
-    /// Whether it states a humanoid of VRM.
+    /// Whether the file states a VRM humanoid.
     #[doc(hidden)]
     pub is_vrm: bool,
-    /// The index in the file of each node of the scene; none for a group above several roots.
+    /// The index in the file of each node of the scene; `None` for the group above several roots.
     #[doc(hidden)]
     pub indices: Vec<Option<usize>>,
-    /// The nodes of the scene with their transforms in the file, which a scene with a bind pose does not have.
+    /// The nodes of the scene with their transforms in the file. A scene with a bind pose has other transforms.
     #[doc(hidden)]
     pub in_file: Vec<Node>,
-    /// The nodes of the scene as it was read.
+    /// The nodes of the scene as they were read.
     #[doc(hidden)]
     pub as_read: Vec<Node>,
 }
@@ -100,12 +101,12 @@ impl fmt::Debug for Original {
 }
 
 impl Original {
-    /// Whether the file states a humanoid of VRM, so that an output may be called `.vrm`.
+    /// Whether the file states a VRM humanoid, so that an output may have the extension `.vrm`.
     pub fn is_vrm(&self) -> bool {
         self.file.is_vrm
     }
 
-    /// Refuses a scene whose skeleton is no longer the file's.
+    /// Refuses a scene whose skeleton differs from the file's.
     #[doc(hidden)]
     pub fn check(&self, scene: &Scene) -> Result<()> {
         let (ours, theirs) = (&scene.nodes, &self.file.as_read);

@@ -1,10 +1,11 @@
-//! What a laboratory records beside positions: events, analog channels and force plates.
+//! Data that a laboratory records in addition to positions: events, analog channels and force plates.
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// What a laboratory recorded beside the motion. Steps and conversions do not change it. Times are in seconds from the
-/// first frame of the file, lengths in metres. Axes are those of the scene as it was read, with +Y up.
+/// Data that a laboratory recorded in addition to the motion. Steps and conversions do not change it. Times are in
+/// seconds from the first frame of the file, lengths in metres. The axes are those of the scene as it was read, with +Y
+/// up.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -19,39 +20,39 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Recording {
-    /// Events, in the order of time.
+    /// Events, sorted by time.
     pub events: Vec<Event>,
-    /// Samples of each channel a second; 0 without channels.
+    /// Samples per second of each channel; 0 without channels.
     pub analog_rate: f64,
-    /// Samples of each channel in a frame of the motion; 0 without channels.
+    /// Samples of each channel per frame of the motion; 0 without channels.
     pub samples_per_frame: usize,
     /// Analog channels.
     pub channels: Vec<AnalogChannel>,
     /// Force plates.
     pub plates: Vec<ForcePlate>,
     /// Values that a model computed from the markers, such as joint angles: x, y and z of each frame of the file, one
-    /// after the other. They are in the axes and the unit of the file, and NaN if they are missing.
+    /// after the other. They have the axes and the unit of the file, and NaN for missing values.
     #[serde(skip)]
     pub outputs: Vec<AnalogChannel>,
 }
 
-/// A moment that somebody, or a program, named.
+/// A moment with a name, from a person or a program.
 ///
 /// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Event {
-    /// In seconds from the first frame.
+    /// The time in seconds from the first frame.
     pub time: f64,
-    /// What happens, such as `Foot Strike`.
+    /// The name of the event, such as `Foot Strike`.
     pub label: String,
-    /// The side to which it happens, such as `Left`; may be empty.
+    /// The side of the event, such as `Left`. May be empty.
     pub context: String,
-    /// The person to whom it happens; may be empty.
+    /// The person of the event. May be empty.
     pub subject: String,
 }
 
-/// A channel of analog samples, as scaled by the file.
+/// A channel of analog samples, scaled as the file states.
 ///
 /// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -59,43 +60,51 @@ pub struct Event {
 pub struct AnalogChannel {
     /// Its label.
     pub name: String,
-    /// The unit of its values as the file states it; may be empty.
+    /// The unit of the values, as the file states it. May be empty.
     pub unit: String,
     /// The samples.
     #[serde(skip)]
     pub values: Vec<f32>,
 }
 
-/// A force plate as C3D describes it: by its type, where it is, and its channels.
+/// A force plate as C3D describes it: its type, its position and its channels.
 ///
 /// [`Recording`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForcePlate {
-    /// The type of the C3D user guide. 1: force and centre of pressure. 2: force and moment. 3: eight sensors of
-    /// Kistler. 4: as 2, with a calibration matrix. 5: eight sensors of which a matrix makes force and moment. 6: three
-    /// forces at each of four corners, with a matrix. 7: as 3, with a matrix. Others are kept and not computed.
+    /// The type in the C3D user guide:
+    ///
+    /// - 1: force and centre of pressure
+    /// - 2: force and moment
+    /// - 3: eight Kistler sensors
+    /// - 4: as 2, with a calibration matrix
+    /// - 5: eight sensors, with a matrix that gives force and moment
+    /// - 6: three forces at each of four corners, with a matrix
+    /// - 7: as 3, with a matrix
+    ///
+    /// Other types are kept, but forces are not computed from them.
     pub plate_type: u32,
     /// The corners in metres, in the quadrants +x +y, -x +y, -x -y and +x -y of the plate's own axes.
     #[cfg_attr(feature = "schema", schemars(with = "[[f32; 3]; 4]"))]
     pub corners: [Vec3; 4],
-    /// In metres. It is the vector from the origin of the sensors to the middle of the surface, in the plate's axes.
-    /// For types 3, 6 and 7 it has half the distances of the sensors along x and y, and the height of the sensors.
+    /// The vector in metres from the sensor origin to the centre of the surface, in the plate's axes. For types 3, 6
+    /// and 7 it has half the distances of the sensors along x and y, and the height of the sensors.
     #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub origin: DVec3,
     /// The indices of its channels in [`Recording::channels`].
     pub channels: Vec<usize>,
-    /// What the values of each channel are multiplied by to be in newtons, metres and newton metres.
+    /// The factor of each channel that converts its values to newtons, metres and newton metres.
     pub scales: Vec<f64>,
-    /// Of types 4 to 7: what the values are multiplied by, row by row; 6 x 6 numbers, 6 x 8, 12 x 12 or 8 x 8. Of types
-    /// 4 and 5 force and moment follow, of the others the values of the sensors.
+    /// The calibration matrix of types 4 to 7, row by row: 6 x 6, 6 x 8, 12 x 12 or 8 x 8 numbers. For types 4 and 5
+    /// the product is force and moment, for types 6 and 7 the sensor values.
     pub calibration: Vec<f64>,
-    /// The first and the last frame, from 0, in which nobody is on the plate, and whose mean is taken out.
+    /// The first and the last frame, from 0, in which nobody is on the plate. Their mean is subtracted.
     pub zero: Option<[usize; 2]>,
 }
 
 impl ForcePlate {
-    /// Rows and columns of the calibration matrix of a type that has one.
+    /// Rows and columns of the calibration matrix, if the type has one.
     #[doc(hidden)]
     pub const fn calibration_size(plate_type: u32) -> Option<[usize; 2]> {
         match plate_type {

@@ -1,4 +1,4 @@
-//! Where a scene comes from, what was done to it and guessed, and how well markers determine its skeleton.
+//! Reports about a scene: its origin, its steps and guesses, and the fit of its skeleton to markers.
 
 pub use super::attribution::Attribution;
 pub use super::guess::Guess;

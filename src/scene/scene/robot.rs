@@ -10,7 +10,7 @@ use super::report::DataLoss;
 use super::{Format, Mesh};
 use crate::error::Diagnostic;
 
-/// A robot, as its file describes it: in metres and radians, +Z up.
+/// A robot as its file describes it, in metres and radians, with +Z up.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -33,31 +33,31 @@ use crate::error::Diagnostic;
 pub struct Robot {
     /// The name.
     pub name: String,
-    /// The links, depth-first: a parent stands before its children, the base first.
+    /// The links in depth-first order: the base first, parents before their children.
     pub links: Vec<RobotLink>,
     /// The format of the file.
     #[serde(with = "crate::scene::format_name")]
     pub format: Option<Format>,
     /// The warnings of the reader.
     pub warnings: Vec<Diagnostic>,
-    /// What the file has and the robot has not.
+    /// Data that the file has and the robot lacks.
     #[doc(hidden)]
     #[serde(skip)]
     pub lost: Vec<DataLoss>,
 }
 
-/// A rigid body, and the joint by which it hangs on its parent.
+/// A rigid body, and the joint that connects it to its parent.
 ///
 /// [`Robot`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RobotLink {
-    /// The name; in MJCF the name of the body.
+    /// The name; in MJCF, the name of the body.
     pub name: String,
-    /// The parent, an index into [`Robot::links`]; absent on the base.
+    /// The parent, an index into [`Robot::links`]; absent for the base.
     pub parent: Option<usize>,
-    /// The joint to the parent; of the base, the joint to the world.
+    /// The joint to the parent; for the base, the joint to the world.
     pub joint: RobotJoint,
-    /// Mass and inertia, where the file states them.
+    /// Mass and inertia, if the file states them.
     pub inertial: Option<Inertial>,
     /// Its geometry.
     pub shapes: Vec<RobotShape>,
@@ -65,21 +65,21 @@ pub struct RobotLink {
     pub line: usize,
 }
 
-/// How a joint moves.
+/// The kind of motion of a joint.
 ///
 /// [`Robot`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum JointKind {
-    /// Not at all.
+    /// No motion.
     #[default]
     Fixed,
-    /// About an axis: URDF's revolute and continuous.
+    /// Rotation about an axis: URDF's revolute and continuous.
     Hinge,
-    /// Along an axis: URDF's prismatic.
+    /// Translation along an axis: URDF's prismatic.
     Slide,
-    /// Freely: the base of a robot that walks.
+    /// Free motion: the base of a walking robot.
     Floating,
 }
 
@@ -90,20 +90,20 @@ pub enum JointKind {
 pub struct RobotJoint {
     /// The name.
     pub name: String,
-    /// How it moves.
+    /// The kind of motion.
     pub kind: JointKind,
-    /// The link to its parent where the joint is at 0.
+    /// The transform from the link to its parent at joint position 0.
     pub origin: Placement,
-    /// A point on the axis, in the frame of the link. URDF: the origin.
+    /// A point on the axis, in the axes of the link. For URDF, the origin.
     pub anchor: DVec3,
-    /// The unit vector of the axis, in the frame of the link.
+    /// The unit vector of the axis, in the axes of the link.
     pub axis: DVec3,
-    /// The limits; of a joint that others follow, narrowed to what keeps theirs.
+    /// The limits. If other joints follow this one, the limits are narrowed so that the followers stay within theirs.
     pub limits: JointLimits,
-    /// What its motor adds to the inertia about its axis, in kilogram square metres, or along it, in kilograms; of the
-    /// base in all its directions. MJCF: armature.
+    /// The inertia that the motor adds about the axis, in kilogram square metres, or along it, in kilograms. For the
+    /// base, in all directions. MJCF: armature.
     pub armature: f64,
-    /// The joint that it follows, where it is not free: URDF's mimic.
+    /// The joint that this joint follows, if it is not free: URDF's mimic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mimic: Option<Mimic>,
 }
@@ -113,11 +113,11 @@ pub struct RobotJoint {
 /// [`Robot`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Mimic {
-    /// The link whose joint is followed, an index into [`Robot::links`]. That joint follows no other.
+    /// The link whose joint is followed, an index into [`Robot::links`]. The leader follows no other joint.
     pub leader: usize,
-    /// What the position of the leader is multiplied by.
+    /// The factor for the leader's position.
     pub multiplier: f64,
-    /// What is added, in radians or metres.
+    /// The offset in radians or metres.
     pub offset: f64,
 }
 
@@ -130,7 +130,7 @@ pub struct JointLimits {
     pub lower: f64,
     /// The largest position; infinity without a limit.
     pub upper: f64,
-    /// The largest velocity, a second.
+    /// The largest velocity, in radians or metres per second.
     pub velocity: Option<f64>,
     /// The largest torque or force, in newton metres or newtons.
     pub effort: Option<f64>,
@@ -154,27 +154,27 @@ pub struct Placement {
 pub struct Inertial {
     /// The mass, in kilograms.
     pub mass: f64,
-    /// The centre of mass and the axes of the inertia, in the frame of the link.
+    /// The centre of mass and the axes of the inertia, relative to the link.
     pub origin: Placement,
-    /// The inertia about the centre, in these axes: xx, yy, zz, xy, xz, yz.
+    /// The inertia about the centre of mass, in these axes: xx, yy, zz, xy, xz, yz.
     pub inertia: [f64; 6],
 }
 
-/// A piece of the geometry of a link.
+/// A shape of a link.
 ///
 /// [`Robot`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotShape {
-    /// Its pose in the frame of the link.
+    /// The pose of the shape relative to the link.
     pub origin: Placement,
-    /// What it is.
+    /// The kind of shape.
     pub kind: ShapeKind,
-    /// Whether it touches other things, or is only seen.
+    /// Whether the shape collides, or is only visible.
     pub collides: bool,
 }
 
 impl RobotShape {
-    /// A shape in the frame of its link that touches other things.
+    /// A colliding shape at the origin of its link.
     pub fn new(kind: ShapeKind) -> Self {
         Self {
             origin: Placement::default(),
@@ -184,7 +184,7 @@ impl RobotShape {
     }
 }
 
-/// A geometric body about the origin; cylinders and capsules stand along Z.
+/// A geometric shape about the origin. Cylinders and capsules are along Z.
 ///
 /// [`Robot`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -210,17 +210,16 @@ pub enum ShapeKind {
         half_size: DVec3,
     },
     Mesh {
-        /// The file, as written.
+        /// The file name, as written.
         file: String,
-        /// The least and the largest coordinates of its vertices, where the file is there and can be read.
+        /// The smallest and the largest vertex coordinates, if the file exists and can be read.
         bounds: Option<[DVec3; 2]>,
-        /// What its coordinates are multiplied with.
+        /// The factors for the coordinates.
         scale: DVec3,
-        /// Where the file is, if it is there.
+        /// The path of the file, if it exists.
         #[serde(skip)]
         path: Option<PathBuf>,
-        /// Its triangles, in the frame of the shape, where
-        /// `Importer::robot_meshes` asks for them.
+        /// The triangles of the mesh, relative to the shape, if `Importer::robot_meshes` is set.
         #[serde(skip)]
         surface: Option<Arc<Mesh>>,
     },
@@ -233,7 +232,7 @@ impl Placement {
         translation: DVec3::ZERO,
     };
 
-    /// `inner` seen from outside.
+    /// Combines both: first `inner`, then this placement.
     pub fn then(&self, inner: &Self) -> Self {
         Self {
             rotation: (self.rotation * inner.rotation).normalize(),
@@ -241,17 +240,17 @@ impl Placement {
         }
     }
 
-    /// The matrix from the inner frame to the outer frame, in the precision of a scene.
+    /// The matrix from the inner to the outer coordinate frame, in the precision of a scene.
     pub fn to_matrix(self) -> Mat4 {
         Mat4::from_rotation_translation(self.rotation.as_quat(), self.translation.as_vec3())
     }
 
-    /// A point of the inner frame in the outer frame.
+    /// Converts a point from the inner to the outer coordinate frame.
     pub fn point(&self, point: DVec3) -> DVec3 {
         self.translation + self.rotation * point
     }
 
-    /// A point of the outer frame in the inner frame.
+    /// Converts a point from the outer to the inner coordinate frame.
     pub fn to_inner(&self, point: DVec3) -> DVec3 {
         self.rotation.inverse() * (point - self.translation)
     }
@@ -290,12 +289,12 @@ impl Default for RobotJoint {
 }
 
 impl RobotJoint {
-    /// Whether it has a position of one number.
+    /// Whether the joint's position is one number.
     pub fn moves(&self) -> bool {
         matches!(self.kind, JointKind::Hinge | JointKind::Slide)
     }
 
-    /// The link to its parent where the joint is at `position`.
+    /// The transform from the link to its parent at joint position `position`.
     pub fn link_to_parent(&self, position: f64) -> Placement {
         let motion = match self.kind {
             JointKind::Hinge => {
@@ -321,16 +320,16 @@ impl RobotJoint {
 }
 
 impl Inertial {
-    /// The longest side of a link, in metres: inertia that needs a larger box is a placeholder, such as ixx="1".
+    /// The longest side of a link, in metres. An inertia that needs a larger box is a placeholder, such as ixx="1".
     const LONGEST: f64 = 1.0;
 
-    /// [`Self::equivalent_box`], unless it is larger than a link can be.
+    /// [`Self::equivalent_box`], unless it is implausibly large for a link.
     pub fn plausible_box(&self) -> Option<(Placement, DVec3)> {
         let found = self.equivalent_box();
         found.filter(|(_, half_size)| 2.0 * half_size.max_element() <= Self::LONGEST)
     }
 
-    /// The inertia about the centre, in its axes.
+    /// The inertia about the centre of mass, in its axes.
     pub fn matrix(&self) -> DMat3 {
         let [xx, yy, zz, xy, xz, yz] = self.inertia;
         DMat3::from_cols(DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz))
@@ -341,8 +340,7 @@ impl Inertial {
         principal(self.matrix()).0
     }
 
-    /// Half the sides of the box of even density that has this mass and inertia, and its axes, in the frame of the
-    /// link.
+    /// The box of uniform density with this mass and inertia: half its sides, and its axes relative to the link.
     pub fn equivalent_box(&self) -> Option<(Placement, DVec3)> {
         let (moments, axes) = principal(self.matrix());
         let total = moments.element_sum();
@@ -357,7 +355,7 @@ impl Inertial {
 }
 
 impl RobotShape {
-    /// Balls whose hull is the shape, or is a little larger, in the frame of the link: centres and radii.
+    /// Spheres whose hull covers the shape, relative to the link: centres and radii. The hull may be a little larger.
     pub fn balls(&self) -> Vec<(DVec3, f64)> {
         let of_box = |low: DVec3, high: DVec3| {
             let corner = |index: usize| {
@@ -386,9 +384,9 @@ impl RobotShape {
     }
 }
 
-/// The moments of a symmetric matrix about its principal axes, and these, by Jacobi's rotations.
+/// The principal moments and axes of a symmetric matrix, by Jacobi rotations.
 fn principal(mut matrix: DMat3) -> (DVec3, DQuat) {
-    /// Sweeps of Jacobi's rotations: they converge quadratically, and a 3 by 3 matrix needs four.
+    /// The number of Jacobi sweeps. They converge quadratically, and a 3 by 3 matrix needs four.
     const SWEEPS: usize = 16;
     let mut axes = DQuat::IDENTITY;
     for _ in 0..SWEEPS {
@@ -407,7 +405,7 @@ fn principal(mut matrix: DMat3) -> (DVec3, DQuat) {
 }
 
 impl Robot {
-    /// The joints that have a position, by their links, in the order of the links.
+    /// The links of joints with a position, in the order of the links.
     pub fn moving_joints(&self) -> Vec<usize> {
         let links = self.links.iter().enumerate();
         links
@@ -415,14 +413,14 @@ impl Robot {
             .collect()
     }
 
-    /// The names of the joints that have a position, in the order of the links: the order of `dof_pos` in outputs.
+    /// The names of joints with a position, in the order of the links. Outputs have this order in `dof_pos`.
     pub fn dof_names(&self) -> Vec<String> {
         let joints = self.moving_joints().into_iter();
         joints.map(|link| self.links[link].joint.name.clone()).collect()
     }
 
-    /// All links with every joint at 0, whatever its limits: from the origin of the base, which is turned as its file
-    /// has it.
+    /// The placements of all links with every joint at 0, regardless of limits. They start at the origin of the base,
+    /// with the rotation that the file states.
     pub fn zero_pose(&self) -> Vec<Placement> {
         let mut transforms: Vec<Placement> = Vec::with_capacity(self.links.len());
         for link in &self.links {

@@ -1,8 +1,8 @@
-//! What is known of a skeleton that was solved from markers.
+//! The fit of a skeleton to the markers that it was solved from.
 
 use serde::{Deserialize, Serialize};
 
-/// How well a skeleton that was solved from markers explains them, and how well its joints are known.
+/// The fit of a skeleton to the markers that it was solved from, and the certainty of its joints.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -19,39 +19,39 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MarkerSolution {
-    /// Each marker that takes part.
+    /// The markers that were used.
     pub markers: Vec<SolvedMarker>,
-    /// The distance of all markers from their bodies, as RMS in metres, in each second of the take.
+    /// The RMS distance in metres of all markers from their bodies, for each second of the take.
     pub rms_of_seconds: Vec<f64>,
-    /// Each joint but the root.
+    /// All joints except the root.
     pub joints: Vec<SolvedJoint>,
-    /// Markers that had the labels of each other.
+    /// Markers that had each other's labels.
     pub swaps: Vec<SwappedMarkers>,
 }
 
-/// A marker beside the body that explains it.
+/// A marker's fit to the body.
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SolvedMarker {
-    /// Its label in the file.
+    /// The label in the file.
     pub label: String,
-    /// The landmark that it is, as `docs/markers.md` names them.
+    /// The landmark, by its name in `docs/markers.md`.
     pub landmark: String,
-    /// Its distance from where the body has it, as RMS in metres.
+    /// The RMS distance in metres from its position on the body.
     pub rms: f64,
-    /// The largest distance in metres, and its frame.
+    /// The largest distance in metres.
     pub worst: f64,
     /// The frame of the largest distance.
     pub worst_frame: usize,
-    /// The part of the frames in which it is seen, 0 to 1.
+    /// The fraction of frames in which the marker is seen, from 0 to 1.
     pub seen: f64,
-    /// Frames in which it is so far from its body that it has little weight.
+    /// The number of frames in which the marker is so far from its body that it has little weight.
     pub far: usize,
 }
 
-/// A joint: how far it is from its parent, and how well that is known.
+/// A joint: its distance from the parent, and the certainty of its position.
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -59,22 +59,22 @@ pub struct SolvedMarker {
 pub struct SolvedJoint {
     /// Its name.
     pub name: String,
-    /// The distance from its parent in metres.
+    /// The distance from the parent in metres.
     pub length: f64,
-    /// The standard deviation of its position beside its parent in metres, from the covariance of the fit; `None` where
-    /// it is not fitted.
+    /// The standard deviation in metres of the position relative to the parent, from the covariance of the fit; `None`
+    /// if it was not fitted.
     pub deviation: Option<f64>,
-    /// Whether the motion determines it: the deviation is less than half of that of the regression alone.
+    /// Whether the motion determines the position: the deviation is less than half of the regression's deviation.
     pub is_told: bool,
 }
 
-/// Two markers that had the labels of each other.
+/// Two markers that had each other's labels.
 ///
 /// [`MarkerSolution`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SwappedMarkers {
-    /// Their labels.
+    /// The two labels.
     pub labels: [String; 2],
     /// The first frame.
     pub first: usize,

@@ -1,4 +1,4 @@
-//! Where a file states a node.
+//! The source lines of a node.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
-//! The record of outputs of a user: a file of JSON lines, each with the path of an output, its size, its hash and the
-//! names of its inputs.
+//! A user's record of outputs: a file of JSON lines, each with the path of an output, its size, its hash and the names
+//! of its inputs.
 //!
-//! A line is appended by one call, so that several processes can write at once. A line that cannot be read is ignored.
+//! One system call appends a line, so that several processes can write at once. A line that cannot be read is ignored.
 
 use std::collections::{HashMap, HashSet};
 use std::fs::{self, File, OpenOptions};
@@ -12,26 +12,26 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
-/// Bytes of the file above which lines that are out of date are removed.
+/// The size of the file in bytes above which outdated lines are removed.
 const MOST: u64 = 8 << 20;
 
-/// Bytes of a line that is believed.
+/// The largest accepted length of a line in bytes.
 const LONGEST_LINE: usize = 64 << 10;
 
-/// The number of bytes that can be read, and their SHA-256 as text.
+/// Returns the number of readable bytes, and their SHA-256 as text.
 pub(crate) type Hash = fn(&mut dyn Read) -> io::Result<(u64, String)>;
 
-/// What a record knows of a file.
+/// The record's knowledge of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordState {
     /// Nothing.
     Unknown,
-    /// The file was an output, and has other contents now.
+    /// The file was an output, and its contents have changed.
     Changed {
-        /// Whether it lost bytes.
+        /// Whether the file lost bytes.
         is_shorter: bool,
     },
-    /// The file is an output, made from files of these names.
+    /// The file is an output. The names of its inputs.
     Unchanged(Vec<String>),
 }
 
@@ -45,7 +45,7 @@ struct Line {
     from: Vec<String>,
 }
 
-/// The record in a folder. The paths of files have no links.
+/// The record in a folder. It stores paths without links.
 pub struct UserRecord {
     folder: PathBuf,
     hash: Hash,
@@ -53,19 +53,19 @@ pub struct UserRecord {
     known: Mutex<RecordContent>,
 }
 
-/// What was read of the record.
+/// The record as read so far.
 #[derive(Default)]
 struct RecordContent {
-    /// The lines of each path, the last of which is the newest.
+    /// The lines of each path, newest last.
     lines: HashMap<String, Vec<Line>>,
-    /// Bytes of the file that were read.
+    /// The number of bytes read.
     read: u64,
-    /// When lines were last moved to the older ones.
+    /// The time when lines were last moved to the older file.
     moved: Option<SystemTime>,
 }
 
 impl UserRecord {
-    /// The record in `folder`, which need not be there.
+    /// The record in `folder`, which need not exist.
     pub fn new(folder: PathBuf, hash: Hash) -> Self {
         Self {
             folder,
@@ -79,7 +79,7 @@ impl UserRecord {
         self.folder.join("outputs.jsonl")
     }
 
-    /// Lines that were removed from the file and are not out of date.
+    /// The file of lines that were moved and are still valid.
     fn older(&self) -> PathBuf {
         self.folder.join("outputs.older.jsonl")
     }
@@ -87,7 +87,7 @@ impl UserRecord {
     /// Opens the file to append a line.
     fn open(&self) -> io::Result<File> {
         let path = self.file();
-        // Opening a pipe could wait for its reader.
+        // Opening a pipe could block until it has a reader.
         if fs::metadata(&path).is_ok_and(|found| !found.is_file()) {
             return Err(io::ErrorKind::InvalidInput.into());
         }
@@ -96,7 +96,7 @@ impl UserRecord {
         private(&mut options).open(path)
     }
 
-    /// Makes the folder and the file.
+    /// Creates the folder and the file.
     fn prepare(&self) -> io::Result<()> {
         let mut builder = fs::DirBuilder::new();
         builder.recursive(true);
@@ -104,7 +104,7 @@ impl UserRecord {
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
         builder.create(&self.folder)?;
         let mut file = self.open()?;
-        // A full disk may have cut the last line off; the next must not continue it.
+        // A full disk may have cut off the last line. The next line must not continue it.
         let mut last = [b'\n'];
         let mut reader = File::open(self.file())?;
         if reader.seek(SeekFrom::End(-1)).is_ok() {
@@ -127,11 +127,11 @@ impl UserRecord {
         file.write_all(text.as_bytes())
     }
 
-    /// Moves the lines that are not out of date to the older ones, the newest of which remain. Another process that
-    /// appends a line meanwhile writes it to the file that is moved, or to a new one. Where two processes do this at
-    /// once, lines may be lost, and their outputs are then unknown.
+    /// Moves the valid lines to the older file, which keeps the newest of them. Another process that appends a line
+    /// meanwhile writes to the moved file or to a new one. If two processes do this at once, lines may be lost, and
+    /// their outputs are then unknown.
     fn compact(&self) -> io::Result<()> {
-        // Another process may have done it since.
+        // Another process may have moved the lines meanwhile.
         if fs::metadata(self.file())?.len() <= MOST {
             return Ok(());
         }
@@ -159,13 +159,13 @@ impl UserRecord {
         fs::remove_file(moved)
     }
 
-    /// Whether outputs can be noted: the folder can be written.
+    /// Whether outputs can be recorded: the folder can be written.
     pub fn is_usable(&self) -> bool {
         *self.is_usable.get_or_init(|| self.prepare().is_ok())
     }
 
-    /// Notes that the file at `path` gets these contents, made from files of the names `sources`. Files that cannot be
-    /// recorded are skipped.
+    /// Records that the file at `path` gets these contents, made from files named `sources`. Skips files that cannot be
+    /// recorded.
     pub fn note(&self, path: &Path, contents: &mut dyn Read, sources: &[&str]) {
         let Some(path) = path.to_str().filter(|_| self.is_usable()) else {
             return;
@@ -177,13 +177,13 @@ impl UserRecord {
                 sha256,
                 from: sources.iter().map(|&name| name.to_owned()).collect(),
             };
-            // An output that is not noted is unknown to later commands, which ask before they replace it.
+            // A file that is not recorded is unknown to later commands, which ask before they replace it.
             let _ = self.append(&line);
         }
     }
 
-    /// What is known of the file at `path`. A process that was killed has noted an output that it did not write, so any
-    /// line of the path may be that of the file.
+    /// Looks up the file at `path`. A killed process may have recorded an output that it did not write, so any line of
+    /// the path may describe the file.
     pub fn find(&self, path: &Path) -> RecordState {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.catch_up(self);
@@ -208,13 +208,13 @@ impl UserRecord {
 }
 
 impl RecordContent {
-    /// Reads what was appended since, by this process or another one.
+    /// Reads the lines that this or another process has appended since.
     fn catch_up(&mut self, record: &UserRecord) {
         let file = record.file();
         let length = fs::metadata(&file).map_or(0, |found| found.len());
         let moved = fs::metadata(record.older()).and_then(|older| older.modified()).ok();
         if length < self.read || moved != self.moved {
-            // The file is new, and the lines that it had are among the older ones.
+            // The file is new, and its former lines are in the older file.
             *self = Self {
                 moved,
                 ..Self::default()
@@ -242,7 +242,7 @@ fn lines(bytes: &[u8]) -> impl DoubleEndedIterator<Item = &str> {
     lines.filter_map(|line| str::from_utf8(line).ok().filter(|line| line.len() <= LONGEST_LINE))
 }
 
-/// The bytes of a regular file from an offset, of which nobody can make too many.
+/// The bytes of a regular file from an offset, up to a fixed limit.
 fn read_from(path: &Path, offset: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     if fs::metadata(path)?.is_file() {
@@ -253,7 +253,7 @@ fn read_from(path: &Path, offset: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Lets nobody else read a new file, which has the names of the user's files.
+/// Makes a new file readable only by its user, because the record has the names of the user's files.
 fn private(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(options, 0o600);

@@ -1,21 +1,21 @@
-//! Euler angles to quaternions, several frames at a time.
+//! Euler angles to quaternions, for several frames at a time.
 
 use glam::Quat;
 
 use super::Axis;
 use crate::math::{soa, wide};
 
-/// Frames that are converted together: two vectors of AVX2, or two of WebAssembly, which are half as wide. With fewer,
-/// or more, it is slower: `tools/bench/README.md`.
+/// The number of frames that are converted together: two AVX2 vectors, or two WebAssembly vectors, which are half as
+/// wide. Other numbers are slower: `tools/bench/README.md`.
 pub const LANES: usize = if cfg!(target_family = "wasm") { 4 } else { 8 };
 
 pub type Lanes = soa::Lanes<f64, LANES>;
 type Quaternions = soa::Quaternions<f64, LANES>;
 
 wide::dispatch! {
-    /// Fills `keys` with one rotation for each frame, from columns of Euler angles in degrees. They are about each axis
-    /// in turn, each axis rotated by the rotations before it: `R = R1 R2 R3` as matrices on column vectors. Without
-    /// columns they are identities.
+    /// Fills `keys` with one rotation for each frame, from columns of Euler angles in degrees about each axis in turn.
+    /// Each axis is rotated by the rotations before it: `R = R1 R2 R3` as matrices on column vectors. Without columns
+    /// the keys are identities.
     pub fn fill(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
         fill_lanes(columns, keys);
     }
@@ -42,7 +42,7 @@ pub fn fill_lanes(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
     }
 }
 
-/// The first values of a column; zeros where it has too few.
+/// The first values of a column, padded with zeros.
 #[inline(always)]
 fn lanes(column: &[f64]) -> Lanes {
     soa::Lanes(column.first_chunk().copied().unwrap_or_else(|| {
@@ -69,8 +69,8 @@ fn begin(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
 fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
     let (sin, cos) = sin_cos_of_half(degrees);
     let Quaternions { x, y, z, w } = rotations;
-    // The products of i, j and k differ between axes only by a cyclic change of names: `about` is the axis,
-    // `next` and `last` the two that follow it.
+    // The products of i, j and k for the axes differ only by a cyclic permutation: `about` is the axis, `next` and
+    // `last` are the two that follow it.
     let (about, next, last) = match axis {
         Axis::X => (x, y, z),
         Axis::Y => (y, z, x),
@@ -83,10 +83,10 @@ fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
     *w = Lanes::of(|i| r.0[i] * cos.0[i] - a.0[i] * sin.0[i]);
 }
 
-/// Of a rotation's two quaternions, the one that Assimp takes.
+/// The sign of a rotation's quaternion that Assimp chooses.
 ///
-/// Assimp makes the quaternion of the rotation matrix. `w` is positive if the matrix's trace is, which is if `|w| >
-/// 1/2`. Else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+/// Assimp makes the quaternion from the rotation matrix. `w` is positive if the matrix's trace is, that is if `|w| >
+/// 1/2`. Otherwise the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
 #[inline(always)]
 fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
     let mut components = [[0.0_f32; LANES]; 4];
@@ -98,7 +98,7 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
         let positive = if 3.0 * w * w > xx + yy + zz { w } else { of_xyz };
         let sign = if positive < 0.0 { -1.0 } else { 1.0 };
         for (to, component) in components.iter_mut().zip([x, y, z, w]) {
-            // Adding zero removes the minus zeros of a rotation about a single axis into zeros.
+            // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
             to[lane] = (component * sign + 0.0) as f32;
         }
     }
@@ -108,21 +108,22 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
     }
 }
 
-/// The sine and cosine of half an angle in degrees, each within 1e-15 of the exact value. A key is a 32-bit float,
-/// whose rounding is far coarser. But a file that is written from keys must read back to the very same keys. So the
-/// angles of the keys must not come to the other side of a rounding.
+/// The sine and cosine of half an angle in degrees, each within 1e-15 of the exact value. A key is a 32-bit float with
+/// a much coarser rounding. But a file that is written from keys must read back to the same keys. So an error must not
+/// move an angle across a rounding boundary.
 ///
-/// Degrees can be brought near zero without an error: `half - 90 n` is exact in binary floating point, where the same
-/// step in radians would need many digits of pi. The remainder, at most 45 degrees, goes into the Taylor polynomials of
-/// degree 15 and 16. Their next terms are 4.7e-17 and 2.1e-18 there.
+/// Range reduction in degrees is exact: `half - 90 n` has no error in binary floating point, while radians would need
+/// many digits of pi. The remainder, at most 45 degrees, goes into Taylor polynomials of degree 15 and 16. Their next
+/// terms are 4.7e-17 and 2.1e-18 there.
 #[inline(always)]
 pub fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
-    /// Adding it rounds to a whole number, which then stands in the low bits.
+    /// Adding this number rounds to a whole number, which then occupies the low bits.
     const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
 
-    /// The angle in degrees beyond which `90 n` might not be exact: it is up to 2^53 / 90, and no file has a millionth.
+    /// The angle in degrees beyond which `90 n` might be inexact. The exact bound is 2^53 / 90, far above any angle in
+    /// a file.
     const LARGEST: f64 = 1e9;
-    // Without an early end, so that the loop becomes vector instructions.
+    // No early exit, so that the loop becomes vector instructions.
     if degrees.0.iter().fold(false, |any, angle| any | (angle.abs() > LARGEST)) {
         degrees = without_whole_turns(degrees);
     }
@@ -133,7 +134,7 @@ pub fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
         let quarters = rounded.to_bits();
         let x = (half - 90.0 * (rounded - ROUND)).to_radians();
         let (s, c) = (sin_near_zero(x).to_bits(), cos_near_zero(x).to_bits());
-        // An odd number of quarter turns swaps the two, and every second one changes a sign.
+        // An odd number of quarter turns swaps sine and cosine, and every second one changes a sign.
         let swap = (quarters & 1).wrapping_neg();
         let sin_sign = (quarters & 2) << 62;
         let cos_sign = (quarters.wrapping_add(1) & 2) << 62;
@@ -167,7 +168,7 @@ fn sin_near_zero(x: f64) -> f64 {
     x + x * square * polynomial(TERMS, square)
 }
 
-/// The even and the odd powers by themselves, two chains of sums that need not wait for each other.
+/// Sums even and odd powers separately, in two chains that do not wait for each other.
 #[inline(always)]
 fn polynomial<const N: usize>(terms: [f64; N], x: f64) -> f64 {
     let square = x * x;

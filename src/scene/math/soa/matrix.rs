@@ -1,17 +1,17 @@
-//! Matrices and transforms of lanes.
+//! Matrices and transforms in lanes.
 
 use std::ops::Mul;
 
 use super::{Lanes, Quaternions, Real, Vectors};
 
-/// 3x3 matrices, by column.
+/// 3x3 matrices, column by column.
 #[derive(Clone, Copy, Debug)]
 pub struct Matrices<T, const N: usize>(pub [Vectors<T, N>; 3]);
 
 impl<T: Real, const N: usize> Matrices<T, N> {
     pub const ZERO: Self = Self([Vectors::ZERO; 3]);
 
-    /// Sets `self` to `left * right`, without a copy, which would be large.
+    /// Sets `self` to `left * right`, without a large copy.
     #[inline(always)]
     pub fn set_product(&mut self, left: &Self, right: &Self) {
         for column in 0..3 {
@@ -19,8 +19,8 @@ impl<T: Real, const N: usize> Matrices<T, N> {
         }
     }
 
-    /// The matrices that the formula for unit quaternions gives for quaternions of other lengths: they stretch. The
-    /// quaternions are `units` times lengths whose squares are `squared_lengths`.
+    /// The matrices that the formula for unit quaternions gives for non-unit quaternions: they stretch. The quaternions
+    /// are `units` times lengths; `squared_lengths` are the squares of the lengths.
     #[inline(always)]
     pub fn from_unnormalized(units: Quaternions<T, N>, squared_lengths: Lanes<T, N>) -> Self {
         let Quaternions { x, y, z, w } = units;
@@ -50,7 +50,7 @@ impl<T: Real, const N: usize> Mul<Vectors<T, N>> for &Matrices<T, N> {
 
     #[inline(always)]
     fn mul(self, vector: Vectors<T, N>) -> Vectors<T, N> {
-        // Row by row, so that few intermediate values are alive at once.
+        // Row by row, so that few intermediate values are live at once.
         let [a, b, c] = &self.0;
         let row = |a: &Lanes<T, N>, b: &Lanes<T, N>, c: &Lanes<T, N>| {
             Lanes::of(|lane| a.0[lane] * vector.x.0[lane] + b.0[lane] * vector.y.0[lane] + c.0[lane] * vector.z.0[lane])
@@ -63,7 +63,7 @@ impl<T: Real, const N: usize> Mul<Vectors<T, N>> for &Matrices<T, N> {
     }
 }
 
-/// Affine transforms: the axes and the origin of a space, in the space of its parent.
+/// Affine transforms: the axes and the origin of a node, relative to its parent.
 #[derive(Clone, Copy, Debug)]
 pub struct Transforms<T, const N: usize> {
     pub axes: Matrices<T, N>,

@@ -1,4 +1,4 @@
-//! Rotations of lanes: the shortest one between directions, slerp, and the twist about an axis.
+//! Rotations in lanes: the shortest rotation between directions, slerp, and the twist about an axis.
 
 use glam::Vec3;
 
@@ -6,11 +6,11 @@ use super::{Lanes, Quaternions, Vectors};
 use crate::math::quaternion::ANGLE_OVER_SINE;
 use crate::math::quaternion::wide_arc;
 
-/// The cosine of the angle between directions from which on their shortest rotation is computed lane by lane.
+/// The cosine of the angle between directions below which their shortest rotation is computed lane by lane.
 const OPPOSITE: f32 = -0.9999;
 
-/// The quotient of the sine of an angle and the angle, as a polynomial in the square of the angle. It is the Taylor
-/// series, which up to a right angle is within 5e-10.
+/// Coefficients of the quotient of the sine of an angle and the angle, as a polynomial in the squared angle. It is the
+/// Taylor series, within 5e-10 up to a right angle.
 const SINE_OVER_ANGLE: [f32; 7] = [
     1.0,
     -1.0 / 6.0,
@@ -31,7 +31,7 @@ fn polynomial<const TERMS: usize, const N: usize>(coefficients: [f32; TERMS], x:
 }
 
 impl<const N: usize> Quaternions<f32, N> {
-    /// The shortest rotation from a direction of length 1 to one of any length; the identity where that has none.
+    /// The shortest rotation from a unit direction to a direction of any length; the identity if the length is 0.
     #[inline(always)]
     pub fn arc(from: Vectors<f32, N>, to: Vectors<f32, N>) -> Self {
         let length = to.dot(to).sqrt();
@@ -45,7 +45,7 @@ impl<const N: usize> Quaternions<f32, N> {
         };
         let mut is_usual = true;
         for lane in 0..N {
-            // Not so for opposite directions, and for no length and one that is not finite either.
+            // Not for opposite directions, and not for a length that is 0 or not finite.
             is_usual &= cos.0[lane] > OPPOSITE * length.0[lane] && length.0[lane] < f32::INFINITY;
         }
         if is_usual {
@@ -55,7 +55,7 @@ impl<const N: usize> Quaternions<f32, N> {
         }
     }
 
-    /// As [`arc`](Self::arc), lane by lane.
+    /// Like [`arc`](Self::arc), lane by lane.
     #[cold]
     fn arc_of_each(from: Vectors<f32, N>, to: Vectors<f32, N>) -> Self {
         Self::of(|lane| {
@@ -64,13 +64,13 @@ impl<const N: usize> Quaternions<f32, N> {
         })
     }
 
-    /// A rotation between two, on the shorter arc.
+    /// Interpolates between two rotations on the shorter arc.
     #[inline(always)]
     pub fn slerp(self, to: Self, fraction: f32) -> Self {
         let dot = self.dot(to);
         let cos = dot.negated_where_negative(dot);
         let from_one = Lanes::ONE - cos;
-        // The angle divided by its sine; and the sine's square is (1 - cos) (1 + cos).
+        // The angle divided by its sine. The squared sine is (1 - cos) (1 + cos).
         let quotient = polynomial(ANGLE_OVER_SINE, from_one);
         let square = quotient * quotient * (from_one * (Lanes::ONE + cos));
         let weight = |fraction: f32| {
@@ -81,8 +81,8 @@ impl<const N: usize> Quaternions<f32, N> {
         self * before + to * after
     }
 
-    /// The remainder of a rotation after the shortest rotation that moves an axis of length 1 as the rotation does. It
-    /// is the identity where the axis is reversed.
+    /// The remainder of a rotation after the shortest rotation that moves a unit axis in the same way. It is the
+    /// identity if the axis is reversed.
     #[inline(always)]
     pub fn twist(self, axis: [f32; 3]) -> Self {
         let axis = Vectors::all(axis);

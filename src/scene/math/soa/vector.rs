@@ -1,10 +1,10 @@
-//! Vectors and quaternions of lanes.
+//! Vectors and quaternions in lanes.
 
 use std::ops::{Add, Mul, Sub};
 
 use super::{Lanes, Real};
 
-/// Declares a type of some components, each with its lanes, and what vectors and quaternions have in common.
+/// Declares a type with several components, each with its lanes, and the common functions of vectors and quaternions.
 macro_rules! components {
     ($name:ident, $count:literal, $($component:ident),+) => {
         #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ macro_rules! components {
 
             #[inline(always)]
             pub fn of(value: impl Fn(usize) -> [T; $count]) -> Self {
-                // All values first: then nothing is between the lanes of a component when they become a vector.
+                // Compute all values first. Then the lanes of a component become a vector without interruption.
                 let mut values = [[T::ZERO; $count]; N];
                 for lane in 0..N {
                     values[lane] = value(lane);
@@ -44,7 +44,7 @@ macro_rules! components {
         }
 
         impl<const N: usize> $name<f64, N> {
-            /// As [`of`](Self::of), from 32-bit floats.
+            /// Like [`of`](Self::of), from 32-bit floats.
             #[inline(always)]
             pub fn of_single(value: impl Fn(usize) -> [f32; $count]) -> Self {
                 let single = $name::<f32, N>::of(value);
@@ -138,7 +138,7 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
         }
     }
 
-    /// The inverse rotation, for quaternions of length 1.
+    /// The inverse of rotations, for unit quaternions.
     #[inline(always)]
     pub fn conjugate(self) -> Self {
         Self {
@@ -154,7 +154,7 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
         (self.x * other.x + self.y * other.y) + (self.z * other.z + self.w * other.w)
     }
 
-    /// The sum in the order in which glam adds.
+    /// The sum, in glam's order of additions.
     #[inline(always)]
     pub fn squared_length(self) -> Lanes<T, N> {
         (self.x * self.x + self.z * self.z) + (self.y * self.y + self.w * self.w)
@@ -174,7 +174,7 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
 impl<T: Real, const N: usize> Mul for Quaternions<T, N> {
     type Output = Self;
 
-    /// The Hamilton product: rotates by `other` first, then by `self`.
+    /// The Hamilton product: applies `other` first, then `self`.
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let Self { x, y, z, w } = self;
@@ -190,7 +190,7 @@ impl<T: Real, const N: usize> Mul for Quaternions<T, N> {
 impl<T: Real, const N: usize> Mul<Vectors<T, N>> for Quaternions<T, N> {
     type Output = Vectors<T, N>;
 
-    /// Rotates a vector, for quaternions of length 1: `v + 2 w (u x v) + 2 u x (u x v)`.
+    /// Rotates a vector, for unit quaternions: `v + 2 w (u x v) + 2 u x (u x v)`.
     #[inline(always)]
     fn mul(self, vector: Vectors<T, N>) -> Vectors<T, N> {
         let half = self.xyz().cross(vector);

@@ -3,8 +3,8 @@
 use super::super::{HumanoidBone as Bone, Side};
 use super::Joint;
 
-/// The name with `*` for the side, the name of the parent, and the bone of the left side. A digit instead of a
-/// name stands for the helpers of the parent's twist from this number on.
+/// The name with `*` for the side, the name of the parent, and the bone of the left side. A digit instead of a name
+/// means the parent's twist helpers from this number on.
 type Row = (&'static str, &'static str, Option<Bone>);
 
 const ROOT: [Row; 2] = [("body_world", "", None), ("root", "body_world", Some(Bone::Hips))];
@@ -51,7 +51,7 @@ const ARM: [Row; 29] = [
     ("*_index2", "*_index1", Some(Bone::LeftIndexIntermediate)),
     ("*_index3", "*_index2", Some(Bone::LeftIndexDistal)),
     ("*_index_null", "*_index3", None),
-    // The bone below the thumb's first joint is of the wrist: the metacarpal begins at the second.
+    // The bone of the thumb's first joint belongs to the wrist. The metacarpal begins at the second joint.
     ("*_thumb0", "*_wrist", None),
     ("*_thumb1", "*_thumb0", Some(Bone::LeftThumbMetacarpal)),
     ("*_thumb2", "*_thumb1", Some(Bone::LeftThumbProximal)),
@@ -81,10 +81,10 @@ const HEAD: [Row; 17] = [
     ("c_head_null", "c_head", None),
 ];
 
-/// The number of the last helper of a limb's twist.
+/// The number of the last twist helper of a limb.
 const LAST_TWIST: usize = 4;
 
-/// The 127 joints of the Momentum Human Rig. Those that end in `_proc` share the twist of the limb above them.
+/// The 127 joints of the Momentum Human Rig. Joints with a name that ends in `_proc` share the twist of their limb.
 pub fn mhr() -> Vec<Joint> {
     let mut joints: Vec<Joint> = Vec::new();
     let mut add = |rows: &[Row], side: Option<Side>| {
@@ -116,14 +116,14 @@ pub fn mhr() -> Vec<Joint> {
     joints
 }
 
-/// The keypoints of the body and the head of SAM 3D Body, and where those of a hand stand.
+/// The body and head keypoints of SAM 3D Body, with the positions of the hand keypoints.
 const KEYPOINTS: &str = "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow right_elbow \
      left_hip right_hip left_knee right_knee left_ankle right_ankle left_big_toe left_small_toe left_heel right_big_toe \
      right_small_toe right_heel right_hand right_wrist left_hand left_wrist left_olecranon right_olecranon \
      left_cubital_fossa right_cubital_fossa left_acromion right_acromion neck";
 
-/// The names of the 70 keypoints of SAM 3D Body. Those of a hand go from the thumb to the little finger, and from tip
-/// to knuckle.
+/// The names of the 70 keypoints of SAM 3D Body. The keypoints of a hand go from the thumb to the little finger, and
+/// from tip to knuckle.
 pub fn mhr70() -> Vec<String> {
     let of_hand = |side: &str| -> Vec<String> {
         let fingers = ["thumb", "index", "middle", "ring", "pinky"].into_iter();

@@ -1,4 +1,4 @@
-//! The steps that changed a scene, as they are recorded in it.
+//! The steps that changed a scene, as the scene records them.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -17,21 +17,21 @@ fn is_one_metre(metres: &f64) -> bool {
     *metres == 1.0
 }
 
-/// A step that changed positions or times, with the values that are needed to undo it.
+/// A step that changed positions or times, with the values to undo it.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "step", rename_all = "snake_case")]
 pub enum AppliedStep {
-    /// `Importer::retime`: all frames are kept, and play at another rate.
+    /// `Importer::retime`: keeps all frames, and plays them at another rate.
     Retime {
-        /// The ticks per second instead of the file's own.
+        /// The ticks per second that replace the file's own.
         frames_per_second: f64,
     },
-    /// `Importer::clips`: the other animations of the file were dropped.
+    /// `Importer::clips`: drops the other animations of the file.
     SelectClip {
-        /// Its index among the file's animations, from 0.
+        /// The index of the animation in the file, from 0.
         index: usize,
     },
     /// [`Scene::convert_units`](crate::Scene::convert_units).
@@ -49,9 +49,9 @@ pub enum AppliedStep {
     },
     /// [`Scene::trim`](crate::Scene::trim).
     Trim {
-        /// The earlier tick that is now tick 0.
+        /// The old tick that becomes tick 0.
         first: f64,
-        /// The earlier tick that is now the last.
+        /// The old tick that becomes the last.
         last: f64,
     },
     /// [`Scene::resample`](crate::Scene::resample).
@@ -63,53 +63,53 @@ pub enum AppliedStep {
     InPlace,
     /// [`Scene::extract_root_motion`](crate::Scene::extract_root_motion).
     RootMotion,
-    /// The frames of all joints were put along the axes of the world at rest, so that the rotations of the rest pose
-    /// are zero: `RestPoseSource::TPose`.
+    /// Aligns the axes of all joints with the world axes in the rest pose, so that the rotations of the rest pose are
+    /// zero: `RestPoseSource::TPose`.
     ZeroRestRotations,
-    /// `figure::vrm_humanoid`: the bones of the humanoid alone.
+    /// `figure::vrm_humanoid`: keeps only the bones of the humanoid.
     VrmHumanoid {
-        /// The rotation about +Y that brought the figure to face +Z at rest, in degrees.
+        /// The rotation about +Y, in degrees, that turns the figure to +Z at rest.
         heading: f64,
-        /// How far it was raised, in metres, because its feet stood below the origin.
+        /// The lift in metres. The figure was raised because its feet were below the origin.
         lift: f64,
     },
-    /// `retarget`: the motion is on the skeleton of another file.
+    /// `retarget`: moves the motion to the skeleton of another file.
     Retarget {
-        /// Where the skeleton comes from, and what was done to it.
+        /// The origin of the skeleton, and the steps that changed it.
         onto: SecondMotion,
-        /// How many times as long the steps over the ground are, both in metres.
+        /// The ratio of step lengths over the ground, new to old, both in metres.
         scale: f64,
-        /// Whether the feet were to be held where the source's are.
+        /// Whether feet were held during the ground contacts of the source.
         lock_feet: bool,
     },
-    /// `figure::name_joints`: joints were given other names.
+    /// `figure::name_joints`: renames joints.
     NameJoints {
-        /// Those whose name is another.
+        /// The renamed joints.
         joints: Vec<JointRename>,
     },
-    /// A step of `edit`, which cannot be undone.
+    /// A step of `edit`. It cannot be undone.
     Edit {
         /// The step with all its options.
         edit: StepRecord,
-        /// The second motion, of a step that takes one.
+        /// The second motion, if the step takes one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         with: Option<SecondMotion>,
-        /// Which joint is which bone, where the caller of the step said so: the name of the joint, or none for a bone
-        /// that no joint is. Empty where the step found the bones.
+        /// The joint name of each bone, if the caller stated the bones. `None` for a bone without a joint. Empty if the
+        /// step found the bones.
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
         bones: BTreeMap<HumanoidBone, Option<String>>,
     },
 }
 
 impl AppliedStep {
-    /// Whether it is a step of `edit` that moves something: another rest pose and other frames of joints do not.
+    /// Whether it is an `edit` step that changes the motion. Changes of the rest pose and of joint axes do not.
     #[doc(hidden)]
     pub fn changes_motion(&self) -> bool {
         let Self::Edit { edit, .. } = self else { return false };
         !matches!(edit.step(), Some("bone-axis" | "rest"))
     }
 
-    /// Whether the frames of joints are others at rest than those of the source.
+    /// Whether the rest axes of joints differ from the source's.
     #[doc(hidden)]
     pub fn takes_new_axes(&self) -> bool {
         match self {
@@ -120,8 +120,8 @@ impl AppliedStep {
     }
 }
 
-/// A step of `edit` as files record it. It is a JSON object with the name of the step in `step` and its options beside
-/// it, or a text in files of earlier versions.
+/// A step of `edit` as files record it. It is a JSON object with the step's name in `step`, next to its options.
+/// Earlier versions recorded a text.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,30 +130,30 @@ impl AppliedStep {
 pub struct StepRecord(#[doc(hidden)] pub serde_json::Value);
 
 impl StepRecord {
-    /// The name of the step; `None` where the record is a text.
+    /// The name of the step; `None` if the record is a text.
     pub fn step(&self) -> Option<&str> {
         self.0.get("step")?.as_str()
     }
 }
 
-/// The JSON.
+/// Prints the JSON.
 impl fmt::Display for StepRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
     }
 }
 
-/// A joint that was given another name.
+/// A renamed joint.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JointRename {
-    /// Its name before.
+    /// The old name.
     pub from: String,
-    /// Its name after.
+    /// The new name.
     pub to: String,
-    /// How many nodes of the name before stand before it, in the order of nodes.
+    /// The number of earlier nodes with the old name, in the order of nodes.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub earlier: usize,
 }
@@ -163,7 +163,7 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// The second motion, or the skeleton, of a step: its origin, and its changes before.
+/// The second motion or the skeleton of a step: its origin, and the steps that changed it before.
 ///
 /// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -171,7 +171,7 @@ fn is_zero(count: &usize) -> bool {
 #[serde(default)]
 #[non_exhaustive]
 pub struct SecondMotion {
-    /// The file that it was read from.
+    /// The file from which it was read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Origin>,
     /// How the root's OFFSET was used.
@@ -183,7 +183,7 @@ pub struct SecondMotion {
 }
 
 impl SecondMotion {
-    /// A motion that is at hand.
+    /// A record of a motion in memory.
     #[doc(hidden)]
     pub fn of(scene: &Scene) -> Self {
         Self {

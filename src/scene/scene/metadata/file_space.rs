@@ -1,8 +1,8 @@
-//! The space of the numbers in a file.
+//! The coordinate space of the numbers in a file.
 
 use super::UpAxis;
 
-/// The unit and the up axis of the numbers in a file, each where its reader has converted from it.
+/// The unit and the up axis of the numbers in a file. Each is set if the reader converted from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[doc(hidden)]
 pub struct FileSpace {
@@ -10,7 +10,7 @@ pub struct FileSpace {
     pub metres_per_unit: Option<f64>,
     #[doc(hidden)]
     pub up: Option<UpAxis>,
-    /// Whether the file leaves its up axis open.
+    /// Whether the file does not state its up axis.
     #[doc(hidden)]
     pub up_is_guess: bool,
 }
