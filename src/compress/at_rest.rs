@@ -1,17 +1,18 @@
-//! Whether what stays constant in a motion is as in the rest pose. Where it is, one transform is stored for both; where
-//! it is not, both are, so that a figure at rest is the one that was written.
+//! Compares the constant tracks of a motion with the rest pose. If they are equal, one transform is stored for both.
+//! Otherwise both are stored, so that the rest pose is preserved.
 
 use glam::{Quat, Vec3};
 
-/// The largest rotation between both, in radians: 0.03 degrees.
+/// The largest rotation in radians between a constant track and the rest pose that counts as equal: 0.03 degrees.
 const ROTATED: f32 = 5e-4;
 
-/// The largest distance between both, as a fraction of the distance from the parent.
+/// The largest distance between a constant track and the rest pose that counts as equal, as a fraction of the distance
+/// from the parent.
 const MOVED: f32 = 1e-3;
 
 /// Whether a constant rotation equals the rest pose.
 pub fn is_rotation_of_rest(constant: Quat, rest: Quat) -> bool {
-    // Of small angles the cosine is too coarse.
+    // The cosine is too coarse for small angles.
     let between = constant * rest.conjugate();
     2.0 * Vec3::new(between.x, between.y, between.z).length() <= ROTATED
 }

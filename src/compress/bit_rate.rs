@@ -1,10 +1,10 @@
 //! Bit rate selection: the fewest bits per component with which the QUATERNION filter keeps a track within its
-//! tolerance, and the keys with that bit rate.
+//! tolerance, and the resulting keys.
 //!
-//! A rotation about the arm to a child hardly moves the child. So among the [`candidates`](super::candidates) around a
-//! target some are far better than the nearest, and a track needs about one bit less than if it were rounded. Variable
-//! bit rates come from the Animation Compression Library: N. Frechette, "Animation Compression: Advanced
-//! Quantization", <https://nfrechette.github.io/2017/03/12/anim_compression_advanced_quantization/>
+//! A rotation about the lever arm to a child hardly moves the child. So some [`candidates`](super::candidates) around a
+//! target are far better than the nearest one, and a track needs about one bit less than with rounding. Variable bit
+//! rates come from the Animation Compression Library: N. Frechette, "Animation Compression: Advanced Quantization",
+//! <https://nfrechette.github.io/2017/03/12/anim_compression_advanced_quantization/>
 
 use mocap_scene::math::soa::single::LANES;
 use mocap_scene::math::wide;
@@ -13,8 +13,8 @@ use super::candidates::{Candidates, DroppedComponents};
 use super::compensation::Compensation;
 use super::quantize::{Lattice, QuantizedRotation};
 
-/// The coarsest lattice from `coarsest` on that keeps the error at every key frame within `tolerance`, and the keys. If
-/// none does, the finest.
+/// The coarsest lattice, from `coarsest` on, that keeps the error at every key frame within `tolerance`, with the keys.
+/// If no lattice does, the finest.
 pub fn select(
     joint: &Compensation,
     coarsest: Lattice,
@@ -34,7 +34,7 @@ pub fn select(
 }
 
 wide::dispatch! {
-    /// The keys on a lattice; `None` if the error of one is above `tolerance`, unless it is the finest lattice.
+    /// The keys on a lattice. `None` if an error is above `tolerance`, unless it is the finest lattice.
     pub fn quantize(
         joint: &Compensation<'_>,
         lattice: Lattice,
@@ -52,7 +52,7 @@ fn quantize_lanes(
     key_frames: &[u32],
     tolerance: f32,
 ) -> Option<Vec<QuantizedRotation>> {
-    // With capacity for keys that refinement inserts.
+    // With capacity for the keys that refinement inserts.
     let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(key_frames.len() + key_frames.len() / 4);
     for frames in key_frames.chunks(LANES) {
         let targets = joint.targets(frames);
@@ -68,7 +68,7 @@ fn quantize_lanes(
 }
 
 wide::dispatch! {
-    /// Whether a sample of the key frames is within `tolerance`: a lattice that is too coarse mostly shows in a few.
+    /// Whether a sample of the key frames is within `tolerance`. A lattice that is too coarse usually fails in a few.
     pub fn may_suffice(joint: &Compensation<'_>, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
         may_suffice_lanes(joint, lattice, key_frames, tolerance)
     }
@@ -76,7 +76,7 @@ wide::dispatch! {
 
 #[inline(always)]
 fn may_suffice_lanes(joint: &Compensation, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
-    /// Key frames from one of a sample to the next: a prime, so that no rhythm of a motion is the sample's.
+    /// The step between the sampled key frames: a prime number, so that no period of a motion coincides with it.
     const EVERY: usize = 13;
     let sample: Vec<u32> = key_frames.iter().step_by(EVERY).copied().collect();
     let mut keys = Vec::with_capacity(LANES);
@@ -96,7 +96,7 @@ fn may_suffice_lanes(joint: &Compensation, lattice: Lattice, key_frames: &[u32],
 }
 
 wide::dispatch! {
-    /// Keys for some frames on a lattice, each given the key before it.
+    /// The keys for some frames on a lattice, given the key before each frame.
     pub fn quantize_after(
         joint: &Compensation<'_>,
         lattice: Lattice,

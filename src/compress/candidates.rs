@@ -1,9 +1,9 @@
-//! Candidates: the stored rotations around a target, and what each costs.
+//! Candidates: the possible stored rotations around a target, and their costs.
 //!
-//! The QUATERNION filter can store the points of a lattice. The target lies in one of its cells, and the eight corners
-//! of the cell are the candidates. A candidate costs its rate, the bits of its difference to the key before, and its
-//! distortion, its error in units of bits: rate-distortion optimization, as in video encoders. All candidates of eight
-//! frames are evaluated together, and the [`trellis`](super::trellis) finds those that cost least together.
+//! The QUATERNION filter can store the points of a lattice. The target lies in a cell of the lattice, whose eight
+//! corners are the candidates. The cost of a candidate is its rate plus its distortion: the bits of its difference to
+//! the key before, and its error in units of bits. This is rate-distortion optimization, as in video encoders. The
+//! candidates of eight frames are evaluated together, and the [`trellis`](super::trellis) finds the cheapest sequence.
 
 use glam::Quat;
 use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
@@ -13,30 +13,30 @@ use super::error_metric::LeverArms;
 use super::quantize::{Lattice, QuantizedRotation, dropped_component};
 use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
 
-/// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints
-/// further down the chain have to compensate for the error. Found by trials on the fixtures.
+/// The distortion in bits of an error as large as the tolerance. It grows with the square of the error, because joints
+/// further down the chain have to compensate for the error. Tuned on the fixtures.
 const DISTORTION: f32 = 12.0;
-/// As before, on a fine lattice: there nearly all differences take 8 bits, whichever candidate is chosen.
+/// The same distortion on a fine lattice, where nearly all differences take 8 bits, whichever candidate is chosen.
 const DISTORTION_OF_FINE: f32 = 18.0;
 
-/// The largest error of a candidate, as a fraction of the tolerance, squared. The rest is for rounding.
+/// The largest error of a candidate, as a fraction of the tolerance, squared. The remainder is for rounding.
 const MAX_SQUARED_ERROR: f32 = 0.98;
 
-/// The largest difference between decoders, as a fraction of the tolerance. It cannot be compensated for, because it is
-/// not equal for all readers.
+/// The largest difference between decoders, as a fraction of the tolerance. Compensation cannot correct it, because it
+/// differs between readers.
 const MAX_AMBIGUITY: f32 = 0.15;
 
 /// The cost of a candidate whose error is as large as the tolerance or larger.
 const PENALTY: f32 = 1000.0;
 
-/// The component that is dropped at each of several frames.
+/// The dropped component at each of several frames.
 pub(super) enum DroppedComponents {
     Same(usize),
     Each([usize; LANES]),
 }
 
 impl DroppedComponents {
-    /// For frames that follow one another, after a key that has dropped `previous`.
+    /// For consecutive frames, after a key that has dropped `previous`.
     #[inline(always)]
     pub(super) fn in_sequence(target: &Quaternions, mut previous: Option<usize>) -> Self {
         if let Some(previous) = previous {
@@ -64,7 +64,7 @@ impl DroppedComponents {
         Self::Each(each)
     }
 
-    /// For frames each of which has its own key before it.
+    /// For frames that each have their own preceding key.
     #[inline(always)]
     pub(super) fn independent(target: &Quaternions, previous: impl Fn(usize) -> Option<usize>) -> Self {
         Self::Each(std::array::from_fn(|lane| {
@@ -80,7 +80,7 @@ impl DroppedComponents {
         }
     }
 
-    /// The components x, y, z and w, given the dropped one and the three after it.
+    /// Returns the components x, y, z and w from the dropped one and the three after it.
     #[inline(always)]
     fn in_order(&self, after_dropped: [Lanes; 4]) -> Quaternions {
         let mut components = [Lanes::ZERO; 4];
@@ -101,7 +101,7 @@ impl DroppedComponents {
 /// A corner of a cell.
 #[derive(Clone, Copy)]
 struct Corner {
-    /// Bit 0, 1 and 2: whether it is on the far side along the first, second and third axis.
+    /// Bits 0, 1 and 2: whether the corner is on the far side along the first, second and third axis.
     index: usize,
     cost: f32,
 }
@@ -138,15 +138,15 @@ pub(super) struct Candidates<'a> {
     distortions: Distortions,
 }
 
-/// Cells of the lattice, one per lane, and the rotation errors in them, to first order.
+/// Cells of the lattice, one per lane, and a linear approximation of the rotation errors in them.
 struct Cells {
     /// The corner with the smallest coordinates.
     origin: [Lanes; 3],
-    /// From the target to there, in steps.
+    /// The offset from the target to the origin, in lattice steps.
     offset: [Lanes; 3],
     /// The rotation error at the target, as axis times angle.
     rotation_error: Vectors,
-    /// What a step along each axis adds to it.
+    /// The change of the rotation error for a step along each axis.
     per_step: [Vectors; 3],
     /// The error of the joint's position.
     position_error: Vectors,
@@ -172,7 +172,7 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Adds the best candidates at the first `count` frames, which follow one another and the last of `keys`.
+    /// Appends the best candidates for the first `count` frames, which are consecutive and follow the last of `keys`.
     #[inline(always)]
     pub(super) fn push_best(&self, count: usize, keys: &mut Vec<QuantizedRotation>) {
         let good = if count == LANES { self.push_cheapest(keys) } else { 0 };
@@ -182,8 +182,9 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Adds the candidates that are cheapest together at all frames, up to the first one that will not do. All are
-    /// chosen before any is decoded, so that they can be decoded together. Returns how many were added.
+    /// Appends the cheapest sequence of candidates, up to the first frame whose candidate is not acceptable. All
+    /// candidates are chosen before the first is decoded, so that they can be decoded together. Returns the number of
+    /// appended keys.
     #[inline(always)]
     fn push_cheapest(&self, keys: &mut Vec<QuantizedRotation>) -> usize {
         let mut stored = [[0; 4]; LANES];
@@ -220,7 +221,7 @@ impl<'a> Candidates<'a> {
         good
     }
 
-    /// The corners of the cells that cost least together, after the key `before`.
+    /// The corners with the least total cost, after the key `before`.
     #[inline(always)]
     fn cheapest(&self, before: Option<&QuantizedRotation>) -> [usize; LANES] {
         if !self.lattice.stores_differences() {
@@ -241,7 +242,7 @@ impl<'a> Candidates<'a> {
         trellis.cheapest()
     }
 
-    /// The best candidate at one frame.
+    /// The best candidate for one frame.
     #[inline(always)]
     pub(super) fn best(&self, lane: usize, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let dropped = self.dropped.at(lane);
@@ -255,8 +256,8 @@ impl<'a> Candidates<'a> {
         self.best_of_more(lane, dropped, previous)
     }
 
-    /// The cheapest unambiguous candidate of the cell or, where it has none, of the lattice points up to a step around
-    /// it. If those have none either, the least ambiguous of those within the tolerance.
+    /// The cheapest unambiguous candidate of the cell. If there is none, of the lattice points up to a step around it.
+    /// If there is none either, the least ambiguous one within the tolerance.
     #[inline(never)]
     fn best_of_more(&self, lane: usize, dropped: usize, previous: Option<[i32; 3]>) -> QuantizedRotation {
         let origin = self.cells.origin(lane);
@@ -274,8 +275,8 @@ impl<'a> Candidates<'a> {
         })
     }
 
-    /// The cheapest unambiguous corner of some cells, each given by its origin and the costs of its corners. As an
-    /// error, of those within the tolerance the least ambiguous; if none is, the cheapest.
+    /// The cheapest unambiguous corner of some cells, given the origin of each and the costs of its corners. The error
+    /// value is the least ambiguous corner within the tolerance, or the cheapest corner if none is within it.
     fn cheapest_unambiguous(
         &self,
         dropped: usize,
@@ -306,7 +307,7 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Whether all readers decode nearly equal values.
+    /// Whether all readers decode nearly the same value.
     #[inline(always)]
     fn is_unambiguous(&self, key: &QuantizedRotation) -> bool {
         self.lattice.is_coarse() || self.is_negligible(self.ambiguity_of(key))
@@ -317,8 +318,8 @@ impl<'a> Candidates<'a> {
         ambiguity <= MAX_AMBIGUITY * self.tolerance
     }
 
-    /// How far readers may differ about the end of the chain, in metres: because of the rounding of a component, and
-    /// because some do not normalize.
+    /// The largest difference between readers at the end of the chain, in metres. Readers round components differently,
+    /// and some do not normalize.
     #[inline(always)]
     fn ambiguity(&self, squared_length: f32, ambiguous: u8) -> f32 {
         let stretch = (squared_length - 1.0).abs();
@@ -351,12 +352,12 @@ fn at_lane(distortions: &Distortions, lane: usize) -> Lanes {
 }
 
 impl Cells {
-    /// The cells that the targets lie in.
+    /// The cells that contain the targets.
     #[inline(always)]
     fn new(targets: &Targets, scale: f32, dropped: &DroppedComponents) -> Self {
         let components = targets.rotation.components();
         // The rotation error is a quaternion product, which is linear in the components of the rotation. These are the
-        // vector parts of the products with 1 instead of one component, and 0 instead of the others.
+        // vector parts of the products of the unit quaternions.
         let Quaternions { x, y, z, w } = targets.parent_to_raw;
         let vectors = |x, y, z| Vectors { x, y, z };
         let derivatives = [
@@ -365,7 +366,7 @@ impl Cells {
             vectors(y, -x, w),
             vectors(x, y, z),
         ];
-        // The dropped component first, and then the three after it.
+        // The dropped component first, then the three after it.
         let mut ordered = [Lanes::ZERO; 4];
         let mut ordered_derivatives = [Vectors::ZERO; 4];
         for slot in 0..4 {
@@ -385,7 +386,7 @@ impl Cells {
         }
         let [largest, stored @ ..] = ordered;
         let at_target = targets.parent_to_raw * targets.rotation;
-        // The sign that is stored is the one that makes the dropped component positive.
+        // The stored sign makes the dropped component positive.
         let twice = Lanes::all(2.0).negated_where_negative(at_target.w);
         let step = (twice * Lanes::all(1.0 / scale)).negated_where_negative(largest);
         let mut cells = Self {
@@ -395,7 +396,7 @@ impl Cells {
             per_step: [Vectors::ZERO; 3],
             position_error: targets.position_error,
         };
-        // Loops and no closures: `array::map` and `array::from_fn` are functions of their own, without wide vectors.
+        // Loops instead of closures: `array::map` and `array::from_fn` are separate functions without wide vectors.
         for axis in 0..3 {
             let point = (stored[axis] * Lanes::all(scale)).negated_where_negative(largest);
             cells.origin[axis] = floor(point);
@@ -413,7 +414,7 @@ impl Cells {
         [x.0[lane] as i32, y.0[lane] as i32, z.0[lane] as i32]
     }
 
-    /// Eight cells: one lane's cell, moved by a step back or ahead along each axis. Their corners are all lattice
+    /// Eight cells: the cell of one lane, moved by a step back or ahead along each axis. Their corners are the lattice
     /// points of the cell and up to a step around it.
     #[inline(always)]
     fn neighbours(&self, lane: usize) -> Self {
@@ -428,7 +429,7 @@ impl Cells {
         }
     }
 
-    /// The distortion of every corner, in bits. To first order, because a step is a small rotation.
+    /// The distortion of every corner in bits, as a linear approximation, because a step is a small rotation.
     #[inline(always)]
     fn distortions(&self, arms: &LeverArms, tolerance: f32, lattice: Lattice) -> Distortions {
         let weight = if lattice.is_coarse() {

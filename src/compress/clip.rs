@@ -1,4 +1,4 @@
-//! The compressed clip: for every joint a translation track and a rotation track, each constant or animated.
+//! The compressed clip. Every joint has a translation track and a rotation track, each constant or animated.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use super::curves::JointCurves;
 use super::key_frames::{self, Insertion, KeyFrames};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 
-/// An animation whose error is within the bound.
+/// An animation with an error within the bound.
 #[doc(hidden)]
 pub struct CompressedClip {
-    /// One per node of the scene.
+    /// One track per node of the scene.
     #[doc(hidden)]
     pub tracks: Vec<CompressedTrack>,
     /// The tick of every frame.
@@ -21,14 +21,14 @@ pub struct CompressedClip {
     pub error: MeasuredError,
 }
 
-/// What drives one node.
+/// The tracks of one node.
 #[doc(hidden)]
 pub struct CompressedTrack {
     #[doc(hidden)]
     pub translation: TranslationTrack,
     #[doc(hidden)]
     pub rotation: RotationTrack,
-    /// What the tracks are made of, where the encoding states [Euler angles](super::curves::EulerAngles).
+    /// The curves that the tracks represent, if the encoding states [Euler angles](super::curves::EulerAngles).
     #[doc(hidden)]
     pub curves: Option<Box<JointCurves>>,
 }
@@ -41,16 +41,15 @@ pub enum Track<Value, Format, Key> {
     Constant(Value),
     Animated {
         format: Format,
-        /// Those of all tracks that have keys at these frames.
+        /// The key frames, shared by all tracks with keys at the same frames.
         key_frames: Arc<KeyFrames>,
-        /// One per key frame.
+        /// One key per key frame.
         keys: Vec<Key>,
     },
 }
 
 impl<Value, Format, Key: Copy> Track<Value, Format, Key> {
-    /// Inserts the keys that `quantize` makes, from the format and the keys so far. A constant track has nothing to
-    /// insert.
+    /// Inserts keys from `quantize`, which gets the format and the present keys. A constant track does not change.
     pub(super) fn insert(
         &mut self,
         new_key_frames: &Arc<KeyFrames>,
@@ -70,14 +69,14 @@ impl<Value, Format, Key: Copy> Track<Value, Format, Key> {
     }
 }
 
-/// The error of a clip: distances between where joints are and where they should be.
+/// The error of a clip: the distances of joints from their positions in the source.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[doc(hidden)]
 pub struct MeasuredError {
-    /// The largest distance, in metres.
+    /// The largest distance in metres.
     #[doc(hidden)]
     pub max: f64,
-    /// The root of the mean square of all distances, in metres.
+    /// The RMS of all distances in metres.
     #[doc(hidden)]
     pub rms: f64,
     /// The node with the largest distance.
@@ -90,11 +89,11 @@ pub struct MeasuredError {
 
 /// Bytes of a key time, a 32-bit float.
 pub(super) const TIME_BYTES: usize = size_of::<f32>();
-/// About the bytes that an accessor of key times takes in the JSON of a glTF file.
+/// The approximate bytes of an accessor for key times in the JSON of a glTF file.
 const TIME_ACCESSOR_BYTES: usize = 120;
 
 impl CompressedClip {
-    /// The key frames of all animated tracks, each with the bytes of a key without its time.
+    /// The key frames of all animated tracks, with the bytes of a key without its time.
     pub(super) fn animated_tracks(&self) -> impl Iterator<Item = (&Arc<KeyFrames>, usize)> {
         self.tracks.iter().flat_map(|track| {
             let translation = match &track.translation {
@@ -109,7 +108,7 @@ impl CompressedClip {
         })
     }
 
-    /// The key frames of all tracks, each set once.
+    /// The distinct key frame lists of all tracks.
     #[doc(hidden)]
     pub fn distinct_key_frames(&self) -> Vec<&Arc<KeyFrames>> {
         let mut distinct: Vec<&Arc<KeyFrames>> = Vec::new();
@@ -127,7 +126,7 @@ impl CompressedClip {
         self.animated_tracks().map(|(key_frames, _)| key_frames.len()).sum()
     }
 
-    /// Bytes of all keys and their times, where they are stored without streams.
+    /// The bytes of all keys and times, if they are stored without streams.
     #[doc(hidden)]
     pub fn size(&self) -> usize {
         let keys: usize = self.animated_tracks().map(|(frames, bytes)| frames.len() * bytes).sum();

@@ -1,8 +1,9 @@
-//! Error compensation: each joint is encoded for the parent that a reader has, not for the parent of the raw clip.
+//! Error compensation: encodes each joint relative to the parent that a reader decodes, not relative to the parent in
+//! the raw clip.
 //!
-//! Errors add up along a chain: a hand is off by the errors of all joints above it. So the target of a joint is its
-//! rotation to the lossy parent that puts its children in their positions of the raw clip. The joint itself is a little
-//! off. What remains at the end of a chain is hardly more than the error of its last joint.
+//! Errors accumulate along a chain: a hand has the errors of all its ancestors. So the target of a joint is the
+//! rotation, relative to the lossy parent, that puts its children at their positions in the raw clip. The joint itself
+//! has a small error. At the end of a chain, the error is hardly more than that of the last joint.
 //!
 //! N. Frechette calls this in-place correction: "Animation Compression: Error Compensation",
 //! <https://nfrechette.github.io/2016/12/22/anim_compression_error_compensation/>
@@ -16,36 +17,36 @@ use super::key_frames;
 use super::object_space::ObjectSpaceTrack;
 use super::quantize::{QuantizedRotation, RotationFormat};
 
-/// A joint below its lossy parent.
+/// A joint and its lossy parent.
 pub struct Compensation<'a> {
     pub arms: &'a LeverArms,
     pub raw: &'a ObjectSpaceTrack,
-    /// Where a reader has the joint in object space: follows from its parent and its translation.
+    /// The decoded positions in object space. They follow from the parent and the translation.
     pub lossy_positions: &'a [Vec3],
     pub lossy_parent: Option<&'a ObjectSpaceTrack>,
 }
 
 /// The target of a joint's rotation at one frame.
 pub struct Target {
-    /// The best rotation to the lossy parent.
+    /// The best rotation relative to the lossy parent.
     pub(super) rotation: Quat,
-    /// From the axes of the lossy parent to those of the raw joint: from a rotation to the lossy parent to the rotation
-    /// error of the joint.
+    /// From the axes of the lossy parent to the axes of the raw joint. Its product with a rotation relative to the
+    /// lossy parent is the rotation error of the joint.
     parent_to_raw: Quat,
-    /// From where the joint should be to where it is, in its own axes.
+    /// From the correct to the decoded position, in the joint's own axes.
     position_error: Vec3,
-    /// The rotation error, axis times angle, that the best rotation leaves.
+    /// The remaining rotation error (axis times angle) of the best rotation.
     rotation_error: Vec3,
 }
 
 impl Target {
-    /// The error that a rotation to the lossy parent leaves.
+    /// The remaining error of a rotation relative to the lossy parent.
     pub(super) fn error(&self, arms: &LeverArms, rotation: Quat) -> f32 {
         arms.error(self.position_error, self.parent_to_raw * rotation)
     }
 
-    /// The least change of a rotation that is `off` the best one and brings the error to `goal`. Both are axis times
-    /// angle in the axes of the joint. `None` if the error is no larger than `largest`.
+    /// The smallest change that brings the error of a rotation to `goal`. `off` is the difference of the rotation from
+    /// the best one. Both are axis times angle, in the axes of the joint. `None` if the error is at most `largest`.
     #[inline]
     pub(super) fn correction(&self, arms: &LeverArms, off: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         arms.correction(self.position_error, self.rotation_error + off, largest, goal)
@@ -71,7 +72,7 @@ impl Targets {
         }
     }
 
-    /// The largest error that `keys` leave, one for each frame.
+    /// The largest remaining error of `keys`, one for each frame.
     #[inline(always)]
     pub(super) fn largest_error(&self, arms: &LeverArms, keys: &[QuantizedRotation]) -> f32 {
         let values = Quaternions::of(|lane| keys[lane.min(keys.len() - 1)].value.to_array());
@@ -87,7 +88,7 @@ impl Targets {
 }
 
 impl Compensation<'_> {
-    /// The targets at as many frames as there are lanes, or fewer: then the last one is repeated.
+    /// The targets at as many frames as there are lanes, or fewer: the last target is repeated.
     #[inline(always)]
     pub(super) fn targets(&self, frames: &[u32]) -> Targets {
         let to_raw = rotations_at(&self.raw.rotations, frames).conjugate();
@@ -112,7 +113,7 @@ impl Compensation<'_> {
         }
     }
 
-    /// The targets at any number of frames, one after the other.
+    /// The targets at any number of frames, in order.
     fn each_target(&self, frames: &[u32]) -> impl Iterator<Item = Target> {
         frames.chunks(LANES).flat_map(|frames| {
             let targets = self.targets(frames);
@@ -125,10 +126,10 @@ impl Compensation<'_> {
             .collect()
     }
 
-    /// One rotation whose error is within `tolerance` at every frame, if the mean of all targets is one.
+    /// A constant rotation with an error within `tolerance` at every frame, if the mean of all targets is one.
     pub(super) fn constant_rotation(&self, tolerance: f32) -> Option<Quat> {
         let last = self.lossy_positions.len().checked_sub(1)?;
-        // Most joints rotate so much that three frames show it.
+        // For most joints, three frames suffice to see that they rotate too much.
         let three: Vec<Target> = self.each_target(&[0, last.div_ceil(2) as u32, last as u32]).collect();
         let first = three[0].rotation;
         let add = |sum: Quat, target: &Target| sum + in_hemisphere_of(first, target.rotation);
@@ -156,7 +157,7 @@ impl Compensation<'_> {
         keys
     }
 
-    /// As [`Self::quantize`], for frames each of which has a key before it already.
+    /// Like [`Self::quantize`], for frames with known preceding keys.
     pub(super) fn quantize_after(
         &self,
         format: RotationFormat,
@@ -170,7 +171,7 @@ impl Compensation<'_> {
     }
 }
 
-// Functions, for a closure that is not inlined is compiled for every processor, without wide vectors.
+// Functions, because a closure that is not inlined is compiled for every processor, without wide vectors.
 
 #[inline(always)]
 fn positions_at(all: &[Vec3], frames: &[u32]) -> Vectors {
@@ -182,13 +183,14 @@ fn rotations_at(all: &[Quat], frames: &[u32]) -> Quaternions {
     Quaternions::of(|lane| all[frame_of(lane, frames)].to_array())
 }
 
-/// The frame in a lane; the last one in the lanes beyond.
+/// The frame in a lane. Excess lanes repeat the last frame.
 #[inline(always)]
 fn frame_of(lane: usize, frames: &[u32]) -> usize {
     frames[lane.min(frames.len() - 1)] as usize
 }
 
-/// The translation to the lossy parent, in units of the length `scale`, that puts a joint where the raw clip has it.
+/// The translation relative to the lossy parent, in units of length `scale`, that puts a joint at its position in the
+/// raw clip.
 pub(super) fn target_translation(
     raw: &ObjectSpaceTrack,
     scale: f32,

@@ -1,4 +1,4 @@
-//! Constant tracks: a track that hardly moves anything becomes one value.
+//! Constant tracks: replaces tracks that hardly move anything by one value.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::quaternion;
@@ -7,10 +7,10 @@ use super::error_bound::Bounds;
 use super::error_metric::SHELL_DISTANCE;
 use super::raw_clip::RawClip;
 
-/// Makes a track constant if all its values are near their mean. Then no joint and no point of a shell moves by more
-/// than this `fraction` of its bound.
+/// Makes a track constant if all its values are near their mean: no joint and no point of a shell may move by more than
+/// `fraction` of its bound.
 pub(super) fn compact(clip: &mut RawClip, bounds: &Bounds, fraction: f32) {
-    // How far from a joint its rotation moves something: the next joints that rotate compensate for it.
+    // The lever arm of each joint's rotation. It ends at the next rotating joints, which compensate for the error.
     let mut lever_arms = vec![SHELL_DISTANCE; clip.joints.len()];
     for index in (0..clip.joints.len()).rev() {
         let joint = &clip.joints[index];

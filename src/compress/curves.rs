@@ -1,10 +1,10 @@
-//! Curves, as FBX has them: a value of one axis with keys of its own and straight lines between them. A rotation is
-//! three angles, each a curve.
+//! Curves as in FBX: the values of one axis with separate keys and straight lines between them. A rotation is three
+//! angles, each with a curve.
 //!
-//! Programs differ in what they make of curves of angles. Most evaluate them; Blender, Assimp and three.js compute the
-//! rotation at every key of any of the three, and interpolate these rotations. For positions three.js holds the last
-//! value of an axis that has no key. So all axes that move have their keys at the same frames. Beside its curves a
-//! joint has tracks with these keys, and [`measure`](super::measure) follows both.
+//! Programs interpret angle curves differently. Most evaluate them. Blender, Assimp and three.js compute the rotation
+//! at every key of any of the three curves, and interpolate these rotations. For positions three.js holds the last
+//! value of an axis without a key. So all moving axes have keys at the same frames. A joint has both the curves and
+//! tracks with the same keys, and [`measure`](super::measure) evaluates both.
 
 use std::sync::Arc;
 
@@ -15,16 +15,16 @@ use mocap_scene::scene::RotationOrder;
 
 use super::key_frames::{self, KeyFrames};
 
-/// Degrees between two keys of an angle from which three.js puts keys of its own there, and leaves out the second.
+/// The degrees between two keys of an angle from which on three.js adds keys of its own, and omits the second key.
 const LARGEST_SPAN: f64 = 180.0;
 
-/// How a file states the rotation of a node to its parent.
+/// The form in which a file states the rotation of a node relative to its parent.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct EulerAngles {
     #[doc(hidden)]
     pub order: RotationOrder,
-    /// The part of the rotation that stands before the angles.
+    /// The rotation before the angles.
     #[doc(hidden)]
     pub pre_rotation: DQuat,
     /// The angles of the rest pose, in degrees about x, y and z.
@@ -33,7 +33,7 @@ pub struct EulerAngles {
 }
 
 impl EulerAngles {
-    /// Of all angles of a rotation those nearest to `before`.
+    /// The equivalent angles nearest to `before`.
     fn angles(&self, rotation: DQuat, before: DVec3) -> DVec3 {
         to_euler_xyz(self.pre_rotation.conjugate() * rotation, self.order, before)
     }
@@ -44,18 +44,18 @@ impl EulerAngles {
     }
 }
 
-/// The values of one axis, with straight lines between the keys.
+/// The values of one axis, with linear interpolation between the keys.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct Curve {
     #[doc(hidden)]
     pub key_frames: Arc<KeyFrames>,
-    /// One per key frame.
+    /// One value per key frame.
     #[doc(hidden)]
     pub values: Vec<f32>,
 }
 
-/// The curves of a joint, of x, y and z each; none for constant tracks.
+/// The curves of a joint for x, y and z; none for constant tracks.
 #[doc(hidden)]
 pub struct JointCurves {
     pub(super) euler: EulerAngles,
@@ -75,8 +75,7 @@ impl JointCurves {
         }
     }
 
-    /// Makes curves that are off by no more than `tolerance`. Returns the frames of all of their keys, and the values
-    /// there.
+    /// Makes curves with an error of at most `tolerance`. Returns the frames of all keys, and the values there.
     pub(super) fn reduce_translations(
         &mut self,
         targets: &[Vec3],
@@ -93,8 +92,8 @@ impl JointCurves {
         (key_frames, keys)
     }
 
-    /// Makes curves of angles such that the `error` of a rotation at a frame is no more than `tolerance`. Returns the
-    /// frames of all of their keys, and the rotations there.
+    /// Makes angle curves with an `error` of at most `tolerance` at every frame. Returns the frames of all keys, and
+    /// the rotations there.
     pub(super) fn reduce_rotations(
         &mut self,
         targets: impl Iterator<Item = Quat>,
@@ -126,9 +125,9 @@ impl JointCurves {
     }
 }
 
-/// Reduces the keys of three axes. An axis that may stay, at rest or in the middle of its range, has one key; the
-/// others have keys at the same frames. `is_within` says whether values at a frame are near enough, and `fits` whether
-/// the frames between two keys are, beyond the lines from key to key.
+/// Reduces the keys of three axes. An axis that may be constant, at the rest value or at the middle of its range, has
+/// one key. The others have keys at the same frames. `is_within` checks the values at a frame. `fits` checks the frames
+/// between two keys in addition to the lines between them.
 pub fn reduce(
     values: &[DVec3],
     rest: DVec3,
@@ -180,13 +179,13 @@ pub fn reduce(
     })
 }
 
-/// The frames of the keys of the axes that move.
+/// The key frames of the moving axes.
 fn key_frames_of(curves: &[Curve; 3]) -> KeyFrames {
     let most = curves.iter().max_by_key(|curve| curve.values.len());
     most.map_or_else(Vec::new, |curve| curve.key_frames.to_vec())
 }
 
-/// The values at a key of the axes that move.
+/// The values at a key of the moving axes.
 fn curve_values(curves: &[Curve; 3], key: usize) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|axis| {
         let values = &curves[axis].values;

@@ -1,6 +1,6 @@
-//! Decoding: where readers of the file have a joint at several frames, beside where the raw clip has it.
+//! Decoding: computes the positions of a joint for readers of the file at several frames, and in the raw clip.
 //!
-//! Readers differ in how they use rotation keys: see [`Decoder`]. All of them are followed, in double precision.
+//! Readers use rotation keys differently: see [`Decoder`]. This module simulates them all, in double precision.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,32 +15,32 @@ use super::quantize::{QuantizedRotation, QuantizedTranslation};
 use super::raw_clip::{RawJoint, RawTrack};
 use super::read_ahead;
 
-/// How readers decode rotations.
+/// The ways in which readers decode rotations.
 #[derive(Clone, Copy)]
 pub(super) enum Decoder {
-    /// Normalize the keys and interpolate along the arc, as the specification of glTF says.
+    /// Normalizes the keys and interpolates along the arc, as the glTF specification says.
     Slerp,
-    /// As [`Self::Slerp`], but with unchanged lengths: the matrix of a quaternion whose length is not quite 1 also
-    /// scales. Babylon.js does that, and three.js except between keys that are near to one another.
+    /// Like [`Self::Slerp`], but with unchanged lengths: the matrix of a quaternion with a length slightly off 1 also
+    /// scales. Babylon.js does that; three.js does it except between keys that are close to each other.
     Unnormalized,
-    /// Interpolate component by component and normalize, as many engines do.
+    /// Interpolates component by component and normalizes, as many engines do.
     Nlerp,
-    /// Evaluate curves of angles.
+    /// Evaluates angle curves.
     Curves,
 }
 
 impl Decoder {
     pub(super) const ALL: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp];
-    /// Those that differ where every frame has a key, so that nothing is interpolated.
+    /// The decoders that differ if every frame has a key, so that nothing is interpolated.
     pub(super) const AT_KEYS: &[Self] = &[Self::Slerp, Self::Unnormalized];
-    /// For files of curves.
+    /// The decoders for files with curves.
     pub(super) const WITH_CURVES: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp, Self::Curves];
 
-    /// The number of interpolations, for arrays by interpolation.
+    /// The number of decoders, for arrays with a value for each.
     const COUNT: usize = Self::WITH_CURVES.len();
 }
 
-/// Frames in sequence, at most as many as there are lanes. The lanes beyond them repeat the last frame.
+/// Consecutive frames, at most as many as there are lanes. Excess lanes repeat the last frame.
 #[derive(Clone, Copy)]
 pub(super) struct Block {
     pub(super) first: usize,
@@ -53,10 +53,10 @@ impl Block {
     }
 }
 
-/// Finds the keys around the frames of a block, for all tracks of one list of key frames.
+/// Finds the keys around the frames of a block, for all tracks with the same key frames.
 pub(super) struct Cursor<'a> {
     pub(super) key_frames: &'a Arc<KeyFrames>,
-    /// The last key that is not after the frame.
+    /// The last key at or before each frame.
     keys: [usize; LANES],
     /// The interpolation factor from that key to the next.
     alphas: Lanes,
@@ -74,7 +74,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The index of the cursor of `key_frames`, which is added if there is none.
+    /// The index of the cursor for `key_frames`. Adds the cursor if there is none.
     fn find(cursors: &mut Vec<Self>, key_frames: &'a Arc<KeyFrames>) -> usize {
         let known = cursors
             .iter()
@@ -85,7 +85,7 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// Moves to a block, which must come after the one before. `times` are those of the frames in the file.
+    /// Moves to a block, which must come after the previous one. `times` are the times of the frames in the file.
     #[inline(always)]
     pub(super) fn advance(&mut self, times: &[f32], block: Block) {
         let key_frames = self.key_frames;
@@ -111,16 +111,16 @@ impl<'a> Cursor<'a> {
 /// A joint in object space at the frames of a block.
 #[derive(Clone)]
 pub(super) struct JointState {
-    /// In the raw clip.
+    /// The position in the raw clip.
     pub(super) raw_position: Vectors,
     raw_rotation: Matrices,
-    /// As each decoder has it.
+    /// The result of each decoder.
     lossy: [(Vectors, Matrices); Decoder::COUNT],
-    /// The largest distance between the raw position and what a decoder gives.
+    /// The largest distance between the raw position and the decoded positions.
     pub(super) error: Lanes,
-    /// The angle by which its rotation may differ between implementations of one decoder, if it may.
+    /// The largest angle by which implementations of one decoder may differ, if they may.
     pub(super) ambiguity: Option<Lanes>,
-    /// Whether there is such an angle for it or for a joint above it.
+    /// Whether such an angle exists for the joint or an ancestor.
     pub(super) is_ambiguous: bool,
 }
 
@@ -148,17 +148,17 @@ impl JointState {
     }
 }
 
-/// Samples one joint of the raw clip, and its compressed tracks.
+/// Samples one joint in the raw clip and in its compressed tracks.
 pub(super) struct JointSampler<'a> {
     pub(super) raw: &'a RawJoint<'a>,
     parent_scale: Lanes,
     translation: TrackSampler<'a, Vectors, QuantizedTranslation>,
-    /// A constant as a decoder that normalizes has it, and as one that does not.
+    /// A constant has two matrices: from a decoder that normalizes, and from one that does not.
     rotation: TrackSampler<'a, [Matrices; 2], QuantizedRotation>,
     angles: Option<AngleSampler<'a>>,
 }
 
-/// Curves of angles, each with its cursor.
+/// Angle curves, each with its cursor.
 struct AngleSampler<'a> {
     euler: EulerAngles,
     curves: [(usize, &'a [f32]); 3],
@@ -170,7 +170,7 @@ enum TrackSampler<'a, Constant, Key> {
 }
 
 impl<'a> JointSampler<'a> {
-    /// Adds to `cursors` those that its tracks need.
+    /// Adds the cursors for its tracks to `cursors`.
     pub(super) fn new(raw: &'a RawJoint<'a>, track: &'a CompressedTrack, cursors: &mut Vec<Cursor<'a>>) -> Self {
         Self {
             raw,
@@ -205,7 +205,7 @@ impl<'a> JointSampler<'a> {
         }
     }
 
-    /// Reads what the blocks of some frames need. The cursors have been brought to the first of them.
+    /// Prefetches the data for the blocks of some frames. The cursors must be at the first of them.
     pub(super) fn read_ahead(&self, frames: &Range<usize>, cursors: &[Cursor]) {
         let keys = |cursor: usize| {
             let first = cursors[cursor].keys[0];
@@ -221,7 +221,7 @@ impl<'a> JointSampler<'a> {
         }
     }
 
-    /// Brings `joint` to a block, to which its parent and the cursors have been brought.
+    /// Moves `joint` to a block. Its parent and the cursors must already be there.
     #[inline(always)]
     pub(super) fn sample(
         &self,
@@ -269,7 +269,7 @@ impl<'a> JointSampler<'a> {
         joint.is_ambiguous = joint.ambiguity.is_some() || parent.is_some_and(|parent| parent.is_ambiguous);
     }
 
-    /// The translation to the parent. All decoders interpolate it linearly.
+    /// The translation relative to the parent. All decoders interpolate it linearly.
     #[inline(always)]
     fn translation(&self, cursors: &[Cursor]) -> Vectors {
         let (cursor, keys) = match &self.translation {
@@ -286,7 +286,7 @@ impl<'a> JointSampler<'a> {
         })
     }
 
-    /// The rotation in object space, for every decoder, and its ambiguity.
+    /// The rotation in object space for every decoder, and its ambiguity.
     #[inline(always)]
     fn sample_rotation(
         &self,
@@ -363,7 +363,7 @@ impl AngleSampler<'_> {
     }
 }
 
-/// Slerp and nlerp on the shorter arc, between quaternions of length 1.
+/// Slerp and nlerp on the shorter arc, between unit quaternions.
 #[inline(always)]
 fn interpolate(from: Quaternions, to: Quaternions, alpha: Lanes) -> (Quaternions, Quaternions) {
     let dot = from.dot(to);
@@ -382,11 +382,11 @@ fn interpolate(from: Quaternions, to: Quaternions, alpha: Lanes) -> (Quaternions
     }
 }
 
-/// `1 - cos(angle)` up to which [`slerp_weight`] is as exact as sines: 11 degrees.
+/// The value of `1 - cos(angle)` up to which [`slerp_weight`] is as exact as sines: an angle of 11 degrees.
 const SMALL_ANGLE: f64 = 0.02;
 
-/// `sin(alpha angle) / sin(angle)` for a small angle, given its cosine: a power series in `cos(angle) - 1`, whose ninth
-/// term is below 1e-18.
+/// `sin(alpha angle) / sin(angle)` for a small angle, given its cosine: a power series in `cos(angle) - 1`, with a
+/// ninth term below 1e-18.
 ///
 /// D. Eberly, "A Fast and Accurate Algorithm for Computing SLERP", Journal of Graphics, GPU, and Game Tools 15 (2011),
 /// <https://www.geometrictools.com/Documentation/FastAndAccurateSlerp.pdf>

@@ -1,4 +1,4 @@
-//! Encoding: one pass over all joints, parents first, each within a tolerance of its own.
+//! Encoding: one pass over all joints, parents first. Each joint has its own tolerance.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,20 +19,20 @@ use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translation
 use super::quantize::{Lattice, QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 use super::raw_clip::{RawClip, RawJoint};
 
-// Found by trials on the fixtures. The bound holds with any other values.
+// Tuned on the fixtures. The bound holds with any other values.
 
 /// The fraction of the tolerance for the error of a joint's own translation.
 const TRANSLATION_FRACTION: f32 = 0.8;
 /// The largest step of a rotation to try, at the end of the longest lever arm, as a fraction of the tolerance.
 const ROTATION_STEP: f32 = 1.5;
-/// The step of a translation as a fraction of the tolerance: half the diagonal of a cube of such steps is the
+/// The step of a translation as a fraction of the tolerance. Half the diagonal of a cube of such steps is the
 /// tolerance.
 const TRANSLATION_STEP: f32 = 1.15;
 
-/// The maximum of decimals of a constant: about as many as 32-bit floats have.
+/// The largest number of decimals of a constant: about the precision of 32-bit floats.
 const MAX_DECIMALS: f64 = 9.0;
 
-/// What no pass changes.
+/// The data that no pass changes.
 pub(super) struct Encoder<'a> {
     pub(super) clip: RawClip<'a>,
     /// The joints of the raw clip in object space.
@@ -42,25 +42,25 @@ pub(super) struct Encoder<'a> {
     pub(super) encoding: &'a dyn Encoding,
 }
 
-/// What an encoding pass may use for a joint.
+/// The limits of an encoding pass for a joint.
 pub(super) struct Budget {
     /// The largest error of the joint's children, in metres.
     pub(super) tolerance: f32,
     /// The largest error of the joint itself, in metres.
     pub(super) own_tolerance: f32,
-    /// The coarsest lattice to try for its rotation: coarser ones were not enough for a larger tolerance.
+    /// The coarsest lattice to try for its rotation. Coarser ones failed with a larger tolerance.
     pub(super) coarsest: Option<Lattice>,
 }
 
-/// The result of a pass.
+/// The result of an encoding pass.
 pub(super) struct LossyClip {
     pub(super) tracks: Vec<CompressedTrack>,
-    /// The joints as a reader decodes them. Static leaves are left empty.
+    /// The joints as a reader decodes them. Static leaves are empty.
     pub(super) object_space: Vec<ObjectSpaceTrack>,
 }
 
 impl Encoder<'_> {
-    /// Encodes all joints, with keys at the `shared` key frames, or each with key frames of its own.
+    /// Encodes all joints, with keys at the `shared` key frames, or each track with its own key frames.
     pub(super) fn encode(&self, budgets: &mut [Budget], shared: Option<&Arc<KeyFrames>>) -> LossyClip {
         let all_frames = self.clip.all_frames();
         let mut tracks = Vec::with_capacity(self.clip.joints.len());
@@ -95,8 +95,8 @@ impl Encoder<'_> {
         LossyClip { tracks, object_space }
     }
 
-    /// Encodes keys that were inserted into the shared key frames, and decodes the frames that they change. All other
-    /// keys stay as they are.
+    /// Encodes keys that were inserted into the shared key frames, and decodes the affected frames. All other keys
+    /// stay.
     pub(super) fn insert(
         &self,
         lossy: &mut LossyClip,
@@ -136,13 +136,13 @@ impl Encoder<'_> {
         }
     }
 
-    /// Whether a track with key frames of its own is smaller than one with keys at all frames: the times of its own
-    /// take bytes too. `bytes` are those of a key without its time.
+    /// Whether a track with its own key frames is smaller than one with keys at all frames. Its times take bytes too.
+    /// `bytes` is the size of a key without its time.
     fn is_smaller(&self, keys: usize, bytes: usize) -> bool {
         keys * (bytes + TIME_BYTES) < self.clip.frames() * bytes
     }
 
-    /// Rounds a constant to no more decimals than it needs for `bound`, unless the encoding keeps it exact.
+    /// Rounds a constant to no more decimals than `bound` needs, unless the encoding keeps constants exact.
     fn round(&self, value: f32, bound: f64) -> f32 {
         let Some(step) = self.encoding.constant_step() else {
             return value;
@@ -152,11 +152,11 @@ impl Encoder<'_> {
     }
 }
 
-/// Encodes one joint below its lossy parent.
+/// Encodes one joint relative to its lossy parent.
 struct JointEncoder<'a> {
     encoder: &'a Encoder<'a>,
     raw_joint: &'a RawJoint<'a>,
-    /// The smallest bound of the joint and all below it, in metres.
+    /// The smallest bound of the joint and its descendants, in metres.
     bound: f64,
     arms: &'a LeverArms,
     raw: &'a ObjectSpaceTrack,
@@ -348,7 +348,7 @@ impl<'a> JointEncoder<'a> {
         target_translation(self.raw, self.raw_joint.parent_scale, self.lossy_parent, frame)
     }
 
-    /// The largest error of a translation, in its own unit.
+    /// The largest error of a translation, in the translation's unit.
     fn translation_tolerance(&self, tolerance: f32) -> f32 {
         tolerance * TRANSLATION_FRACTION / self.raw_joint.parent_scale
     }

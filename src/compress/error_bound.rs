@@ -1,9 +1,9 @@
-//! The error bound: how far a joint may be from its position in the source.
+//! The error bound: the largest distance of a joint from its position in the source.
 //!
 //! A joint with its own bound has a *weight*. [`measure`](super::measure) and [`refinement`](super::refinement) compare
-//! weighted errors with one bound. Constant tracks, first tolerances and decimals are chosen before there is an error.
-//! They take the smallest bound among the joints that a track moves. No rotation corrects an error along the bone, so a
-//! joint is hardly nearer to its position than its parent is.
+//! weighted errors with one bound. Constant tracks, first tolerances and decimals are chosen before any error is known.
+//! They use the smallest bound among the joints that a track moves. No rotation corrects an error along the bone, so a
+//! joint's position is hardly more accurate than its parent's.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 
 use super::raw_clip::RawClip;
 
-/// How far joints may be from their positions in the source, at any frame, for any reader of the file.
+/// The largest distance of joints from their positions in the source, at any frame, for any reader of the file.
 ///
-/// Distances are in metres. From a number it is the largest error of all joints and end sites. Joints that matter more
-/// or less than others have bounds of their own:
+/// Distances are in metres. A number converts to a bound for all joints and end sites. Joints that matter more or less
+/// can have their own bounds:
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -34,20 +34,20 @@ use super::raw_clip::RawClip;
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ErrorBound {
-    /// The largest distance of any joint or end site from its position in the source, in metres. 0 keeps every position
-    /// exactly, which only 32-bit floats can.
+    /// The largest distance of a joint or end site from its position in the source, in metres. 0 keeps every position
+    /// exactly, which only 32-bit floats can do.
     pub max_error: f64,
-    /// The distance of a shell from each joint and end site, in metres. Three points of it, along the axes of the
-    /// joint, stand for the skin, and keep the bound of the joint too. 0.03 is the default of ACL. With 0 only joints
-    /// whose rotation moves no other joint have one, of 0.03, for no position would show what they lost.
+    /// The radius of a shell around each joint and end site, in metres. Three points of the shell, along the axes of
+    /// the joint, represent the skin and keep the bound of the joint too. ACL's default is 0.03. With 0, only a joint
+    /// whose rotation moves no other joint has a shell, of 0.03, because no position would reveal its error.
     pub shell_distance: f64,
-    /// The bounds of single joints and end sites, in metres, by their names in the scene; each instead of
-    /// [`max_error`](Self::max_error), and above 0. Where several nodes have the name, it holds for all of them.
+    /// The bounds of single joints and end sites, in metres, above 0, by their names in the scene. Each replaces
+    /// [`max_error`](Self::max_error) for its joint. If several nodes have the name, it applies to all of them.
     pub per_joint: BTreeMap<String, f64>,
 }
 
 impl Default for ErrorBound {
-    /// 1 mm for joints and end sites alone.
+    /// 1 mm for joints and end sites, without shells.
     fn default() -> Self {
         Self::new(0.001)
     }
@@ -60,7 +60,7 @@ impl From<f64> for ErrorBound {
 }
 
 impl ErrorBound {
-    /// The largest error of all joints and end sites, in metres.
+    /// A bound for all joints and end sites, in metres.
     pub fn new(max_error: f64) -> Self {
         Self {
             max_error,
@@ -69,14 +69,14 @@ impl ErrorBound {
         }
     }
 
-    /// With a shell at this distance from each joint and end site, in metres: see [`Self::shell_distance`].
+    /// Sets the radius of the shell around each joint and end site, in metres: see [`Self::shell_distance`].
     #[must_use]
     pub fn shell_distance(mut self, metres: f64) -> Self {
         self.shell_distance = metres;
         self
     }
 
-    /// With a bound of its own for the joint or end site `name`, in metres: see [`Self::per_joint`].
+    /// Sets a separate bound for the joint or end site `name`, in metres: see [`Self::per_joint`].
     #[must_use]
     pub fn joint(mut self, name: impl Into<String>, max_error: f64) -> Self {
         self.per_joint.insert(name.into(), max_error);
@@ -88,13 +88,13 @@ impl ErrorBound {
         self.per_joint.get(name).copied().unwrap_or(self.max_error)
     }
 
-    /// The largest bound of all joints of `scene`, in metres: no joint is farther from its position than that.
+    /// The largest bound of all joints of `scene`, in metres.
     pub fn largest(&self, scene: &Scene) -> f64 {
         let bounds = scene.nodes.iter().map(|node| self.of_joint(&node.name));
         bounds.reduce(f64::max).unwrap_or(self.max_error)
     }
 
-    /// The bound with its lengths in a unit of `metres`.
+    /// The bound with its lengths converted to a unit of `metres` metres.
     #[doc(hidden)]
     pub fn in_units_of(mut self, metres: f64) -> Self {
         self.max_error /= metres;
@@ -103,7 +103,7 @@ impl ErrorBound {
         self
     }
 
-    /// The bound with every largest error multiplied by `fraction`; the shell distance stays.
+    /// The bound with every largest error multiplied by `fraction`. The shell distance stays.
     #[doc(hidden)]
     pub fn tighter(mut self, fraction: f64) -> Self {
         self.max_error *= fraction;
@@ -111,10 +111,10 @@ impl ErrorBound {
         self
     }
 
-    /// The shell distance as a number that is finite and at least 0.
+    /// The shell distance, checked to be finite and at least 0.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where it is another.
+    /// [`Code::InvalidValue`] if it is not.
     pub(super) fn checked_shell_distance(&self) -> Result<f32> {
         let distance = self.shell_distance as f32;
         if distance.is_finite() && distance >= 0.0 {
@@ -126,11 +126,11 @@ impl ErrorBound {
             .into())
     }
 
-    /// The bound of every node of `scene`; empty where one bound holds for all.
+    /// The bound of every node of `scene`; empty if all nodes have the same bound.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where a bound of a joint is not finite and above 0, stands beside a
-    /// [`max_error`](Self::max_error) that is not, or names a joint that the scene does not have.
+    /// [`Code::InvalidValue`] if a bound is not finite, or not above 0, or if a joint is not in the scene. Also if
+    /// there are joint bounds and [`max_error`](Self::max_error) is invalid.
     pub(super) fn of_nodes(&self, scene: &Scene) -> Result<Vec<f64>> {
         for (name, bound) in &self.per_joint {
             if !scene.nodes.iter().any(|node| node.name == *name) {
@@ -161,21 +161,21 @@ impl ErrorBound {
     }
 }
 
-/// The bounds of all joints of a clip, and of the points of its shell.
+/// The bounds of all joints of a clip, and of the points of its shells.
 pub(super) struct Bounds {
-    /// The largest error of joints without a bound of their own, in metres.
+    /// The bound of joints without their own bound, in metres.
     pub(super) max_error: f64,
-    /// Those with which an error is multiplied before it is compared with `max_error`; empty where all are 1.
+    /// The factors for errors before they are compared with `max_error`; empty if all are 1.
     weights: Vec<f64>,
-    /// The smallest bounds of each joint and all below it; empty where all are `max_error`.
+    /// The smallest bound of each joint and its descendants; empty if all are `max_error`.
     subtrees: Vec<f64>,
-    /// The smallest bounds of all below each joint, or its own where there is nothing.
+    /// The smallest bound of each joint's descendants, or its own bound if it has none.
     below: Vec<f64>,
 }
 
 impl Bounds {
     /// # Errors
-    /// [`Code::InvalidValue`] where a bound of a joint is not valid or its name is unknown.
+    /// [`Code::InvalidValue`] if the bound of a joint is not valid or its name is unknown.
     pub(super) fn new(bound: &ErrorBound, scene: &Scene, clip: &RawClip<'_>) -> Result<Self> {
         let of_nodes = bound.of_nodes(scene)?;
         let mut bounds = Self {
@@ -191,7 +191,7 @@ impl Bounds {
         bounds.subtrees = of_joints.collect();
         bounds.weights = bounds.subtrees.iter().map(|own| bound.max_error / own).collect();
         bounds.below = vec![f64::INFINITY; clip.joints.len()];
-        // The points of the shell stand after all joints, and so each child after its parent.
+        // The points of the shell follow all joints, so each child follows its parent.
         for (index, joint) in clip.joints.iter().enumerate().rev() {
             if bounds.below[index].is_infinite() {
                 bounds.below[index] = bounds.subtrees[index];
@@ -204,7 +204,7 @@ impl Bounds {
         Ok(bounds)
     }
 
-    /// The weights of all joints; empty where all are 1.
+    /// The weights of all joints; empty if all are 1.
     pub(super) fn weights(&self) -> &[f64] {
         &self.weights
     }
@@ -214,13 +214,13 @@ impl Bounds {
         self.max_error / self.weights.get(joint).unwrap_or(&1.0)
     }
 
-    /// The smallest bound of a joint and all below it, which is what its translation moves, in metres.
+    /// The smallest bound of a joint and its descendants in metres. Its translation moves these.
     pub(super) fn of_subtree(&self, joint: usize) -> f64 {
         self.subtrees.get(joint).copied().unwrap_or(self.max_error)
     }
 
-    /// The smallest bound of all below a joint, which is what its rotation moves, in metres. Its own where there is
-    /// nothing below it.
+    /// The smallest bound of a joint's descendants in metres. Its rotation moves these. The joint's own bound if it has
+    /// no descendants.
     pub(super) fn below(&self, joint: usize) -> f64 {
         self.below.get(joint).copied().unwrap_or(self.max_error)
     }

@@ -1,8 +1,8 @@
 //! The error metric: the distance by which a rotation error of a joint moves the points attached to the joint.
 //!
-//! Attached are the joints at the ends of its lever arms, and a rigid shell around the joint. The shell represents the
-//! skin, because a twist about the bone moves no joint, but the skin. The metric and its shell distance come from the
-//! Animation Compression Library: N. Frechette, "Animation Compression: Measuring Accuracy",
+//! The attached points are the joints at the ends of its lever arms, and a rigid shell around the joint. The shell
+//! represents the skin, because a twist about the bone moves the skin but no joint. The metric and the shell distance
+//! come from the Animation Compression Library: N. Frechette, "Animation Compression: Measuring Accuracy",
 //! <https://nfrechette.github.io/2016/11/01/anim_compression_accuracy/>
 
 use glam::{Mat3, Quat, Vec3};
@@ -13,21 +13,21 @@ use super::raw_clip::RawClip;
 /// The distance of the shell from the joint, in metres.
 pub const SHELL_DISTANCE: f32 = 0.03;
 
-/// What a joint's rotation moves.
+/// The points that a joint's rotation moves.
 pub struct LeverArms {
-    /// From the joint to the joints that move with it as one rigid body, in its own axes, in metres.
+    /// The vectors to the joints that move with it as one rigid body, in its own axes, in metres.
     pub arms: Vec<Vec3>,
     /// The length of the longest arm, or the shell distance.
     pub longest: f32,
-    /// The length of the longest chain below the joint, in metres.
+    /// The length of the longest chain of descendants, in metres.
     pub chain_length: f32,
-    /// A matrix, by rows: from the error of the joint's own position to the rotation (axis times angle) that moves the
-    /// ends of the arms back as far as possible. The function of this name derives it.
+    /// A matrix, by rows. It maps the error of the joint's own position to the rotation (axis times angle) that moves
+    /// the ends of the arms back as far as possible. The function with this name derives it.
     pub counter_rotation: [[f32; 3]; 3],
 }
 
 impl LeverArms {
-    /// Those of every joint.
+    /// The lever arms of every joint.
     pub(super) fn of_clip(clip: &RawClip) -> Vec<Self> {
         let lengths = chain_lengths(clip).into_iter().enumerate();
         let of_joint = |(index, chain_length)| {
@@ -51,8 +51,8 @@ impl LeverArms {
         }
     }
 
-    /// The error of a joint whose position is off by `position_error`, and whose rotation is off by `rotation_error`,
-    /// both in its own axes. It is the largest error of an end of an arm or a point of the shell.
+    /// The error of a joint with a position error and a rotation error, both in its own axes. It is the largest error
+    /// of an arm's end or a point of the shell.
     pub fn error(&self, position_error: Vec3, rotation_error: Quat) -> f32 {
         let rotation = small_rotation_vector(rotation_error);
         let shell = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
@@ -61,8 +61,8 @@ impl LeverArms {
         at_ends.fold(shell, f32::max).sqrt()
     }
 
-    /// The least change of a rotation error, axis times angle, that brings the farthest point to the error `goal`, or
-    /// as near to it as the position error allows. `None` if its error is at most `largest`.
+    /// The smallest change of a rotation error (axis times angle) that brings the farthest point to the error `goal`,
+    /// or as near to it as the position error allows. `None` if its error is at most `largest`.
     #[inline]
     pub(super) fn correction(&self, position_error: Vec3, rotation: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         let mut square = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
@@ -79,7 +79,7 @@ impl LeverArms {
         let Some((arm, off)) = worst else {
             return Some(rotation * (goal / square.sqrt() - 1.0));
         };
-        // A rotation moves the end of the arm across the arm alone. It is off along the arm too, which stays.
+        // A rotation moves the end of the arm only at right angles to the arm. The error along the arm stays.
         let arm_square = arm.length_squared();
         let moment = arm.cross(off);
         let across = moment.length_squared() / arm_square.max(f32::MIN_POSITIVE);
@@ -100,13 +100,13 @@ impl LeverArms {
     }
 }
 
-/// A small rotation as a vector: nearly its axis times its angle.
+/// A small rotation as a vector: approximately axis times angle.
 pub(super) fn small_rotation_vector(rotation: Quat) -> Vec3 {
     rotation.xyz() * if rotation.w < 0.0 { -2.0 } else { 2.0 }
 }
 
-/// The least-squares solution of `rotation x arm = -error` for all arms and any `error`, as the rows of a matrix that
-/// is applied to `error`. The shell counts as another arm, whose ends should not move: the solution minimizes `sum
+/// The least-squares solution of `rotation x arm = -error` for all arms and any `error`, as the rows of a matrix to
+/// apply to `error`. The shell counts as a further arm whose ends should not move. So the solution minimizes `sum
 /// |rotation x arm + error|^2 + |SHELL_DISTANCE rotation|^2`.
 fn counter_rotation(arms: &[Vec3]) -> [[f32; 3]; 3] {
     let mut normal = Mat3::from_diagonal(Vec3::splat(SHELL_DISTANCE * SHELL_DISTANCE));
@@ -125,7 +125,8 @@ fn counter_rotation(arms: &[Vec3]) -> [[f32; 3]; 3] {
     (normal.inverse() * cross * -1.0).transpose().to_cols_array_2d()
 }
 
-/// The length of the longest chain below every joint. A joint that translates counts as where it is in the first frame.
+/// The length of the longest chain of descendants for every joint. A translating joint counts with its position in the
+/// first frame.
 fn chain_lengths(clip: &RawClip) -> Vec<f32> {
     let mut lengths = vec![0f32; clip.joints.len()];
     for (index, joint) in clip.joints.iter().enumerate().rev() {
@@ -137,8 +138,8 @@ fn chain_lengths(clip: &RawClip) -> Vec<f32> {
     lengths
 }
 
-/// Collects the arms to the children of a joint, and to theirs where a child does not rotate. `start` and `rotation`
-/// are from the joint whose arms they are to `index`.
+/// Collects the arms to the children of a joint. If a child does not rotate, also to its children. `start` and
+/// `rotation` lead from the joint that owns the arms to `index`.
 fn collect_rigid_arms(clip: &RawClip, index: usize, start: Vec3, rotation: Quat, arms: &mut Vec<Vec3>) {
     for &child in &clip.joints[index].children {
         let joint = &clip.joints[child];

@@ -1,19 +1,21 @@
-//! Key frame reduction with fitted keys, for a track that has key frames of its own.
+//! Key frame reduction with fitted keys, for a track with its own key frames.
 //!
-//! A key need not be the target at its frame: anything within the tolerance will do. A line through two targets has its
-//! errors on one side of a curve. A line beside them has errors on both sides, and on a parabola it is longer by the
-//! root of 2.
+//! A key need not equal the target at its frame: any value within the tolerance works. A line through two targets has
+//! its errors on one side of a curve. A line next to them has errors on both sides, and on a parabola it is longer by
+//! the square root of 2.
 //!
-//! From a key, the lines that are within the tolerance at all frames up to another form a cone, which gets narrower
-//! with each frame. The line ends when the cone is empty (J. Sklansky and V. Gonzalez, "Fast polygonal approximation of
+//! The lines from a key that are within the tolerance at all frames so far form a cone. The cone gets narrower with
+//! each frame, and the line ends when it is empty (J. Sklansky and V. Gonzalez, "Fast polygonal approximation of
 //! digitized curves", Pattern Recognition 12, 1980; J. O'Rourke, "An on-line algorithm for fitting straight lines
-//! between data ranges", Communications of the ACM 24, 1981). Values here have three components, so a cone is not
-//! computed, and a line within it is kept. If a frame excludes that line, another is found by projections onto the
-//! frames that exclude it (the method of L. M. Bregman, 1965, for a point that convex sets have in common).
+//! between data ranges", Communications of the ACM 24, 1981).
 //!
-//! A line that is as long as possible may end where the next cannot be long. So it ends at the one of its last frames
+//! Here values have three components. So the cone is not computed; the algorithm keeps one line within it. If a frame
+//! excludes that line, projections onto the excluding frames find another (the method of L. M. Bregman, 1965, for a
+//! common point of convex sets).
+//!
+//! The longest possible line may end where the next one must be short. So the line ends at the one of its last frames
 //! from which the next line gets farthest. Then each key moves towards the least-squares fit of the two lines that it
-//! ends, as far as the tolerance allows: joints further down have the less to compensate for.
+//! joins, as far as the tolerance allows. This leaves less error for joints further down to compensate.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::cube_root::cube_root;
@@ -24,38 +26,38 @@ use super::error_metric::LeverArms;
 use super::key_frames::{KeyFrames, alpha, between};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 
-// Found by trials on the fixtures. The tolerance holds with any other values.
+// Tuned on the fixtures. The tolerance holds with any other values.
 
-/// From how many of the frames at which a line may end the next line is tried.
+/// The number of possible end frames of a line from which the next line is tried.
 const ENDS: usize = 4;
-/// The maximum of frames of a line, so that the time for one has a limit.
+/// The largest number of frames of a line, which bounds the time for one line.
 const LONGEST: usize = 1024;
-/// The maximum of projections to find a line within the tolerance.
+/// The largest number of projections to find a line within the tolerance.
 const PROJECTIONS: usize = 4;
-/// Projections lead to this fraction of the tolerance, so that fewer of them are needed.
+/// The target of projections as a fraction of the tolerance. A value below 1 needs fewer projections.
 const GOAL: f32 = 0.99;
-/// What rounding to 16 bits may add to the angle of a rotation, in radians.
+/// The angle that rounding to 16 bits may add to a rotation, in radians.
 const INT16_ROUNDING: f32 = 3e-5;
-/// The largest distance between a reader that uses nlerp and one that uses slerp, between two keys of a rotation. It is
-/// measured at the end of the chain below the joint, as a fraction of the tolerance. Joints further down compensate for
-/// nlerp alone.
+/// The largest distance between a reader with nlerp and one with slerp, between two keys of a rotation. It is measured
+/// at the end of the chain of descendants, as a fraction of the tolerance. Joints further down compensate for nlerp
+/// only.
 pub const NLERP_SHARE: f32 = 0.03;
-/// The largest angle between nlerp and slerp, as a fraction of the cube of a small angle from one key to the next. It
-/// is the largest value of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1, a 432th of the root of 3.
+/// The largest angle between nlerp and slerp, as a fraction of the cube of a small angle between two keys. It is the
+/// maximum of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1: the square root of 3, divided by 432.
 pub const NLERP_FROM_SLERP: f32 = 0.004;
 
 /// A track to which keys are fitted.
 pub trait Fit {
-    /// What is stored.
+    /// The stored value.
     type Key: Copy;
-    /// What a reader has at a frame.
+    /// The decoded value at a frame.
     type Value: Copy;
 
     fn frames(&self) -> usize;
 
     fn target(&self, frame: usize) -> Self::Value;
 
-    /// The stored value nearest to another.
+    /// The stored value nearest to a decoded one.
     fn quantize(&self, value: Self::Value, previous: Option<&Self::Key>) -> Self::Key;
 
     fn value(key: &Self::Key) -> Self::Value;
@@ -70,20 +72,20 @@ pub trait Fit {
     /// The longest displacement from one key to the next.
     fn longest(&self) -> f32;
 
-    /// The least change of a displacement that brings it within the tolerance at a frame, for whose target it would be
-    /// `target`; `None` where it is within.
+    /// The smallest change of a displacement that brings it within the tolerance at a frame. `target` is the
+    /// displacement to the target. `None` if it is within the tolerance already.
     fn correction(&self, frame: usize, target: Vec3, displacement: Vec3) -> Option<Vec3>;
 
     fn is_within(&self, frame: usize, value: Self::Value) -> bool;
 }
 
-/// The rotations of a joint.
+/// Fits the rotations of a joint.
 pub struct RotationFit<'a> {
     targets: &'a [Target],
     arms: &'a LeverArms,
     format: RotationFormat,
     tolerance: f32,
-    /// The tolerance minus the share of rounding.
+    /// The tolerance minus the allowance for rounding.
     before_rounding: f32,
     longest: f32,
 }
@@ -105,8 +107,7 @@ impl<'a> RotationFit<'a> {
     }
 }
 
-/// A displacement is a rotation vector in the axes of the joint at the key. So a joint that rotates evenly is a
-/// straight line.
+/// A displacement is a rotation vector in the axes of the joint at the key. So an even rotation is a straight line.
 impl Fit for RotationFit<'_> {
     type Key = QuantizedRotation;
     type Value = Quat;
@@ -147,7 +148,8 @@ impl Fit for RotationFit<'_> {
 
     #[inline]
     fn correction(&self, frame: usize, target: Vec3, displacement: Vec3) -> Option<Vec3> {
-        // From the axes at the key to those at the frame: the first terms of the right Jacobian of the exponential map.
+        // Converts from the axes at the key to the axes at the frame: the first terms of the right Jacobian of the
+        // exponential map.
         let off = displacement - target;
         let cross = target.cross(off);
         let off = off - cross * 0.5 + target.cross(cross) * (1.0 / 6.0);
@@ -161,7 +163,7 @@ impl Fit for RotationFit<'_> {
     }
 }
 
-/// The translations of a joint.
+/// Fits the translations of a joint.
 pub struct TranslationFit<'a> {
     pub targets: &'a [Vec3],
     pub format: TranslationFormat,
@@ -215,8 +217,8 @@ impl Fit for TranslationFit<'_> {
     }
 }
 
-/// The key frames of a track, and the keys there. Between two keys the track is within the tolerance; so it is at a
-/// key, but where one frame follows another and neither allows a line.
+/// The key frames of a track, and its keys. The track is within the tolerance between two keys. It is also within it at
+/// a key, except between adjacent frames neither of which allows a line.
 pub fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
     let mut keys = vec![fit.quantize(fit.target(0), None)];
     let mut key_frames = vec![0];
@@ -238,16 +240,16 @@ pub fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
     (key_frames, keys)
 }
 
-/// A line from a key.
+/// A line that starts at a key.
 #[derive(Clone, Copy)]
 struct Line {
-    /// The last frame up to which it is within the tolerance.
+    /// The last frame at which it is within the tolerance.
     last: usize,
-    /// The displacement in a tick.
+    /// The displacement per tick.
     rise: Vec3,
 }
 
-/// Where a line ends, and the line from there.
+/// The end of a line, and the line that starts there.
 struct End<Key> {
     frame: usize,
     key: Key,
@@ -257,7 +259,7 @@ struct End<Key> {
 struct Search<'a, F: Fit> {
     fit: &'a F,
     ticks: &'a [f64],
-    /// Of the frames after a key, the ticks from the key and the displacement to the target.
+    /// For the frames after a key, the ticks from the key and the displacement to the target.
     seen: Vec<(f32, Vec3)>,
 }
 
@@ -266,8 +268,8 @@ impl<F: Fit> Search<'_, F> {
         (self.ticks[to] - self.ticks[from]) as f32
     }
 
-    /// The longest line from a value. Displacements stand for it: whether its keys are within the tolerance is yet to
-    /// see.
+    /// The longest line from a value, based on displacements. The caller checks whether its keys are within the
+    /// tolerance.
     fn longest_line(&mut self, from: usize, start: F::Value) -> Line {
         self.seen.clear();
         let longest = self.fit.longest();
@@ -297,11 +299,11 @@ impl<F: Fit> Search<'_, F> {
         Line { last, rise }
     }
 
-    /// A rise that is within the tolerance at all frames that were seen, from a `rise` that need not be.
+    /// A rise within the tolerance at all seen frames, starting from an arbitrary `rise`.
     fn project(&self, from: usize, mut rise: Vec3) -> Option<Vec3> {
         let mut before = self.seen.len() - 1;
         for _ in 0..PROJECTIONS {
-            // The frame of the last projection is most likely to exclude the rise again.
+            // The frame of the last projection is the most likely one to exclude the rise again.
             let mut indices = std::iter::once(before).chain((0..self.seen.len()).rev());
             let excluded = indices.find_map(|index| {
                 let (ticks, target) = self.seen[index];
@@ -317,7 +319,7 @@ impl<F: Fit> Search<'_, F> {
         None
     }
 
-    /// Of the last frames of a line that one from which the next line gets farthest.
+    /// The one of a line's last frames from which the next line gets farthest.
     fn best_end(&mut self, from: usize, key: &F::Key, line: Line) -> End<F::Key> {
         let mut ends = Vec::with_capacity(ENDS);
         let mut rest = from + 1..line.last + 1;
@@ -330,7 +332,7 @@ impl<F: Fit> Search<'_, F> {
                     break;
                 }
             }
-            // A stable sort: of two equal ones the later end.
+            // A stable sort: on a tie, the later end wins.
             ends.sort_by_key(|(_, _, next)| std::cmp::Reverse(next.last));
             for (frame, end, next) in ends.drain(..) {
                 let end = self.fit.quantize(end, Some(key));
@@ -338,7 +340,7 @@ impl<F: Fit> Search<'_, F> {
                     return End { frame, key: end, next };
                 }
             }
-            // Rounded or with nlerp it is not: much shorter.
+            // With rounding or nlerp the line is not within the tolerance: try a much shorter one.
             rest.end = usize::midpoint(rest.start, rest.end);
         }
         let frame = from + 1;
@@ -353,7 +355,7 @@ impl<F: Fit> Search<'_, F> {
         between(self.ticks, from, to).all(|(frame, alpha)| self.fit.is_within(frame, F::interpolate(start, end, alpha)))
     }
 
-    /// Moves each key towards where the squared errors of the frames between the keys around it are least.
+    /// Moves each key towards the least squared errors of the frames between its neighbouring keys.
     fn smooth(&self, key_frames: &[u32], keys: &mut [F::Key]) {
         for index in 0..keys.len() {
             let (at, key) = (key_frames[index] as usize, keys[index]);
@@ -372,7 +374,7 @@ impl<F: Fit> Search<'_, F> {
                     squares += weight * weight;
                 }
             }
-            // As far as that, or half as far.
+            // Try the full distance, or half of it.
             let moved = |fraction: f32| {
                 let value = F::displaced(F::value(&key), sum * (fraction / squares));
                 self.fit.quantize(value, Some(&key))

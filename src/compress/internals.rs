@@ -1,4 +1,4 @@
-//! What the tests of this package need, and nothing else.
+//! Items for the tests of this package.
 
 pub use crate::clip::CompressedTrack;
 pub use crate::compensation::{Compensation, Target};

@@ -1,13 +1,13 @@
-//! Key frame reduction: which frames keep a key, and what lies between two keys.
+//! Key frame reduction: chooses the frames that keep a key, and interpolates between keys.
 //!
-//! Reduction is line simplification by the opening-window algorithm: from one key the next is as far away as the error
-//! allows (N. Meratnia and R. A. de By, "Spatiotemporal Compression Techniques for Moving Point Objects", EDBT 2004).
-//! Refinement gives keys back where the error is too large after all, as in the algorithm of Ramer, Douglas and
+//! Reduction is line simplification by the opening-window algorithm: each key is as far from the previous key as the
+//! error allows (N. Meratnia and R. A. de By, "Spatiotemporal Compression Techniques for Moving Point Objects", EDBT
+//! 2004). Refinement restores keys if the error is too large after all, as in the algorithm of Ramer, Douglas and
 //! Peucker.
 
 use std::ops::Range;
 
-/// The frames at which a track has keys, ascending. The first and the last frame always have one.
+/// The frames at which a track has keys, in ascending order. The first and the last frame always have one.
 #[doc(hidden)]
 pub type KeyFrames = Vec<u32>;
 
@@ -16,18 +16,18 @@ pub fn every_frame(frames: usize) -> KeyFrames {
     (0..frames as u32).collect()
 }
 
-/// The key frames that are left if `fits(from, to)` has to hold for every two keys in sequence. Two frames that follow
-/// one another have no frame between them and always fit.
+/// The remaining key frames if `fits(from, to)` must hold for every two consecutive keys. Adjacent frames have no frame
+/// between them and always fit.
 ///
-/// The distance to the next key is found by exponential search, which starts from the previous distance. The number of
-/// calls for a key is about the logarithm of the change of the distance.
+/// An exponential search finds the distance to the next key, starting from the previous distance. The number of calls
+/// per key is about the logarithm of the change of the distance.
 pub fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) -> KeyFrames {
     let mut key_frames = vec![0];
     let last = frames.saturating_sub(1);
     let (mut from, mut guess) = (0, 1);
     while from < last {
         let longest = last - from;
-        // The largest distance that is known to fit, and the smallest that is known not to.
+        // The largest distance known to fit, and the smallest known not to fit.
         let (mut good, mut bad) = (1, longest + 1);
         let mut distance = guess.clamp(1, longest);
         while good + 1 < bad {
@@ -56,11 +56,11 @@ pub fn reduce(frames: usize, mut fits: impl FnMut(usize, usize) -> bool) -> KeyF
 pub struct Insertion {
     /// The frame of the new key.
     pub frame: usize,
-    /// The index of the key before it, among the keys as they were before any insertion.
+    /// The index of the key before it, among the keys before any insertion.
     pub after: usize,
 }
 
-/// Which frames between two keys get a key where the error of one is too large.
+/// The frames between two keys that get a key if the error of one is too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refine {
     /// The frame with the largest error.
@@ -69,8 +69,8 @@ pub enum Refine {
     All,
 }
 
-/// Inserts keys between every two where the error of a frame is above `bound`. Returns the insertions, and the range of
-/// frames that each changes: from the key before it up to the key after it, which is not part of the range.
+/// Inserts keys between consecutive keys where the error of a frame is above `bound`. Returns the insertions, and the
+/// range of frames that each changes: from the previous key up to the next key, which is excluded.
 pub fn refine<T: Copy + PartialOrd>(
     key_frames: &mut KeyFrames,
     errors: &[T],
@@ -103,7 +103,7 @@ pub fn refine<T: Copy + PartialOrd>(
 pub fn insert<T: Copy>(values: &mut Vec<T>, insertions: &[Insertion], new: &[T]) {
     let mut end = values.len();
     values.extend_from_slice(new);
-    // Backwards, so that no value is overwritten before it is moved.
+    // Backwards, so that no value is overwritten before it moves.
     for (index, (insertion, value)) in std::iter::zip(insertions, new).enumerate().rev() {
         let first = insertion.after + 1;
         values.copy_within(first..end, first + index + 1);
@@ -117,17 +117,17 @@ pub(super) fn alpha(ticks: &[f64], from: usize, to: usize, frame: usize) -> f32 
     ((ticks[frame] - ticks[from]) / (ticks[to] - ticks[from])) as f32
 }
 
-/// The frames between two keys with their interpolation factors, from the middle outwards, because the error is most
-/// often largest in the middle.
+/// The frames between two keys with their interpolation factors. They run from the middle outwards, because the error
+/// is usually largest in the middle.
 pub fn between(ticks: &[f64], from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> {
     let middle = usize::midpoint(from, to);
     let frames = (middle..to).chain((from + 1..middle).rev());
     frames.map(move |frame| (frame, alpha(ticks, from, to, frame)))
 }
 
-/// Calls `visit(frame, key, alpha)` for every frame of `ranges`. `key` is the index of the last key that is not after
-/// the frame. `alpha` is the interpolation factor from there to the next key, 0 at a key. Each range starts at a key
-/// and ends before one.
+/// Calls `visit(frame, key, alpha)` for every frame of `ranges`. `key` is the index of the last key at or before the
+/// frame. `alpha` is the interpolation factor from there to the next key, 0 at a key. Each range starts at a key and
+/// ends before one.
 pub fn for_each_frame(
     key_frames: &[u32],
     ticks: &[f64],

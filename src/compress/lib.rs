@@ -1,24 +1,24 @@
-//! Lossy compression of animations with an error bound: no joint is farther from its position than the bound, at any
-//! frame of the source, for any reader of the file.
+//! Lossy compression of animations with an error bound: every joint stays within the bound of its position, at every
+//! frame of the source, for every reader of the file.
 //!
 //! The algorithm is a variable bit rate quantizer with key frame reduction and in-place error compensation, after the
 //! Animation Compression Library (ACL) of Nicholas Frechette: <https://github.com/nfrechette/acl>.
-//! `docs/compression-algorithm.md` explains it. In the order of use:
+//! `docs/compression-algorithm.md` explains it. The modules in the order of use:
 //!
-//! 1. `raw_clip` samples the animation at every frame; `object_space` is where errors count.
-//! 2. `constant_tracks`: a track that hardly moves anything becomes constant.
-//! 3. `shared_key_frames`, `key_frames`, `fitted_keys`: key frame reduction, for the pose or for each track alone.
+//! 1. `raw_clip` samples the animation at every frame. `object_space` is the space in which errors are measured.
+//! 2. `constant_tracks` makes tracks constant that hardly move anything.
+//! 3. `shared_key_frames`, `key_frames` and `fitted_keys` remove key frames, for the whole pose or for each track.
 //! 4. `encode` encodes joint by joint from the root on. The `error_metric` measures the effect of a rotation error,
-//!    with lever arms and a shell distance. `compensation` computes the rotation that a joint needs below its lossy
+//!    with lever arms and a shell distance. `compensation` computes the rotation of a joint relative to its lossy
 //!    parent. `bit_rate` chooses the number of bits, and one of the `candidates` around that rotation, with the help of
-//!    the `trellis`. `quantize` has the formats.
+//!    the `trellis`. `quantize` has the number formats.
 //! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
-//! 7. `clip` is the result, for FBX as `curves`.
+//! 7. `clip` is the result. For FBX it has `curves`.
 //!
-//! How keys are stored is what a format says: each implements `Encoding` beside its reader and writer.
+//! Each format defines the storage of keys. It implements `Encoding` next to its reader and writer.
 //!
-//! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
+//! A [`PackedClip`] stores the result in a compact form, from which a pose is computed without unpacking the rest.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
@@ -84,39 +84,39 @@ use self::raw_clip::RawClip;
 pub use self::reduce_keys::reduce_keys;
 use self::refinement::Refinement;
 
-// Fractions of the bound, found by trials on the fixtures. The bound holds with any other values.
+// Fractions of the bound, tuned on the fixtures. The bound holds with any other values.
 
-/// The fraction of the bound for replacing tracks by constants: found by trials on the fixtures.
+/// The fraction of the bound for replacing tracks by constants, tuned on the fixtures.
 const CONSTANT_FRACTION: f32 = 0.2;
 
-/// The fraction of the bound for key frame reduction of the whole pose, of streams. The rest is for quantization, which
-/// takes less where rotations are stored with 16 or 32 bits.
+/// The fraction of the bound for key frame reduction of the whole pose, in streams. The remainder is for quantization,
+/// which takes less if rotations are stored with 16 or 32 bits.
 const KEY_FRACTION_OF_STREAMS: f32 = 0.8;
 
-/// The fraction of the bound for key frame reduction, of numbers of 32 bits.
+/// The fraction of the bound for key frame reduction of 32-bit numbers.
 const KEY_FRACTION_OF_NUMBERS: f32 = 0.97;
 
-/// Fewer shared key frames than this fraction of all frames may be smaller in streams than keys at all frames. Keys at
-/// all frames can be coarser, because the whole bound is left for quantization.
+/// The number of shared key frames, as a fraction of all frames, below which they may be smaller in streams than keys
+/// at all frames. Keys at all frames can be coarser, because quantization can use the whole bound.
 const MAYBE_SMALLER: f32 = 0.9;
-/// Fewer keys than this fraction of all are smaller for sure.
+/// The fraction of all keys below which fewer keys are surely smaller.
 const SURELY_SMALLER: f32 = 0.85;
 
-/// Shared key frames are tried where this fraction of their size is smaller than that of key frames of each track's
-/// own.
+/// The fraction of the size of shared key frames that must be below the size of separate key frames, for shared key
+/// frames to be tried.
 const MAYBE_CONSTANT: f32 = 0.85;
 
-/// The fractions of a bound that are tried if the bound itself is not kept. Near the precision of the numbers roundings
-/// add up by chance, so a smaller bound may be kept although a larger one is not.
+/// The fractions of a bound to try if the bound itself is not kept. Near the precision of the numbers, roundings add up
+/// by chance. So a smaller bound may be kept although a larger one is not.
 const TIGHTER_BOUNDS: [f64; 2] = [0.5, 0.25];
 
-/// Compresses `animation` so that no joint is farther from its position than `bound` allows.
+/// Compresses `animation` so that every joint stays within `bound` of its position.
 ///
 /// # Errors
 /// - [`Code::ErrorBound`]: the encoding is too coarse for the bound.
 /// - [`Code::Unrepresentable`]: a scale is not uniform and constant, or a value is not finite.
 /// - [`Code::LimitExceeded`]: there are too many frames.
-/// - [`Code::InvalidValue`]: a shell distance below 0, a bound of a joint that is not above 0, an unknown joint.
+/// - [`Code::InvalidValue`]: a shell distance below 0, a joint bound that is not above 0, or an unknown joint.
 #[doc(hidden)]
 pub fn compress(
     scene: &Scene,
@@ -135,7 +135,7 @@ pub fn compress(
     kept.ok_or(refused)
 }
 
-/// As [`compress()`], at this bound alone.
+/// Like [`compress()`], at this bound only.
 fn compress_once(
     scene: &Scene,
     animation: &Animation,
@@ -175,7 +175,7 @@ fn compress_once(
     }
 }
 
-/// As [`KeyFrameChoice::OwnOrShared`] says.
+/// Implements [`KeyFrameChoice::OwnOrShared`].
 fn own_or_shared(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
     let own = refinement.within_bound(scene, None)?;
     let Encoder {
@@ -186,7 +186,7 @@ fn own_or_shared(refinement: &Refinement, scene: &Scene) -> Result<CompressedCli
         ..
     } = &refinement.encoder;
     let shared = shared_key_frames::reduce(clip, raw, bounds, KEY_FRACTION_OF_NUMBERS);
-    // Refinement adds to this size, but some tracks may be constant that are not with key frames of their own.
+    // Refinement adds to this size. But some tracks may be constant that are animated with their own key frames.
     let size: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
     if size as f32 * MAYBE_CONSTANT >= encoding.size(&own) as f32 {
         return Ok(own);
@@ -197,7 +197,7 @@ fn own_or_shared(refinement: &Refinement, scene: &Scene) -> Result<CompressedCli
     }
 }
 
-/// As [`KeyFrameChoice::SharedOrAll`] says.
+/// Implements [`KeyFrameChoice::SharedOrAll`].
 fn shared_or_all(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
     let Encoder {
         clip,

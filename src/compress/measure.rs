@@ -1,8 +1,7 @@
-//! Error measurement: the distance between each joint and its position in the raw clip, at every frame, for every
-//! decoder.
+//! Error measurement: the distance of each joint from its position in the raw clip, at every frame, for every decoder.
 //!
-//! Encoding runs in single precision. Whether its result is within the bound is decided here, in double precision, on
-//! what readers decode from the file.
+//! Encoding runs in single precision. This module decides in double precision whether the decoded result is within the
+//! bound.
 
 use std::ops::Range;
 
@@ -15,18 +14,18 @@ use super::decode::{Block, Cursor, Decoder, JointSampler, JointState};
 use super::raw_clip::RawClip;
 use super::read_ahead::FrameReader;
 
-/// The errors at every frame, each times the weight of its joint.
+/// The errors at every frame, multiplied by the weights of the joints.
 pub struct FrameErrors {
     /// The largest error of a joint, in metres.
     pub largest: Vec<f64>,
     /// The node with that error.
     pub nodes: Vec<usize>,
-    /// The sum of the squares of the errors of all joints.
+    /// The sum of the squared errors of all joints.
     pub squares: Vec<f64>,
 }
 
 impl FrameErrors {
-    /// All 0.
+    /// Zero errors for a number of frames.
     pub fn new(frames: usize) -> Self {
         Self {
             largest: vec![0.0; frames],
@@ -52,7 +51,7 @@ impl FrameErrors {
         summary
     }
 
-    /// For each of `nodes` nodes its largest error, of the frames in which no other node has a larger one.
+    /// The largest error of each of `nodes` nodes. Only frames count in which no other node has a larger error.
     pub fn by_node(&self, nodes: usize) -> Vec<f64> {
         let mut errors = vec![0.0; nodes];
         for (&node, &error) in std::iter::zip(&self.nodes, &self.largest) {
@@ -70,12 +69,12 @@ pub struct Measurement<'a> {
     pub times: &'a [f32],
     /// The rounding error of the raw clip itself, in metres. It is added to every error.
     pub raw_rounding: f64,
-    /// By how much the error of each joint counts; empty where all count once.
+    /// The error factor of each joint; empty if all are 1.
     pub weights: &'a [f64],
 }
 
 wide::dispatch! {
-    /// Measures the errors at all frames of some ranges.
+    /// Measures the errors in all frames of some ranges.
     pub fn measure(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors: &mut FrameErrors) {
         measure_lanes(measurement, ranges, errors);
     }
@@ -142,8 +141,8 @@ pub fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], err
     }
 }
 
-/// How far apart implementations of a decoder may put a joint: for every joint above it the angle by which they may
-/// differ, times its distance.
+/// The largest distance between implementations of a decoder at a joint: the sum, over its ancestors, of the angle by
+/// which they may differ times the distance.
 #[inline(always)]
 fn ambiguity(clip: &RawClip, joints: &[JointState], index: usize) -> Lanes {
     let mut sum = Lanes::ZERO;

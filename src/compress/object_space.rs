@@ -1,4 +1,4 @@
-//! Joints in object space: the space in which the root stands. Errors are measured there.
+//! Joints in object space, the space of the root's parent. Errors are measured there.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use super::key_frames;
 /// One joint in object space at every frame.
 #[derive(Clone, Default)]
 pub struct ObjectSpaceTrack {
-    /// In metres.
+    /// Positions in metres.
     pub positions: Vec<Vec3>,
     pub rotations: Vec<Quat>,
 }
@@ -24,7 +24,7 @@ impl ObjectSpaceTrack {
         }
     }
 
-    /// At the origin at all frames.
+    /// A joint at the origin in all frames.
     pub(super) fn at_origin(frames: usize) -> Self {
         Self {
             positions: vec![Vec3::ZERO; frames],
@@ -32,7 +32,7 @@ impl ObjectSpaceTrack {
         }
     }
 
-    /// The position of a point that is attached to `parent`, at `offset` from it in its own axes, in metres.
+    /// The position of a point attached to `parent`, at `offset` in the parent's axes, in metres.
     #[inline]
     pub(super) fn position(parent: Option<&Self>, frame: usize, offset: Vec3) -> Vec3 {
         parent.map_or(offset, |parent| {
@@ -40,14 +40,14 @@ impl ObjectSpaceTrack {
         })
     }
 
-    /// The positions of a point that is attached to this joint, at `offset` from it, at some frames.
+    /// The positions of a point attached to this joint, at `offset` in its axes, at some frames.
     #[inline]
     pub(super) fn attached(&self, offset: Vec3, frames: Range<usize>) -> impl Iterator<Item = Vec3> {
         std::iter::zip(&self.positions[frames.clone()], &self.rotations[frames])
             .map(move |(position, rotation)| *position + *rotation * offset)
     }
 
-    /// The rotation of a joint, given its rotation to `parent`.
+    /// The rotation of a joint, given its rotation relative to `parent`.
     #[inline]
     pub(super) fn rotation(parent: Option<&Self>, frame: usize, local: Quat) -> Quat {
         parent
@@ -56,8 +56,7 @@ impl ObjectSpaceTrack {
     }
 }
 
-/// Decodes a translation track, whose unit has the length `scale`, into object-space positions, at some ranges of
-/// frames.
+/// Decodes a translation track with a unit of length `scale` into object-space positions, for some ranges of frames.
 pub(super) fn decode_translations(
     track: &TranslationTrack,
     scale: f32,
@@ -92,7 +91,7 @@ pub(super) fn decode_translations(
     }
 }
 
-/// Decodes a rotation track into object-space rotations, at some ranges of frames.
+/// Decodes a rotation track into object-space rotations, for some ranges of frames.
 pub(super) fn decode_rotations(
     track: &RotationTrack,
     ticks: &[f64],

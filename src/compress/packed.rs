@@ -1,8 +1,8 @@
-//! A packed clip: bytes from which a pose can be computed at any moment, without unpacking anything else.
+//! A packed clip: bytes from which a pose can be computed at any time, without unpacking the rest.
 //!
-//! `docs/packed-clip.md` has the layout, byte by byte. The frames stand in blocks of equal length. A track of a block
-//! has a straight line for each of its components, and a key is its distance from there in as few bits as the block
-//! needs. All tracks of a key frame stand together, so that a pose reads the headers of a block, and two key frames.
+//! `docs/packed-clip.md` has the layout, byte by byte. The frames are in blocks of equal length. In a block, a track
+//! has a straight line for each component. A key is its difference from the line, in as few bits as the block needs.
+//! All tracks of a key frame are stored together, so that a pose reads the headers of one block and two key frames.
 
 #[doc(hidden)]
 pub(crate) mod bits;
@@ -25,7 +25,7 @@ use self::encoding::Packed;
 use self::layout::{RotationTrack, TranslationTrack};
 use super::{CompressedClip, ErrorBound};
 
-/// An animation in packed form, which gives its pose at any tick.
+/// An animation in packed form. It gives its pose at any tick.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -44,14 +44,14 @@ use super::{CompressedClip, ErrorBound};
 /// # Ok::<(), mocap::Error>(())
 /// ```
 ///
-/// A file that is broken is refused when it is opened. After that, nothing fails and nothing is allocated: a clip holds
-/// the bytes and, for every node, less than 200 more.
+/// The constructor refuses a broken file. After that, no call fails or allocates. In memory a clip has its bytes and
+/// less than 200 more for every node.
 #[derive(Clone, Debug)]
 pub struct PackedClip<'a> {
     bytes: Cow<'a, [u8]>,
     /// The pose of constant nodes, and the rest pose of moving nodes.
     rest: Vec<Trs>,
-    /// The rest transforms of nodes whose constant ones are others.
+    /// The rest transforms of nodes that differ from their constant transforms.
     at_rest: Vec<(u32, Trs)>,
     nodes: Vec<ClipNode>,
     rotations: Vec<RotationTrack>,
@@ -62,30 +62,30 @@ pub struct PackedClip<'a> {
     max_error: f32,
     /// Frames of a block, as a power of two.
     log2_block_frames: u32,
-    /// Bytes of the key masks of a block; 0 where every frame has a key.
+    /// Bytes of the key masks of a block; 0 if every frame has a key.
     mask_bytes: usize,
-    /// Bits of the headers of all tracks of a block.
+    /// Bits of all track headers of a block.
     header_bits: usize,
-    /// The place of the ticks of the frames; absent if they are 0, 1, 2 and so on.
+    /// The position of the ticks of the frames; absent if they are 0, 1, 2 and so on.
     ticks: Option<usize>,
-    /// Where the offsets of the blocks stand.
+    /// The position of the block offsets.
     table: usize,
-    /// Where the first block stands.
+    /// The position of the first block.
     blocks: usize,
 }
 
-/// What a clip knows of a node beside its pose.
+/// The data of a node except its pose.
 #[derive(Clone, Copy, Debug)]
 struct ClipNode {
     parent: Option<u16>,
     is_end_site: bool,
-    /// Where its name stands.
+    /// The position of its name.
     name: (usize, usize),
 }
 
 impl PackedClip<'static> {
-    /// Packs an animation of `scene`, whose lengths are in metres: no joint or end site is more than `max_error` metres
-    /// from its position, at any frame. An [`ErrorBound`] holds for a shell around each joint too.
+    /// Packs an animation of `scene`, whose lengths must be in metres. Every joint and end site stays within
+    /// `max_error` metres of its position, at every frame. An [`ErrorBound`] also covers a shell around each joint.
     ///
     /// # Errors
     /// - [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) if the bound cannot be kept
@@ -96,7 +96,7 @@ impl PackedClip<'static> {
         Ok(Self::pack(scene, animation, max_error.into())?.0)
     }
 
-    /// A packed clip, and the clip before it was packed, which knows where its error is largest.
+    /// Returns a packed clip, and the clip before packing, which has the place of its largest error.
     #[doc(hidden)]
     pub fn pack(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Self, CompressedClip)> {
         let (bytes, clip) = write::encode(scene, animation, &bound, &Packed)?;
@@ -108,18 +108,18 @@ impl<'a> PackedClip<'a> {
     /// Opens a packed clip.
     ///
     /// # Errors
-    /// [`Code::InvalidClip`](mocap_scene::Code::InvalidClip) where the bytes are not a whole and valid packed clip.
+    /// [`Code::InvalidClip`](mocap_scene::Code::InvalidClip) if the bytes are not a complete and valid packed clip.
     pub fn new(bytes: impl Into<Cow<'a, [u8]>>) -> Result<Self> {
         Ok(read::open(bytes.into())?)
     }
 
-    /// Whether bytes begin like a packed clip.
+    /// Whether the bytes begin like a packed clip.
     #[doc(hidden)]
     pub fn sniff(bytes: &[u8]) -> bool {
         bytes.starts_with(&layout::MAGIC)
     }
 
-    /// Numbers that change from frame to frame.
+    /// The number of values that change from frame to frame.
     #[doc(hidden)]
     pub fn values_a_frame(&self) -> usize {
         4 * self.rotations.len() + 3 * self.translations.len()
@@ -130,18 +130,18 @@ impl<'a> PackedClip<'a> {
         &self.bytes
     }
 
-    /// The bytes of the file, without a copy where the clip owns them.
+    /// The bytes of the file, without a copy if the clip owns them.
     #[doc(hidden)]
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes.into_owned()
     }
 
-    /// How many nodes the skeleton has.
+    /// The number of nodes of the skeleton.
     pub fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The name of a node; empty where there is no such node.
+    /// The name of a node; empty if there is no such node.
     pub fn name(&self, node: usize) -> &str {
         let name = self.nodes.get(node).and_then(|node| {
             let (start, end) = node.name;
@@ -150,7 +150,7 @@ impl<'a> PackedClip<'a> {
         name.unwrap_or_default()
     }
 
-    /// The parent of a node, which stands before it.
+    /// The parent of a node. Parents precede their children.
     pub fn parent(&self, node: usize) -> Option<usize> {
         self.nodes.get(node)?.parent.map(usize::from)
     }
@@ -170,7 +170,7 @@ impl<'a> PackedClip<'a> {
         self.duration
     }
 
-    /// A clock for this clip, at its start.
+    /// A clock for this clip, at the start.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -191,12 +191,12 @@ impl<'a> PackedClip<'a> {
         Player::of_length(self.duration, self.ticks_per_second)
     }
 
-    /// How many frames the source has.
+    /// The number of frames of the source.
     pub fn frame_count(&self) -> usize {
         self.frames
     }
 
-    /// The largest distance of any joint from its position that was measured, in metres.
+    /// The largest measured distance of a joint from its position, in metres.
     pub fn max_error(&self) -> f64 {
         self.max_error.into()
     }

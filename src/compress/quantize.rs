@@ -1,4 +1,4 @@
-//! Quantization: how rotations and translations are stored, and what a reader decodes from that.
+//! Quantization: the stored form of rotations and translations, and the values that a reader decodes.
 
 pub(crate) mod rotation;
 mod rounding;

@@ -10,44 +10,45 @@ use mocap_scene::scene::{Animation, Keys, Node, NodeId, Scene};
 
 use super::object_space::ObjectSpaceTrack;
 
-/// By how much the three factors of a scale may differ to count as uniform: a few rounding errors.
+/// The largest relative difference between the three factors of a scale that counts as uniform: a few rounding errors.
 const UNIFORM: f32 = 1e-4;
 
-/// Points of the shell of a joint: one on each of its axes.
+/// The number of shell points of a joint: one on each of its axes.
 const SHELL_POINTS: usize = Vec3::AXES.len();
 
-/// The default distance of the shell of a joint whose rotation moves no other joint, in metres. It is that of ACL, and
-/// about the distance of the skin around a joint.
+/// The default shell distance in metres for a joint whose rotation moves no other joint. It is ACL's value, about the
+/// distance of the skin from a joint.
 const SKIN: f32 = 0.03;
 
-/// By how much the squared length of a quaternion may differ from 1, to be a rotation: more than 16-bit integers round
-/// it by.
+/// The largest difference from 1 of the squared length of a quaternion. It is more than the rounding of 16-bit
+/// integers.
 const NOT_A_UNIT: f32 = 1e-3;
 
-/// The maximum of frames times nodes. Each takes about 100 bytes, and a file of a few keys can claim any duration.
+/// The largest product of frames and nodes. Each takes about 100 bytes, and a file with a few keys can claim any
+/// duration.
 const MAX_VALUES: usize = 1 << 28;
 
 pub struct RawClip<'a> {
-    /// The frames: the whole ticks of the animation, and every tick that has a key.
+    /// The frames: the whole ticks of the animation, and every tick with a key.
     pub ticks: Vec<f64>,
-    /// One per node of the scene, in its order; then the points of the shell.
+    /// One joint per node of the scene, in its order; then the points of the shells.
     pub(super) joints: Vec<RawJoint<'a>>,
-    /// The node of every point of the shell.
+    /// The node of every shell point.
     shell: Vec<usize>,
 }
 
-/// One node, and its transform to its parent at every frame.
+/// One node, and its transform relative to its parent at every frame.
 pub(super) struct RawJoint<'a> {
     pub(super) parent: Option<usize>,
     pub(super) children: Vec<usize>,
     pub(super) translation: RawTrack<'a, Vec3>,
     pub(super) rotation: RawTrack<'a, Quat>,
-    /// The value that may stand for all of an animated track: see [`constant_tracks`](super::constant_tracks).
+    /// The constant value that may replace an animated track: see [`constant_tracks`](super::constant_tracks).
     pub(super) constant_translation: Option<Vec3>,
     pub(super) constant_rotation: Option<Quat>,
-    /// The length, in metres, of a unit in the space of this node.
+    /// The length of a unit in the space of this node, in metres.
     pub(super) scale: f32,
-    /// The length, in metres, of a unit in the space of its parent, in which its translation is.
+    /// The length of a unit in the space of its parent, in metres. The translation has this unit.
     pub(super) parent_scale: f32,
 }
 
@@ -69,7 +70,7 @@ impl<T: Copy> RawTrack<'_, T> {
         matches!(self, Self::Animated(_))
     }
 
-    /// The values of an animated track; none of a constant one.
+    /// The values of an animated track; empty for a constant track.
     pub(super) fn animated_values(&self) -> &[T] {
         match self {
             Self::Constant(_) => &[],
@@ -78,7 +79,7 @@ impl<T: Copy> RawTrack<'_, T> {
     }
 }
 
-/// Refuses an animation whose joints and points of shells at each frame take too much memory.
+/// Refuses an animation if its joints and shell points at all frames would take too much memory.
 fn check_values(frames: usize, joints: usize) -> Result<()> {
     if frames.saturating_mul(joints) <= MAX_VALUES {
         return Ok(());
@@ -94,11 +95,11 @@ fn check_values(frames: usize, joints: usize) -> Result<()> {
 }
 
 impl<'a> RawClip<'a> {
-    /// Every joint has a shell: three points that stand for its skin, `shell_distance` metres from it along its axes.
-    /// Where the distance is 0, only a joint whose rotation moves no other has one, 3 cm from it.
+    /// Every joint has a shell: three points that represent its skin, `shell_distance` metres along its axes. If the
+    /// distance is 0, only a joint whose rotation moves no other joint has a shell, at 3 cm.
     ///
     /// # Errors
-    /// Where a value is not finite, or where the scale is not constant and uniform: then an error bound on each joint's
+    /// A value is not finite, or a scale is not constant and uniform. With such a scale, an error bound on each joint's
     /// rotation and translation does not bound the whole.
     pub fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
         let joints = scene.nodes.len() * if shell_distance > 0.0 { 1 + SHELL_POINTS } else { 1 };
@@ -167,7 +168,7 @@ impl<'a> RawClip<'a> {
         Ok(clip)
     }
 
-    /// The joints whose rotation moves no joint, because no joint below is away from them.
+    /// The joints whose rotation moves no joint, because all their descendants are at their own position.
     fn turning_ends(&self) -> Vec<bool> {
         let mut reaches = vec![false; self.joints.len()];
         for (index, joint) in self.joints.iter().enumerate().rev() {
@@ -182,11 +183,11 @@ impl<'a> RawClip<'a> {
             .collect()
     }
 
-    /// Gives these joints a shell.
+    /// Adds a shell to these joints.
     fn add_shell(&mut self, distance: f32, has_shell: &[bool]) {
         for node in (0..self.joints.len()).filter(|node| has_shell[*node]) {
             let joint = &self.joints[node];
-            // What is still moves with its parent. A still root is where it should be.
+            // A static joint moves with its parent. A static root is at its correct position.
             let (parent, start, rotation) = match joint.parent {
                 _ if !joint.is_static_leaf() => (node, Vec3::ZERO, Quat::IDENTITY),
                 Some(parent) => (parent, joint.offset(), joint.orientation()),
@@ -212,12 +213,12 @@ impl<'a> RawClip<'a> {
         }
     }
 
-    /// How many nodes the scene has.
+    /// The number of nodes in the scene.
     pub(super) fn nodes(&self) -> usize {
         self.joints.len() - self.shell.len()
     }
 
-    /// The node of a joint or of a point of its shell.
+    /// The node of a joint or of a shell point.
     pub(super) fn node_of(&self, joint: usize) -> usize {
         joint.checked_sub(self.nodes()).map_or(joint, |point| self.shell[point])
     }
@@ -235,7 +236,7 @@ impl<'a> RawClip<'a> {
         self.joints[joint].parent
     }
 
-    /// All joints in object space. Static leaves are left empty: their position follows from their parent's.
+    /// All joints in object space. Static leaves are empty: their positions follow from their parents.
     pub(super) fn object_space(&self) -> Vec<ObjectSpaceTrack> {
         let mut tracks = vec![ObjectSpaceTrack::default(); self.joints.len()];
         forward_kinematics(
@@ -260,33 +261,34 @@ impl<'a> RawClip<'a> {
 }
 
 impl RawJoint<'_> {
-    /// Whether the translation to the parent needs keys.
+    /// Whether the translation relative to the parent needs keys.
     pub(super) fn translates(&self) -> bool {
         self.translation.is_animated() && self.constant_translation.is_none()
     }
 
-    /// Whether the rotation to the parent needs keys.
+    /// Whether the rotation relative to the parent needs keys.
     pub(super) fn rotates(&self) -> bool {
         self.rotation.is_animated() && self.constant_rotation.is_none()
     }
 
-    /// The translation of a joint that does not [translate](Self::translates); otherwise that of the first frame.
+    /// The translation of a joint that does not [translate](Self::translates); otherwise its translation in the first
+    /// frame.
     pub(super) fn offset(&self) -> Vec3 {
         self.constant_translation.unwrap_or_else(|| self.translation.at(0))
     }
 
-    /// The rotation of a joint that does not [rotate](Self::rotates); otherwise that of the first frame.
+    /// The rotation of a joint that does not [rotate](Self::rotates); otherwise its rotation in the first frame.
     pub(super) fn orientation(&self) -> Quat {
         self.constant_rotation.unwrap_or_else(|| self.rotation.at(0))
     }
 
-    /// Whether the joint is not animated and has no children, as an end site.
+    /// Whether the joint is not animated and has no children, like an end site.
     pub(super) fn is_static_leaf(&self) -> bool {
         self.children.is_empty() && !self.translation.is_animated() && !self.rotation.is_animated()
     }
 }
 
-/// The whole ticks of an animation and those of all its keys, each once.
+/// The whole ticks of an animation and the ticks of all its keys, each once.
 fn frame_ticks(animation: &Animation) -> Vec<f64> {
     let mut ticks: Vec<f64> = animation.whole_ticks().collect();
     let of_keys = animation.channels.iter().flat_map(|channel| {
@@ -305,7 +307,7 @@ fn frame_ticks(animation: &Animation) -> Vec<f64> {
     ticks
 }
 
-/// The values of keys at `ticks`: borrowed where there is a key at each. `None` where there is no key.
+/// The values of keys at `ticks`, borrowed if there is a key at each. `None` if there is no key.
 fn sample<'a, T: Copy + PartialEq>(
     keys: &'a Keys<T>,
     ticks: &[f64],

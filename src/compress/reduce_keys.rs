@@ -1,4 +1,4 @@
-//! Removes keys within a largest error.
+//! Removes keys within an error bound.
 
 use mocap_scene::error::Result;
 use mocap_scene::pose::Binding;
@@ -6,14 +6,14 @@ use mocap_scene::scene::{Keys, Scene};
 
 use super::{ErrorBound, Float32, Track, compress};
 
-/// Removes keys of every animation. No joint or end site is then more than `max_error` metres from its previous
-/// position, at any whole tick and at any tick that had a key. Returns the largest distance, in metres.
+/// Removes keys of every animation. Every joint and end site stays within `max_error` metres of its previous position,
+/// at every whole tick and at every tick that had a key. Returns the largest distance in metres.
 ///
 /// The scene must be in metres: see [`convert_units`](mocap_scene::Scene::convert_units). Every joint has its own keys,
 /// and their values change. A joint's rotation compensates for the errors of its ancestors, so that errors do not add
-/// up along a chain. The error metric is measured in object space, as in the Animation Compression Library. Between
-/// keys positions are interpolated linearly and rotations by slerp. A cut is kept, because no pair of keys can bridge
-/// it within the bound. A track that can be constant within the bound has one key.
+/// up along a chain. Errors are measured in object space, as in the Animation Compression Library. Between keys
+/// positions are interpolated linearly and rotations by slerp. A cut is kept, because no pair of keys can bridge it
+/// within the bound. A track that can be constant within the bound gets one key.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -32,9 +32,11 @@ use super::{ErrorBound, Float32, Track, compress};
 /// ```
 ///
 /// # Errors
-/// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) where a node with children has an animated or
-/// non-uniform scale, or a value is not finite; [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where 32-bit floats
-/// cannot keep the bound. The scene is then unchanged.
+/// - [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable): a node with children has an animated or non-uniform
+///   scale, or a value is not finite.
+/// - [`Code::ErrorBound`](mocap_scene::Code::ErrorBound): 32-bit floats cannot keep the bound.
+///
+/// After an error the scene is unchanged.
 pub fn reduce_keys(scene: &mut Scene, max_error: impl Into<ErrorBound>) -> Result<f64> {
     let bound = max_error.into();
     let mut all = Vec::with_capacity(scene.animations.len());

@@ -1,8 +1,8 @@
-//! Refinement: from one encoding pass to the next, until the error is within the bound.
+//! Refinement: repeats encoding passes until the error is within the bound.
 //!
-//! If the error at a frame is too large, shared key frames get a key there, as in the algorithm of Ramer, Douglas and
-//! Peucker. Only the new keys are encoded. A frame with a key may have too large an error, or each joint may have its
-//! own key frames. Then the joints up the chain get smaller tolerances, and another pass starts.
+//! If the error at a frame is too large, the shared key frames get a key there, as in the algorithm of Ramer, Douglas
+//! and Peucker. Only the new keys are encoded. If a frame with a key has too large an error, or if each joint has its
+//! own key frames, the ancestors of the joint get smaller tolerances. Then another pass starts.
 
 use std::iter::zip;
 use std::ops::Range;
@@ -17,21 +17,22 @@ use super::key_frames::{self, KeyFrames, Refine};
 use super::measure::{FrameErrors, Measurement, measure};
 use super::object_space::ObjectSpaceTrack;
 
-/// The maximum of passes, and how often at most a pass adds the worst frame between two keys; after that it adds all.
+/// The largest number of passes, and the largest number of times that a pass adds only the worst frame between two
+/// keys. After that, it adds all frames.
 const MAX_PASSES: usize = 16;
 
-/// The next tolerance, as a fraction of the tolerance that would suffice if errors shrank in proportion.
+/// The next tolerance, as a fraction of the tolerance that would suffice if errors were proportional to it.
 const SAFETY: f32 = 0.97;
-/// The least fraction of a tolerance that is left for the next pass.
+/// The smallest fraction of a tolerance that remains for the next pass.
 const MIN_SHRINK: f32 = 0.5;
 
-// The tolerances of the first pass as fractions of the bound: those of a root's children and those at the end of a
-// chain. Found by trials on the fixtures. The bound holds with any other values.
-/// The tolerance of the first pass at a root's children, as a fraction of the bound. Found by trials on the fixtures:
-/// the bound holds with any value.
+// The tolerances of the first pass as fractions of the bound: at a root's children and at the end of a chain. Tuned on
+// the fixtures. The bound holds with any other values.
+/// The tolerance of the first pass at a root's children, as a fraction of the bound. Tuned on the fixtures: the bound
+/// holds with any value.
 const FIRST_TOLERANCE: f32 = 0.75;
 
-/// The tolerance of the first pass at the end of a chain, as a fraction of the bound. Found by trials on the fixtures.
+/// The tolerance of the first pass at the end of a chain, as a fraction of the bound. Tuned on the fixtures.
 const LAST_TOLERANCE: f32 = 0.97;
 
 /// An encoder, and the data to measure the error of its output.
@@ -44,11 +45,11 @@ pub(super) struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// Encodes the clip within the bound, with keys at the `shared` key frames and as many more as it needs, or each
-    /// track with key frames of its own.
+    /// Encodes the clip within the bound. It has keys at the `shared` key frames and further ones as needed, or each
+    /// track has its own key frames.
     ///
     /// # Errors
-    /// [`Code::ErrorBound`] where the storage is too coarse. It names the node of `scene` with the largest error.
+    /// [`Code::ErrorBound`] if the storage is too coarse. The message names the node of `scene` with the largest error.
     pub(super) fn within_bound(&self, scene: &Scene, mut shared: Option<Arc<KeyFrames>>) -> Result<CompressedClip> {
         let Encoder { clip, bounds, .. } = &self.encoder;
         let bound = bounds.max_error;
@@ -110,7 +111,7 @@ impl Refinement<'_> {
         self.measure_weighted(lossy, ranges, errors, self.encoder.bounds.weights())
     }
 
-    /// As [`Self::measure`], with these weights of the joints; with none, errors are distances.
+    /// Like [`Self::measure`], with these joint weights. Without weights, errors are distances.
     fn measure_weighted(
         &self,
         lossy: &LossyClip,
@@ -130,10 +131,10 @@ impl Refinement<'_> {
     }
 
     /// The budgets of the first pass. Tolerances grow along a chain, because joints further down compensate for the
-    /// errors of those above them.
+    /// errors of their ancestors.
     fn budgets(&self) -> Vec<Budget> {
         let joints = &self.encoder.clip.joints;
-        // The rotating joints from the root to each joint, and to the farthest below it.
+        // The number of rotating joints from the root to each joint, and to its farthest descendant.
         let mut depth = vec![0usize; joints.len()];
         for (index, joint) in joints.iter().enumerate() {
             depth[index] = joint.parent.map_or(0, |parent| depth[parent]) + usize::from(joint.rotates());
@@ -157,7 +158,7 @@ impl Refinement<'_> {
         zip(depth, deepest).enumerate().map(budget).collect()
     }
 
-    /// Shrinks the tolerance of every joint whose error, given by node, is too large, and of all joints above it.
+    /// Shrinks the tolerances of joints with too large an error, and of their ancestors. `errors` are given by node.
     fn shrink_tolerances(&self, budgets: &mut [Budget], errors: &[f64]) {
         let joints = &self.encoder.clip.joints;
         let bound = self.encoder.bounds.max_error;
@@ -174,7 +175,7 @@ impl Refinement<'_> {
         }
     }
 
-    /// Adds keys until no frame has too large an error in single precision, which is faster than to measure it.
+    /// Adds keys until no frame has too large an error in single precision, which is faster than measuring it.
     fn add_keys_by_estimate(&self, lossy: &mut LossyClip, budgets: &[Budget], key_frames: &mut Arc<KeyFrames>) {
         let mut errors = vec![0f32; self.encoder.clip.frames()];
         let mut changed = self.encoder.clip.all_frames();
@@ -188,8 +189,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// The largest weighted error of a joint at every frame of some ranges, in single precision and for a reader that
-    /// uses nlerp.
+    /// The largest weighted error of a joint at every frame of some ranges, in single precision and for a reader with
+    /// nlerp.
     fn estimate_errors(&self, lossy: &[ObjectSpaceTrack], ranges: &[Range<usize>], errors: &mut [f32]) {
         for frames in ranges {
             errors[frames.clone()].fill(0.0);
@@ -231,8 +232,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Adds keys where the error is above `bound`, and encodes them. Returns the ranges of frames that this changes.
-    /// After some steps all frames around get keys, so that there is an end to it.
+    /// Adds and encodes keys where the error is above `bound`. Returns the affected ranges of frames. After some rounds
+    /// all frames around get keys, so that the loop ends.
     fn add_keys<T: Copy + PartialOrd>(
         &self,
         lossy: &mut LossyClip,

@@ -1,4 +1,4 @@
-//! Shared key frames: key frame reduction of the whole pose. A frame loses its keys only if no joint needs it.
+//! Shared key frames: key frame reduction of the whole pose. A frame loses its keys only if no joint needs them.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::quaternion::nlerp;
@@ -10,14 +10,15 @@ use super::object_space::ObjectSpaceTrack;
 use super::raw_clip::{RawClip, RawTrack};
 use super::read_ahead::{self, FrameReader};
 
-/// The key frames that are left if no joint may be off by more than this `fraction` of its bound where the pose between
-/// two keys is interpolated. `raw` are the joints of the clip in object space.
+/// Removes key frames. The poses interpolated between the remaining keys keep every joint within `fraction` of its
+/// error bound. `raw` are the joints of the clip in object space.
 pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, fraction: f32) -> KeyFrames {
     let square = |joint| (bounds.of(joint) as f32 * fraction).powi(2);
     let squared_tolerances: Vec<f32> = (0..clip.joints.len()).map(square).collect();
     let mut pose = vec![(Vec3::ZERO, Quat::IDENTITY); clip.joints.len()];
     let all: Vec<usize> = (0..clip.joints.len()).collect();
-    // The joint that was off the last time is most likely to be off again: it is looked at first, with those above it.
+    // The joint that last exceeded its tolerance is the most likely one to do so again. So check this joint and its
+    // ancestors first.
     let mut suspects: Vec<usize> = Vec::new();
     let mut ahead = FrameReader::default();
     key_frames::reduce(clip.frames(), |from, to| {
@@ -53,11 +54,11 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, 
     })
 }
 
-/// The pose of a frame between two others, interpolated.
+/// The interpolated pose of a frame between two others.
 struct InterpolatedPose<'a> {
     clip: &'a RawClip<'a>,
     raw: &'a [ObjectSpaceTrack],
-    /// Of every joint, in square metres.
+    /// The squared tolerance of every joint, in square metres.
     squared_tolerances: &'a [f32],
     from: usize,
     to: usize,
@@ -66,8 +67,8 @@ struct InterpolatedPose<'a> {
 }
 
 impl InterpolatedPose<'_> {
-    /// The first of some joints that is not within its tolerance of where it is in the raw clip. `parent_of` gives the
-    /// index of a parent among them, from the index of its child.
+    /// The first of some joints that is not within its tolerance of its position in the raw clip. `parent_of` maps the
+    /// index of a joint in this list to the index of its parent.
     fn first_off(
         &self,
         joints: &[usize],
@@ -108,7 +109,7 @@ impl InterpolatedPose<'_> {
                 };
                 let expected = match (raw[index].positions.get(frame), joint.parent) {
                     (Some(expected), _) => *expected,
-                    // Static leaves have no positions of their own.
+                    // Static leaves have no stored positions.
                     (None, Some(parent)) => ObjectSpaceTrack::position(Some(&raw[parent]), frame, offset),
                     (None, None) => return,
                 };

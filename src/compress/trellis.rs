@@ -1,28 +1,29 @@
-//! Trellis quantization: of all sequences of corners, one for each frame, the one that costs least, found by dynamic
-//! programming (the algorithm of Viterbi), as video encoders do.
+//! Trellis quantization: finds the cheapest sequence of corners, one for each frame, by dynamic programming (the
+//! Viterbi algorithm), as video encoders do.
 //!
-//! The rate of a step from a corner to a corner of the next frame is a sum over the three axes. A corner is on the near
-//! or the far side along each axis. So the least of the 64 sums is found axis by axis, with 16 sums for each.
+//! The rate from a corner to a corner of the next frame is a sum over the three axes. A corner is on the near or the
+//! far side along each axis. So the least of the 64 sums is found axis by axis, with 16 sums for each.
 
 use mocap_scene::math::soa::single::{LANES, Lanes};
 
-/// The corners of a cell. Bit 0, 1 and 2 of a corner: whether it is on the far side along the first, second and third
-/// axis.
+/// The number of corners of a cell. Bits 0, 1 and 2 of a corner state whether it is on the far side along the first,
+/// second and third axis.
 pub const CORNERS: usize = 8;
 
-// About the bits of a difference in a stream: `format/gltf/stream_size` counts them exactly. Found by trials on the
+// The approximate bits of a difference in a stream: `format/gltf/stream_size` counts them exactly. Tuned on the
 // fixtures.
 
-/// Bits of the low byte of a difference: more than nothing for 0, for other differences of its group often need bits.
+/// Bits of the low byte of a difference. It is above 0 even for a zero difference, because other differences of its
+/// group often need bits.
 const LOW_BYTE: f32 = 0.8;
 
-/// Bits that are added to that for differences from 1, 2 and 8 on, which take 2, 4 and 8 bits.
+/// Additional bits for differences from 1, 2 and 8 on, which take 2, 4 and 8 bits.
 const LARGER: [(f32, f32); 3] = [(0.5, 1.6), (1.5, 2.0), (7.5, 4.6)];
 
-/// Bits of the high byte, which hardly ever changes: then its whole group takes bits.
+/// Bits of the high byte. It hardly ever changes, but a change costs bits for the whole group.
 const HIGH_BYTE: f32 = 7.0;
 
-/// One component of eight rotations, as it is stored.
+/// One stored component of eight rotations.
 #[derive(Clone, Copy)]
 pub struct Component {
     value: Lanes,
@@ -38,7 +39,7 @@ impl Component {
         }
     }
 
-    /// About the bits that this component takes after another.
+    /// The approximate bits of this component after another.
     #[inline(always)]
     pub fn rate_after(&self, before: &Self) -> Lanes {
         Lanes::of(|lane| {
@@ -53,12 +54,12 @@ impl Component {
     }
 }
 
-/// The rates along each axis from the cell of the frame before to the cell of each frame, as `[axis][from][to]`. `from`
-/// and `to` are the near or the far side. The first frame has none.
+/// The rates along each axis from the previous frame's cell to each frame's cell, as `[axis][from][to]`. `from` and
+/// `to` are the near or the far side. The first frame has no rates.
 pub struct Rates([[[Lanes; 2]; 2]; 3]);
 
 impl Rates {
-    /// Between cells with these origins, which follow one another.
+    /// The rates between consecutive cells with these origins.
     #[inline(always)]
     pub fn between(origins: &[Lanes; 3]) -> Self {
         let mut rates = [[[Lanes::ZERO; 2]; 2]; 3];
@@ -76,10 +77,10 @@ impl Rates {
     }
 }
 
-/// Rounds down numbers of a size below 2^16. Adding 1.5 * 2^23 leaves no bits for a fraction.
+/// Rounds down numbers below 2^16. Adding 1.5 * 2^23 leaves no bits for a fraction.
 #[inline(always)]
 pub fn floor(value: Lanes) -> Lanes {
-    /// The number that rounds to a whole one when it is added: 1.5 times 2^23.
+    /// The number whose addition rounds to a whole number: 1.5 times 2^23.
     const ROUND: f32 = 12_582_912.0;
     Lanes::of(|lane| {
         let rounded = value.0[lane] + ROUND - ROUND;
@@ -87,16 +88,16 @@ pub fn floor(value: Lanes) -> Lanes {
     })
 }
 
-/// The costs so far, and where each came from.
+/// The costs so far, and the path to each corner.
 pub struct Trellis {
     /// The least cost of a sequence that ends at each corner.
     costs: Lanes,
-    /// For each frame, and each corner, the corner of the frame before.
+    /// For each frame and corner, the corner in the previous frame.
     before: [[u8; CORNERS]; LANES],
 }
 
 impl Trellis {
-    /// With the costs of the corners of the first frame.
+    /// Starts with the costs of the corners of the first frame.
     #[inline(always)]
     pub fn new(costs: Lanes) -> Self {
         Self {
@@ -105,7 +106,7 @@ impl Trellis {
         }
     }
 
-    /// Goes on to the next frame.
+    /// Advances to the next frame.
     #[inline(always)]
     pub fn step(&mut self, lane: usize, rates: &Rates, distortions: Lanes) {
         let mut costs = self.costs;
@@ -127,7 +128,7 @@ impl Trellis {
         self.before[lane] = from;
     }
 
-    /// Goes on to a frame that no difference leads to.
+    /// Advances to a frame that is not stored as a difference.
     #[inline(always)]
     pub fn jump(&mut self, lane: usize, distortions: Lanes) {
         let (corner, cost) = least(self.costs);
@@ -148,11 +149,11 @@ impl Trellis {
     }
 }
 
-/// The corner that costs least.
+/// The corner with the least cost.
 #[inline(always)]
 pub fn least(costs: Lanes) -> (usize, f32) {
-    // Floats that are not negative are ordered as their bits are. The index replaces the lowest bits, so that
-    // one minimum finds both, without branches.
+    // Non-negative floats are ordered like their bits. The index replaces the lowest bits, so that one minimum finds
+    // both, without branches.
     const INDEX: u32 = CORNERS as u32 - 1;
     let mut least = u32::MAX;
     for (index, cost) in costs.0.iter().enumerate() {

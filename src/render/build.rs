@@ -1,4 +1,5 @@
-//! Joins the modules of the player to one script, and compresses it and the font: a twentieth of the program.
+//! Joins the modules of the player to one script, and compresses the script and the font. They are a twentieth of the
+//! program.
 
 use std::fs::{File, read_to_string};
 use std::io::{Result, Write};
@@ -17,7 +18,7 @@ fn main() -> Result<()> {
     write_packed("font.zlib", dejavu::sans::regular())
 }
 
-/// Adds a module after those that it imports, each once, without the words of modules.
+/// Adds a module after the modules that it imports, each once, without import and export keywords.
 fn join(module: &str, joined: &mut Vec<String>, script: &mut String) -> Result<()> {
     if joined.iter().any(|name| name == module) {
         return Ok(());
@@ -35,14 +36,14 @@ fn join(module: &str, joined: &mut Vec<String>, script: &mut String) -> Result<(
     Ok(())
 }
 
-/// Source text without indentation and comments.
+/// Removes indentation and comments from source text.
 fn lean(source: &str) -> String {
     let lines = source.lines().map(str::trim);
     let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
     kept.flat_map(|line| [line, "\n"]).collect()
 }
 
-/// Writes a file of the build, as zlib.
+/// Writes a file of the build in zlib format.
 fn write_packed(name: &str, bytes: &[u8]) -> Result<()> {
     let folder = std::env::var_os("OUT_DIR").expect("Cargo names the folder");
     let file = File::create(Path::new(&folder).join(name))?;

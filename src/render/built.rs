@@ -4,17 +4,17 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-/// The player as one script.
+/// The script of the player.
 pub fn script() -> String {
     text(include_bytes!(concat!(env!("OUT_DIR"), "/player.js.zlib")))
 }
 
-/// The style of its page.
+/// The style sheet of the player's page.
 pub(crate) fn style() -> String {
     text(include_bytes!(concat!(env!("OUT_DIR"), "/page.css.zlib")))
 }
 
-/// The font of pictures, as TrueType.
+/// The TrueType font for pictures.
 pub(crate) fn font() -> Vec<u8> {
     unpacked(include_bytes!(concat!(env!("OUT_DIR"), "/font.zlib")))
 }

@@ -1,4 +1,4 @@
-//! Projects the world, in which +Y is up, to a drawing, and paints figures.
+//! Projects the world, with +Y up, to a drawing, and paints figures.
 
 use glam::{Quat, Vec2, Vec3};
 
@@ -6,20 +6,20 @@ use super::drawing::{Color, Drawing, Point};
 use super::figure::{DrawnClip, Link, Side};
 use super::theme;
 
-/// An orthographic camera: equal lengths are drawn equal everywhere.
+/// An orthographic camera: it draws equal lengths equal at any distance.
 #[derive(Clone, Copy)]
 pub(super) struct Camera {
     world_to_camera: Quat,
-    /// The point of the world in the middle of the drawing.
+    /// The world point at the centre of the drawing.
     pub(super) target: Vec3,
-    /// The middle in the drawing.
+    /// The centre in the drawing.
     pub(super) middle: Point,
     /// Pixels per unit of length.
     pub(super) scale: f32,
 }
 
 impl Camera {
-    /// A camera rotated `around` the figure from its front, and up, in degrees.
+    /// A camera that orbits the figure: `around` from its front, and `up`, in degrees.
     pub(super) fn new(around: f32, up: f32) -> Self {
         Self {
             world_to_camera: Quat::from_rotation_x(up.to_radians()) * Quat::from_rotation_y(-around.to_radians()),
@@ -34,7 +34,7 @@ impl Camera {
         Self::new(35.0 + heading.to_degrees(), 14.0)
     }
 
-    /// x to the right, y up, z towards the camera, in units of length.
+    /// Camera coordinates: x to the right, y up, z towards the camera, in units of length.
     pub(super) fn see(&self, point: Vec3) -> Vec3 {
         self.world_to_camera * (point - self.target)
     }
@@ -49,7 +49,7 @@ impl Camera {
     }
 }
 
-/// The bounds around a camera's target of a figure and its shadow in several poses, in units of length.
+/// The bounds, relative to a camera's target, of a figure and its shadow in several poses, in units of length.
 #[derive(Default)]
 pub(super) struct Extent {
     left: f32,
@@ -59,7 +59,7 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// Includes the joints, the skin in the last pose, and what lies below them on the ground.
+    /// Includes the joints, the skin in the last pose, and their projections on the ground.
     pub(super) fn include(&mut self, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
         let skin = figure.skins().flat_map(|(_, vertices)| vertices);
         for position in figure.shown(positions).chain(skin) {
@@ -72,27 +72,28 @@ impl Extent {
         }
     }
 
-    /// Pixels per unit of length at which all of it is within a width and a height in pixels; 1 where it has no size.
+    /// The scale in pixels per unit of length at which the bounds fit a width and a height in pixels; 1 if the bounds
+    /// have no size.
     pub(super) fn scale_to(&self, width: f32, height: f32) -> f32 {
         let scale = (width / (self.right - self.left)).min(height / (self.top - self.bottom));
         if scale.is_finite() { scale } else { 1.0 }
     }
 
-    /// The distance of its middle to the right of the target.
+    /// The distance of the bounds' centre to the right of the target.
     pub(super) fn middle(&self) -> f32 {
         0.5 * (self.left + self.right)
     }
 }
 
-/// The width of a bone at its widest, as a fraction of its length: bones of animation programs look so.
+/// The largest width of a bone, as a fraction of its length, as in animation programs.
 const BONE_WIDTH: f32 = 0.17;
 
 /// The largest width of a bone, as a fraction of the figure's reach, so that thighs do not look swollen.
 const WIDEST_BONE: f32 = 0.065;
-/// Radius of a joint, as a fraction of the figure's reach.
+/// The radius of a joint, as a fraction of the figure's reach.
 const JOINT_RADIUS: f32 = 0.013;
 
-/// Paints the bones from back to front. Each is a pointer to the child with two sides of different brightness.
+/// Paints the bones from back to front. Each bone is a pointer to the child, with two sides of different brightness.
 pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
     let depth = |link: &Link| camera.see(positions[link.from]).z + camera.see(positions[link.to]).z;
     let mut links: Vec<&Link> = figure.links.iter().collect();
@@ -113,14 +114,14 @@ pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Draw
 
 /// Paints a pointer from one point to another.
 pub(super) fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: Color) {
-    /// The position along the bone of its widest point, as a fraction: near the joint, so that the bone points to its
-    /// child.
+    /// The position of a bone's widest point along the bone, as a fraction. It is near the joint, so that the bone
+    /// points to its child.
     const SHOULDER: f32 = 0.18;
     let (start, end) = (Vec2::from(from), Vec2::from(to));
     let along = end - start;
     let across = along.perp().normalize_or_zero() * 0.5 * width.max(1.2);
     let shoulder = start + along * SHOULDER;
-    // Light comes from the left and above: the side that faces it is the brighter one.
+    // The light comes from the upper left. The side that faces it is brighter.
     let light_side = if across.x + across.y < 0.0 { across } else { -across };
     for (side, color) in [
         (light_side, color.mix(theme::PAPER, 0.22)),
@@ -130,7 +131,7 @@ pub(super) fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f
     }
 }
 
-/// The shadows of the bones from light straight above.
+/// Paints the shadows of the bones, in light from straight above.
 pub(super) fn paint_shadow(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
     let width = (1.4 * WIDEST_BONE * figure.reach * camera.scale).max(2.0);
     for link in &figure.links {

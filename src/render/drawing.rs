@@ -1,16 +1,16 @@
-//! A picture as a list of shapes, from which both PNG and SVG are made.
+//! A picture as a list of shapes, for both PNG and SVG.
 
 /// Red, green and blue from 0 to 255 in sRGB, and an opacity from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Color {
-    /// Red, green, blue.
+    /// Red, green and blue.
     pub rgb: [u8; 3],
     /// 0 is invisible, 1 is opaque.
     pub opacity: f32,
 }
 
 impl Color {
-    /// An opaque colour, as in `0xRRGGBB`.
+    /// An opaque colour from `0xRRGGBB`.
     pub const fn hex(rgb: u32) -> Self {
         let [_, red, green, blue] = rgb.to_be_bytes();
         Self {
@@ -30,22 +30,22 @@ impl Color {
     }
 }
 
-/// A point in a drawing: pixels from the left and from the top.
+/// A point in a drawing, in pixels from the left and from the top.
 pub(super) type Point = [f32; 2];
 
-/// Which part of a text is at its point.
+/// The part of a text that is at its point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Anchor {
-    /// Its beginning.
+    /// The start.
     #[default]
     Start,
-    /// Its middle.
+    /// The middle.
     Middle,
-    /// Its end.
+    /// The end.
     End,
 }
 
-/// Pixels of a part of a drawing, red, green, blue and opacity, row by row.
+/// A pixel rectangle of a drawing: red, green, blue and opacity, row by row.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(hidden)]
 pub struct Pixels {
@@ -56,7 +56,7 @@ pub struct Pixels {
     pub rgba: Vec<u8>,
 }
 
-/// A shape, painted over the shapes before it.
+/// A shape. It covers the shapes before it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A filled polygon.
@@ -84,24 +84,24 @@ pub enum Shape {
         /// The fill colour.
         color: Color,
     },
-    /// Pixels as they are.
+    /// A rectangle of pixels.
     Pixels(Pixels),
     /// One line of text.
     Text {
-        /// The position of its anchor, on the baseline.
+        /// The position of the anchor, on the baseline.
         at: Point,
         /// The text.
         text: String,
         /// Height of the font in pixels.
         size: f32,
-        /// Which part of it is at the point.
+        /// The part of the text that is at the position.
         anchor: Anchor,
         /// The colour of the letters.
         color: Color,
     },
 }
 
-/// A picture, to be written as PNG or SVG.
+/// A picture that can be written as PNG or SVG.
 ///
 /// [`Drawing::sheet`](crate::Drawing::sheet) has an example.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,7 +116,7 @@ pub struct Drawing {
     /// The shapes, from back to front.
     #[doc(hidden)]
     pub shapes: Vec<Shape>,
-    /// A description of the picture; the title of the SVG.
+    /// A description of the picture, for the title of the SVG.
     pub(super) title: String,
 }
 

@@ -1,15 +1,15 @@
 //! Euler angles of rotations, for plots.
 //!
-//! A scene has quaternions. The angles are computed from them, in the order of the joint's channels, and chosen among
-//! the equivalent ones nearest to those of the tick before. They give the same rotations as the file's angles; in
-//! gimbal lock the first and the third may differ from the file's, because only their sum is known.
+//! A scene has quaternions. The angles are computed from them in the order of the joint's channels, and chosen among
+//! the equivalent ones nearest to the previous tick. They give the same rotations as the file's angles. In gimbal lock
+//! the first and the third angle may differ from the file's, because only their sum is known.
 
 use glam::{DQuat, Quat};
 
 use mocap_scene::math::rotation::euler_rot;
 use mocap_scene::scene::{Node, RotationOrder};
 
-/// Degrees about the axes of `order`, one triple per rotation.
+/// The angles in degrees about the axes of `order`, one triple per rotation.
 pub fn unwrapped(rotations: &[Quat], order: RotationOrder) -> Vec<[f64; 3]> {
     let order = euler_rot(order);
     let mut before = [0.0; 3];
@@ -24,12 +24,12 @@ pub fn unwrapped(rotations: &[Quat], order: RotationOrder) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// The order of a node's channels, or Z X Y, the most common one, if the node has none.
+/// The order of a node's channels. If the node has none, the most common order, Z X Y.
 pub(super) fn order_of(node: &Node) -> RotationOrder {
     node.rotation_order.unwrap_or(RotationOrder::Zxy)
 }
 
-/// The triple closest to `before` of all that give the same rotation as `angles`.
+/// The equivalent triple closest to `before`, among all that give the same rotation as `angles`.
 fn nearest(before: [f64; 3], angles: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = angles;
     let same = [angles, [a + 180.0, 180.0 - b, c + 180.0]];

@@ -1,4 +1,4 @@
-//! A clip to draw: the positions of its joints at a tick, its size, and its up axis.
+//! A clip to draw: its joint positions at a tick, its size, and its up axis.
 
 use std::cell::OnceCell;
 
@@ -13,29 +13,29 @@ use serde::Serialize;
 
 use super::texture::Images;
 
-/// A scene, and its name in a picture.
+/// A scene and its name in a picture.
 ///
 /// [`Drawing::sheet`](crate::Drawing::sheet) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct Clip<'a> {
     /// A short name, such as the file's.
     pub name: &'a str,
-    /// The scene; its first animation is shown.
+    /// The scene. Its first animation is drawn.
     pub scene: &'a Scene,
 }
 
 impl<'a> Clip<'a> {
-    /// A scene under a name.
+    /// A scene with a name.
     pub fn new(name: &'a str, scene: &'a Scene) -> Self {
         Self { name, scene }
     }
 
-    /// The animation that is shown. Without one, a picture shows the rest pose.
+    /// The drawn animation. Without one, a picture shows the rest pose.
     pub fn animation(&self) -> Option<&'a Animation> {
         self.scene.animations.first()
     }
 
-    /// Length in seconds; 0 without an animation.
+    /// The length in seconds; 0 without an animation.
     pub fn seconds(&self) -> f64 {
         self.animation()
             .map_or(0.0, |animation| animation.duration / animation.ticks_per_second)
@@ -47,7 +47,7 @@ impl<'a> Clip<'a> {
             .map_or(0, |animation| (animation.duration as u64).saturating_add(1))
     }
 
-    /// A summary as one line: `2.9 s, 344 frames at 120 fps, 31 joints`.
+    /// A summary in one line: `2.9 s, 344 frames at 120 fps, 31 joints`.
     pub fn facts(&self) -> String {
         let joints = self
             .scene
@@ -78,7 +78,7 @@ pub fn short(number: f64) -> String {
     }
 }
 
-/// The side of the body of a joint, according to its name.
+/// The side of the body that a joint belongs to, from its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[doc(hidden)]
@@ -104,27 +104,27 @@ impl Side {
     }
 }
 
-/// A bone to draw: from a node to a child of it.
+/// A bone to draw: a node and one of its children.
 pub struct Link {
     pub(super) from: usize,
     pub(super) to: usize,
     pub(super) side: Side,
 }
 
-/// A clip with its binding and its size, rotated so that +Y is up.
+/// A clip with its binding and its size, rotated to +Y up.
 pub struct DrawnClip<'a> {
     pub(super) clip: Clip<'a>,
     pub(super) links: Vec<Link>,
     /// Joints without links, such as markers.
     pub(super) lone: Vec<usize>,
     is_shown: Vec<bool>,
-    /// The largest distance of a joint from the root: about half the height of a person.
+    /// The largest distance of a joint from the root: about half of a person's height.
     pub(super) reach: f32,
-    /// The height of the ground. For a scene without a humanoid, the height of its lowest joint in the whole clip.
+    /// The height of the ground. For a scene without a humanoid, the lowest joint height of the whole clip.
     pub(super) floor: f32,
-    /// Metres in one unit of the scene.
+    /// Metres per unit of the scene.
     pub(super) metres: f32,
-    /// The first joint that is drawn.
+    /// The first drawn joint.
     pub root: usize,
     /// The left and the right thigh.
     thighs: Option<(NodeId, NodeId)>,
@@ -135,12 +135,12 @@ pub struct DrawnClip<'a> {
 }
 
 impl<'a> DrawnClip<'a> {
-    /// A clip on the bones that are found in it.
+    /// Finds the humanoid in a clip and prepares to draw it.
     pub fn new(clip: Clip<'a>) -> Self {
         Self::of_figure(clip, &Figure::new(clip.scene))
     }
 
-    /// A clip whose figure is known.
+    /// Prepares a clip with a known figure.
     pub(super) fn of_figure(clip: Clip<'a>, known: &Figure) -> Self {
         let scene = clip.scene;
         let links = links(scene, &known.humanoid);
@@ -167,18 +167,18 @@ impl<'a> DrawnClip<'a> {
             images: OnceCell::new(),
         };
         figure.measure();
-        // A figure whose up axis is X is drawn as if it were Y.
+        // A figure with the up axis X is drawn as if the up axis were Y.
         let ground = known.up.value.up().and_then(|_| known.ground_of(scene));
         figure.floor = ground.map_or(figure.floor, Ground::height);
         figure
     }
 
-    /// The images of its skin, read when they are first drawn.
+    /// The textures of the skin, decoded at first use.
     pub(super) fn images(&self) -> &Images {
         self.images.get_or_init(|| Images::of(self.clip.scene))
     }
 
-    /// The positions of nodes that are drawn.
+    /// The positions of the drawn nodes.
     pub(super) fn shown(&self, positions: &[Vec3]) -> impl Iterator<Item = Vec3> {
         let all = positions.iter().zip(&self.is_shown);
         all.filter(|(_, is_shown)| **is_shown).map(|(position, _)| *position)
@@ -200,7 +200,7 @@ impl<'a> DrawnClip<'a> {
         }
     }
 
-    /// `count` ticks from the first to the last, evenly spaced; fewer where the clip has fewer frames.
+    /// `count` ticks from the first to the last, evenly spaced. Fewer if the clip has fewer frames.
     pub(super) fn ticks(&self, count: usize) -> Vec<f64> {
         let duration = self.clip.animation().map_or(0.0, |animation| animation.duration);
         let count = count.min(duration as usize + 1);
@@ -220,12 +220,12 @@ impl<'a> DrawnClip<'a> {
             .collect()
     }
 
-    /// A point of the file with +Y up.
+    /// Rotates a point of the file to +Y up.
     pub(super) fn on_stage(&self, point: Vec3) -> Vec3 {
         self.to_stage * point
     }
 
-    /// The meshes of the skin with their vertices in the last pose, on the stage.
+    /// The skin meshes with their vertices in the last pose, with +Y up.
     pub(super) fn skins(&self) -> impl Iterator<Item = (&Mesh, Vec<Vec3>)> {
         skin_meshes(self.clip.scene).map(|mesh| {
             let vertices = self.pose.skin(mesh).into_iter();
@@ -256,14 +256,13 @@ impl<'a> DrawnClip<'a> {
         positions.get(self.root).copied().unwrap_or_default()
     }
 
-    /// The point on the floor below a point.
+    /// The projection of a point on the floor.
     pub(super) fn ground_below(&self, point: Vec3) -> Vec3 {
         Vec3::new(point.x, self.floor, point.z)
     }
 }
 
-/// For each node whether it is a part of the figure: the bones of a humanoid with what hangs on them, or else every
-/// node that is drawn.
+/// Whether each node belongs to the figure: the humanoid bones and their descendants, or else every drawn node.
 pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     if humanoid.bones.is_empty() {
         return scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
@@ -278,8 +277,8 @@ pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     in_body
 }
 
-/// Every node with its parent. Nodes that only group others are excepted, and so is the link from a still node to a
-/// figure that moves away from it.
+/// Every node with its parent, except group nodes, and except the link from a static node to a figure that moves away
+/// from it.
 pub fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
     let leaves = leaves_a_still_node(scene, humanoid);
     let nodes = scene.nodes.iter().enumerate();
@@ -299,26 +298,26 @@ pub fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
     links.collect()
 }
 
-/// The meshes of a scene that are a skin, and not the signs of a skeleton.
+/// The skin meshes of a scene, without meshes that draw a skeleton.
 pub(super) fn skin_meshes(scene: &Scene) -> impl Iterator<Item = &Mesh> {
     let is_skin = |mesh: &&Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
     scene.own_meshes().filter(is_skin)
 }
 
-/// For each node whether it is drawn: not those that only group others, nor those that the figure leaves behind.
+/// Whether each node is drawn: not group nodes, and not static ancestors that the figure moves away from.
 pub fn shown(scene: &Scene, humanoid: &Humanoid, links: &[Link]) -> Vec<bool> {
     let mut is_shown: Vec<bool> = scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
     let mut above = leaves_a_still_node(scene, humanoid).and_then(|node| scene.nodes[node].parent);
     while let Some(node) = above {
         let index = node.index();
-        // The lowest one holds no link, unless something else hangs on it.
+        // The lowest static ancestor has no link, unless it has another child.
         is_shown[index] &= links.iter().any(|link| link.from == index);
         above = scene.nodes[index].parent;
     }
     is_shown
 }
 
-/// The hips, or the node above them, that moves about below nodes that all stay where they are.
+/// The hips, or an ancestor of the hips, that moves although all its ancestors are static.
 fn leaves_a_still_node(scene: &Scene, humanoid: &Humanoid) -> Option<usize> {
     let animation = scene.animations.first()?;
     let (mut moves, mut is_still) = (vec![false; scene.nodes.len()], vec![true; scene.nodes.len()]);
@@ -328,7 +327,7 @@ fn leaves_a_still_node(scene: &Scene, humanoid: &Humanoid) -> Option<usize> {
         is_still[node.index()] =
             !moves[node.index()] && channel.rotation_keys.len() <= 1 && channel.scaling_keys.len() <= 1;
     }
-    // The nodes down to the first that moves.
+    // The nodes from the root to the first moving one.
     let mut chain = vec![humanoid.joint(HumanoidBone::Hips)?];
     while let Some(parent) = scene.nodes[chain[chain.len() - 1].index()].parent {
         chain.push(parent);

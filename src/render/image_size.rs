@@ -1,6 +1,6 @@
-//! How many pixels an image has, by the header of its file.
+//! Reads the size of an image from the header of its file.
 
-/// The media type of an image, its width and its height.
+/// The media type, width and height of an image.
 pub fn image_size(bytes: &[u8]) -> Option<(&'static str, [u32; 2])> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => {
@@ -13,7 +13,7 @@ pub fn image_size(bytes: &[u8]) -> Option<(&'static str, [u32; 2])> {
     }
 }
 
-/// The frame header is the first segment whose marker is C0 to CF, but for C4, C8 and CC.
+/// The frame header is the first segment with a marker from C0 to CF, except C4, C8 and CC.
 fn jpeg(bytes: &[u8]) -> Option<[u32; 2]> {
     let number = |at: usize| Some(u16::from_be_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
     let mut at = 2;
@@ -32,7 +32,7 @@ fn jpeg(bytes: &[u8]) -> Option<[u32; 2]> {
     }
 }
 
-/// The three kinds of the container: lossy, lossless, extended.
+/// The three container variants: lossy, lossless, extended.
 fn webp(bytes: &[u8]) -> Option<[u32; 2]> {
     let number = |at: usize, size: usize| {
         let bytes = bytes.get(at..at + size)?;

@@ -1,10 +1,9 @@
-//! Pictures of motion: contact sheets, films, curves, a terminal screen, and a page with a player.
+//! Pictures of motion: contact sheets, movies, curves, a terminal screen, and a page with a player.
 //!
-//! Everything is drawn in software from the same scene and kinematics that the rest of the crate uses; the same scene
-//! and options give the same bytes. A picture is a [`Drawing`], which can be written as PNG or SVG; a [`Movie`] is
-//! written as GIF or animated PNG.
+//! All pictures are drawn in software, with the same scene and kinematics as the rest of the crate. Equal scenes and
+//! options give equal bytes. A [`Drawing`] can be written as PNG or SVG, a [`Movie`] as GIF or animated PNG.
 //!
-//! Pictures show the world with +Y up; the up axis of the file is the guess of [`survey`](mocap_figure).
+//! Pictures show the world with +Y up. The up axis of the file is the guess of [`survey`](mocap_figure).
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]

@@ -1,22 +1,24 @@
-//! The matrix of the distances of all moments of two clips as a picture.
+//! Draws the distances of all frames of two clips as a matrix.
 
 use mocap_edit::graph::DistanceMatrix;
 use mocap_scene::error::{Code, Result};
 
 use super::raster::check_size;
 
-/// The largest side of the picture in pixels. Of a larger matrix a pixel is the most alike of several pairs of moments.
+/// The largest side of the picture in pixels. In a larger matrix, a pixel shows the smallest distance of several pairs
+/// of frames.
 const LARGEST: usize = 2048;
 
-/// The distance that is drawn black, in metres, with all beyond.
+/// The distance in metres from which on a pixel is black.
 const BLACK: f32 = 0.5;
 
-/// A dot that marks a pair of moments, in pixels from its middle, and its colour.
+/// The radius in pixels of the dot that marks a pair of frames. The second constant is its colour.
 const DOT: usize = 1;
 const MARK: [u8; 3] = [220, 30, 40];
 
-/// Draws a matrix as PNG, as the paper has it. The moments of the first clip run from top to bottom, those of the
-/// second from left to right. Lighter means more alike. `marked` are rows and columns that get a red dot.
+/// Draws a matrix as PNG, as in the paper on motion graphs. The frames of the first clip run from top to bottom, those
+/// of the second from left to right. Lighter pixels are more alike. The cells in `marked`, as row and column, get a red
+/// dot.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -32,7 +34,7 @@ const MARK: [u8; 3] = [220, 30, 40];
 /// ```
 ///
 /// # Errors
-/// [`Code::LimitExceeded`] for a matrix without a row or a column.
+/// [`Code::LimitExceeded`] for a matrix without rows or columns.
 pub fn distance_matrix_png(matrix: &DistanceMatrix, marked: &[[usize; 2]]) -> Result<Vec<u8>> {
     const STEADY: &str = "the header is one of a picture of this size, and memory takes all";
     let block = matrix.rows.max(matrix.columns).div_ceil(LARGEST).max(1);

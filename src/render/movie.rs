@@ -1,4 +1,4 @@
-//! A clip as a film: GIF and animated PNG.
+//! A clip as a movie: GIF and animated PNG.
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -11,7 +11,7 @@ use super::palette::Palette;
 use super::surface::{has_colors, has_skin, paint_body};
 use super::theme;
 
-/// Options of a film.
+/// The options of a movie.
 ///
 /// [`Movie`](crate::Movie) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +21,11 @@ pub struct MovieOptions {
     pub width: u32,
     /// Height in pixels. Default: 360.
     pub height: u32,
-    /// Pictures per second, independent of the clip's rate. Default: 25.
+    /// Pictures per second, independent of the clip's frame rate. Default: 25.
     pub frames_per_second: f64,
     /// The playback speed; 1 is real time. Default: 1.
     pub speed: f64,
-    /// Whether the camera follows the root; if not, it shows the whole path. Default: `true`.
+    /// Whether the camera follows the root. If not, the picture shows the whole path. Default: `true`.
     pub follow: bool,
 }
 
@@ -51,7 +51,7 @@ setters! {
     }
 }
 
-/// A film of a clip, drawn picture by picture.
+/// A movie of a clip, drawn picture by picture.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -76,11 +76,11 @@ impl<'a> Movie<'a> {
     /// The largest number of pictures: an hour at 25 per second.
     const MOST_PICTURES: f64 = 90_000.0;
 
-    /// Prepares the film: its pictures and the camera's path.
+    /// Prepares the movie: its pictures and the camera's path.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where a rate or a speed is not above 0, or a picture is empty or too large;
-    /// [`Code::LimitExceeded`] where a film would have more than 90,000 pictures.
+    /// - [`Code::InvalidValue`]: a rate or a speed is not above 0, or a picture is empty or too large.
+    /// - [`Code::LimitExceeded`]: the movie would have more than 90,000 pictures.
     pub fn new(clip: Clip<'a>, options: &MovieOptions) -> Result<Self> {
         for (what, value) in [("frame rate", options.frames_per_second), ("speed", options.speed)] {
             if !(value.is_finite() && value > 0.0) {
@@ -135,7 +135,7 @@ impl<'a> Movie<'a> {
         self.ticks.len()
     }
 
-    /// The picture at `index`; the last one beyond the end.
+    /// The picture at `index`. Beyond the end, the last picture.
     fn picture(&mut self, index: usize) -> Drawing {
         let index = index.min(self.ticks.len() - 1);
         let tick = self.ticks[index];
@@ -167,10 +167,10 @@ impl<'a> Movie<'a> {
         drawing
     }
 
-    /// The film as an animated GIF that loops. GIF counts time in hundredths of a second.
+    /// The movie as a looping animated GIF. GIF measures time in hundredths of a second.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where the width or height is 0 or too large.
+    /// [`Code::LimitExceeded`] if the width or the height is 0 or too large.
     pub fn to_gif(&mut self) -> Result<Vec<u8>> {
         let mut palette = self.palette()?;
         let (width, height) = (self.options.width as u16, self.options.height as u16);
@@ -204,9 +204,9 @@ impl<'a> Movie<'a> {
         Ok(bytes)
     }
 
-    /// The colours of the whole film.
+    /// The colours of the whole movie.
     fn palette(&mut self) -> Result<Palette> {
-        /// Pictures of which the colours of a skin are taken.
+        /// The number of pictures from which the colours of a skin are sampled.
         const SAMPLES: usize = 6;
         if !has_colors(&self.figure) {
             return Ok(Palette::new(has_skin(self.figure.clip.scene)));
@@ -218,16 +218,16 @@ impl<'a> Movie<'a> {
         Ok(Palette::with(&pixels))
     }
 
-    /// The duration of a picture. Rounding errors are carried over, so that the whole film keeps its length.
+    /// The duration of a picture. Rounding errors are carried over, so that the movie keeps its length.
     fn hundredths(&self, index: usize) -> u16 {
         let at = |index: usize| (100.0 * index as f64 / self.options.frames_per_second).round();
         (at(index + 1) - at(index)) as u16
     }
 
-    /// The film as an animated PNG that loops; a viewer without support shows the first picture.
+    /// The movie as a looping animated PNG. A viewer without support shows the first picture.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where the width or height is 0 or too large.
+    /// [`Code::LimitExceeded`] if the width or the height is 0 or too large.
     pub fn to_apng(&mut self) -> Result<Vec<u8>> {
         const STEADY: &str = "the header is one of an animation of this length, and memory takes all";
         let mut pixels = self.picture(0).to_rgb()?;
@@ -250,10 +250,10 @@ impl<'a> Movie<'a> {
     }
 }
 
-/// A camera that shows the figure and its shadow in every picture, with a margin. The bounds are measured on a few
-/// dozen pictures.
+/// A camera that shows the figure and its shadow in every picture, with a margin. A few dozen pictures determine the
+/// bounds.
 fn fitting_camera(figure: &mut DrawnClip<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
-    /// Frames by which the camera is fitted at most: the figure is between them in the others.
+    /// The largest number of frames to which the camera is fitted. In the other frames the figure is between them.
     const SAMPLES: usize = 48;
     let step = ticks.len().div_ceil(SAMPLES).max(1);
     let poses: Vec<Vec<Vec3>> = ticks.iter().step_by(step).map(|tick| figure.positions(*tick)).collect();
@@ -281,7 +281,7 @@ fn smoothed(path: &[Vec3], half: usize) -> Vec<Vec3> {
         .collect()
 }
 
-/// A round part of a grid on the floor. It moves under the figure, which makes the motion over the ground visible.
+/// Paints a round section of a floor grid. The grid moves under the figure, which makes root motion visible.
 fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
     const LINES: i32 = 7;
     let step = figure.reach * 0.5;
@@ -299,7 +299,7 @@ fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) 
     }
 }
 
-/// A summary as one line: `110 pictures, 4.36 s`.
+/// A summary in one line: `110 pictures, 4.36 s`.
 impl std::fmt::Display for Movie<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let seconds = self.picture_count() as f64 / self.options.frames_per_second;

@@ -5,17 +5,17 @@ use std::collections::HashMap;
 use super::surface::shades;
 use super::theme;
 
-/// Every colour that is painted, and blends with the colours behind it.
+/// All painted colours, and their blends with the background.
 pub struct Palette {
     pub colors: Vec<[u8; 3]>,
     nearest: HashMap<[u8; 3], u8>,
 }
 
-/// Colours that a GIF has at most.
+/// The largest number of colours in a GIF.
 pub const MOST: usize = 256;
 
 impl Palette {
-    /// Of a film of a grey skin, or of a skeleton.
+    /// The palette for a grey skin, or for a skeleton.
     pub fn new(has_skin: bool) -> Self {
         let sides = [theme::LEFT, theme::RIGHT, theme::MIDDLE];
         let bones = sides.map(|color| {
@@ -35,7 +35,7 @@ impl Palette {
         Self::of(colors)
     }
 
-    /// Of a film of a coloured skin, by the pixels of some of its pictures.
+    /// The palette for a coloured skin, from the pixels of some pictures.
     pub fn with(pixels: &[u8]) -> Self {
         let mut colors = Self::blends(std::iter::empty());
         let mut counts: HashMap<[u8; 3], usize> = HashMap::new();
@@ -46,16 +46,16 @@ impl Palette {
             counts.remove(known);
         }
         let mut counted: Vec<_> = counts.into_iter().collect();
-        // A map has no order. Sorted, the colours are the same in every run.
+        // A map has no order. Sort, so that every run gives the same colours.
         counted.sort_unstable();
         let room = MOST - colors.len();
         colors.extend(median_cut(counted, room));
         Self::of(colors)
     }
 
-    /// Colours on the paper and on the shadow, with those of the ground and of words.
+    /// The blends of colours with the paper and the shadow, and the colours of ground and text.
     fn blends(painted: impl Iterator<Item = super::drawing::Color>) -> Vec<[u8; 3]> {
-        /// Shades of a colour on the paper: edges are smooth with a dozen.
+        /// The number of shades of a colour on the paper. A dozen makes edges smooth.
         const STEPS: usize = 12;
         let mut colors = vec![theme::PAPER.rgb];
         for color in painted.chain([theme::FADED, theme::RULE, theme::SHADOW]) {
@@ -92,8 +92,8 @@ impl Palette {
     }
 }
 
-/// At most `room` colours for many, each with its count: the box with the widest range is cut at its median (Heckbert,
-/// "Color image quantization for frame buffer display", 1982).
+/// Reduces many colours, each with its count, to at most `room`: the box with the widest range is cut at its median
+/// (Heckbert, "Color image quantization for frame buffer display", 1982).
 pub fn median_cut(counted: Vec<([u8; 3], usize)>, room: usize) -> Vec<[u8; 3]> {
     let range = |part: usize, colors: &[([u8; 3], usize)]| {
         let values = || colors.iter().map(|(rgb, _)| rgb[part]);

@@ -1,4 +1,4 @@
-//! Curves of a joint's position and rotation over time.
+//! Plots the position and rotation curves of a joint over time.
 
 use glam::Quat;
 use mocap_figure::Unit;
@@ -11,7 +11,7 @@ use super::euler;
 use super::figure::{Clip, short};
 use super::theme;
 
-/// Options of a plot.
+/// The options of a plot.
 ///
 /// [`Drawing::plot`](crate::Drawing::plot) has an example.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,9 +52,9 @@ struct Curve {
 }
 
 impl Drawing {
-    /// Draws two panels for each joint. The first has its position in the world, in the unit of the scene if it is
-    /// known. The second has its rotation relative to its parent, in degrees about the axes of its channels, in their
-    /// order. The time axis is in seconds, to the last frame.
+    /// Draws two panels for each joint. The first has its world position, in the unit of the scene if it is known. The
+    /// second has its rotation relative to its parent, in degrees about the axes of its channels, in their order. The
+    /// time axis is in seconds, up to the last frame.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -108,14 +108,14 @@ impl Drawing {
     }
 }
 
-/// Position in the world and rotation to the parent of one joint, a value per tick.
+/// The world position of one joint and its rotation relative to its parent, one value per tick.
 #[derive(Clone, Default)]
 struct Track {
     positions: [Vec<f64>; 3],
     rotations: Vec<Quat>,
 }
 
-/// The tracks of these joints, each tick posed once for all of them.
+/// The tracks of these joints. Each tick is posed once for all of them.
 fn tracks(clip: &Clip<'_>, joints: &[NodeId]) -> Vec<Track> {
     let mut tracks = vec![Track::default(); joints.len()];
     let mut pose = Pose::rest(clip.scene);
@@ -153,28 +153,28 @@ fn curves(clip: &Clip<'_>, joint: NodeId, track: Track) -> (Vec<Curve>, Vec<Curv
     (position.collect(), rotation.collect())
 }
 
-/// Pixels beside the curves for the numbers of the axis.
+/// The margin in pixels for the numbers of the vertical axis.
 const LEFT: f32 = 64.0;
 
-/// Pixels to the right of the curves, so that the last label fits.
+/// The right margin in pixels, so that the last label fits.
 const RIGHT: f32 = 16.0;
 
-/// Pixels above the curves for the title.
+/// The top margin in pixels, for the title.
 const TOP: f32 = 34.0;
 
-/// Pixels below the curves for the times.
+/// The bottom margin in pixels, for the times.
 const BOTTOM: f32 = 34.0;
 
-/// The height of the letters of labels in pixels: the smallest that is read well.
+/// The font height of labels in pixels: the smallest legible one.
 const LABEL: f32 = 11.0;
 
-/// The unit of this length, in which six digits count.
+/// The unit with this length, to six digits.
 fn unit(metres: f64) -> Option<Unit> {
     let is_it = |unit: &Unit| (metres / unit.metres() - 1.0).abs() < 1e-6;
     Unit::ALL.into_iter().find(is_it)
 }
 
-/// One pair of axes with its grid, its curves and its legend, and the marked frames; numbers at the axis have a unit.
+/// Paints a pair of axes with its grid, curves, legend and marked frames. Numbers at the vertical axis have a unit.
 fn paint_panel(
     drawing: &mut Drawing,
     clip: &Clip<'_>,
@@ -245,8 +245,8 @@ fn paint_panel(
     }
 }
 
-/// At most four values per pixel column: the first, the lowest, the highest and the last, so that no spike is lost;
-/// each with its index.
+/// At most four values per pixel column, each with its index: the first, the lowest, the highest and the last, so that
+/// spikes remain visible.
 pub fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
     let stretch = values.len().div_ceil(pixels.max(1)).max(1);
     if stretch <= 4 {
@@ -265,7 +265,7 @@ pub fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
     kept
 }
 
-/// Maps values to pixels, with marks at round numbers.
+/// Maps values to pixels, with ticks at round numbers.
 #[doc(hidden)]
 pub struct Scale {
     pub from: f64,
@@ -283,7 +283,7 @@ impl Scale {
         } else {
             (0.0, 0.0)
         };
-        // A flat line, or one with noise only in its last digit, is drawn in the middle of a wider range.
+        // A flat line, or a line with noise only in its last digit, is drawn in the middle of a wider range.
         let least = (1e-4 * low.abs().max(high.abs())).max(1e-3);
         let pad = if high - low < least { least.max(0.5) } else { 0.0 };
         let (low, high) = (low - pad, high + pad);
@@ -296,7 +296,7 @@ impl Scale {
         }
     }
 
-    /// From `from` to `to`, wherever the marks are.
+    /// A scale from `from` to `to`, whatever the positions of the ticks.
     fn exactly(from: f64, to: f64, pixels: [f32; 2], marks: usize) -> Self {
         let to = if to > from { to } else { from + 1.0 };
         let step = round_step((to - from) / marks.max(2) as f64);
@@ -325,7 +325,7 @@ impl Scale {
     }
 }
 
-/// The least number of the series 1, 2, 5 times powers of ten that is not below `step`.
+/// The smallest number of the series 1, 2, 5 times powers of ten that is at least `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10_f64.powf(step.log10().floor());
     let round = [1.0, 2.0, 5.0]

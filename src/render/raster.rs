@@ -1,4 +1,4 @@
-//! A drawing as pixels.
+//! Rasterizes a drawing.
 
 use std::sync::LazyLock;
 
@@ -12,17 +12,17 @@ use ttf_parser::{Face, OutlineBuilder};
 use super::built::font;
 use super::drawing::{Anchor, Color, Drawing, Pixels, Point, Shape};
 
-/// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
+/// The largest width and height in pixels: 16,384 x 16,384 pixels take a gibibyte.
 pub(super) const LARGEST_SIDE: u32 = 16_384;
 
-/// Pixels of a picture at most: 256 MB in memory.
+/// The largest number of pixels in a picture: 256 MB in memory.
 const MOST_PIXELS: u64 = 1 << 26;
 
 impl Drawing {
     /// The drawing as a PNG file. Equal drawings give equal bytes.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where the width or height is 0 or more than 16,384 pixels.
+    /// [`Code::LimitExceeded`] if the width or the height is 0 or more than 16,384 pixels.
     pub fn to_png(&self) -> Result<Vec<u8>> {
         Ok(png_of(self.width, self.height, png::ColorType::Rgb, &self.to_rgb()?))
     }
@@ -37,7 +37,7 @@ impl Drawing {
     }
 
     fn paint(&self) -> Result<Pixmap> {
-        // Memory is asked for after the limit is looked at.
+        // Check the limit before allocating memory.
         check_size(self.width, self.height, Code::LimitExceeded)?;
         let mut pixmap = Pixmap::new(self.width, self.height)
             .ok_or_else(|| wrong_size(self.width, self.height, Code::LimitExceeded))?;
@@ -50,7 +50,7 @@ impl Drawing {
     }
 }
 
-/// A PNG file of pixels with 8 bits for each part of a colour.
+/// A PNG file of pixels with 8 bits per component.
 pub fn png_of(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -66,7 +66,7 @@ pub fn png_of(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> 
     bytes
 }
 
-/// Refuses pictures that are empty or too large, with an error of this code.
+/// Refuses empty and too large pictures, with an error of this code.
 pub(super) fn check_size(width: u32, height: u32, code: Code) -> Result<()> {
     let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
     let pixels = u64::from(width) * u64::from(height);
@@ -129,7 +129,7 @@ fn paint_shape(pixmap: &mut Pixmap, shape: &Shape) {
     }
 }
 
-/// Puts pixels over those of the picture.
+/// Blends pixels over the picture.
 fn blend(pixmap: &mut Pixmap, pixels: &Pixels) {
     let paint = PixmapPaint::default();
     let Some(size) = IntSize::from_wh(pixels.width as u32, pixels.height as u32) else {
@@ -181,14 +181,14 @@ fn polyline(points: &[Point], closed: bool) -> Option<Path> {
 static FACE: LazyLock<Face<'static>> =
     LazyLock::new(|| Face::parse(font().leak(), 0).expect("the font comes with the program"));
 
-/// How wide `text` is in a font of `size` pixels.
+/// The width of `text` in a font of `size` pixels.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {
     let face = &*FACE;
     let units: u32 = text.chars().map(|letter| u32::from(advance(face, letter))).sum();
     units as f32 * size / f32::from(face.units_per_em())
 }
 
-/// `text`, or as much of its beginning as fits, with an ellipsis.
+/// `text`, shortened with an ellipsis if it does not fit.
 pub(super) fn shortened(text: &str, size: f32, width: f32) -> String {
     if text_width(text, size) <= width {
         return text.to_owned();
@@ -208,7 +208,7 @@ fn advance(face: &Face<'_>, letter: char) -> u16 {
     face.glyph_hor_advance(glyph).unwrap_or(0)
 }
 
-/// The outlines of the letters, from left to right. A letter that is missing in the font becomes a box.
+/// The outlines of the letters, from left to right. A letter that the font lacks becomes a box.
 fn outline(text: &str, [x, y]: Point, size: f32) -> Option<Path> {
     let face = &*FACE;
     let scale = size / f32::from(face.units_per_em());
@@ -225,7 +225,7 @@ fn outline(text: &str, [x, y]: Point, size: f32) -> Option<Path> {
     pen.path.finish()
 }
 
-/// Receives outlines in the units of the font, in which y points up.
+/// Receives outlines in font units, with y up.
 struct Pen {
     path: PathBuilder,
     x: f32,

@@ -1,4 +1,4 @@
-//! A contact sheet: one row per clip with its poses over time.
+//! A contact sheet: one row per clip, with poses over time.
 
 use glam::Vec3;
 use mocap_scene::options::setters;
@@ -10,7 +10,7 @@ use super::raster::shortened;
 use super::surface::paint_body;
 use super::theme;
 
-/// Options of a sheet.
+/// The options of a sheet.
 ///
 /// [`Drawing::sheet`](crate::Drawing::sheet) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ use super::theme;
 pub struct SheetOptions {
     /// Poses per clip, including the first and the last frame. Default: 8.
     pub poses: usize,
-    /// Width of the sheet in pixels. Default: 1600.
+    /// The width of the sheet in pixels. Default: 1600.
     pub width: u32,
 }
 
@@ -35,12 +35,12 @@ setters! {
     }
 }
 
-/// Pixels around the sheet: the width of a letter of a heading.
+/// The margin of the sheet in pixels: the width of a letter of a heading.
 const MARGIN: f32 = 16.0;
-/// The width of the part of a row with the name and the root's path.
+/// The width in pixels of the left column, with the name and the root's path.
 const HEAD: f32 = 220.0;
 
-/// The ratio of the height of a row to the width of a pose: a figure with bent arms fits.
+/// The ratio of a row's height to a pose's width. A figure with bent arms fits.
 const POSE_ASPECT: f32 = 1.35;
 
 impl Drawing {
@@ -91,7 +91,7 @@ impl Drawing {
 
 /// Draws a few small poses of a clip in a row.
 pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
-    /// Poses of a thumbnail: begin, middle and end.
+    /// The number of poses in a thumbnail: start, middle and end.
     const POSES: usize = 3;
     let mut drawing = Drawing::new(width, height, theme::PAPER, clip.name);
     let mut figure = DrawnClip::new(*clip);
@@ -110,7 +110,7 @@ pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
 
 /// The root's path on the ground over the whole clip.
 fn root_path(figure: &mut DrawnClip<'_>) -> Vec<Vec3> {
-    /// Points of the root's path: a curve of so many looks smooth.
+    /// The number of points of the root's path: enough for a smooth curve.
     const POINTS: usize = 240;
     let ticks = figure.ticks(POINTS);
     ticks
@@ -123,10 +123,10 @@ fn root_path(figure: &mut DrawnClip<'_>) -> Vec<Vec3> {
 }
 
 fn paint_head(drawing: &mut Drawing, clip: &Clip<'_>, path: &[Vec3], top: f32, row: f32) {
-    /// The height of the letters of a name in pixels, as of a heading.
+    /// The font height of a name in pixels, as for a heading.
     const NAME: f32 = 15.0;
 
-    /// The height of the letters of facts in pixels: the smallest that is read well.
+    /// The font height of facts in pixels: the smallest legible one.
     const FACTS: f32 = 11.0;
     let width = HEAD - MARGIN;
     drawing.text(
@@ -150,9 +150,9 @@ fn paint_head(drawing: &mut Drawing, clip: &Clip<'_>, path: &[Vec3], top: f32, r
     paint_path_from_above(drawing, path, [MARGIN, top + 86.0], [width - MARGIN, row - 112.0]);
 }
 
-/// A map of the root's path, which is in metres, scaled to fit. What stays in its place has none.
+/// Paints a map of the root's path, given in metres, scaled to fit. In-place motion has no map.
 fn paint_path_from_above(drawing: &mut Drawing, path: &[Vec3], [left, top]: Point, [width, height]: Point) {
-    /// The roundings of a motion in place are far less, in metres.
+    /// The extent in metres below which a motion is in place: far above the rounding of such a motion.
     const STILL: f32 = 1e-3;
     let from = path.iter().copied().fold(Vec3::INFINITY, Vec3::min);
     let to = path.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
@@ -189,7 +189,7 @@ fn paint_poses(
     [left, top]: Point,
     [cell, row]: Point,
 ) {
-    /// Pixels below the poses for their times.
+    /// The height in pixels of the space for times, below the poses.
     const CAPTION: f32 = 26.0;
     let poses: Vec<_> = figure
         .ticks(poses)
@@ -239,7 +239,7 @@ fn paint_poses(
     }
 }
 
-/// The pieces of a path whose points are within a rectangle.
+/// The segments of a path with points inside a rectangle.
 fn inside(path: &[Vec3], camera: &Camera, [left, top]: Point, [right, bottom]: Point) -> Vec<Vec<Point>> {
     let points: Vec<Point> = path.iter().map(|&point| camera.project(point)).collect();
     let is_inside = |point: &Point| (left..=right).contains(&point[0]) && (top..=bottom).contains(&point[1]);

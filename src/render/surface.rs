@@ -1,5 +1,5 @@
-//! The skin of a figure as pixels: triangles with one light, the nearest at each pixel (a z-buffer), in the colours of
-//! their materials; in grey where those state none.
+//! Rasterizes the skin of a figure: triangles with one light and a z-buffer, in the colours of their materials.
+//! Materials without a colour are grey.
 
 use glam::{Vec2, Vec3};
 use mocap_scene::scene::{Mesh, Scene};
@@ -9,28 +9,28 @@ use super::drawing::{Color, Drawing, Pixels, Point};
 use super::figure::{DrawnClip, skin_meshes};
 use super::theme;
 
-/// Samples of a pixel in each direction.
+/// The number of samples per pixel in each direction.
 pub const SAMPLES: usize = 2;
 
-/// Where the light comes from, in the space of the camera: from the left, above and behind it.
+/// The direction to the light in camera space: from the upper left, behind the camera.
 const LIGHT: Vec3 = Vec3::new(-0.4, 0.55, 0.73);
 
-/// Shades of a skin. A film has all of them in its palette.
+/// The number of shades of a skin. The palette of a movie has all of them.
 pub(super) const SHADES: usize = 24;
 
-/// The shades of a skin, from the darkest.
+/// The shades of a skin, darkest first.
 pub(super) fn shades() -> impl Iterator<Item = Color> {
     let dark = theme::MIDDLE.mix(theme::INK, 0.62);
     let light = theme::MIDDLE.mix(theme::PAPER, 0.72);
     (0..SHADES).map(move |shade| dark.mix(light, shade as f32 / (SHADES - 1) as f32))
 }
 
-/// Whether there is a skin to draw.
+/// Whether the scene has a skin to draw.
 pub(super) fn has_skin(scene: &Scene) -> bool {
     skin_meshes(scene).next().is_some()
 }
 
-/// Whether a skin has colours of its own.
+/// Whether a skin has its own colours.
 pub(super) fn has_colors(figure: &DrawnClip<'_>) -> bool {
     let scene = figure.clip.scene;
     skin_meshes(scene).any(|mesh| figure.images().paint(scene, mesh).is_some())
@@ -43,13 +43,13 @@ pub struct Buffer {
     /// In samples.
     width: usize,
     height: usize,
-    /// Towards the camera is more; empty pixels have minus infinity.
+    /// Larger depths are nearer to the camera. Empty samples have minus infinity.
     depths: Vec<f32>,
     pub colors: Vec<[u8; 3]>,
 }
 
 impl Buffer {
-    /// The rectangle around points of the drawing, within the drawing.
+    /// The bounding rectangle of points in the drawing, clipped to the drawing.
     pub fn around(points: impl Iterator<Item = Point>, drawing: &Drawing) -> Option<Self> {
         let (mut from, mut to) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for point in points.map(Vec2::from).filter(|point| point.is_finite()) {
@@ -69,8 +69,8 @@ impl Buffer {
         })
     }
 
-    /// Fills a triangle of points in pixels, each with its depth. `color` gets the weights of the corners; where it has
-    /// no colour there is nothing.
+    /// Fills a triangle with corners in pixels and depths. `color` gets the weights of the corners. If it returns
+    /// `None`, the sample stays empty.
     pub fn fill(&mut self, corners: [(Vec2, f32); 3], color: impl Fn([f32; 3]) -> Option<[u8; 3]>) {
         let origin = Vec2::new(self.left as f32, self.top as f32);
         let [a, b, c] = corners.map(|(point, _)| (point - origin) * SAMPLES as f32 - 0.5);
@@ -132,7 +132,7 @@ impl Buffer {
     }
 }
 
-/// Paints the skin of a figure, in the pose in which it is; or its bones where it has none.
+/// Paints the skin of a figure in its current pose, or its bones if it has no skin.
 pub(super) fn paint_body(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
     match has_skin(figure.clip.scene) {
         true => paint_skin(drawing, camera, figure),
@@ -153,7 +153,7 @@ fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
         for face in mesh.faces() {
             let corners = [face[0], face[1], face[2]].map(|vertex| positions[vertex as usize]);
             let [a, b, c] = corners.map(|corner| camera.see(corner));
-            // A face is seen from both sides.
+            // Faces are visible from both sides.
             let normal = (b - a).cross(c - a).normalize_or_zero();
             let normal = if normal.z < 0.0 { -normal } else { normal };
             let brightness = 0.25 + 0.75 * normal.dot(light).max(0.0);
@@ -171,7 +171,7 @@ fn paint_skin(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
                         .zip(weights)
                         .map(|(coords, weight)| *coords * weight)
                         .sum();
-                    // Colours are lighter than the light of a grey figure, so that they are those of the file.
+                    // The light is brighter for colours than for grey, so that the colours match the file's.
                     paint.color(at, 0.45 + 0.55 * brightness)
                 }
             });

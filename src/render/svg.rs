@@ -106,7 +106,7 @@ fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
     }
 }
 
-/// `M x y x y ...`: points after the first are lines.
+/// `M x y x y ...`: the first point is moved to, the others are lines.
 fn path(points: &[Point]) -> String {
     let mut path = String::from("M");
     for (index, [x, y]) in points.iter().enumerate() {
@@ -138,7 +138,7 @@ fn paint(
     }
 }
 
-/// Escapes text for XML: special characters become entities, control characters, which XML forbids, are left out.
+/// Escapes text for XML: special characters become entities. Control characters, which XML forbids, are dropped.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

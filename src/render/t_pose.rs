@@ -1,4 +1,4 @@
-//! T-poses: a row for each skeleton, seen from three sides, with the names of its bones.
+//! A sheet of T-poses: a row for each skeleton, with three views and the names of its bones.
 
 use glam::{Quat, Vec3};
 use mocap_figure::report::TPoseSource;
@@ -12,7 +12,7 @@ use super::figure::body;
 use super::raster::{shortened, text_width};
 use super::theme;
 
-/// A skeleton in T-pose, and its name in a picture.
+/// A skeleton in its T-pose, with a name for the picture.
 ///
 /// [`Drawing::t_pose_sheet`](crate::Drawing::t_pose_sheet) has an example.
 #[derive(Clone, Copy, Debug)]
@@ -21,22 +21,22 @@ pub struct TPoseClip<'a> {
     pub name: &'a str,
     /// The scene.
     pub scene: &'a Scene,
-    /// Its figure, with the bones of the humanoid.
+    /// The figure of the scene, with the humanoid bones.
     pub figure: &'a Figure,
     /// The T-pose.
     pub t_pose: &'a TPose,
 }
 
-/// Pixels around the sheet: the width of a letter of a heading.
+/// The margin of the sheet in pixels: the width of a letter of a heading.
 const MARGIN: f32 = 16.0;
 
-/// The width in pixels of the part of a row with the name and the facts.
+/// The width in pixels of the left column, with the name and the facts.
 const HEAD: f32 = 250.0;
 
-/// Pixels below the views for their captions.
+/// The height in pixels of the space for captions, below the views.
 const CAPTION: f32 = 26.0;
 
-/// Where a T-pose is seen from: degrees around the figure, degrees up.
+/// The views of a T-pose: degrees around the figure, degrees up.
 const VIEWS: [(&str, f32, f32); 3] = [
     ("from the front", 0.0, 0.0),
     ("from its left", 90.0, 0.0),
@@ -44,8 +44,9 @@ const VIEWS: [(&str, f32, f32); 3] = [
 ];
 
 impl Drawing {
-    /// Draws the T-pose of each skeleton as a row: its origin, and the figure from the front, from its left and from
-    /// above, with the names of the bones. Left is blue, right orange, the middle green, and what is no bone grey.
+    /// Draws the T-pose of each skeleton as a row: the origin of the T-pose, and the figure from the front, from its
+    /// left and from above, with the names of the bones. Left is blue, right orange, the middle green. Joints that are
+    /// not bones are grey.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -92,10 +93,10 @@ impl Drawing {
 }
 
 fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {
-    /// The height of the letters of a name in pixels, as of a heading.
+    /// The font height of a name in pixels, as for a heading.
     const NAME: f32 = 15.0;
 
-    /// The height of the letters of facts in pixels: the smallest that is read well.
+    /// The font height of facts in pixels: the smallest legible one.
     const FACTS: f32 = 11.0;
     let width = HEAD - MARGIN;
     let name = shortened(clip.name, NAME, width);
@@ -106,7 +107,7 @@ fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {
     }
 }
 
-/// Where the T-pose comes from, and how far to trust the bones.
+/// The origin of the T-pose, and the confidence in the bones.
 fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
     let TPoseClip { figure, t_pose, .. } = clip;
     let source = match t_pose.source {
@@ -153,16 +154,16 @@ fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
     facts
 }
 
-/// The nodes of a body with +Y up, facing +Z.
+/// The nodes of a figure with +Y up, facing +Z.
 struct TPoseFigure<'a> {
     scene: &'a Scene,
     figure: &'a Figure,
     positions: Vec<Vec3>,
     in_body: Vec<bool>,
-    /// The bone that each node is.
+    /// The bone of each node.
     bones: Vec<Option<HumanoidBone>>,
     middle: Vec3,
-    /// The longest side of the box around it.
+    /// The longest side of the figure's bounding box.
     extent: f32,
 }
 
@@ -171,7 +172,7 @@ impl<'a> TPoseFigure<'a> {
         let TPoseClip {
             scene, figure, t_pose, ..
         } = *clip;
-        // From the world of the motion to +Y up, facing +Z.
+        // The rotation from the motion's world to +Y up, facing +Z.
         let to_stage = Quat::from_mat3(&figure.figure_to_world().transpose());
         let nodes = 0..scene.nodes.len();
         let positions: Vec<Vec3> = nodes
@@ -207,7 +208,7 @@ impl<'a> TPoseFigure<'a> {
         }
     }
 
-    /// The links from back to front, in the colour of the bone of the joint that they start from, and the joints.
+    /// Paints the links from back to front, in the colour of the bone at their start, and the joints.
     fn paint(&self, drawing: &mut Drawing, camera: &Camera) {
         let parent = |node: usize| self.scene.nodes[node].parent.map(NodeId::index);
         let links = (0..self.positions.len()).filter_map(|node| Some((parent(node)?, node)));
@@ -236,14 +237,14 @@ impl<'a> TPoseFigure<'a> {
         }
     }
 
-    /// The colour of the nearest bone from a node upwards.
+    /// The colour of a node's bone, or of its nearest ancestor's bone.
     fn color_above(&self, node: usize) -> Color {
         let above = std::iter::successors(Some(node), |node| self.scene.nodes[*node].parent.map(NodeId::index));
         let bone = above.into_iter().find_map(|node| self.bones[node]);
         bone.map_or(theme::MIDDLE, |bone| self.color(bone))
     }
 
-    /// The colour of a bone; the less sure, the greyer.
+    /// The colour of a bone. Less confidence makes it greyer.
     fn color(&self, bone: HumanoidBone) -> Color {
         let color = match bone.side() {
             Some(Side::Left) => theme::LEFT,
@@ -258,10 +259,10 @@ impl<'a> TPoseFigure<'a> {
         color.mix(theme::MIDDLE, greyness)
     }
 
-    /// The names of the bones of trunk and limbs, where they do not cover one another: above and
-    /// below the arms, beside the rest.
+    /// Paints the names of trunk and limb bones, unless they overlap: above and below the arms, and next to the other
+    /// bones.
     fn paint_names(&self, drawing: &mut Drawing, camera: &Camera) {
-        /// The height of the letters of names of bones in pixels: they stand close to each other.
+        /// The font height of bone names in pixels. It is small, because the names are close together.
         const SIZE: f32 = 10.0;
         let mut painted: Vec<[Point; 2]> = Vec::new();
         for &bone in NAMED {
@@ -293,7 +294,7 @@ impl<'a> TPoseFigure<'a> {
         }
     }
 
-    /// Where the next bone of an arm begins; of the last bone its own position.
+    /// The position of the next bone of an arm. For the last bone, its own position.
     fn end_of(&self, bone: HumanoidBone) -> Vec3 {
         let next = HumanoidBone::ALL.iter().filter(|next| next.parent() == Some(bone));
         let next = next.into_iter().find_map(|next| self.figure.humanoid.joint(*next));
@@ -302,7 +303,7 @@ impl<'a> TPoseFigure<'a> {
     }
 }
 
-/// The bones whose names are painted, the important ones first.
+/// The bones with names, the most important ones first.
 const NAMED: &[HumanoidBone] = &[
     HumanoidBone::Hips,
     HumanoidBone::Head,

@@ -9,7 +9,7 @@ use mocap_scene::scene::{NodeId, NodeKind, RotationOrder, Scene};
 
 use super::figure::{Clip, DrawnClip, short};
 
-/// Options of the summary.
+/// The options of the summary.
 ///
 /// [`Clip::screen`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ use super::figure::{Clip, DrawnClip, short};
 pub struct ScreenOptions {
     /// Characters per line. Default: 80.
     pub width: usize,
-    /// Lines; of a longer tree the deepest nodes are only counted. Default: 50.
+    /// The number of lines. In a taller tree the deepest nodes are only counted. Default: 50.
     pub height: usize,
     /// Whether to use colours. Default: `false`.
     pub colour: bool,
@@ -75,7 +75,7 @@ impl Screen {
         self.text.push('\n');
     }
 
-    /// A label and a paragraph beside it.
+    /// Prints a label and a paragraph next to it.
     fn labelled(&mut self, label: &str, ink: Option<Ink>, words: &str) {
         let lines = wrapped(words, self.width.saturating_sub(LABEL));
         for (index, line) in lines.iter().enumerate() {
@@ -87,14 +87,14 @@ impl Screen {
     }
 }
 
-/// Characters that a label takes: the longest, `joint-positions`, and a blank.
+/// The number of characters for a label: the longest, `joint-positions`, and a space.
 const LABEL: usize = 16;
 
 impl Clip<'_> {
-    /// A summary of a clip: its size, its tree of joints with the lengths of the links, the height of its root over
-    /// time, the assumptions and the warnings.
+    /// A summary of a clip: its size, its joint tree with link lengths, the height of its root over time, the
+    /// assumptions and the warnings.
     ///
-    /// The tree has one line for every chain of joints without a fork. Lengths are in the file's unit.
+    /// The tree has one line for every chain of joints without a branch. Lengths are in the file's unit.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -115,7 +115,7 @@ impl Clip<'_> {
         let heading = screen.inked(Ink::Bold, clip.name);
         screen.line(&format!("{heading}  {}", clip.facts()));
         let rest = below_the_tree(clip, &screen);
-        // The heading, an empty line before and after the tree, and the prompt of the shell.
+        // The heading, an empty line before and after the tree, and the shell prompt.
         let used = rest.lines().count() + 4;
         let most = options.height.saturating_sub(used);
         screen.line("");
@@ -200,7 +200,7 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
             &format!("{}: {}", note.choice, note.explanation()),
         );
     }
-    /// Warnings that are shown at most: `mocap check` prints all.
+    /// The largest number of listed warnings. `mocap check` prints all.
     const MOST: usize = 6;
     let warnings = &clip.scene.warnings;
     for warning in warnings.iter().take(MOST) {
@@ -221,11 +221,11 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
     screen.text
 }
 
-/// The mean height of the root in one time interval per character, and its lowest and highest.
+/// The mean root height in one time interval per character, and the lowest and highest root height.
 fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-    /// Samples of a bar of the chart, of which it shows the mean.
+    /// The number of samples for a bar of the chart, which shows their mean.
     const SAMPLES_A_BAR: usize = 4;
     let mut figure = DrawnClip::new(*clip);
     let ticks = figure.ticks(SAMPLES_A_BAR * width);
@@ -247,19 +247,19 @@ fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     (bars.collect(), low, high)
 }
 
-/// The tree of joints, with the number of descendants of each.
+/// The joint tree, with the number of descendants of each joint.
 struct Tree<'a> {
     scene: &'a Scene,
     children: Vec<Vec<usize>>,
-    /// Nodes below each node.
+    /// The number of descendants of each node.
     below: Vec<usize>,
     rest: Pose,
 }
 
-/// A chain that still has to be drawn.
+/// A chain that is not drawn yet.
 struct Branch {
     node: usize,
-    /// Forks above it.
+    /// The number of branches above it.
     depth: usize,
     /// The prefixes of its first line and of the following lines.
     first: String,
@@ -275,7 +275,7 @@ impl<'a> Tree<'a> {
                 children[parent.index()].push(index);
             }
         }
-        // In reverse order children come before their parents, so every count is complete when it is added to the
+        // In reverse order children precede their parents, so every count is complete before it is added to the
         // parent's.
         for (index, node) in scene.nodes.iter().enumerate().rev() {
             if let Some(parent) = node.parent {
@@ -290,16 +290,16 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// One line for every chain, down to the number of forks that fits; deeper nodes are counted.
+    /// One line for every chain, down to the branch depth that fits. Deeper nodes are counted.
     fn lines(&self, width: usize, most: usize) -> Vec<String> {
-        /// Forks down to which chains are listed at most: no body has more.
+        /// The largest branch depth to list. No body has more.
         const DEEPEST: usize = 32;
         let fits = |lines: &Vec<String>| lines.len() <= most;
         let lines = (1..=DEEPEST).rev().map(|depth| self.lines_to(depth, width));
         lines.into_iter().find(fits).unwrap_or_else(|| self.lines_to(0, width))
     }
 
-    /// A list, so that no skeleton can overflow the call stack.
+    /// Uses an explicit list, so that no skeleton can overflow the call stack.
     fn lines_to(&self, deepest: usize, width: usize) -> Vec<String> {
         let mut lines = Vec::new();
         let mut branches: Vec<Branch> = Vec::new();
@@ -343,8 +343,8 @@ impl<'a> Tree<'a> {
         lines
     }
 
-    /// `Elbow ─ 1.5 ─ Wrist`: names, and between them the lengths of the links. The first node's own link comes before
-    /// it, and the number of hidden nodes after the last.
+    /// `Elbow ─ 1.5 ─ Wrist`: names with the link lengths between them. The first node's own link comes before it, and
+    /// the number of hidden nodes after the last.
     fn push_chain(
         &self,
         lines: &mut Vec<String>,
@@ -358,7 +358,7 @@ impl<'a> Tree<'a> {
         let mut is_empty = true;
         for &index in chain {
             let node = &self.scene.nodes[index];
-            // An end site has no name of its own.
+            // End sites usually have no name.
             let name = if node.kind == NodeKind::EndSite {
                 "∙"
             } else {
@@ -383,7 +383,7 @@ impl<'a> Tree<'a> {
         lines.push(line);
     }
 
-    /// The length of the link from the parent in the world; `None` for the root.
+    /// The length of the link from the parent, in world units; `None` for the root.
     fn link_length(&self, index: usize) -> Option<String> {
         let parent = self.scene.nodes[index].parent?;
         let length = self

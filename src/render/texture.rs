@@ -1,4 +1,4 @@
-//! Textures and colours of materials, as a skin is drawn with them.
+//! Textures and material colours for drawing a skin.
 
 use glam::{Vec2, Vec3, Vec4};
 use mocap_scene::scene::{AlphaMode, Mesh, Scene, Surface, Wrap};
@@ -7,12 +7,12 @@ use super::image_size::image_size;
 
 /// The largest width or height of a texture in pixels.
 const WIDEST: u32 = 4096;
-/// Pixels of all textures of a scene, whatever their files: one of the largest.
+/// The largest number of pixels that all textures of a scene may always have: one texture of the largest size.
 const ANY_PIXELS: usize = 4096 * 4096;
-/// Pixels for each byte of their files: 8 bytes are in use for a pixel while a texture is read.
+/// The number of pixels allowed for each byte of the texture files. Reading a texture takes 8 bytes per pixel.
 const PIXELS_PER_BYTE: usize = 8;
 
-/// The opacity, as a fraction, from which on a half transparent surface is drawn: what is nearer to opaque.
+/// The opacity from which on a half-transparent surface is drawn, as a fraction: nearer to opaque than to invisible.
 const HALF: f32 = 0.5;
 
 /// An image, row by row from the top: red, green, blue and opacity, in sRGB.
@@ -23,8 +23,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// The image of a PNG or JPEG file; none of another, of a broken one, of one that is too large, and where fewer
-    /// pixels are left.
+    /// Decodes a PNG or JPEG file. `None` for other and broken files, for images that are too large, and if the pixel
+    /// budget is used up.
     pub fn read(bytes: &[u8], left: &mut usize) -> Option<Self> {
         let (media_type, [width, height]) = image_size(bytes)?;
         if width.max(height) > WIDEST || width.min(height) == 0 {
@@ -40,7 +40,7 @@ impl Image {
         (pixels.len() == width * height).then_some(Self { width, height, pixels })
     }
 
-    /// The pixel at texture coordinates, which begin at the upper left.
+    /// The pixel at texture coordinates, which start at the upper left.
     pub fn at(&self, coords: Vec2, wrap: [Wrap; 2]) -> [u8; 4] {
         let pixel = |coordinate: f32, wrap: Wrap, count: usize| {
             let within = match wrap {
@@ -86,7 +86,7 @@ fn of_jpeg(bytes: &[u8]) -> Option<Vec<[u8; 4]>> {
     }
 }
 
-/// The images of a scene that its materials name.
+/// The images that the materials of a scene use.
 pub(super) struct Images(Vec<Option<Image>>);
 
 impl Images {
@@ -111,7 +111,7 @@ impl Images {
         )
     }
 
-    /// The colours of a mesh; none where its file states none, or white without an image.
+    /// The colours of a mesh. `None` if its file states none, or if the colour is white without an image.
     pub(super) fn paint<'a>(&'a self, scene: &Scene, mesh: &'a Mesh) -> Option<Paint<'a>> {
         let surface = scene.materials.get(mesh.material_index)?.surface?;
         let image = surface.texture.and_then(|texture| self.0.get(texture)?.as_ref());
@@ -121,14 +121,15 @@ impl Images {
     }
 }
 
-/// How a mesh is coloured.
+/// The colouring of a mesh.
 pub struct Paint<'a> {
     pub surface: Surface,
     pub image: Option<&'a Image>,
 }
 
 impl Paint<'_> {
-    /// The colour at texture coordinates in a light, from 0 to 1; none where the surface is not there.
+    /// The colour at texture coordinates in light of a brightness from 0 to 1; `None` if the surface is invisible
+    /// there.
     pub fn color(&self, coords: Vec2, brightness: f32) -> Option<[u8; 3]> {
         let base = self.surface.base_color;
         let texel = self.image.map_or([255; 4], |image| image.at(coords, self.surface.wrap));

@@ -14,7 +14,7 @@ pub(super) const PATH: Color = Color::hex(0x9AA8C4);
 pub const LEFT: Color = Color::hex(0x2D6BD8);
 pub(super) const RIGHT: Color = Color::hex(0xE0661F);
 pub(super) const MIDDLE: Color = Color::hex(0x76829A);
-/// Curves of x, y and z, and of a fourth value, w.
+/// The colours of the curves of x, y and z, and of a fourth value, w.
 pub(super) const CURVES: [Color; 4] = [
     Color::hex(0xC8323C),
     Color::hex(0x2E8B3D),

@@ -1,13 +1,13 @@
 //! A page with a player: one HTML file without external resources.
 //!
-//! The player is plain JavaScript in `view/`, drawn with WebGL 2, or with a 2D canvas without it. Its files are
-//! modules; `build.rs` joins them to one script. `player.js` plays clips wherever their data comes from;
-//! `page.js` gives it those of this page.
+//! The player is plain JavaScript in `view/`. It draws with WebGL 2, or with a 2D canvas if WebGL 2 is missing.
+//! `build.rs` joins its modules to one script. `player.js` plays clips from any data source. `page.js` passes it the
+//! data of this page.
 //!
-//! The page has the motion as bytes in base64, in blocks of frames, because JSON numbers would take three times the
-//! space and most of the loading time. `pack.rs` says how, and how exact they are.
+//! The page contains the motion as base64 bytes, in blocks of frames. JSON numbers would take three times the space and
+//! most of the loading time. `pack.rs` documents the encoding and its precision.
 //!
-//! The drop page of `tools/wasm` is the same template and the same player; its clips are [`PlayerClip`]s.
+//! The drop page of `tools/wasm` uses the same template and the same player. Its clips are [`PlayerClip`]s.
 
 mod data;
 mod listing;
@@ -45,22 +45,21 @@ use super::svg::escape;
 pub struct PageClip<'a> {
     /// The clip itself.
     pub clip: Clip<'a>,
-    /// Its figure; without one it is that of [`Figure::new`].
+    /// The figure of the scene. Default: [`Figure::new`].
     pub figure: Option<&'a Figure>,
-    /// The `.glb` file of the download button; see `GltfOptions::write_glb`.
-    /// Without one the button says how to make it.
+    /// The `.glb` file for the download button; see `GltfOptions::write_glb`. Without it, the button explains how to
+    /// make one.
     pub glb: Option<&'a [u8]>,
-    /// The bytes of the BVH file that it was read from, to save as they were and to show its lines beside the matrices.
+    /// The bytes of the BVH source file. The page can save them, and shows their lines next to the matrices.
     pub source: Option<&'a [u8]>,
-    /// When its feet are at rest; see [`ContactOptions::detect`](mocap_edit::ContactOptions::detect).
+    /// The ground contacts of the feet; see [`ContactOptions::detect`](mocap_edit::ContactOptions::detect).
     pub contacts: Option<&'a DetectedContacts>,
-    /// How far its limbs point from those of the motion that it was made from; see
-    /// `PoseRetargeter::limb_angles`.
+    /// The angles between the limbs and those of the source motion; see `PoseRetargeter::limb_angles`.
     pub limb_angles: Option<&'a [LimbAngles]>,
 }
 
 impl<'a> PageClip<'a> {
-    /// A clip with nothing but its motion and its skin.
+    /// A clip with only its motion and its skin.
     pub fn new(clip: Clip<'a>) -> Self {
         Self {
             clip,
@@ -116,9 +115,10 @@ struct PageData {
 
 /// A page that plays `clips` together, side by side or overlaid.
 ///
-/// The keys of a clip that take more than 4 MiB are packed. The page states the resulting error of a joint. In no frame
-/// is it more than a ten thousandth of the figure's reach, 0.1 mm for a person. Motions of more than 128 MiB, half an
-/// hour at 120 frames a second, are within 15 ten thousandths, 1.4 mm. So the page of an hour has about 20 MB.
+/// The keys of a clip are packed if they take more than 4 MiB. The page states the resulting joint error. In every
+/// frame it is at most a ten thousandth of the figure's reach, 0.1 mm for a person. For motions of more than 128 MiB,
+/// half an hour at 120 frames per second, it is at most 15 ten thousandths, 1.4 mm. So the page of an hour has about 20
+/// MB.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -135,36 +135,36 @@ struct PageData {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Page {
-    /// The file.
+    /// The HTML file.
     pub html: String,
-    /// Bytes of the keys.
+    /// The size of the keys in bytes.
     pub motion: usize,
-    /// Bytes of skins: vertices, faces and weights.
+    /// The size of the skins in bytes: vertices, faces and weights.
     pub skins: usize,
-    /// Bytes of the textures.
+    /// The size of the textures in bytes.
     pub textures: usize,
-    /// Bytes of the files of the download button.
+    /// The size of the download files in bytes.
     pub downloads: usize,
-    /// For each clip what is not shown of its skin, and why.
+    /// For each clip, the parts of its skin that are not shown, and why.
     pub left_out: Vec<Vec<String>>,
 }
 
-/// A clip as the player takes it: text in JSON, and the numbers that it names as blocks of bytes.
+/// A clip in the player's format: JSON text, and blocks of bytes with the numbers, to which the text refers.
 ///
 /// [`PlayerClip::new`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PlayerClip {
-    /// One of the `clips` of a page: JSON, with the ids of the blocks.
+    /// The entry of `clips` in the page's JSON, with the ids of the blocks.
     pub description: String,
     /// The id and the bytes of each block.
     pub blocks: Vec<(String, Vec<u8>)>,
-    /// What is not shown of its skin, and why.
+    /// The parts of its skin that are not shown, and why.
     pub left_out: Vec<String>,
 }
 
 impl PlayerClip {
-    /// Packs a clip for a player that is there already.
+    /// Packs a clip for a player that is already loaded.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -189,7 +189,7 @@ impl PlayerClip {
 }
 
 impl Page {
-    /// The page of these clips. Clips with equal skins have one skin together.
+    /// The page of these clips. Clips with equal skins share one skin.
     pub fn new(clips: &[PageClip<'_>]) -> Self {
         let (mut keys, mut skins, mut textures, mut downloads) = Default::default();
         let mut report = Self::default();
@@ -214,15 +214,15 @@ impl Page {
         report.textures = textures.len();
         report.downloads = downloads.len();
         let names: Vec<_> = clips.iter().map(|page| page.clip.name).collect();
-        // Inside a script element only `<` can end it early.
+        // Inside a script element, only `<` can end the element early.
         let data = json(&PageData { clips: descriptions }).replace('<', "\\u003c");
         let title = escape(&visible(&names.join(", ")));
         report.html = page(&title, &data, [&keys, &skins, &textures, &downloads]);
         report
     }
 
-    /// The page without clips: a program puts the JSON of its clips in place of `{{data}}`, and their blocks in place
-    /// of `{{blocks}}`.
+    /// The page without clips. A program replaces `{{data}}` by the JSON of its clips, and `{{blocks}}` by their
+    /// blocks.
     #[doc(hidden)]
     pub fn without_clips() -> String {
         page("mocap", "{{data}}", ["{{blocks}}", "", "", ""])
@@ -240,7 +240,7 @@ fn page(title: &str, data: &str, [keys, skins, textures, downloads]: [&str; 4]) 
         "skins" => skins.into(),
         "textures" => textures.into(),
         "downloads" => downloads.into(),
-        // The drop page has buttons and a panel of its own here.
+        // The drop page has its own buttons and its own panel here.
         "buttons" | "desk" => "".into(),
         unknown => unreachable!("the page has no placeholder called {unknown}"),
     })
@@ -249,7 +249,7 @@ fn page(title: &str, data: &str, [keys, skins, textures, downloads]: [&str; 4]) 
 /// The `Content-Security-Policy` of a page: it loads nothing and connects to nothing.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 
-/// What a block of bytes is a part of.
+/// The contents of a block of bytes.
 #[derive(Clone, Copy)]
 enum BlockKind {
     Keys,
@@ -258,12 +258,12 @@ enum BlockKind {
     Download,
 }
 
-/// The blocks of all skins and textures so far, so that equal ones are one.
+/// The blocks of all skins and textures so far, so that equal blocks are stored once.
 #[derive(Default)]
 struct SharedBlocks(HashMap<Vec<u8>, String>);
 
 impl SharedBlocks {
-    /// The id of a block; a new one is put.
+    /// The id of a block. A new block is passed to `put`.
     fn id(&mut self, kind: BlockKind, bytes: &[u8], put: &mut impl FnMut(BlockKind, &str, Cow<'_, [u8]>)) -> String {
         if let Some(id) = self.0.get(bytes) {
             return id.clone();
@@ -275,7 +275,8 @@ impl SharedBlocks {
     }
 }
 
-/// The description of a clip, and what is not shown of its skin; its blocks are put one after another.
+/// The description of a clip, and the parts of its skin that are not shown. Its blocks are passed to `put` one after
+/// another.
 fn pack_clip(
     clip: &PageClip<'_>,
     index: usize,
@@ -324,7 +325,7 @@ fn json(data: &impl Serialize) -> String {
     serde_json::to_string(data).expect("the data has neither maps nor numbers that JSON lacks")
 }
 
-/// An element that holds bytes and is not run.
+/// An element that holds bytes and is not executed.
 fn push_block(page: &mut String, id: &str, bytes: &[u8]) {
     use base64::Engine;
     page.push_str(&format!("<script type=\"application/octet-stream\" id=\"{id}\">"));
@@ -332,7 +333,7 @@ fn push_block(page: &mut String, id: &str, bytes: &[u8]) {
     page.push_str("</script>\n");
 }
 
-/// A template with every `{{name}}` replaced. Replacements are not searched again.
+/// Replaces every `{{name}}` of a template. Replacements are not searched again.
 pub fn filled<'a>(template: &str, value: impl Fn(&str) -> Cow<'a, str>) -> String {
     let mut text = String::new();
     let mut rest = template;

@@ -1,32 +1,32 @@
-//! Numbers of a few bits each, the lowest bit first.
+//! Bit-packed numbers, lowest bit first.
 
-/// Bytes after the last bits of a file, so that eight bytes can be read anywhere.
+/// Bytes after the last bits of a file, so that eight bytes can be read at any position.
 pub const PADDING: usize = 8;
 
-/// The 57 bits or more at bit `at`; 0 beyond the end.
+/// At least 57 bits from bit `at` on; 0 beyond the end.
 #[inline(always)]
 pub fn bits_at(bytes: &[u8], at: usize) -> u64 {
     let eight = bytes.get(at / 8..).and_then(|rest| rest.first_chunk::<8>());
     eight.map_or(0, |eight| u64::from_le_bytes(*eight)) >> (at % 8)
 }
 
-/// The lowest `count` bits of `value`, of at most 32.
+/// The lowest `count` bits of `value`, at most 32.
 #[inline(always)]
 pub fn lowest(value: u64, count: u32) -> u32 {
     (value & ((1 << count) - 1)) as u32
 }
 
-/// How many bits the numbers up to `largest` take.
+/// The number of bits for numbers up to `largest`.
 pub fn width(largest: u32) -> u32 {
     u32::BITS - largest.leading_zeros()
 }
 
-/// Appends numbers of a few bits each.
+/// Appends bit-packed numbers.
 #[derive(Default)]
 pub struct BitWriter {
     pub bytes: Vec<u8>,
     pending: u64,
-    /// How many bits are pending: fewer than 8.
+    /// The number of pending bits, below 8.
     count: u32,
 }
 

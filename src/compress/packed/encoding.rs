@@ -1,4 +1,4 @@
-//! How a packed clip stores its keys.
+//! The encoding of a packed clip's keys.
 
 use super::layout::MUST_HAVE_KEY;
 use super::write::packed_size;
@@ -7,7 +7,7 @@ use crate::encoding::{Encoding, KeyFrameChoice};
 use crate::key_frames::KeyFrames;
 use crate::quantize::{Lattice, RotationFormat, TranslationFormat};
 
-/// Rotations as points of a lattice with any number of steps, translations as multiples of a step.
+/// Rotations are points of a lattice with any number of steps. Translations are multiples of a step.
 pub(super) struct Packed;
 
 impl Encoding for Packed {
@@ -34,7 +34,7 @@ impl Encoding for Packed {
         key_frames
     }
 
-    /// [`PackedClip::sample`](super::PackedClip::sample) computes a rotation and interpolates it in single precision.
+    /// [`PackedClip::sample`](super::PackedClip::sample) computes and interpolates a rotation in single precision.
     fn roundings(&self) -> f64 {
         3.0
     }

@@ -1,34 +1,35 @@
-//! The layout of a packed clip: what its writer, its reader and its sampler have in common.
+//! The layout of a packed clip, for its writer, its reader and its sampler.
 
 use super::bits::{bits_at, lowest};
 
 pub(super) const MAGIC: [u8; 4] = *b"MCLP";
-/// The version of clips whose nodes have their rest pose in the motion, and the version of all clips.
+/// The version of files whose rest transforms equal the constant transforms of the motion. Other files have the next
+/// version.
 pub(super) const VERSION: u16 = 1;
 pub(super) const VERSION_WITH_REST: u16 = 2;
 
-/// Bytes of a node in the table of nodes, as `docs/packed-clip.md` has them.
+/// The bytes of a node in the table of nodes, by `docs/packed-clip.md`.
 pub(super) const NODE: usize = 5;
 
-/// Bytes of a rotation track in its table, as `docs/packed-clip.md` has them.
+/// The bytes of a rotation track in its table, by `docs/packed-clip.md`.
 pub(super) const ROTATION: usize = 2 + 6 + 6 + 6;
 
-/// Bytes of a translation track in its table, as `docs/packed-clip.md` has them.
+/// The bytes of a translation track in its table, by `docs/packed-clip.md`.
 pub(super) const TRANSLATION: usize = 4 + 12 + 12 + 6;
-/// The parent of a node that has none.
+/// The parent value of a node without a parent.
 pub(super) const NO_PARENT: u16 = u16::MAX;
-/// The powers of two that the frames of a block may be.
+/// The allowed numbers of frames of a block, as powers of two.
 pub(super) const LOG2_BLOCK_FRAMES: std::ops::RangeInclusive<u32> = 4..=8;
-/// Where not every frame has a key, those have whose number can be divided by this.
+/// If not every frame has a key, frames with a number divisible by this one have a key.
 pub(super) const MUST_HAVE_KEY: usize = 64;
-/// The maximum of frames between two keys of which the mask of a block has to tell.
+/// The largest number of frames in the key mask of a block.
 pub(super) const MAX_BLOCK_FRAMES: usize = 256;
 
-/// Flags of the file: each frame has a tick of its own; every frame has a key.
+/// Flags of the file: each frame has its own tick; every frame has a key.
 pub(super) const HAS_TICKS: u32 = 1;
 pub(super) const ALL_KEYS: u32 = 2;
 
-/// Flags of a node: which parts move, and which differ from the identity.
+/// Flags of a node: which components move, and which differ from the identity.
 pub(super) mod node {
     pub(in super::super) const ROTATES: u8 = 1;
     pub(in super::super) const TRANSLATES: u8 = 2;
@@ -36,39 +37,40 @@ pub(super) mod node {
     pub(in super::super) const TRANSLATION: u8 = 8;
     pub(in super::super) const SCALE: u8 = 16;
     pub(in super::super) const END_SITE: u8 = 32;
-    /// What stays constant in the motion, and is otherwise in the rest pose.
+    /// A component that is constant in the motion and differs in the rest pose.
     pub(in super::super) const REST_ROTATION: u8 = 64;
     pub(in super::super) const REST_TRANSLATION: u8 = 128;
-    /// Those of version 1.
+    /// The flags of version 1.
     pub(in super::super) const FIRST: u8 = 63;
 }
 
-/// The kind of a rotation track in a block whose keys do not all drop one component; smaller ones are that
+/// The kind of a rotation track in a block whose keys drop different components. A smaller kind is the dropped
 /// component.
 pub(super) const MIXED: u32 = 4;
-/// Bits of the kind of a rotation track in a block; of the widths of its components and of those of translations.
+/// Bits of a rotation track's kind in a block. Other constants are the bits of component widths, for rotations and
+/// translations.
 pub(super) const KIND_BITS: u32 = 3;
 pub(super) const ROTATION_WIDTH_BITS: u32 = 4;
 pub(super) const TRANSLATION_WIDTH_BITS: u32 = 5;
 /// Bits of the dropped component of a key of kind [`MIXED`].
 pub(super) const DROPPED_BITS: u32 = 2;
-/// The maximum of bits of a component of a rotation, and of a translation.
+/// The largest number of bits of a component, for a rotation and for a translation.
 pub(super) const MAX_ROTATION_BITS: u32 = 16;
 pub(super) const MAX_TRANSLATION_BITS: u32 = 24;
 
-/// The code of the width of a rotation's component: 15 is not needed for 15 bits, which take 16.
+/// The code for the width of a rotation's component. Width 15 is never used: such components take 16 bits.
 pub(super) fn rotation_width_code(width: u32) -> u32 {
     width.min(15)
 }
 
-/// The lines of a track: those of its three components, each a number at the first frame of a block and a rise over the
+/// The lines of a track's three components. Each line is a number at the first frame of a block and a rise over the
 /// whole block.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lines {
-    /// The least number and the least rise of any block.
+    /// The smallest number and the smallest rise of any block.
     pub(super) least: [i32; 3],
     pub(super) least_rise: [i32; 3],
-    /// Bits of what is above that.
+    /// Bits for the excess over the smallest.
     pub(super) bits: [u8; 3],
     pub(super) rise_bits: [u8; 3],
     /// The sum of `bits`.
@@ -76,7 +78,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// Bits in the header of a block.
+    /// Bits in a block header.
     pub(super) fn header_bits(&self) -> u32 {
         self.bits
             .iter()
@@ -90,9 +92,9 @@ impl Lines {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RotationTrack {
     pub(super) node: u32,
-    /// Where its header starts among the headers of a block, in bits.
+    /// The position of its header among the headers of a block, in bits.
     pub(super) header: u32,
-    /// A step of the lattice.
+    /// The step of the lattice.
     pub(super) step: f32,
     pub(super) lines: Lines,
 }
@@ -120,7 +122,7 @@ impl RotationTrack {
         KIND_BITS + 3 * ROTATION_WIDTH_BITS + lines.header_bits()
     }
 
-    /// Its header in the block whose headers start at bit `headers`.
+    /// Reads its header in the block whose headers start at bit `headers`.
     #[inline(always)]
     pub(super) fn in_block(&self, bytes: &[u8], headers: usize) -> RotationBlock {
         let at = headers + self.header as usize;
@@ -159,7 +161,7 @@ impl RotationBlock {
     }
 }
 
-/// A component of a translation track in one block: its width, and its line.
+/// A component of a translation track in one block: its width and its line.
 #[derive(Clone, Copy)]
 pub(super) struct TranslationBlock {
     pub(super) widths: [u32; 3],
@@ -172,7 +174,7 @@ impl TranslationTrack {
         3 * TRANSLATION_WIDTH_BITS + lines.header_bits()
     }
 
-    /// Its header in the block whose headers start at bit `headers`.
+    /// Reads its header in the block whose headers start at bit `headers`.
     #[inline(always)]
     pub(super) fn in_block(&self, bytes: &[u8], headers: usize) -> TranslationBlock {
         let mut at = headers + self.header as usize;
@@ -207,7 +209,7 @@ impl TranslationBlock {
     }
 }
 
-/// A line, `at` frames after the first of its block.
+/// The value of a line, `at` frames after the first frame of its block.
 #[inline(always)]
 pub(super) fn on_line((number, rise): (i32, i32), at: i32, log2_block_frames: u32) -> i32 {
     number.wrapping_add(rise.wrapping_mul(at) >> log2_block_frames)

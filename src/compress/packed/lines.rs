@@ -1,4 +1,4 @@
-//! Lines through the keys of an axis in each block, from which the keys are stored as differences.
+//! Fits a line to the keys of a component in each block. Keys are stored as differences from the lines.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ pub(super) struct AxisLines {
     pub(super) blocks: Vec<AxisBlock>,
 }
 
-/// The line of one component in one block, and the bits of a key above it.
+/// The line of one component in one block, and the bits of a key's difference from it.
 #[derive(Clone, Copy)]
 pub(super) struct AxisBlock {
     pub(super) number: i32,
@@ -22,11 +22,11 @@ pub(super) struct AxisBlock {
     pub(super) width: u32,
 }
 
-/// A larger rise is not tried: its product with a frame is to fit into 32 bits.
+/// The largest rise to try, so that its product with a frame fits into 32 bits.
 pub(super) const MAX_RISE: i64 = 1 << 21;
 
 impl AxisLines {
-    /// With rises or without, whichever takes fewer bits, which are `most` at most.
+    /// Fits lines with or without rises, whichever takes fewer bits. A key has at most `most` bits.
     pub(super) fn fit(values: &[i32], key_frames: &[u32], blocks: &[Range<usize>], log2: u32, most: u32) -> Self {
         let block_bits = |lines: &Self| {
             let keys = std::iter::zip(blocks, &lines.blocks).map(|(keys, line)| keys.len() * line.width as usize);
@@ -39,7 +39,7 @@ impl AxisLines {
         }));
         let widest = rising.blocks.iter().map(|block| block.width).max().unwrap_or(0);
         let fits = rising.bits <= most && rising.rise_bits <= most && widest <= most && {
-            // Rotations have 16 bits for these.
+            // The file has 16 bits for numbers and rises of rotations.
             let limit = if most == MAX_ROTATION_BITS {
                 i32::from(i16::MAX)
             } else {
@@ -81,7 +81,7 @@ impl AxisLines {
     }
 }
 
-/// The line with a rise below all `values`, which stand at `offsets` from the first frame of the block.
+/// The line with a given rise below all `values`. `offsets` are their frames, relative to the first frame of the block.
 pub(super) fn line(values: &[i32], offsets: &[i32], rise: i32, log2: u32) -> AxisBlock {
     let above = |key: usize| {
         let offset = if rise == 0 { 0 } else { offsets[key] };
@@ -96,7 +96,7 @@ pub(super) fn line(values: &[i32], offsets: &[i32], rise: i32, log2: u32) -> Axi
     }
 }
 
-/// The line with the fewest bits of a key, of some whose rises are near to the rise of the values.
+/// The line with the fewest bits per key, among some rises near the rise of the values.
 pub(super) fn best_line(values: &[i32], key_frames: &[u32], first: u32, log2: u32) -> AxisBlock {
     let offsets: Vec<i32> = key_frames.iter().map(|frame| (frame - first) as i32).collect();
     let mut best = line(values, &offsets, 0, log2);
@@ -105,7 +105,7 @@ pub(super) fn best_line(values: &[i32], key_frames: &[u32], first: u32, log2: u3
     }
     let count = values.len() as i64;
     let (mean, mean_offset) = (sum(values), sum(&offsets));
-    // The least squares of the differences, with all sums times the count.
+    // Least squares of the differences, with all sums multiplied by the count.
     let (mut product, mut square) = (0i64, 0i64);
     for (value, offset) in std::iter::zip(values, &offsets) {
         let offset = i64::from(*offset) * count - mean_offset;

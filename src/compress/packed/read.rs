@@ -1,4 +1,4 @@
-//! Opens packed clips, and checks all that sampling relies on.
+//! Opens packed clips, and checks everything that sampling relies on.
 
 use std::borrow::Cow;
 
@@ -24,7 +24,7 @@ fn expected_found(message: impl Into<String>, expected: impl Into<String>, found
     Box::new(Diagnostic::new(Code::InvalidClip, message).expected_found(expected, found.to_string()))
 }
 
-/// Reads numbers one after the other.
+/// Reads consecutive numbers.
 struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
         Ok(rotation)
     }
 
-    /// A table of `count` entries of `size` bytes must fit before anything is allocated for it.
+    /// Checks that a table of `count` entries of `size` bytes fits, before anything is allocated for it.
     fn expect(&self, count: usize, size: usize) -> Result<()> {
         let bytes = count.saturating_mul(size);
         let left = self.bytes.len() - self.at;
@@ -208,8 +208,8 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     Ok(clip)
 }
 
-/// The nodes, their transforms where nothing moves them, those of the rest pose that are others, and which of them
-/// rotate and translate.
+/// The nodes, their transforms without motion, their rest transforms that differ, and the lists of rotating and
+/// translating nodes.
 struct Nodes {
     nodes: Vec<ClipNode>,
     rest: Vec<Trs>,
@@ -217,7 +217,7 @@ struct Nodes {
     driven: [Vec<u32>; 2],
 }
 
-/// `known` are the flags that a node may have.
+/// `known` are the allowed flags of a node.
 fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize, known: u8) -> Result<Nodes> {
     reader.expect(count, NODE)?;
     let mut table = Reader {
@@ -288,7 +288,7 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize, known: u
     })
 }
 
-/// Whether a node with this parent may follow `nodes`: the parent is the last of them or stands above it.
+/// Whether a node with this parent may follow `nodes`: the parent is the last of them or an ancestor of it.
 fn is_depth_first(nodes: &[ClipNode], parent: Option<u16>) -> bool {
     let Some(parent) = parent.map(usize::from) else {
         return nodes.is_empty();
@@ -367,7 +367,7 @@ fn read_lines(reader: &mut Reader<'_>, [a, b, c, d, e, f]: [i32; 6], most: u32, 
     Err(invalid(format!("the lines of node {node} have more than {most} bits")))
 }
 
-/// Checks that the blocks lie one after the other in the file, and that their headers agree with their lengths.
+/// Checks that the blocks are consecutive in the file, and that their headers match their lengths.
 fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
     let bytes = &*clip.bytes;
     let Some(after) = bytes.len().checked_sub(clip.blocks + PADDING) else {

@@ -1,4 +1,4 @@
-//! The pose at a tick, computed from the packed form.
+//! Computes the pose at a tick from the packed form.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::soa::single::{LANES, Lanes, Quaternions};
@@ -9,33 +9,33 @@ use super::PackedClip;
 use super::bits::{bits_at, lowest};
 use super::layout::{DROPPED_BITS, MAX_BLOCK_FRAMES, MIXED, RotationBlock, TranslationTrack, on_line};
 
-/// The words of the key mask of a block.
+/// The 64-bit words of a block's key mask.
 type Mask = [u64; MAX_BLOCK_FRAMES / 64];
 
 /// One key frame.
 #[derive(Clone, Copy)]
 struct Key {
     block: usize,
-    /// Where the headers of its block start, in bits.
+    /// The position of the headers of its block, in bits.
     headers: usize,
-    /// Where its numbers start, in bits.
+    /// The position of its numbers, in bits.
     at: usize,
-    /// The frame after the first of its block.
+    /// The frame relative to the first frame of its block.
     offset: i32,
     frame: usize,
 }
 
 impl PackedClip<'_> {
-    /// Writes the pose at `tick` to `pose`, every node's transform to its parent; before the first tick the pose of the
-    /// first, after the last the pose of the last. Between two keys translations are interpolated linearly, and
-    /// rotations component by component. Nodes beyond the end of `pose` are left out.
+    /// Writes the pose at `tick` to `pose`: every node's transform relative to its parent. Ticks out of range are
+    /// clamped. Between two keys translations are interpolated linearly, and rotations component by component. Nodes
+    /// beyond the end of `pose` are skipped.
     pub fn sample(&self, tick: f64, pose: &mut [Trs]) {
         let count = pose.len().min(self.rest.len());
         pose[..count].copy_from_slice(&self.rest[..count]);
         if self.rotations.is_empty() && self.translations.is_empty() {
             return;
         }
-        // NaN becomes the first tick as well.
+        // NaN also becomes the first tick.
         let tick = tick.max(self.tick_of(0));
         let [mut from, mut to] = self.keys_around(tick);
         let alpha = self.alpha(tick, from.frame, to.frame);
@@ -49,7 +49,7 @@ impl PackedClip<'_> {
         }
     }
 
-    /// A translation of a key, in steps. Moves the key on.
+    /// A translation of a key, in steps. Advances the key.
     fn translation(&self, track: &TranslationTrack, key: &mut Key) -> Vec3 {
         let block = track.in_block(&self.bytes, key.headers);
         let mut value = Vec3::ZERO;
@@ -72,7 +72,7 @@ impl PackedClip<'_> {
         tick.map_or(0.0, |tick| f64::from_le_bytes(*tick))
     }
 
-    /// The last frame that is not after `tick`, or the first.
+    /// The last frame at or before `tick`, or the first frame.
     fn frame_at(&self, tick: f64) -> usize {
         let last = self.frames - 1;
         if self.ticks.is_none() {
@@ -99,7 +99,7 @@ impl PackedClip<'_> {
         }
     }
 
-    /// The last key that is not after `tick`, and the next; the last one twice at the end.
+    /// The last key at or before `tick`, and the next key; at the end, the last key twice.
     fn keys_around(&self, tick: f64) -> [Key; 2] {
         let frame = self.frame_at(tick);
         let log2 = self.log2_block_frames;
@@ -135,12 +135,12 @@ impl PackedClip<'_> {
         }
     }
 
-    /// Where a block starts.
+    /// The position of a block.
     pub(super) fn block_start(&self, block: usize) -> usize {
         self.blocks + lowest(bits_at(&self.bytes, 8 * (self.table + 4 * block)), 32) as usize
     }
 
-    /// Which frames of the block at `start` have keys.
+    /// The key mask of the block at `start`.
     pub(super) fn mask(&self, start: usize) -> Mask {
         std::array::from_fn(|word| {
             let bits = (8 * self.mask_bytes).saturating_sub(64 * word).min(64);
@@ -167,8 +167,8 @@ pub fn key_in(mask: &Mask, frame: usize) -> (usize, usize, Option<usize>) {
     (key, offset, next)
 }
 
-/// The lines of eight rotations in a block. Each number is a list of lanes, so that what is computed of them becomes
-/// vector instructions.
+/// The lines of eight rotations in a block. Each number is a list of lanes, so that computations become vector
+/// instructions.
 #[derive(Clone, Copy)]
 struct LineLanes {
     numbers: [[i32; LANES]; 3],
@@ -189,7 +189,7 @@ impl LineLanes {
     }
 }
 
-/// What eight rotations store above their lines, and the number of the component that is not stored.
+/// The differences of eight rotations from their lines, and the indices of the dropped components.
 #[derive(Clone, Copy)]
 struct KeyLanes {
     above: [[i32; LANES]; 3],
@@ -202,7 +202,7 @@ impl KeyLanes {
         dropped: [0; LANES],
     };
 
-    /// Reads one rotation of a key, and moves the key on.
+    /// Reads one rotation of a key, and advances the key.
     #[inline(always)]
     fn read(&mut self, lane: usize, block: &RotationBlock, bytes: &[u8], key: &mut Key) {
         let mut bits = bits_at(bytes, key.at);
@@ -218,7 +218,7 @@ impl KeyLanes {
         }
     }
 
-    /// The components, that which is not stored first.
+    /// The components, the dropped one first.
     #[inline(always)]
     fn components(&self, lines: &LineLanes, offset: i32, log2: u32, step: Lanes) -> Quaternions {
         let mut stored = [Lanes::ZERO; 3];
@@ -236,7 +236,7 @@ impl KeyLanes {
     }
 }
 
-/// Moves every component on by as many slots as its lane says, of which the lowest two bits count.
+/// Rotates the order of the components by the number of slots in each lane, modulo 4.
 #[inline(always)]
 fn moved_on(quaternions: Quaternions, slots: [u32; LANES]) -> Quaternions {
     let mut components = quaternions.components();
@@ -256,7 +256,7 @@ fn moved_on(quaternions: Quaternions, slots: [u32; LANES]) -> Quaternions {
 }
 
 wide::dispatch! {
-    /// Writes all rotations, and moves the keys on to what follows them.
+    /// Writes all rotations, and advances the keys past them.
     fn sample_rotations(clip: &PackedClip<'_>, from: &mut Key, to: &mut Key, alpha: f32, pose: &mut [Trs]) {
         sample_rotation_lanes(clip, from, to, alpha, pose);
     }

@@ -1,4 +1,4 @@
-//! A packed clip as a scene, with all its keys at once.
+//! Converts a packed clip to a scene, with all its keys at once.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::pose::Trs;
@@ -7,9 +7,9 @@ use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId,
 use super::PackedClip;
 
 impl PackedClip<'_> {
-    /// The skeleton, and an animation whose moving tracks have a key at each key frame.
+    /// Returns the skeleton, and an animation whose moving tracks have a key at each key frame.
     ///
-    /// Memory grows with the frames times the tracks, which a small file can state many of: look at them before.
+    /// Memory grows with frames times tracks. A small file can state large numbers, so check them first.
     #[doc(hidden)]
     pub fn unpack(&self) -> Scene {
         let key_ticks = self.key_ticks();
@@ -89,7 +89,7 @@ impl PackedClip<'_> {
         nodes
     }
 
-    /// The ticks of the frames that have keys.
+    /// The ticks of the frames with keys.
     fn key_ticks(&self) -> Vec<f64> {
         if self.rotations.is_empty() && self.translations.is_empty() {
             return Vec::new();

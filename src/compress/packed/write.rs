@@ -50,7 +50,7 @@ pub(super) fn encode(
     Ok((bytes, clip))
 }
 
-/// About the bytes of the key frames of a clip; the rest is common to all clips of a scene.
+/// The approximate bytes of the key frames of a clip. All clips of a scene have the rest in common.
 pub(super) fn packed_size(clip: &CompressedClip) -> usize {
     Columns::of(clip).smallest().1.bytes()
 }
@@ -62,7 +62,7 @@ struct File<'a> {
     clip: &'a CompressedClip,
 }
 
-/// The keys of all tracks, each component by itself.
+/// The keys of all tracks, in a column per component.
 struct Columns<'a> {
     frames: usize,
     key_frames: &'a [u32],
@@ -128,7 +128,7 @@ impl<'a> Columns<'a> {
         self.rotations.is_empty() && self.translations.is_empty()
     }
 
-    /// The blocks of the length with which they take the fewest bytes, and its power of two.
+    /// The blocks of the length that takes the fewest bytes, and the logarithm of the length.
     fn smallest(&self) -> (u32, Blocks) {
         let lengths = LOG2_BLOCK_FRAMES.filter(|log2| self.has_all_keys || 1 << log2 >= MUST_HAVE_KEY);
         let blocks = lengths.map(|log2| (log2, self.blocks(log2)));
@@ -136,7 +136,7 @@ impl<'a> Columns<'a> {
         smallest.unwrap_or_else(|| (*LOG2_BLOCK_FRAMES.end(), self.blocks(*LOG2_BLOCK_FRAMES.end())))
     }
 
-    /// The lines of all tracks in blocks of a length.
+    /// The lines of all tracks in blocks of one length.
     fn blocks(&self, log2: u32) -> Blocks {
         let count = if self.is_empty() {
             0
@@ -193,7 +193,7 @@ struct Blocks {
 }
 
 impl Blocks {
-    /// Bits of the headers of all tracks of a block.
+    /// Bits of all track headers of a block.
     fn header_bits(&self) -> usize {
         let rotations = self
             .rotations
@@ -206,7 +206,7 @@ impl Blocks {
         rotations.chain(translations).sum::<u32>() as usize
     }
 
-    /// Bits of a key of a block, of all tracks.
+    /// Bits of a key of all tracks in a block.
     fn key_bits(&self, block: usize) -> usize {
         let rotations = self.rotations.iter().map(|(axes, kinds)| {
             let dropped = if kinds[block] == MIXED { DROPPED_BITS } else { 0 };
@@ -273,7 +273,7 @@ impl File<'_> {
         Ok(out)
     }
 
-    /// The table of nodes, their names, and their values.
+    /// Writes the table of nodes, their names and their values.
     fn nodes(&self, out: &mut Vec<u8>) -> Result<(), Box<Diagnostic>> {
         let mut values: Vec<f32> = Vec::new();
         for (scene_node, track) in std::iter::zip(&self.scene.nodes, &self.clip.tracks) {
@@ -331,7 +331,7 @@ impl File<'_> {
     }
 }
 
-/// What of a node stays constant in the motion, and is otherwise at rest.
+/// Flags for the components of a node that are constant in the motion and differ in the rest pose.
 fn rest_flags(rest: &Trs, track: &CompressedTrack) -> u8 {
     let mut flags = 0;
     if let Track::Constant(rotation) = &track.rotation
@@ -354,7 +354,7 @@ fn fits_u32(number: usize) -> Result<u32, Box<Diagnostic>> {
     })
 }
 
-/// The tables of tracks.
+/// Writes the tables of tracks.
 fn tracks(columns: &Columns, blocks: &Blocks, out: &mut Vec<u8>) {
     for (track, (axes, _)) in std::iter::zip(&columns.rotations, &blocks.rotations) {
         let lines = lines_of(axes);

@@ -1,8 +1,8 @@
 //! Rotations as 32-bit floats, as 16-bit integers, as the QUATERNION filter of meshopt stores them, or as points of the
-//! same lattice that are decoded without rounding.
+//! same lattice, decoded without rounding.
 //!
 //! The filter stores the three smaller components of a quaternion ("smallest three"), each as an integer of 4 to 16
-//! bits, and which component was dropped. Its formula is that of EXT_meshopt_compression, appendix B:
+//! bits, and the index of the dropped component. Its formula is in EXT_meshopt_compression, appendix B:
 //! <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Vendor/EXT_meshopt_compression>
 
 use std::f32::consts::SQRT_2;
@@ -16,21 +16,21 @@ use super::rounding::{floor, round};
 /// The largest 16-bit integer: glTF's normalized integers divide by it.
 pub const INT16_MAX: f32 = 32767.0;
 
-/// The fewest steps of a lattice from 0 to the root of a half: those of the QUATERNION filter with 4 bits, of which one
-/// is the sign.
+/// The smallest number of lattice steps from 0 to the square root of 1/2: the QUATERNION filter with 4 bits, including
+/// the sign.
 const MIN_STEPS: f32 = 7.0;
-/// The distance between two largest integers, whose two lowest bits are set.
+/// The distance between two consecutive largest integers, whose two lowest bits are set.
 const NEXT_MAX: f32 = 4.0;
 
-/// How the rotations of a track are stored.
+/// The stored form of a track's rotations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum RotationFormat {
     /// Four 32-bit floats.
     Float32,
-    /// Four 16-bit normalized integers, core glTF: `max(c / 32767, -1)`.
+    /// Four 16-bit normalized integers, as in core glTF: `max(c / 32767, -1)`.
     Int16,
-    /// The QUATERNION filter of meshopt, and the lattice of its bit rate.
+    /// The QUATERNION filter of meshopt, with the lattice of its bit rate.
     QuaternionFilter(Lattice),
     /// The three smaller components as points of this lattice.
     SmallestThree(Lattice),
@@ -40,14 +40,13 @@ pub enum RotationFormat {
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct QuantizedRotation {
-    /// What the file holds, before any filter.
+    /// The integers in the file, before any filter.
     #[doc(hidden)]
     pub stored: [i16; 4],
-    /// What a reader decodes from it. Its length is 1 up to rounding; some readers normalize it, others do not.
+    /// The decoded value. Its length is 1 except for rounding. Some readers normalize it, others do not.
     #[doc(hidden)]
     pub value: Quat,
-    /// How many components are so near to the middle between two integers that another decoder may round them to the
-    /// other one.
+    /// The number of components so near to the middle between two integers that another decoder may round differently.
     pub ambiguous: u8,
 }
 
@@ -60,7 +59,7 @@ impl RotationFormat {
         }
     }
 
-    /// This format, with its numbers on another lattice.
+    /// This format with another lattice.
     pub(crate) fn with_lattice(self, lattice: Lattice) -> Self {
         match self {
             Self::QuaternionFilter(_) => Self::QuaternionFilter(lattice),
@@ -69,7 +68,7 @@ impl RotationFormat {
         }
     }
 
-    /// The nearest stored rotation. Where signs are stored it is in the hemisphere of `previous`.
+    /// The nearest stored rotation. If signs are stored, it is in the hemisphere of `previous`.
     pub fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let previous_value = previous.map_or(Quat::IDENTITY, |previous| previous.value);
         match self {
@@ -84,21 +83,21 @@ impl RotationFormat {
     }
 }
 
-/// Four integers next to the components of `rotation`. Of the sixteen roundings up or down they are the one whose
-/// length is nearest to 1. A reader that does not normalize would otherwise stretch what the joint carries.
+/// Four integers next to the components of `rotation`: of the sixteen roundings up or down, the one with the length
+/// nearest to 1. Otherwise a reader that does not normalize would stretch the descendants of the joint.
 fn quantize_int16(rotation: Quat) -> QuantizedRotation {
     let exact = rotation.to_array().map(|c| c * INT16_MAX);
     let below = exact.map(floor);
     let mut best = ([0; 4], f32::INFINITY);
     for corner in 0..16 {
         let stored: [i32; 4] = std::array::from_fn(|c| (below[c] + (corner >> c & 1)).clamp(-32767, 32767));
-        // As integers, which are exact: the sum of the squares is near 2^30.
+        // Integers are exact: the sum of the squares is near 2^30.
         let squares: i32 = stored.iter().map(|c| c * c).sum();
         let stretch = (squares - 32767 * 32767).unsigned_abs() as f32;
         let distance: f32 = std::iter::zip(stored, exact)
             .map(|(c, exact)| (c as f32 - exact).powi(2))
             .sum();
-        // An error of one step in length weighs as much as one in angle: a step more in length adds 2 * 32767 to the
+        // An error of one step in length weighs as much as an error in angle. A step in length adds 2 * 32767 to the
         // sum of the squares.
         let cost = (stretch / INT16_MAX).powi(2) + distance;
         if cost < best.1 {
@@ -113,15 +112,15 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
     }
 }
 
-/// The component of a quaternion that the QUATERNION filter drops: the largest one. As long as the others fit it stays
-/// the one that the key before has dropped, because the differences to that key are large where it changes.
+/// The component of a quaternion that the QUATERNION filter drops: the largest one. While the others fit, it stays the
+/// component that the previous key dropped, because a change makes the differences to that key large.
 pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
-    /// The largest stored component of a unit quaternion: at most the root of a half, 0.707; less, so that candidates
-    /// beside the nearest one fit.
+    /// The largest stored component of a unit quaternion. It is slightly below the square root of 1/2, 0.707, so that
+    /// candidates next to the nearest one fit.
     const MAX_STORED: f32 = 0.705;
 
-    /// The dropped component of a unit quaternion below which it is computed from the others with a large error. Found
-    /// by trials on the fixtures.
+    /// The dropped component of a unit quaternion below which it is computed from the others with a large error. Tuned
+    /// on the fixtures.
     const MIN_DROPPED: f32 = 0.3;
     let larger = |a: usize, b: usize| {
         if components[b].abs() > components[a].abs() {
@@ -139,19 +138,19 @@ pub(crate) fn dropped_component(components: [f32; 4], previous: Option<usize>) -
     }
 }
 
-/// The rotations that can be stored: a lattice in the space of the three smaller components.
+/// The storable rotations: a lattice in the space of the three smaller components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub struct Lattice {
-    /// The largest integer that a component can be; it stands for the root of a half. Its two lowest bits are set: in
-    /// their place the fourth stored integer has the dropped component.
+    /// The largest integer of a component. It represents the square root of 1/2. Its two lowest bits are set: the
+    /// fourth stored integer has the dropped component in their place.
     max: i32,
-    /// Whether a reader rounds its decoded values to 16-bit integers, as the reader of the filter does.
+    /// Whether a reader rounds its decoded values to 16-bit integers, as readers of the filter do.
     rounds: bool,
 }
 
 impl Lattice {
-    /// The lattice of the QUATERNION filter with a bit rate: bits per component.
+    /// The lattice of the QUATERNION filter with a bit rate in bits per component.
     #[doc(hidden)]
     pub fn of_filter(bits: u32) -> Self {
         Self {
@@ -160,7 +159,8 @@ impl Lattice {
         }
     }
 
-    /// One with at least this many steps from 0 to the root of a half, or the finest, whose readers do not round.
+    /// A lattice with at least this many steps from 0 to the square root of 1/2, or the finest lattice. Its readers do
+    /// not round.
     pub fn of_steps(steps: f32) -> Self {
         Self {
             max: (steps.clamp(MIN_STEPS, INT16_MAX) as i32) | 3,
@@ -168,7 +168,7 @@ impl Lattice {
         }
     }
 
-    /// The lattice of a file which states its largest integer.
+    /// The lattice of a file that states its largest integer.
     pub(crate) fn of_max(max: u16) -> Self {
         Self {
             max: max.into(),
@@ -176,7 +176,7 @@ impl Lattice {
         }
     }
 
-    /// The next finer one; none after the finest.
+    /// The next finer lattice; `None` after the finest.
     pub(crate) fn finer(self) -> Option<Self> {
         if self.max >= INT16_MAX as i32 {
             return None;
@@ -191,12 +191,12 @@ impl Lattice {
         })
     }
 
-    /// The largest integer that a component can be.
+    /// The largest integer of a component.
     pub fn max(self) -> i32 {
         self.max
     }
 
-    /// Whether a step is much larger than the rounding of a decoder.
+    /// Whether a step is much larger than a decoder's rounding.
     pub(crate) fn is_coarse(self) -> bool {
         self.max < (1 << (FINE_BITS - 1)) - 1
     }
@@ -211,19 +211,19 @@ impl Lattice {
         ((self.max & !3) | dropped as i32) as i16
     }
 
-    /// Whether keys are stored as differences to the key before.
+    /// Whether keys are stored as differences to the previous key.
     pub(crate) fn stores_differences(self) -> bool {
         self.rounds
     }
 
-    /// The three integers of the key before; `None` where it dropped another component, or no differences are stored,
-    /// so that differences to it mean nothing.
+    /// The three integers of the previous key. `None` if it dropped another component, or if no differences are stored:
+    /// then differences to it mean nothing.
     pub(crate) fn previous(self, dropped: usize, stored: [i16; 4]) -> Option<[i32; 3]> {
         let [x, y, z, tag] = stored;
         (self.rounds && tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))
     }
 
-    /// What the file holds for a lattice point: the integers of the three components that come after the dropped one.
+    /// The stored form of a lattice point: the integers of the three components after the dropped one.
     #[inline(always)]
     pub(crate) fn stored(self, [x, y, z]: [i32; 3], dropped: usize) -> [i16; 4] {
         let clamp = |c: i32| c.clamp(-self.max, self.max) as i16;
@@ -245,8 +245,8 @@ impl Lattice {
         }
     }
 
-    /// What readers decode at several lattice points, with the same numbers as [`Self::at`]: the dropped component and
-    /// the three after it; and how many of them are ambiguous.
+    /// The decoded components at several lattice points, with the same numbers as [`Self::at`]: the dropped component,
+    /// the three after it, and the number of ambiguous ones.
     #[inline(always)]
     pub(crate) fn decode_lanes(self, [x, y, z]: [Lanes; 3]) -> ([Lanes; 4], [u8; LANES]) {
         let square = |value: f32| Lanes::all(value * value);
@@ -301,24 +301,24 @@ impl Lattice {
     }
 }
 
-/// From this bit rate on a lattice step is about as small as the rounding of a decoder, and ambiguous rotations are
-/// avoided: there are enough others.
+/// The bit rate from which on a lattice step is about as small as a decoder's rounding. Ambiguous rotations are avoided
+/// then, because there are enough others.
 const FINE_BITS: u32 = 10;
 
-/// The factor from one lattice to the next finer one, where the bit rate need not be whole.
+/// The factor from one lattice to the next finer one, for bit rates that need not be whole.
 const FINER: f32 = 1.12;
 
-/// A component this near to the middle between two integers is ambiguous: a few rounding errors of 32-bit floats below
-/// 32768.
+/// The distance from the middle between two integers within which a component is ambiguous. It is a few rounding errors
+/// of 32-bit floats below 32768.
 const AMBIGUITY: f32 = 0.005;
 
-/// The dropped component is the root of a difference: the smaller it is, the larger its rounding error.
+/// The dropped component is the root of a difference. The smaller it is, the larger is its rounding error.
 #[inline(always)]
 fn ambiguity_of_dropped(exact: f32) -> f32 {
     AMBIGUITY * INT16_MAX / exact.max(1.0)
 }
 
-/// What a reader decodes from the four integers of the QUATERNION filter.
+/// The decoded value of the four integers of the QUATERNION filter.
 fn decode_quaternion_filter(stored: [i16; 4]) -> QuantizedRotation {
     let max = f32::from(stored[3] | 3);
     let dropped = (stored[3] & 3) as usize;
@@ -348,12 +348,12 @@ impl QuantizedRotation {
         (self.stored[3] & 3) as usize
     }
 
-    /// The angle, in radians, by which the rotation may differ in another decoder.
+    /// The angle in radians by which other decoders may differ.
     pub fn ambiguity(&self) -> f64 {
         Self::angle_of(self.ambiguous)
     }
 
-    /// The angle by which a rotation may differ that has so many ambiguous components.
+    /// The angle by which decoders may differ for a rotation with this number of ambiguous components.
     #[inline(always)]
     pub(crate) fn angle_of(ambiguous: u8) -> f64 {
         2.0 * f64::from(ambiguous).sqrt() / f64::from(INT16_MAX)

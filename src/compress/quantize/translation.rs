@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::rounding::round;
 
-/// How the translations of a track are stored.
+/// The stored form of a track's translations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(hidden)]
 pub enum TranslationFormat {
@@ -20,27 +20,27 @@ pub enum TranslationFormat {
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct QuantizedTranslation {
-    /// What the file holds.
+    /// The integers in the file.
     #[doc(hidden)]
     pub stored: [u32; 3],
-    /// What a reader decodes from it.
+    /// The decoded value.
     #[doc(hidden)]
     pub value: Vec3,
 }
 
 /// The largest mantissa of the EXPONENTIAL filter: 24 bits with sign.
 const MAX_MANTISSA: f32 = 8_388_607.0;
-/// The largest power of two of a step, far within the 8 bits with sign that the filter has for it, and the least.
+/// The largest and the smallest exponent of two of a step, far within the filter's 8 bits with sign.
 const MAX_EXPONENT: f32 = 100.0;
 
-/// The largest multiple of a step, as a number: half of the largest mantissa, so that candidates beside it fit.
+/// The largest multiple of a step: half of the largest mantissa as a number, so that candidates next to it fit.
 const MAX_MULTIPLE: f32 = 4_000_000.0;
 
 impl TranslationFormat {
     /// Bytes of a key, without its time.
     pub(crate) const BYTES: usize = size_of::<[f32; 3]>();
 
-    /// The EXPONENTIAL filter with steps of at most `step`, or larger ones where values up to `largest` would not fit.
+    /// The EXPONENTIAL filter with steps of at most `step`, or larger steps if values up to `largest` would not fit.
     #[doc(hidden)]
     pub fn exponential_filter(step: f32, largest: f32) -> Self {
         let fine = step.log2().floor();
@@ -48,13 +48,13 @@ impl TranslationFormat {
         Self::ExponentialFilter(fine.max(range).clamp(-MAX_EXPONENT, MAX_EXPONENT) as i32)
     }
 
-    /// Multiples of `step`, or of a larger one where values up to `largest` would not fit.
+    /// Multiples of `step`, or of a larger step if values up to `largest` would not fit.
     pub(crate) fn multiples(step: f32, largest: f32) -> Self {
         Self::Multiples(step.max(largest / MAX_MULTIPLE).max(f32::MIN_POSITIVE))
     }
 
-    /// Within `tolerance` of `translation`, and with the numbers of the key before if they are within a step. A number
-    /// that does not change costs nothing in a stream of differences.
+    /// A stored translation within `tolerance` of `translation`. Numbers within a step of the previous key keep its
+    /// value, because an unchanged number costs nothing in a stream of differences.
     pub(crate) fn quantize(
         self,
         translation: Vec3,
@@ -69,13 +69,12 @@ impl TranslationFormat {
         }
     }
 
-    /// The nearest stored translation, but for the components that are within a step of the key before: they stay as
-    /// they were.
+    /// The nearest stored translation, but components within a step of the previous key keep its value.
     fn hold(self, translation: Vec3, previous: Option<&QuantizedTranslation>) -> QuantizedTranslation {
         match self {
             Self::Float32 => QuantizedTranslation {
                 stored: translation.to_array().map(f32::to_bits),
-                // Adding zero makes -0 a plain 0.
+                // Adding zero turns -0 into 0.
                 value: translation + Vec3::ZERO,
             },
             Self::Multiples(step) => {

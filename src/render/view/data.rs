@@ -22,7 +22,7 @@ use super::skin::Skin;
 #[serde(rename_all = "camelCase")]
 pub(super) struct Description {
     name: String,
-    /// The file that it is of, where nothing was done to it.
+    /// The name of its file, if no step changed the motion.
     file: Option<String>,
     facts: String,
     frames: u64,
@@ -30,22 +30,22 @@ pub(super) struct Description {
     metres_per_unit: f64,
     up: &'static str,
     size: Size,
-    /// The nodes whose middle the camera follows.
+    /// The nodes whose centroid the camera follows.
     anchors: Vec<usize>,
     frames_per_block: usize,
-    /// Ids of the elements that hold the blocks of the keys.
+    /// The ids of the elements with the blocks of keys.
     pub(super) blocks: Vec<String>,
-    /// How far packing the keys put a joint from its position in the file at most, in metres; 0 where they are exact.
+    /// The largest distance in metres by which packing moved a joint; 0 if the keys are exact.
     packing_error: f64,
-    /// The id of the element that holds the GLB.
+    /// The id of the element with the GLB.
     pub(super) glb: Option<String>,
-    /// The file that it was read from, as it was.
+    /// The unchanged source file.
     pub(super) source: Option<SourceFile>,
     pub(super) warnings: Vec<String>,
     assumptions: Vec<String>,
-    /// Whether the skeleton is that of a humanoid.
+    /// Whether the skeleton is a humanoid.
     humanoid: bool,
-    /// Whether the figure has a skin and faces -Z at rest, as VRM 0 demands: it is shown from its front.
+    /// Whether the figure has a skin and faces -Z at rest, as VRM 0 requires. The page then shows it from its front.
     is_turned: bool,
     pub(super) skin: Option<Skin>,
     contacts: Vec<Contact>,
@@ -54,7 +54,7 @@ pub(super) struct Description {
     nodes: Vec<NodeDescription>,
 }
 
-/// A file as it was: its name, and the id of the element that holds it.
+/// An unchanged file: its name, and the id of the element with its bytes.
 #[derive(Serialize)]
 pub(super) struct SourceFile {
     pub(super) id: String,
@@ -66,17 +66,17 @@ pub(super) struct SourceFile {
 struct NodeDescription {
     name: String,
     kind: NodeKind,
-    /// -1 on the root.
+    /// -1 for the root.
     parent: i64,
     side: Side,
     lines: Option<SourceLines>,
     /// The axes of its Euler angles in the order of its channels: 0 for x, 1 for y, 2 for z.
     order: [usize; 3],
-    /// Whether the file has rotation channels about these axes.
+    /// Whether the file has rotation channels for it.
     turns: bool,
     /// Whether the file has position channels for it.
     moves: bool,
-    /// Whether it is a part of the figure, and not a node above it.
+    /// Whether it belongs to the figure, and is not an ancestor of it.
     in_body: bool,
     /// Whether it is drawn.
     is_shown: bool,
@@ -88,7 +88,7 @@ struct NodeDescription {
     scale: Track,
 }
 
-/// The bone of the humanoid that a joint is.
+/// The humanoid bone of a joint.
 #[derive(Serialize)]
 struct Bone {
     name: &'static str,
@@ -97,7 +97,7 @@ struct Bone {
     reason: String,
 }
 
-/// A value that does not change, or the number of a track in the blocks.
+/// A constant value, or the number of a track in the blocks.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Track {
@@ -108,7 +108,7 @@ enum Track {
 /// The size of a figure, in metres, with +Y up.
 #[derive(Clone, Copy, Serialize)]
 struct Size {
-    /// The largest distance of a joint from the middle of the figure: about half the height of a person.
+    /// The largest distance of a joint from the centre of the figure: about half of a person's height.
     reach: f64,
     /// The height of the lowest joint.
     floor: f64,
@@ -202,12 +202,12 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize, storage: Storage) -> (
     (description, packed.blocks)
 }
 
-/// A text of the file without what would change the text around it.
+/// A text of the file without characters that would affect the surrounding text.
 fn shown(text: &str) -> String {
     visible(text).into_owned()
 }
 
-/// The hips of a humanoid, or else the joints that hang on no joint: the root, or all markers.
+/// The hips of a humanoid, or else the joints without a parent joint: the root, or all markers.
 fn anchors(scene: &Scene, humanoid: &Humanoid) -> Vec<usize> {
     if let Some(hips) = humanoid.joint(HumanoidBone::Hips) {
         return vec![hips.index()];
@@ -239,7 +239,7 @@ fn measure(clip: &Clip<'_>, in_body: &[bool], known: &Figure) -> Size {
         let middle = 0.5 * (low + high);
         reach = body().map(|position| position.distance(middle)).fold(reach, f32::max);
     }
-    // A lone joint, or many at one position, look like one in a figure of a metre.
+    // A lone joint, or several at one position, are shown as in a figure of one metre.
     let reach = f64::from(reach) * metres_per_unit;
     Size {
         reach: if reach > 0.0 && reach.is_finite() { reach } else { 1.0 },

@@ -9,7 +9,7 @@ use super::filled;
 
 const PAGE: &str = include_str!("listing.html");
 
-/// An entry of a list of clips.
+/// An entry in a list of clips.
 ///
 /// [`ListingEntry::page`] has an example.
 #[derive(Clone, Debug)]

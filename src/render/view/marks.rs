@@ -1,12 +1,12 @@
-//! What is known of a clip beside its motion: when its feet are at rest, and how far its limbs point from those of
-//! another.
+//! Data about a clip in addition to its motion: the ground contacts of its feet, and the angles between its limbs and
+//! another clip's.
 
 use serde::Serialize;
 
 use mocap_edit::report::{ContactPoint, DetectedContacts};
 use mocap_figure::LimbAngles;
 
-/// A point of a foot or a hand, and when it is at rest.
+/// A point of a foot or a hand, and its contact intervals.
 #[derive(Serialize)]
 pub(super) struct Contact {
     node: usize,
@@ -26,22 +26,22 @@ impl Contact {
     }
 }
 
-/// A step of an angle, in degrees.
+/// The step of an angle, in degrees.
 const STEP: f32 = 0.01;
 
-/// The limbs that are compared. Their block has 16 bits for each frame, limb after limb: the angle in steps.
+/// The compared limbs. Their block has 16 bits for each frame, limb after limb: the angle in steps.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Limbs {
-    /// The id of the element that holds the block.
+    /// The id of the element with the block.
     pub(super) id: String,
     step: f32,
     frames: usize,
-    /// The joint that each limb starts from.
+    /// The joint at the start of each limb.
     nodes: Vec<usize>,
-    /// The bone that each is.
+    /// The bone of each limb.
     bones: Vec<&'static str>,
-    /// Of all limbs and frames, in degrees.
+    /// Over all limbs and frames, in degrees.
     mean: f64,
     largest: f64,
 }

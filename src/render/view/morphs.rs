@@ -1,8 +1,10 @@
 //! Morph targets of a skin for a page.
 //!
-//! Targets of one name are one slider, over all meshes. For all sliders together the block has the vertices that they
-//! move (32 bits). Then come the offsets of their positions (3 of 16 bits, signed, in steps of the slider). After the
-//! skin's normals follow the offsets of the normals (3 signed bytes, 63 for 1).
+//! Targets with the same name are one slider, over all meshes. The block contains three parts for all sliders together:
+//!
+//! - the affected vertices (32 bits)
+//! - the position offsets (3 signed numbers of 16 bits, in steps of the slider)
+//! - after the skin's normals, the normal offsets (3 signed bytes, 63 for 1)
 
 use std::collections::HashMap;
 
@@ -12,29 +14,29 @@ use mocap_scene::error::visible;
 use mocap_scene::scene::report::AppliedStep;
 use mocap_scene::scene::{Keys, Mesh, MorphTarget, Scene};
 
-/// A slider; its bytes stand apart.
+/// A slider. Its bytes are stored separately.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Morph {
     pub name: String,
-    /// The weight that the skin has already.
+    /// The weight that the skin already includes.
     weight: f32,
-    /// How many vertices it moves.
+    /// The number of affected vertices.
     pub count: usize,
-    /// What one step adds, in the unit of the skin.
+    /// The offset of one step, in the unit of the skin.
     pub step: f32,
 }
 
-/// The weights of the sliders that the motion of the file moves. Their block has 16 bits for each frame, slider after
+/// The weights of the sliders that the file's motion moves. Their block has 16 bits for each frame, slider after
 /// slider.
 #[derive(Debug, Serialize)]
 pub(super) struct MorphMotion {
-    /// The id of the element that holds the block.
+    /// The id of the element with the block.
     pub(super) id: String,
     frames: usize,
     sliders: Vec<SliderState>,
 }
 
-/// Its weight is `least`, and so many times `step` above it.
+/// A weight is `least` plus a number of steps of size `step`.
 #[derive(Debug, Serialize)]
 struct SliderState {
     slider: usize,
@@ -42,11 +44,11 @@ struct SliderState {
     step: f32,
 }
 
-/// The largest size in bytes of the weights of all sliders.
+/// The largest size of all slider weights in bytes.
 const LARGEST_MOTION: usize = 16 << 20;
 
 impl MorphMotion {
-    /// The motion of these sliders with its bytes; a note where it cannot be shown.
+    /// The motion of these sliders with its bytes. A note if it cannot be shown.
     pub(super) fn new(
         scene: &Scene,
         frames: usize,
@@ -96,23 +98,23 @@ impl MorphMotion {
     }
 }
 
-/// What a vertex of the skin is moved by.
+/// The offset of a vertex of the skin.
 struct VertexOffset {
     vertex: u32,
     offset: [f32; 3],
     normal: [f32; 3],
 }
 
-/// The sliders of a skin, as its meshes come.
+/// Collects the sliders of a skin, mesh by mesh.
 #[derive(Default)]
 pub struct Morphs {
     are_left_out: bool,
-    /// By the name and the bits of the weight at rest.
+    /// The slider index by name and bits of the rest weight.
     known: HashMap<(String, u32), usize>,
     sliders: Vec<Slider>,
 }
 
-/// One slider, and the weights that the first animation gives it.
+/// One slider, and its weights in the first animation.
 struct Slider {
     name: String,
     weight: f32,
@@ -120,25 +122,25 @@ struct Slider {
     keys: Keys<f32>,
 }
 
-/// The sliders, and the parts of the block.
+/// The sliders, and the parts of their block.
 #[derive(Default)]
 pub struct PackedMorphs {
     pub morphs: Vec<Morph>,
-    /// Vertices and what is added to their positions.
+    /// Vertices and their position offsets.
     pub moved: Vec<u8>,
     pub normals: Vec<u8>,
-    /// The sliders that the motion moves.
+    /// The animated sliders.
     pub motion: Vec<(usize, Keys<f32>)>,
 }
 
-/// Steps of 1 in what is added to a normal, which is between -2 and 2.
+/// The steps per unit of a normal offset, which is between -2 and 2.
 const NORMAL_STEPS: f32 = 63.0;
 
-/// Bytes of a vertex that a slider moves.
+/// The bytes of a vertex that a slider moves.
 pub const MOVED_BYTES: usize = 4 + 3 * 2 + 3;
 
 impl Morphs {
-    /// Sliders for these meshes; none, with a note, where they have more than `room` bytes.
+    /// The sliders of these meshes. If they would take more than `room` bytes, there are none, and a note says so.
     pub fn new(meshes: &[&Mesh], room: usize, notes: &mut Vec<String>) -> Self {
         let targets = meshes.iter().flat_map(|mesh| &mesh.morph_targets);
         let bytes = MOVED_BYTES * targets.map(|target| target.vertex_ids.len()).sum::<usize>();
@@ -154,7 +156,7 @@ impl Morphs {
         }
     }
 
-    /// Adds the sliders of a mesh whose vertices begin at `first`.
+    /// Adds the sliders of a mesh whose vertices start at index `first`.
     pub fn push(&mut self, mesh: &Mesh, first: usize) {
         if self.are_left_out {
             return;

@@ -1,13 +1,13 @@
-//! The keys of a clip as blocks of bytes, which a page unpacks one after another.
+//! Packs the keys of a clip as blocks of bytes, which a page unpacks one after another.
 //!
-//! A block has the frames from one tick to another of every track that is not constant. Each component of a track is a
-//! row of numbers, stored as its least value, a step, and how many steps each frame is above the least. A row has the
-//! fewest bytes a frame whose step is within the precision, or 32-bit floats. A rotation omits the component that stays
-//! farthest from zero, because the four have length 1. (Smallest three, as in Glenn Fiedler's "Snapshot Compression",
-//! with the ranges of a run of frames, as in ACL.)
+//! A block has a range of frames of every animated track. Each component of a track is a row of numbers. It is stored
+//! as its least value, a step, and the number of steps above the least for each frame. A row has the fewest bytes per
+//! frame whose step is within the precision, or 32-bit floats. A rotation omits the component that stays farthest from
+//! zero, because a quaternion has length 1. (Smallest three, as in Glenn Fiedler's "Snapshot Compression", with the
+//! ranges of a run of frames, as in ACL.)
 //!
-//! The positions of all joints are compared with the source in every frame; a block whose joints are farther from it
-//! than [`MAX_ERROR`] allows is packed again with finer steps.
+//! The positions of all joints are compared with the source in every frame. If a joint of a block deviates by more than
+//! [`MAX_ERROR`], the block is packed again with finer steps.
 //!
 //! In a page that is a file, a block is a packed clip (`pack/clip_block.rs`) if possible. It has less than half of the
 //! bytes, and takes several times as long to write.
@@ -22,13 +22,13 @@ use mocap_scene::scene::{Animation, Channel, Keys, Scene};
 
 use self::clip_block::ClipBlocks;
 
-/// A clip whose keys fit into this many bytes as 32-bit floats is stored as those, without any error.
+/// The largest size in bytes, as 32-bit floats, of keys that are stored without any error.
 const EXACT_BYTES: usize = 4 << 20;
 
-/// About how many bytes a block has.
+/// The approximate size of a block in bytes.
 const BLOCK_BYTES: usize = 1 << 20;
 
-/// Half a step in a component of a rotation: two bytes a frame hold it over the range from -1 to 1.
+/// Half a step in a component of a rotation: two bytes per frame hold it over the range from -1 to 1.
 pub const ROTATION_PRECISION: f64 = 1.0 / 65_000.0;
 
 /// Half a step in a translation, as a fraction of the figure's reach, and in a scale.
@@ -37,15 +37,15 @@ const LINEAR_PRECISION: f64 = 1e-5;
 /// The largest distance of a joint from its position in the file, as a fraction of the figure's reach.
 const MAX_ERROR: f64 = 1e-4;
 
-/// Keys of more bytes than this as 32-bit floats, those of half an hour at 120 frames a second, are packed within
-/// [`LONG_MAX_ERROR`] in a page that is a file.
+/// The size in bytes, as 32-bit floats, above which keys are packed within [`LONG_MAX_ERROR`] in a page that is a file.
+/// It is half an hour at 120 frames per second.
 const LONG_BYTES: usize = 128 << 20;
 
 /// The largest distance of a joint of such a motion from its position in the file, as a fraction of the figure's reach.
 /// It is 1.4 mm for a person, less than a pixel if the figure fills a screen of 1080 lines.
 const LONG_MAX_ERROR: f64 = 1.5e-3;
 
-/// The component of a unit quaternion above which it may be left out: the largest of four is at least a half.
+/// The smallest component of a unit quaternion that may be omitted: the largest of the four is at least a half.
 const LEAST_LEFT_OUT: f32 = 0.5;
 
 /// One of the three tracks of a channel.
@@ -56,12 +56,12 @@ pub enum Part {
     Scale,
 }
 
-/// How the blocks of long motions are stored.
+/// The storage of long motions' blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
-    /// As rows, which are written in a moment: for a player that is there already.
+    /// Rows, which are written fast: for a player that is already loaded.
     Rows,
-    /// As packed clips, which are small: for a file.
+    /// Packed clips, which are small: for a file.
     Clips,
 }
 
@@ -82,18 +82,18 @@ struct Precision {
     scale: f64,
 }
 
-/// The numbers of one component in a run of frames.
+/// The numbers of one component in a range of frames.
 pub type Row = Vec<f32>;
 
 /// The keys of a clip.
 pub struct Packed {
     pub(super) frames_per_block: usize,
     pub blocks: Vec<Vec<u8>>,
-    /// The largest distance of a joint in any frame from its position in the file, in the file's unit.
+    /// The largest distance of a joint from its position in the file, in any frame, in the file's unit.
     pub max_error: f64,
 }
 
-/// The tracks of a clip that have a value for every tick, in the order of the nodes.
+/// The animated tracks of a clip, in the order of the nodes.
 pub struct Tracks<'a> {
     scene: &'a Scene,
     animation: Option<&'a Animation>,
@@ -122,7 +122,7 @@ impl<'a> Tracks<'a> {
         self.tracks.len() - 1
     }
 
-    /// Packs all of them, for a figure of this reach, in the file's unit.
+    /// Packs all tracks. `reach` is the reach of the figure, in the file's unit.
     pub fn pack(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
         match 4 * self.components() * self.frames <= EXACT_BYTES {
             true => self.pack_blocks(true, None, reach),
@@ -130,7 +130,7 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// Packs all tracks of a motion of any length, as [`Self::pack`] packs those of a long one.
+    /// Packs all tracks of a motion of any length in the way in which [`Self::pack`] packs a long one.
     pub fn pack_all(&self, storage: Storage, reach: f64, metres_per_unit: f64) -> Packed {
         let clips = match storage {
             Storage::Clips => ClipBlocks::new(self.scene, self.animation, &self.tracks, metres_per_unit),
@@ -183,7 +183,7 @@ impl<'a> Tracks<'a> {
         packed
     }
 
-    /// The bytes, and the rows that a page gets from them.
+    /// The bytes, and the rows that a page decodes from them.
     fn pack_block(&self, source: &[Vec<Row>], precision: Precision) -> (Vec<u8>, Vec<Vec<Row>>) {
         let mut bytes = Vec::new();
         let pack_track = |(track, rows): (&Track<'_>, &Vec<Row>)| match track.part {
@@ -245,13 +245,13 @@ fn pack_rows(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<Row> {
     rows.iter().map(|row| pack_row(row, precision, bytes)).collect()
 }
 
-/// The form of a rotation track whose four components are all there.
+/// The form of a rotation track with all four components.
 const ALL_FOUR: u8 = 4;
-/// Added to the number of the omitted component if that is below zero.
+/// Added to the index of the omitted component if that component is negative.
 const NEGATIVE: u8 = 8;
 
 pub fn pack_rotations(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<Row> {
-    // Exact values need all four.
+    // Exact values need all four components.
     let left_out = (0..rows.len()).filter(|_| precision > 0.0).find_map(|component| {
         let is_far = |sign: f32| rows[component].iter().all(|value| sign * value >= LEAST_LEFT_OUT);
         let sign = [1.0, -1.0].into_iter().find(|sign| is_far(*sign))?;
@@ -282,7 +282,8 @@ pub fn pack_rotations(rows: &[Row], precision: f64, bytes: &mut Vec<u8>) -> Vec<
     unpacked
 }
 
-/// Appends a row: bytes a frame, the least value, the step, and the steps of each frame; 4 bytes are floats.
+/// Appends a row: the bytes per frame, the least value, the step, and the steps of each frame. 4 bytes per frame mean
+/// floats.
 pub fn pack_row(row: &Row, precision: f64, bytes: &mut Vec<u8>) -> Row {
     let least = row.iter().copied().fold(f32::INFINITY, f32::min);
     let most = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -313,7 +314,7 @@ pub fn pack_row(row: &Row, precision: f64, bytes: &mut Vec<u8>) -> Row {
     unpacked
 }
 
-/// Compares the positions of joints.
+/// Compares joint positions.
 struct ErrorMetric<'a> {
     source: Option<(Binding, &'a Animation)>,
     pose: Pose,
@@ -356,7 +357,7 @@ impl<'a> ErrorMetric<'a> {
             self.unpacked.update_world();
             for (a, b) in self.pose.node_to_world.iter().zip(&self.unpacked.node_to_world) {
                 let distance = a.w_axis.distance(b.w_axis);
-                // `max` would drop what is not a number.
+                // `max` would drop NaN.
                 if distance > largest || distance.is_nan() {
                     largest = distance;
                 }

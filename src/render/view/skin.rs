@@ -1,12 +1,12 @@
-//! The skin of a clip for a page: vertices, faces and bones as one block of bytes, and textures as they are.
+//! The skin of a clip for a page: vertices, faces and bones as one block of bytes, and textures as unchanged files.
 //!
-//! The block has these parts in order, for all meshes together. `skin.js` reads it.
+//! The block has the following parts in order, for all meshes together. `skin.js` reads it.
 //!
 //! - positions (3 floats), texture coordinates (2 floats)
 //! - offset matrices of the bones (16 floats, column by column)
-//! - weights (4 of 16 bits, which sum to 65,535), bones (4 of 16 bits), corners of triangles (32 bits)
-//! - positions of morph targets (`morphs.rs`)
-//! - unit normals (4 bytes, signed, the last unused), and those of morph targets
+//! - weights (4 numbers of 16 bits, which sum to 65,535), bones (4 numbers of 16 bits), corners of triangles (32 bits)
+//! - position offsets of morph targets (`morphs.rs`)
+//! - unit normals (4 signed bytes, the last unused), and normal offsets of morph targets
 
 use std::collections::HashMap;
 
@@ -17,26 +17,26 @@ use serde::Serialize;
 use super::morphs::{Morph, Morphs};
 use crate::image_size::image_size;
 
-/// The largest size in bytes of a skin without its textures: about 700,000 vertices.
+/// The largest size of a skin in bytes, without its textures: about 700,000 vertices.
 const LARGEST_SKIN: usize = 32 << 20;
 
-/// Bytes of one texture at most: a page with more opens slowly.
+/// The largest size of one texture in bytes, because a larger page opens slowly.
 const LARGEST_TEXTURE: usize = 8 << 20;
 
-/// Bytes of all textures of a clip at most.
+/// The largest size of all textures of a clip in bytes.
 const LARGEST_TEXTURES: usize = 32 << 20;
 
 /// The largest width or height of a texture in pixels.
 const WIDEST_TEXTURE: u32 = 4096;
 
-/// The grey of a mesh whose file states no colour, linear.
+/// The linear grey of a mesh whose file states no colour.
 const PLAIN: [f32; 4] = [0.42, 0.43, 0.45, 1.0];
 
-/// A skin in words; its bytes stand apart.
+/// The description of a skin. Its bytes are stored separately.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Skin {
-    /// The id of the element that holds the block; `page` sets it.
+    /// The id of the element with the block. `page` sets it.
     pub(super) id: String,
     vertices: usize,
     corners: usize,
@@ -54,7 +54,7 @@ struct Part {
     name: String,
     first: usize,
     count: usize,
-    /// Linear.
+    /// Linear colour.
     color: [f32; 4],
     /// The index in `textures`, or -1.
     texture: i64,
@@ -66,10 +66,10 @@ struct Part {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct TextureBlock {
-    /// The id of the element that holds the file of the image; `page` sets it.
+    /// The id of the element with the image file. `page` sets it.
     pub(super) id: String,
     media_type: &'static str,
-    /// Its index in the scene.
+    /// The index of the texture in the scene.
     #[serde(skip)]
     pub(super) source: usize,
 }
@@ -78,11 +78,11 @@ pub(super) struct TextureBlock {
 pub(super) struct PackedSkin {
     pub(super) skin: Skin,
     pub(super) bytes: Vec<u8>,
-    /// The sliders that the motion moves, with their weights.
+    /// The animated sliders, with their weights.
     pub(super) motion: Vec<(usize, Keys<f32>)>,
 }
 
-/// The skin of a scene, if it has one that can be shown, and the parts that are not shown.
+/// The skin of a scene, if it can be shown, and the parts that are not shown.
 pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
     let shown = |mesh: &&Mesh| mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
     let meshes: Vec<&Mesh> = scene.own_meshes().filter(shown).collect();
@@ -147,7 +147,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
     (Some(skin), notes)
 }
 
-/// The textures that are shown, each once.
+/// The shown textures, each once.
 #[derive(Default)]
 struct Textures {
     known: HashMap<usize, Option<usize>>,
@@ -181,7 +181,7 @@ impl Textures {
         index
     }
 
-    /// The type of an image, or why it is not shown.
+    /// The type of an image, or the reason why it is not shown.
     fn fault(&self, bytes: &[u8]) -> Result<&'static str, String> {
         let Some((media_type, [width, height])) = image_size(bytes) else {
             return Err("it is neither PNG nor JPEG nor WebP".to_owned());
@@ -207,7 +207,7 @@ impl Textures {
     }
 }
 
-/// The parts of the block, as they grow.
+/// The parts of the block under construction.
 #[derive(Default)]
 struct Packer {
     positions: Vec<f32>,
@@ -294,7 +294,7 @@ impl Packer {
     }
 }
 
-/// The four bones with the largest weights, which then sum to 65,535.
+/// The four bones with the largest weights, scaled to a sum of 65,535.
 pub fn strongest_four(ties: &mut [(u16, f32)]) -> ([u16; 4], [u16; 4]) {
     ties.sort_by(|a, b| b.1.total_cmp(&a.1));
     let four = &ties[..ties.len().min(4)];
@@ -304,7 +304,7 @@ pub fn strongest_four(ties: &mut [(u16, f32)]) -> ([u16; 4], [u16; 4]) {
         joints[index] = *joint;
         weights[index] = (weight / sum * 65_535.0).round() as u16;
     }
-    // What rounding took or gave goes to the largest.
+    // The largest weight takes the rounding error.
     let rest: u32 = weights[1..].iter().map(|weight| u32::from(*weight)).sum();
     weights[0] = 65_535_u32.saturating_sub(rest) as u16;
     (joints, weights)

@@ -1,6 +1,6 @@
-//! A run of frames of a long motion as a packed clip, which takes less than half of the bytes of rows.
+//! Packs a range of frames of a long motion as a packed clip, which takes less than half of the bytes of rows.
 //!
-//! Its lengths are in metres, as those of all packed clips. `view/packed.js` reads it.
+//! Its lengths are in metres, as in all packed clips. `view/packed.js` reads it.
 
 use std::ops::Range;
 
@@ -11,14 +11,14 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 use super::{Part, Row, Track};
 
-/// A skeleton without names and meshes, in metres, whose motion is that of a run of frames.
+/// A skeleton without names and meshes, in metres. Its motion is set to one range of frames at a time.
 pub struct ClipBlocks {
     scene: Scene,
     metres_per_unit: f64,
 }
 
 impl ClipBlocks {
-    /// None where there is no motion, or where a scale moves, which no packed clip has.
+    /// `None` if there is no motion, or if a scale is animated, which packed clips cannot store.
     pub(super) fn new(
         scene: &Scene,
         animation: Option<&Animation>,
@@ -27,7 +27,7 @@ impl ClipBlocks {
     ) -> Option<Self> {
         let animation = animation.filter(|_| tracks.iter().all(|track| track.part != Part::Scale))?;
         let mut nodes = scene.nodes.clone();
-        // Constant nodes have their pose of the first frame.
+        // Constant nodes keep their pose of the first frame.
         for (node, channel) in Binding::new(scene, animation).driven() {
             let node = &mut nodes[node.index()];
             let rest = Trs::from_matrix(node.transform);
@@ -49,8 +49,8 @@ impl ClipBlocks {
         })
     }
 
-    /// The bytes, and the largest distance of a joint from its position in any of the frames, in the file's unit. None
-    /// where that would be above `max_error`.
+    /// The bytes, and the largest distance of a joint from its position, in the file's unit. `None` if the distance
+    /// would exceed `max_error`.
     pub(super) fn pack(
         &mut self,
         tracks: &[Track<'_>],
