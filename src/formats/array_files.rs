@@ -1,12 +1,12 @@
-//! Arrays of other programs: NumPy's `.npz` and `.npy`, pickles, and the `.pt` of PyTorch.
+//! Arrays of other programs: NumPy's `.npz` and `.npy`, pickles, and PyTorch's `.pt`.
 //!
-//! | container | is read by |
+//! | container | reader |
 //! |---|---|
-//! | `.npz`, `.pt`: zip | `archive`: each entry stored or deflated, its length and check sum held against what is there |
+//! | `.npz`, `.pt`: zip | `archive`: each entry stored or deflated, with checked length and check sum |
 //! | `.npy` | `npy`: `numpy.lib.format`, versions 1 to 3 |
-//! | `.csv` | `csv`: the arrays of this program, and positions of points, by the names of their columns |
-//! | `.parquet` | `parquet`: the arrays of this program; what its pages claim is held against the file first |
-//! | `.mot`, `.sto` | `mot`: a text of named columns |
+//! | `.csv` | `csv`: the arrays of this program, and point positions, by column names |
+//! | `.parquet` | `parquet`: the arrays of this program; the claims of its pages are first checked against the file |
+//! | `.mot`, `.sto` | `mot`: text with named columns |
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and texts, and calls nothing |
 //!
 //! Names and shapes determine the meaning of the arrays (`layouts`):
@@ -15,8 +15,8 @@
 //! - joint angles of OpenSim, and the arrays of this program
 //! - positions alone, which are points without a skeleton
 //!
-//! Rotations without lengths are put on a given body (`body`), or else on generic proportions (`proportions`). No file
-//! of a licensed model is needed, and nothing of one stands here. `docs/arrays.md` says what each layout is.
+//! Rotations without bone lengths are applied to a given body (`body`), or else to generic proportions (`proportions`).
+//! No file of a licensed model is needed, and the code contains no data of one. `docs/arrays.md` describes each layout.
 
 #[cfg(feature = "arrays")]
 pub(crate) mod read;
@@ -34,7 +34,7 @@ pub use self::read::{Body, BodyFrames, MHR_ROOT_HEIGHT, SMPL_ROOT, body_model, h
 #[doc(hidden)]
 pub use self::read::{ParquetRows, parquet_rows};
 
-/// What all rows have in common.
+/// The common fields of all rows.
 const ROW: FormatInfo = FormatInfo {
     format: Format::Npy,
     name: "NumPy's .npy",
@@ -136,7 +136,7 @@ pub(super) const MOT: FormatInfo = FormatInfo {
     ..ROW
 };
 
-/// How an `.npy` begins.
+/// The first bytes of an `.npy`.
 const NPY_HEAD: &[u8] = b"\x93NUMPY";
 
 /// The last line of every header.
@@ -144,7 +144,7 @@ const END_OF_HEADER: &str = "endheader";
 
 /// The name of the first file of an archive, from its bytes.
 fn first_name(bytes: &[u8]) -> Option<&str> {
-    /// Bytes of the header of a file in a ZIP archive before its name.
+    /// Bytes of a ZIP entry's header before its name.
     const NAME: usize = 30;
     if !bytes.starts_with(b"PK\x03\x04") {
         return None;
@@ -157,14 +157,14 @@ fn is_npz(bytes: &[u8]) -> bool {
     first_name(bytes).is_some_and(|name| name.ends_with(".npy"))
 }
 
-/// Whether bytes begin as a pickle of protocol 2 or later. Earlier ones are text without a beginning.
+/// Whether bytes begin like a pickle of protocol 2 or later. Earlier protocols are text without a fixed beginning.
 fn is_pickle(bytes: &[u8]) -> bool {
     matches!(bytes, [0x80, 2..=5, first, ..] if matches!(first, b'}' | b']' | b'(' | b'c' | 0x95 | b')' | b'X' | 0x8c))
 }
 
-/// Whether the header of a text ends.
+/// Whether a text has the end of an OpenSim header.
 fn is_mot(bytes: &[u8]) -> bool {
-    /// Bytes in which the header of a motion of OpenSim ends: it has some lines.
+    /// Bytes in which the header of an OpenSim motion must end: it has a few lines.
     const NEAR: usize = 4096;
     let start = &bytes[..bytes.len().min(NEAR)];
     start

@@ -92,7 +92,7 @@ impl Palette {
     }
 }
 
-/// Reduces many colours, each with its count, to at most `room`: the box with the widest range is cut at its median
+/// Reduces many colours, each with its count, to at most `room`. The box with the widest range is cut at its median
 /// (Heckbert, "Color image quantization for frame buffer display", 1982).
 pub fn median_cut(counted: Vec<([u8; 3], usize)>, room: usize) -> Vec<[u8; 3]> {
     let range = |part: usize, colors: &[([u8; 3], usize)]| {

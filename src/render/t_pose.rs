@@ -44,9 +44,9 @@ const VIEWS: [(&str, f32, f32); 3] = [
 ];
 
 impl Drawing {
-    /// Draws the T-pose of each skeleton as a row: the origin of the T-pose, and the figure from the front, from its
-    /// left and from above, with the names of the bones. Left is blue, right orange, the middle green. Joints that are
-    /// not bones are grey.
+    /// Draws the T-pose of each skeleton as a row. It has the origin of the T-pose, and the figure from the front, from
+    /// its left and from above, with bone names. Left is blue, right orange, the middle green. Joints that are not
+    /// bones are grey.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -1,4 +1,4 @@
-//! Reads the arrays of a container, and makes a scene of them.
+//! Reads the arrays of a container into a scene.
 
 #[cfg(feature = "npz")]
 mod archive;
@@ -51,7 +51,7 @@ fn check_not_empty(source: &Source<'_>) -> Result<()> {
     }
 }
 
-/// The scene of the arrays that `list` finds in the file of a row.
+/// The scene of the arrays that `list` finds in a file.
 fn read_by(
     source: &Source<'_>,
     options: &ReadOptions,
@@ -106,16 +106,16 @@ pub(super) fn read_pickle(source: &Source<'_>, options: &ReadOptions) -> Result<
     read_by(source, options, Format::Pickle, |bytes, _, see| see_pickle(bytes, see))
 }
 
-/// Shows the arrays of a pickle.
+/// Passes the arrays of a pickle to `see`.
 fn see_pickle<T>(bytes: &[u8], see: &mut dyn FnMut(&Entries<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
     let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
     see(&pickle::entries(&pickle))
 }
 
-/// The model of a body in the bytes of an `.npz` or a pickle; `None` where they are something else.
+/// The body model in the bytes of an `.npz` or a pickle; `None` if they have something else.
 ///
 /// # Errors
-/// Those of the container, and of a model whose arrays do not belong together.
+/// The errors of the container, and an error for a model with inconsistent arrays.
 #[doc(hidden)]
 pub fn body_model(bytes: &[u8], limits: &Limits) -> Result<Option<BodyModel>> {
     let mut see = |entries: &Entries<'_>| BodyModel::of(entries, limits);
@@ -129,10 +129,10 @@ pub fn body_model(bytes: &[u8], limits: &Limits) -> Result<Option<BodyModel>> {
 }
 
 impl BodyFrames {
-    /// Adds the persons of a file of a frame: an `.npz`, or a pickle alone or in an `.npy`.
+    /// Adds the persons in a file of one frame: an `.npz`, or a pickle, alone or in an `.npy`.
     ///
     /// # Errors
-    /// Those of the container; [`Code::RowLength`] where the arrays are those of several frames.
+    /// The errors of the container, and [`Code::RowLength`] if the arrays have several frames.
     #[doc(hidden)]
     #[cfg_attr(not(feature = "npz"), allow(unused_variables, reason = "archives alone have limits"))]
     pub fn read(&mut self, frame: u64, bytes: &[u8], limits: &Limits) -> Result<()> {
@@ -153,7 +153,7 @@ impl BodyFrames {
     /// The motion of the frames.
     ///
     /// # Errors
-    /// [`Code::FrameTime`] where neither a file nor the options state a frame rate.
+    /// [`Code::FrameTime`] if neither a file nor the options state a frame rate.
     #[doc(hidden)]
     pub fn scene(self, options: &ReadOptions) -> Result<Scene> {
         let mut warnings = Warnings::default();
@@ -167,7 +167,7 @@ fn no_storage() -> Failure {
     Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("save it with torch.save, as a .pt"))
 }
 
-/// Adds the arrays of an `.npy` with this name: those of a pickle where it holds objects.
+/// Adds the array of an `.npy` with this name. If it holds objects, adds the arrays of its pickle.
 fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a Bytes<'a>, path_of_entry: &str) -> Result<(), Failure> {
     match npy::read(bytes, path_of_entry)? {
         Npy::Array(array) => entries.arrays.push((name.to_owned(), array)),
@@ -176,12 +176,12 @@ fn add<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a Bytes<'a>, path_of_
     Ok(())
 }
 
-/// The arrays of a pickle within an array of objects; one without a dictionary keeps the name.
+/// Adds the arrays of a pickle in an array of objects. A pickle without a dictionary keeps the name.
 fn add_objects<'a>(entries: &mut Entries<'a>, name: &str, bytes: &'a [u8]) -> Result<(), Failure> {
     let pickle = pickle::read(bytes, &mut |_| Err(no_storage()))?;
     let inner = pickle::entries(&pickle);
     entries.is_cut |= inner.is_cut;
-    // The object of an array of one is called 0.
+    // The object in an array of one object has the name 0.
     let only = if inner.arrays.iter().all(|(own, _)| own.starts_with("0.")) {
         "0."
     } else {
@@ -204,7 +204,7 @@ pub(super) fn read_npz(source: &Source<'_>, options: &ReadOptions) -> Result<Sce
     read_by(source, options, Format::Npz, see_npz)
 }
 
-/// Shows the arrays of an archive.
+/// Passes the arrays of an archive to `see`.
 #[cfg(feature = "npz")]
 fn see_npz<T>(
     bytes: &[u8],
@@ -214,7 +214,7 @@ fn see_npz<T>(
     see_npz_of(bytes, limits, &|_| true, see)
 }
 
-/// Shows those arrays of an archive whose names `reads` takes.
+/// Passes to `see` the arrays of an archive whose names `reads` accepts.
 #[cfg(feature = "npz")]
 fn see_npz_of<T>(
     bytes: &[u8],

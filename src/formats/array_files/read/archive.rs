@@ -1,4 +1,4 @@
-//! Zip archives: `.npz` of NumPy and `.pt` of PyTorch. Each entry is stored or deflated.
+//! Zip archives: NumPy's `.npz` and PyTorch's `.pt`. Each entry is stored or deflated.
 
 use std::collections::HashMap;
 use std::io::Cursor;
@@ -11,26 +11,26 @@ use zlib_rs::{Inflate, InflateFlush, Status, crc32::crc32};
 use super::ndarray::Bytes;
 use crate::Failure;
 
-/// More entries than a file has whose motion is read.
+/// The largest number of entries. A motion file has fewer.
 const MOST_ENTRIES: usize = 4096;
 
-/// Bytes that may be inflated of any archive: as many as the values have that [`Limits`] allow of any file.
+/// Bytes that may be inflated from any archive: enough for the values that [`Limits`] allow for any file.
 const ANY_INFLATED: u64 = 32 << 20;
 
-/// Bytes that may be inflated of a byte of an archive: motions have about 2. Deflate itself makes up to 1032.
+/// Bytes that may be inflated per byte of an archive. Motions have about 2; deflate itself allows up to 1032.
 const MOST_INFLATED: u64 = 8;
 
-/// The windows of deflate, as a power of two.
+/// The window size of deflate, as a power of two.
 const WINDOW_BITS: u8 = 15;
 
 pub(super) struct Archive<'a> {
     bytes: &'a [u8],
     zip: ZipArchive<Cursor<&'a [u8]>>,
-    /// Bytes that may still be inflated.
+    /// The remaining bytes that may be inflated.
     left: u64,
-    /// Bytes of the archive that entries may still have: entries that overlap would make much of little.
+    /// The remaining bytes of the archive for entries. Overlapping entries would make a large size from a small file.
     stored: u64,
-    /// What was inflated, by the number of the entry: many tensors may be views of one storage.
+    /// Inflated entries by their number, because many tensors may be views of one storage.
     inflated: HashMap<usize, Bytes<'a>>,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Archive<'a> {
             .collect()
     }
 
-    /// The bytes of an entry; `None` where there is none of this name.
+    /// The bytes of an entry; `None` if there is no entry with this name.
     pub(super) fn entry(&mut self, name: &str) -> Result<Option<Bytes<'a>>, Failure> {
         let Some(index) = self.zip.index_for_name(name) else {
             return Ok(None);
@@ -110,7 +110,7 @@ impl<'a> Archive<'a> {
         Ok(Some(bytes))
     }
 
-    /// What is stated is held against the limits before memory is taken for it.
+    /// Checks the stated size against the limits before allocating memory.
     fn inflate(&mut self, name: &str, stored: &[u8], size: u64) -> Result<Bytes<'a>, Failure> {
         let Some(left) = self.left.checked_sub(size) else {
             let expected = format!(

@@ -1,10 +1,10 @@
-//! The body on which arrays of rotations are put: a file of a model of SMPL's family, or the bones of any figure. Also
-//! the robot whose joint positions arrays have.
+//! The body for arrays of rotations: a file with a model of the SMPL family, or the bones of any figure. Also the robot
+//! for arrays of joint positions.
 //!
-//! A model states its vertices at rest (`v_template`), which vertices each joint is between (`J_regressor`), and how
-//! coefficients of shape move the vertices (`shapedirs`). The joints of a body with the coefficients `b` are
-//! `J_regressor (v_template + shapedirs b)` (Loper et al., *SMPL*, 2015, equations 8 and 10). The regressor is applied
-//! once to both, so that a few numbers are kept of a file of many megabytes.
+//! A model states its vertices at rest (`v_template`), the vertices that surround each joint (`J_regressor`), and how
+//! shape coefficients move the vertices (`shapedirs`). The joints of a body with the coefficients `b` are `J_regressor
+//! (v_template + shapedirs b)` (Loper et al., *SMPL*, 2015, equations 8 and 10). The regressor is applied once to both,
+//! so that only a few numbers of a file of many megabytes are kept.
 
 use std::collections::BTreeMap;
 
@@ -19,37 +19,37 @@ use super::ndarray::{Entries, NdArray};
 use super::proportions;
 use crate::Failure;
 
-/// Coefficients of shape that are used, at most: the models have 10 to 300, and those of faces follow.
+/// The largest number of shape coefficients. Models have 10 to 300; coefficients of faces follow them.
 const MOST_COEFFICIENTS: usize = 300;
 
-/// Vertices of a model, at most; SMPL-X has 10,475.
+/// The largest number of vertices of a model; SMPL-X has 10,475.
 const MOST_VERTICES: usize = 1 << 20;
 
-/// Where the joints of a body are in its T-pose, in metres, left +X, up +Y, forward +Z.
+/// The joint positions of a body in its T-pose, in metres: left +X, up +Y, forward +Z.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(hidden)]
 pub enum Body {
     Model(BodyModel),
-    /// Those of a figure that stands on the ground.
+    /// The bones of a figure that stands on the ground.
     Bones(BTreeMap<Bone, Vec3>),
-    /// A robot, for the positions of its joints, and the bones that it has as a figure.
+    /// A robot, for its joint positions, and its bones as a figure.
     Robot(Box<Robot>, BTreeMap<Bone, Vec3>),
 }
 
-/// The joints of a model, and how coefficients move them.
+/// The joints of a model, and their displacement by the shape coefficients.
 #[derive(Clone, Debug, PartialEq)]
 #[doc(hidden)]
 pub struct BodyModel {
     joints: Vec<Joint>,
     rest: Vec<DVec3>,
-    /// Coefficient after coefficient, each of all joints.
+    /// For each coefficient, the displacements of all joints.
     shape: Vec<Vec<DVec3>>,
 }
 
 impl Body {
-    /// Where these joints are at rest with the coefficients `betas`: from the origin of the model's template, or above
-    /// the ground. A joint that the body lacks is as far from the one above as on the body of generic proportions, and
-    /// one of the spine half-way up to the neck.
+    /// The rest positions of these joints with the coefficients `betas`, relative to the origin of the model's
+    /// template, or above the ground. A joint that the body lacks is as far from its parent as in the generic body. A
+    /// missing joint of the spine is half-way up to the neck.
     pub(super) fn rest(&self, joints: &[Joint], betas: &[f64]) -> Vec<Vec3> {
         let bones = match self {
             Self::Model(model) => model.bones(betas),
@@ -71,12 +71,12 @@ impl Body {
         positions
     }
 
-    /// Whether it is a model, whose joints are seen from the origin of its template.
+    /// Whether it is a model, whose joints are relative to the origin of its template.
     pub(super) fn is_model(&self) -> bool {
         matches!(self, Self::Model(_))
     }
 
-    /// The coefficients of shape that it has.
+    /// The number of its shape coefficients.
     pub(super) fn coefficients(&self) -> usize {
         match self {
             Self::Model(model) => model.shape.len(),
@@ -86,11 +86,12 @@ impl Body {
 }
 
 impl BodyModel {
-    /// The model of the arrays of a file; `None` where they are no model.
+    /// The model in the arrays of a file; `None` if they have no model.
     ///
     /// # Errors
-    /// [`Code::RowLength`] for arrays whose shapes do not belong together, [`Code::LimitExceeded`] for too many
-    /// vertices, [`Code::NonFiniteValue`].
+    /// - [`Code::RowLength`]: the shapes of arrays do not match.
+    /// - [`Code::LimitExceeded`]: there are too many vertices.
+    /// - [`Code::NonFiniteValue`]: a number is not finite.
     pub(super) fn of(entries: &Entries<'_>, limits: &Limits) -> Result<Option<Self>, Failure> {
         let Some(template) = entries.get("v_template") else {
             return Ok(None);
@@ -148,7 +149,7 @@ impl BodyModel {
     }
 }
 
-/// Of which vertices each joint is the weighted sum.
+/// The weights of the vertices whose sum is each joint.
 struct Regressor {
     joints: usize,
     /// Joint, vertex, weight.
@@ -156,7 +157,7 @@ struct Regressor {
 }
 
 impl Regressor {
-    /// A dense array (joints, vertices), or SciPy's sparse matrix, compressed by columns or rows.
+    /// Reads a dense array (joints, vertices), or SciPy's sparse matrix, compressed by columns or rows.
     fn of(entries: &Entries<'_>, vertices: usize) -> Result<Self, Failure> {
         const NAME: &str = "J_regressor";
         if let Some(dense) = entries.get(NAME) {
@@ -216,7 +217,8 @@ impl Regressor {
         })
     }
 
-    /// The joints of vertices whose coordinates are `numbers`, of which each has `count`, by the one at `index`.
+    /// The joints from vertices with the coordinates `numbers`. Each coordinate has `count` values, of which `index`
+    /// selects one.
     fn apply(&self, numbers: &[f64], count: usize, index: usize) -> Vec<DVec3> {
         let mut positions = vec![DVec3::ZERO; self.joints];
         for (joint, vertex, weight) in &self.weights {

@@ -1,13 +1,14 @@
-//! Tables of text: the arrays of this program, and positions of points.
+//! Text tables: the arrays of this program, and point positions.
 //!
-//! | table | is known by |
+//! | table | recognised by |
 //! |---|---|
-//! | `mocap fk`, a row for each frame and joint | its first line, a comment with the header |
+//! | `mocap fk`, a row for each frame and joint | the first line, a comment with the header |
 //! | points, a row for each frame and point | columns `joint` (or `point`, `marker`, ...), `x`, `y`, `z`; `frame` or `time` |
-//! | the motion of a robot | a first row of numbers alone; the body says which robot |
-//! | points, a row for each frame | columns `NAME_x`, `NAME_y`, `NAME_z` for each of three points or more |
+//! | the motion of a robot | a first row with only numbers; the body states the robot |
+//! | points, a row for each frame | columns `NAME_x`, `NAME_y`, `NAME_z` for each of at least three points |
 //!
-//! A cell that is empty or NaN is a gap. Both become named arrays, which `layouts` reads as those of any file.
+//! An empty cell or a NaN cell is a gap. All tables become named arrays, which `layouts` reads like the arrays of any
+//! file.
 
 use std::borrow::Cow;
 
@@ -21,7 +22,7 @@ use super::point_rows::{PointRows, TABLES, floats};
 use crate::Failure;
 use crate::warnings::Warnings;
 
-/// The header of this program's arrays, as far as rows need it.
+/// The fields of this program's array header that rows need.
 #[derive(Deserialize)]
 struct Header {
     rotation: String,
@@ -34,7 +35,7 @@ struct Joint {
     pub name: String,
 }
 
-/// The names of the columns of rotations, by the word of the header.
+/// The names of the rotation columns, for the header's rotation word.
 pub(super) fn rotation_columns(rotation: &str) -> &'static [&'static str] {
     match rotation {
         "6d" => &["r00", "r10", "r20", "r01", "r11", "r21"],
@@ -61,7 +62,7 @@ fn refused(line: usize, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(Code::RowLength, format!("line {line}: {}", message.into()))
 }
 
-/// The warning of a table that is cut off in its last frame.
+/// The warning for a table that is cut off in its last frame.
 fn cut_frame(line: usize) -> Diagnostic {
     refused(line, "the file ends inside its last frame, which was dropped")
         .help("the file is cut off: export or download it again")
@@ -120,7 +121,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
             ));
         }
         let name = header.joints.get(joint).map_or("", |joint| &joint.name);
-        // A spreadsheet would calculate some names, which have a mark before them.
+        // Some names have a prefix, because a spreadsheet would evaluate them.
         let is_name = cells[2] == name || cells[2].strip_prefix('\'') == Some(name);
         if cells[0].parse() != Ok(frame) || !is_name {
             let error = refused(
@@ -157,7 +158,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
     own_entries(json, (frames, count), &positions, &rotations, rotation.len())
 }
 
-/// The arrays of this program as an `.npz` of it has them.
+/// The arrays of this program, as its `.npz` has them.
 pub(super) fn own_entries(
     header: &str,
     (frames, joints): (usize, usize),
@@ -197,7 +198,7 @@ fn number(cell: &str, line: usize, column: &str) -> Result<f32, Failure> {
     })
 }
 
-/// Whether the first row has numbers alone.
+/// Whether the first row has only numbers.
 fn is_without_header(text: &str) -> bool {
     let (mut records, mut cells) = (Records::new(text), Vec::new());
     records.next(&mut cells);
@@ -247,7 +248,7 @@ fn rows(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure
     Ok(Entries { arrays, is_cut: false })
 }
 
-/// Positions of points.
+/// The positions of points.
 fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure> {
     let mut records = Records::new(text);
     let mut cells = Vec::new();
@@ -285,7 +286,7 @@ fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failu
                     .help("the file is cut off or damaged: export it again"),
             ));
         }
-        // An empty cell is a gap, as is one that says so.
+        // An empty cell is a gap, and so is a cell with NaN.
         let read = |column: usize| match cells[column].trim() {
             "" | "NA" | "N/A" | "null" | "None" => Ok(f32::NAN),
             cell => number(cell, records.line, &names[column]),

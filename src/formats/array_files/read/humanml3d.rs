@@ -1,32 +1,32 @@
-//! HumanML3D's 263 numbers a frame, of the positions of the 22 joints of SMPL at 20 frames a second, and back.
+//! HumanML3D's 263 numbers per frame, from the positions of the 22 joints of SMPL at 20 frames per second, and back.
 //!
 //! | numbers | |
 //! |---|---|
-//! | 1 | half the angle by which the root turns about +Y to the next frame |
-//! | 2 | its step to the next frame over the ground, in its own heading |
+//! | 1 | half of the root's rotation angle about +Y to the next frame |
+//! | 2 | its ground displacement to the next frame, relative to its own heading |
 //! | 1 | its height |
-//! | 21 x 3 | the other joints, from the root over the ground, in its heading |
+//! | 21 x 3 | the other joints, relative to the root's ground position and heading |
 //! | 21 x 6 | rotations of the joints along their chains, as the first two columns of matrices |
-//! | 22 x 3 | the steps of all joints to the next frame, in the heading |
-//! | 4 | whether left ankle and toes, right ankle and toes hardly move to the next frame |
+//! | 22 x 3 | the displacements of all joints to the next frame, relative to the heading |
+//! | 4 | whether left ankle, left toes, right ankle and right toes hardly move to the next frame |
 //!
 //! The definition is Guo and others, *Generating Diverse and Natural 3D Human Motions from Text* (CVPR 2022), as their
-//! `motion_representation.ipynb` computes it. Its oddities are kept: the sign of the shoulders in the heading, and the
-//! chains of the arms that begin at the root's rotation. Lengths are those of the input: the common skeleton onto which
-//! the data set is brought is that of a licensed body.
+//! `motion_representation.ipynb` computes it. Two oddities are kept: the sign of the shoulders in the heading, and the
+//! arm chains that start at the root's rotation. Lengths are the input's lengths, because the data set's common
+//! skeleton comes from a licensed body.
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// Joints of a frame: those of SMPL without hands.
+/// Joints of a frame: SMPL without hands.
 pub(crate) const JOINTS: usize = 22;
 
 /// Numbers of a frame: the layout of HumanML3D.
 pub const NUMBERS: usize = 263;
 
-/// Frames per second of HumanML3D, to which its authors resampled all motions.
+/// The frame rate of HumanML3D in frames per second. Its authors resampled all motions to it.
 pub const RATE: f64 = 20.0;
 
-/// The chains of joints from the root, as the data set walks them.
+/// The joint chains from the root, in the data set's order.
 const CHAINS: [&[usize]; 5] = [
     &[0, 2, 5, 8, 11],
     &[0, 1, 4, 7, 10],
@@ -35,7 +35,7 @@ const CHAINS: [&[usize]; 5] = [
     &[9, 13, 16, 18, 20],
 ];
 
-/// Where each joint is from the one above it at rest.
+/// The position of each joint at rest, relative to its parent.
 #[rustfmt::skip]
 const AT_REST: [DVec3; JOINTS] = [
     DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::NEG_Y, DVec3::Y, DVec3::NEG_Y, DVec3::NEG_Y,
@@ -56,18 +56,18 @@ const LEFT_SHOULDER: usize = 16;
 const RIGHT_SHOULDER: usize = 17;
 /// Ankles and toes, the left ones first.
 const FEET: [usize; 4] = [7, 10, 8, 11];
-/// A joint of a foot is in contact whose step in a frame has at most this square, in square metres.
+/// The largest squared displacement per frame of a foot joint in contact, in square metres.
 const CONTACT: f64 = 0.002;
 
-/// The standard deviation in frames of the Gaussian that smooths headings, as HumanML3D's code has it.
+/// The standard deviation in frames of the Gaussian that smooths headings, as in HumanML3D's code.
 const SMOOTHING: f64 = 20.0;
 
-/// Standard deviations that the Gaussian reaches: SciPy's default, which HumanML3D uses.
+/// The reach of the Gaussian in standard deviations: SciPy's default, which HumanML3D uses.
 const REACH: f64 = 4.0;
 
 type Frame = [DVec3; JOINTS];
 
-/// The numbers of every frame but the last.
+/// The numbers of every frame except the last.
 pub fn numbers(joints: &[Frame]) -> Vec<[f32; NUMBERS]> {
     let frames = standing(joints);
     let headings = headings(&frames);
@@ -98,7 +98,7 @@ pub fn numbers(joints: &[Frame]) -> Vec<[f32; NUMBERS]> {
     rows
 }
 
-/// The joints of rows of numbers: the first stands above the origin.
+/// The joints for rows of numbers. The first frame is above the origin.
 pub(crate) fn joints(rows: &[f64]) -> Vec<Frame> {
     let (mut angle, mut root) = (0.0_f64, DVec3::ZERO);
     let mut frames = Vec::new();
@@ -117,7 +117,7 @@ pub(crate) fn joints(rows: &[f64]) -> Vec<Frame> {
     frames
 }
 
-/// The frames on the ground, the first above the origin and facing +Z.
+/// Moves the frames to the ground, with the first frame above the origin and facing +Z.
 fn standing(joints: &[Frame]) -> Vec<Frame> {
     let Some(first) = joints.first() else { return Vec::new() };
     let floor = joints
@@ -135,10 +135,10 @@ fn standing(joints: &[Frame]) -> Vec<Frame> {
         .collect()
 }
 
-/// The rotations that bring the smoothed headings to +Z.
+/// The rotations from the smoothed headings to +Z.
 fn headings(frames: &[Frame]) -> Vec<DQuat> {
     let facing = |frame: &Frame| {
-        // As published: the hips from right to left, the shoulders from left to right.
+        // As published: the hips from right to left, but the shoulders from left to right.
         let across = frame[LEFT_HIP] - frame[RIGHT_HIP] + frame[RIGHT_SHOULDER] - frame[LEFT_SHOULDER];
         DVec3::Y.cross(across.normalize_or_zero())
     };
@@ -151,7 +151,7 @@ fn headings(frames: &[Frame]) -> Vec<DQuat> {
             let near = |step: isize| facing[(at + step).clamp(0, last) as usize] * weight(step);
             let sum: DVec3 = (-reach..=reach).map(near).sum();
             match at {
-                // The data set has it so: its code was run with a line that the notebook has as a comment.
+                // The data set was computed in this way: its code ran a line that the notebook has as a comment.
                 0 => DQuat::IDENTITY,
                 _ => between(sum.normalize_or(DVec3::Z), DVec3::Z),
             }
@@ -159,7 +159,7 @@ fn headings(frames: &[Frame]) -> Vec<DQuat> {
         .collect()
 }
 
-/// The rotations of the joints, each from the joint above it in its chain.
+/// The rotations of the joints, each relative to its parent in its chain.
 fn rotations(frame: &Frame, heading: DQuat) -> Frame4 {
     let mut rotations = [heading; JOINTS];
     for chain in CHAINS {

@@ -1,4 +1,4 @@
-//! What the arrays of a file mean: found from their names, and without names from their shapes.
+//! Determines the meaning of a file's arrays from their names, or from their shapes if there are no names.
 
 mod kimodo;
 #[doc(hidden)]
@@ -21,15 +21,15 @@ use crate::{Failure, ReadOptions};
 
 pub(super) use self::robot::BASE as BASE_OF_ROBOT;
 
-/// The name of the numbers of a table without a header.
+/// The array name for a table without a header.
 pub(super) const TABLE: &str = "rows";
 
-/// What helps where arrays are no motion.
+/// The help if arrays are not a motion.
 const KNOWN: &str = "arrays are known by their names: poses and trans (AMASS), global_orient and body_pose (SMPL-X, \
                      GVHMR, GEM-X), posed_joints (Kimodo), pred_joint_coords (SAM 3D Body), those of mocap fk, one array \
                      of positions (frames, joints, 3), or one of 69, 263 or 322 numbers a frame";
 
-/// The scene of the arrays of a file.
+/// The scene of a file's arrays.
 pub(super) fn scene(
     entries: &Entries<'_>,
     format: Format,
@@ -76,7 +76,7 @@ pub(super) fn scene(
     Ok(motion.into_scene(format, warnings))
 }
 
-/// The error of a body for arrays that have positions.
+/// The error for a body if the arrays have positions.
 fn needless_body() -> Failure {
     let message = "{body} gives lengths to arrays of rotations, and these have the positions of joints";
     let help = "leave {body} out; mocap retarget puts the motion on another body";
@@ -87,14 +87,14 @@ fn refused(message: &str, entries: &Entries<'_>) -> Diagnostic {
     Diagnostic::new(Code::MissingKeyword, message).expected_found("a motion in a known layout", entries.describe())
 }
 
-/// The arrays of a file, and how they are read.
+/// The arrays of a file, and the read options.
 struct Reader<'r, 'a> {
     entries: &'r Entries<'a>,
     options: &'r ReadOptions,
 }
 
 impl<'a> Reader<'_, 'a> {
-    /// Frames per second as the file states them.
+    /// The frame rate that the file states, in frames per second.
     fn stated_rate(&self) -> Option<f64> {
         const NAMES: &[&str] = &[
             "mocap_framerate",
@@ -107,7 +107,7 @@ impl<'a> Reader<'_, 'a> {
         self.entries.first(NAMES).and_then(NdArray::scalar)
     }
 
-    /// Frames per second as the file states them, or `usual`, which is then an assumption.
+    /// The frame rate that the file states, in frames per second, or else `usual`, which is recorded as an assumption.
     fn frame_rate(&self, usual: f64, motion: &mut Motion) -> Result<(), Failure> {
         let stated = self.stated_rate();
         if stated.is_none() && self.options.retime.is_none() {
@@ -123,7 +123,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(())
     }
 
-    /// The array of this name, whose shape must be `expected`: frames, then the other axes.
+    /// The array with this name. Its shape must be `frames`, then `widths`.
     fn numbers(&self, name: &str, frames: Option<usize>, widths: &[usize]) -> Result<(usize, Vec<f64>), Failure> {
         let Some(array) = self.entries.get(name) else {
             let message = format!("the array {name} is missing");
@@ -135,8 +135,8 @@ impl<'a> Reader<'_, 'a> {
         self.numbers_of(name, array, frames, widths)
     }
 
-    /// The numbers of an array with `widths` numbers a frame, and how many frames it has. Axes of one that stand
-    /// before are left out.
+    /// The numbers of an array with `widths` numbers per frame, and its number of frames. Leading axes of length 1 are
+    /// dropped.
     fn numbers_of(
         &self,
         name: &str,

@@ -1,11 +1,11 @@
-//! Motion files of OpenSim, `.mot` and `.sto`: a column of numbers for each angle.
+//! OpenSim's motion files, `.mot` and `.sto`: a column of numbers for each angle.
 //!
-//! | lines | hold |
+//! | lines | contents |
 //! |---|---|
 //! | first | the name of the motion |
-//! | others up to `endheader` | `nRows=`, `nColumns=`, `inDegrees=yes` or `no`, and words of the writer |
-//! | the next one | the names of the columns, of which the first is `time`, in seconds |
-//! | others | a frame: a number for each column, separated by tabs or blanks |
+//! | others up to `endheader` | `nRows=`, `nColumns=`, `inDegrees=yes` or `no`, and text of the writer |
+//! | the next one | the column names; the first is `time`, in seconds |
+//! | others | a frame: a number for each column, separated by tabs or spaces |
 //!
 //! The format is described by OpenSim, *Motion (.mot) Files* and *Storage (.sto) Files*.
 
@@ -18,7 +18,7 @@ use crate::text::{Word, decode, decode_name, is_binary, quote};
 use crate::warnings::{Warnings, cut_row};
 use crate::{Failure, STATE_THE_RATE};
 
-/// Lines of a header, at most: files of OpenSim have ten, and some repeat the settings of the tool that wrote them.
+/// The largest number of header lines. Files of OpenSim have ten; some repeat the settings of the tool that wrote them.
 const LONGEST_HEADER: usize = 1000;
 
 /// The columns of a file.
@@ -26,13 +26,13 @@ pub(super) struct Columns {
     pub(super) names: Vec<String>,
     /// In seconds.
     pub(super) times: Vec<f64>,
-    /// Of each column that has a name, frame by frame.
+    /// The values of each named column, frame by frame.
     pub(super) values: Vec<Vec<f64>>,
-    /// Whether angles are in degrees; otherwise they are in radians.
+    /// Whether angles are in degrees. Otherwise they are in radians.
     pub(super) in_degrees: bool,
 }
 
-/// The values of a column that are no finite numbers: the first, its frame, and how many there are.
+/// The values of a column that are not finite: the first one, its frame, and their number.
 #[derive(Clone, Copy)]
 struct NonFiniteValues<'a> {
     first: Word<'a>,
@@ -42,7 +42,7 @@ struct NonFiniteValues<'a> {
 
 impl Columns {
     /// # Errors
-    /// Where a line is not that of such a file, there is no row, or the file has more than the limits allow.
+    /// A line does not belong in such a file, there is no row, or the file exceeds the limits.
     pub(super) fn read(bytes: &[u8], limits: &Limits, warnings: &mut Warnings) -> Result<Self, Failure> {
         let text = decode(bytes)?;
         if is_binary(&text) {
@@ -149,29 +149,29 @@ impl Columns {
         Ok(())
     }
 
-    /// The values of the column of this name.
+    /// The values of the column with this name.
     pub(super) fn column(&self, name: &str) -> Option<&[f64]> {
         let index = self.names.iter().position(|own| own.eq_ignore_ascii_case(name))?;
         Some(&self.values[index])
     }
 
-    /// The first row that comes much earlier or later after the one before than others do, at so many frames a second.
+    /// The first row with a much longer or shorter time step than the others, at `rate` frames per second.
     pub(super) fn uneven_row(&self, rate: f64) -> Option<usize> {
-        // Times of files have as few as three digits behind the point.
-        /// The fraction of a step by which times may be off: a file is sampled evenly otherwise.
+        // Times in files have as few as three decimals.
+        /// The largest deviation of a time step, as a fraction, in an evenly sampled file.
         const UNEVEN: f64 = 0.1;
 
-        /// The time in seconds by which they may be off anyhow: files have as few as three digits behind the point.
+        /// The deviation in seconds that is always allowed: files have as few as three decimals.
         const ROUNDED: f64 = 0.001;
         let step = 1.0 / rate;
         let is_uneven = |pair: &[f64]| (pair[1] - pair[0] - step).abs() > f64::max(UNEVEN * step, ROUNDED);
         self.times.windows(2).position(is_uneven).map(|row| row + 1)
     }
 
-    /// Frames per second by the first time and the last.
+    /// The frame rate in frames per second from the first and the last time.
     ///
     /// # Errors
-    /// Where they tell none.
+    /// The times give no rate.
     pub(super) fn rate(&self) -> Result<f64, Failure> {
         let found = match self.times.as_slice() {
             [first, .., last] if last > first => return Ok((self.times.len() as f64 - 1.0) / (last - first)),
@@ -186,7 +186,7 @@ impl Columns {
     }
 }
 
-/// The cells of a row, which a tab may end.
+/// The cells of a row, which may end with a tab.
 fn row_cells(line: Word<'_>) -> Vec<Word<'_>> {
     let mut cells = cells(line);
     while cells.last().is_some_and(|cell| cell.bytes.is_empty()) {
@@ -195,14 +195,14 @@ fn row_cells(line: Word<'_>) -> Vec<Word<'_>> {
     cells
 }
 
-/// What the lines before the columns state.
+/// The statements before the columns.
 struct Header {
     in_degrees: bool,
-    /// NaN where it is not stated.
+    /// NaN if it is not stated.
     rows: f64,
 }
 
-/// Passes the header.
+/// Reads the header.
 fn header(table: &mut Table<'_>) -> Result<Header, Failure> {
     let mut header = Header {
         in_degrees: true,

@@ -1,4 +1,4 @@
-//! A motion of arrays, and the scene of it.
+//! A motion from arrays, and its scene.
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -10,17 +10,17 @@ use mocap_scene::scene::{Assumption, Channel, Confidence, Format, Keys, Node, No
 use crate::frames::add_animation;
 use crate::warnings::Warnings;
 
-/// A motion on a skeleton that has no rotation in its T-pose.
+/// A motion on a skeleton without rotations in its T-pose.
 #[derive(Debug, Default)]
 pub(super) struct Motion {
     pub(super) joints: Vec<Joint>,
-    /// Where the joints are in the T-pose, in metres, +Y up, facing +Z.
+    /// The joint positions in the T-pose, in metres, +Y up, facing +Z.
     pub(super) rest: Vec<Vec3>,
     pub(super) frame_rate: f64,
     pub(super) up: UpAxis,
-    /// Where the root is, in each frame.
+    /// The root position in each frame.
     pub(super) root: Vec<DVec3>,
-    /// The rotation of each joint to its parent, frame by frame: joint, then frame.
+    /// The rotation of each joint relative to its parent: joint, then frame.
     pub(super) rotations: Vec<Vec<DQuat>>,
     pub(super) assumptions: Vec<Assumption>,
 }
@@ -30,7 +30,7 @@ impl Motion {
         self.root.len()
     }
 
-    /// Says what was decided that the file does not state.
+    /// Records a decision about something that the file does not state.
     pub(super) fn assume(
         &mut self,
         topic: Topic,
@@ -46,9 +46,9 @@ impl Motion {
         });
     }
 
-    /// The axis along which the spine points on the average, which is up where the body stands more than it lies.
+    /// The axis along which the spine points on average. It is the up axis if the body stands more than it lies.
     pub(super) fn up_of_body(&self) -> (UpAxis, Confidence) {
-        /// The cosine of the angle between spine and axis, on the average, from which on up is sure: 26 degrees.
+        /// The cosine of the mean angle between spine and axis above which the up axis is sure: 26 degrees.
         const SURE: f64 = 0.9;
         let spines = self
             .rotations
@@ -126,7 +126,7 @@ impl Motion {
         let mut before = Quat::IDENTITY;
         let rotations = self.rotations[index].iter().map(|rotation| {
             let rotation = (turn * *rotation).normalize().as_quat();
-            // The sign that makes a smooth curve.
+            // The sign that makes the curve smooth.
             before = in_hemisphere_of(before, rotation);
             before
         });
@@ -139,7 +139,7 @@ impl Motion {
         }
     }
 
-    /// The joints, each before what is below it, and that before its sisters.
+    /// The joints in depth-first order: each joint before its descendants, and these before its siblings.
     fn depth_first(&self) -> Vec<usize> {
         let mut order = Vec::with_capacity(self.joints.len());
         let mut open: Vec<usize> = Vec::new();
@@ -156,7 +156,7 @@ impl Motion {
         order
     }
 
-    /// Puts the last value before it instead of one that is not finite.
+    /// Replaces each value that is not finite by the last finite one.
     fn repair(&mut self, warnings: &mut Warnings) {
         let mut count = 0;
         let mut last = DVec3::ZERO;

@@ -1,4 +1,4 @@
-//! The tables of OptiTrack's Motive: markers, rigid bodies and bones, a row for each frame.
+//! The tables of OptiTrack's Motive: markers, rigid bodies and bones, with a row for each frame.
 //!
 //! ```text
 //! Format Version,1.23,Take Name,walk,...,Export Frame Rate,120,...,Rotation Type,Quaternion,Length Units,Meters,...
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! An empty cell is a gap. Rotations are quaternions X, Y, Z, W, or angles in degrees about the axes that `Rotation
-//! Type` names, each about the axes that the ones before have turned. +Y is up.
+//! Type` names, each axis rotated by the rotations before it. +Y is up.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -31,16 +31,16 @@ use crate::{Failure, ReadOptions};
 /// The number of columns before the first object: the frame and the time.
 const BEFORE: usize = 2;
 
-/// What helps where a table is not as Motive writes it.
+/// The help for a table that differs from Motive's form.
 const EXPORT: &str = "export it again from Motive, with the header";
 
-/// What is of one object.
+/// The columns of one object.
 #[derive(Default)]
 struct Object {
     kind: String,
     name: String,
     position: [Option<usize>; 3],
-    /// Of X, Y, Z and W.
+    /// Columns of X, Y, Z and W.
     rotation: [Option<usize>; 4],
     track: Track,
     rotations: Vec<(f64, Quat)>,
@@ -51,13 +51,13 @@ impl Object {
         self.position.iter().all(Option::is_some)
     }
 
-    /// Whether it is where a model has a marker, not where the marker was seen.
+    /// Whether it is the expected position of a marker in a model, not a seen position.
     fn is_expected(&self) -> bool {
         self.kind.ends_with("Marker") && self.kind != "Marker"
     }
 }
 
-/// How the rotations of a file are stated.
+/// The form of a file's rotations.
 #[derive(Clone, Copy)]
 enum Turns {
     Quaternion,
@@ -141,9 +141,9 @@ fn build(
     scene
 }
 
-/// The rows between the first line and the data; the last names the axes.
+/// The rows between the first line and the data. The last one has the axis names.
 fn header_rows<'t>(records: &mut Records<'t>) -> Result<Vec<Vec<Cow<'t, str>>>, Failure> {
-    /// Rows that a header may have: type, name, ID, parent, what is measured, axes, and blank ones.
+    /// The largest number of header rows: type, name, ID, parent, measured quantity, axes, and empty ones.
     const MOST: usize = 16;
     let mut rows = Vec::new();
     for _ in 0..MOST {
@@ -208,7 +208,8 @@ fn objects(rows: &[Vec<Cow<'_, str>>]) -> Vec<Object> {
     objects
 }
 
-/// Leaves out what has no position, what is expected where it was also seen, and bones in the axes of their parents.
+/// Drops objects without positions, expected positions of objects that were also seen, and bones in the axes of their
+/// parents.
 fn leave_out(objects: &mut Vec<Object>, stated: &HashMap<String, String>, warnings: &mut Warnings) {
     objects.retain(Object::has_position);
     let is_seen = |object: &Object| object.kind == "Marker";
@@ -252,7 +253,7 @@ impl Object {
                 None => return Ok(()),
             },
             Turns::Euler(order) => {
-                // The columns are X, Y and Z in any order of rotation.
+                // The columns are X, Y and Z for any rotation order.
                 let angle = |axis: char| match axis {
                     'X' => x.to_radians(),
                     'Y' => y.to_radians(),
@@ -271,7 +272,7 @@ impl Object {
     }
 }
 
-/// The number of a cell; `None` where it is empty.
+/// The number in a cell; `None` for an empty cell.
 fn cell(cells: &[Cow<'_, str>], column: Option<usize>, line: usize) -> Result<Option<f64>, Failure> {
     let Some(text) = column.and_then(|column| cells.get(column)).map(|cell| cell.trim()) else {
         return Ok(None);
@@ -324,7 +325,7 @@ fn metres(unit: &str) -> Option<f64> {
     }
 }
 
-/// Frames per second, as the header states, or else from the times.
+/// The frame rate in frames per second that the header states, or else the rate of the times.
 fn rate(stated: &HashMap<String, String>, times: &[f64]) -> f64 {
     let number = |key: &str| stated.get(key)?.parse::<f64>().ok().filter(|rate| *rate > 0.0);
     let of_times = || match times {

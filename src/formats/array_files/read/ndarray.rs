@@ -1,4 +1,4 @@
-//! An array of any program: its shape, the type of its elements, and their bytes, which are read when they are wanted.
+//! An array of any program: its shape, its element type, and its bytes, which are decoded on demand.
 
 use std::ops::Deref;
 use std::rc::Rc;
@@ -11,16 +11,16 @@ use crate::Failure;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Bool,
-    /// Integers, with their sign, of so many bytes.
+    /// Signed integers with this number of bytes.
     Int(usize),
     Uint(usize),
     /// IEEE numbers of 2, 4 or 8 bytes.
     Float(usize),
-    /// The upper half of a 32-bit number.
+    /// The upper half of a 32-bit float.
     Bfloat16,
-    /// NumPy's texts: so many characters of 4 bytes.
+    /// NumPy text with this number of characters of 4 bytes.
     Text(usize),
-    /// So many bytes.
+    /// This number of bytes.
     Bytes(usize),
 }
 
@@ -35,7 +35,7 @@ impl Kind {
         }
     }
 
-    /// The type of NumPy's letter and size, as in `f4`.
+    /// The type for NumPy's letter and size, such as `f4`.
     pub(super) fn of_numpy(letters: &str) -> Option<Self> {
         let (letter, size) = letters.split_at_checked(1)?;
         let size: usize = size.parse().ok().filter(|size| *size <= 1 << 16)?;
@@ -51,11 +51,11 @@ impl Kind {
     }
 }
 
-/// The bytes of an array: those of the file, or others that several arrays may have together.
+/// The bytes of an array: from the file, or shared with other arrays.
 #[derive(Clone, Debug)]
 pub enum Bytes<'a> {
     File(&'a [u8]),
-    /// From this byte on.
+    /// Starting at this byte.
     Made(Rc<Vec<u8>>, usize),
 }
 
@@ -64,7 +64,7 @@ impl Bytes<'_> {
         Self::Made(Rc::new(bytes), 0)
     }
 
-    /// What follows the first `begin` bytes.
+    /// The bytes after the first `begin` bytes.
     pub(super) fn after(&self, begin: usize) -> Self {
         match self {
             Self::File(bytes) => Self::File(bytes.get(begin..).unwrap_or_default()),
@@ -84,28 +84,28 @@ impl Deref for Bytes<'_> {
     }
 }
 
-/// Elements that an array may have whatever its bytes are.
+/// The number of elements that an array may always have, whatever its size in bytes.
 const MOST_EXPANDED: usize = 1 << 18;
 
-/// Elements that an array may have for each of its bytes: a number that is read takes 8 bytes.
+/// The number of elements allowed for each byte of an array. A decoded number takes 8 bytes.
 const EXPANDED_PER_BYTE: usize = 4;
 
-/// An array: its elements stand at `strides` from each other.
+/// An array. Its elements are `strides` apart.
 #[derive(Clone, Debug)]
 pub struct NdArray<'a> {
     pub(super) shape: Vec<usize>,
     pub(super) kind: Kind,
     pub(super) big_endian: bool,
-    /// Elements from one index of an axis to the next.
+    /// The number of elements from one index of an axis to the next.
     pub(super) strides: Vec<usize>,
     pub(super) bytes: Bytes<'a>,
 }
 
 impl<'a> NdArray<'a> {
-    /// An array whose elements follow each other, the last axis first or, in Fortran's order, the first axis first.
+    /// An array with contiguous elements, in C order (last axis first) or in Fortran order (first axis first).
     ///
     /// # Errors
-    /// [`Code::UnexpectedEnd`] where there are fewer bytes than the shape needs; `entry` says whose they are.
+    /// [`Code::UnexpectedEnd`] if there are fewer bytes than the shape needs. `entry` names their source.
     pub fn new(
         entry: &str,
         (kind, big_endian): (Kind, bool),
@@ -145,7 +145,7 @@ impl<'a> NdArray<'a> {
             last.saturating_add((length - 1).saturating_mul(*stride))
         });
         let needed = last.saturating_add(1).saturating_mul(self.kind.size());
-        // A tensor that PyTorch has expanded has few bytes and many elements.
+        // An expanded PyTorch tensor has few bytes and many elements.
         let most = MOST_EXPANDED.saturating_add(self.bytes.len().saturating_mul(EXPANDED_PER_BYTE));
         if needed <= self.bytes.len() && self.count() <= most {
             return Ok(());
@@ -183,7 +183,7 @@ impl<'a> NdArray<'a> {
         }
     }
 
-    /// The elements as numbers, the last axis first. Texts have none.
+    /// The elements as numbers, in C order. Empty for text.
     pub fn numbers(&self) -> Vec<f64> {
         let mut numbers = Vec::with_capacity(self.count());
         if self.is_number() {
@@ -192,7 +192,7 @@ impl<'a> NdArray<'a> {
         numbers
     }
 
-    /// The elements as texts. Numbers have none.
+    /// The elements as texts. Empty for numbers.
     pub(super) fn texts(&self) -> Vec<String> {
         let mut texts = Vec::new();
         match self.kind {
@@ -215,7 +215,7 @@ impl<'a> NdArray<'a> {
         texts
     }
 
-    /// Calls `see` with the bytes of each element, the last axis first.
+    /// Calls `see` with the bytes of each element, in C order.
     fn each(&self, mut see: impl FnMut(&[u8])) {
         let size = self.kind.size();
         let count = self.count();
@@ -236,13 +236,13 @@ impl<'a> NdArray<'a> {
         }
     }
 
-    /// The only number of an array that has one.
+    /// The number in an array with a single one.
     pub(super) fn scalar(&self) -> Option<f64> {
         (self.count() == 1).then(|| self.numbers().first().copied()).flatten()
     }
 }
 
-/// A number of `kind` from its bytes; 0 where they are too few, which [`NdArray::check`] has excluded.
+/// A number of `kind` from its bytes; 0 if there are too few bytes, which [`NdArray::check`] has excluded.
 fn number(kind: Kind, big_endian: bool, bytes: &[u8]) -> f64 {
     let mut eight = [0_u8; 8];
     let size = bytes.len().min(8);
@@ -266,7 +266,7 @@ fn number(kind: Kind, big_endian: bool, bytes: &[u8]) -> f64 {
     }
 }
 
-/// A 16-bit number of IEEE 754.
+/// A 16-bit IEEE 754 float.
 pub fn half(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
     let size = match exponent {
@@ -278,11 +278,11 @@ pub fn half(bits: u16) -> f64 {
     if bits >> 15 == 1 { -size } else { size }
 }
 
-/// The arrays of a file, each with its name. The array of an `.npy` has none.
+/// The arrays of a file, with their names. The array of an `.npy` has none.
 #[derive(Debug, Default)]
 pub(super) struct Entries<'a> {
     pub(super) arrays: Vec<(String, NdArray<'a>)>,
-    /// Whether there are more arrays than are listed.
+    /// Whether there are more arrays than listed.
     pub(super) is_cut: bool,
 }
 
@@ -291,13 +291,13 @@ impl<'a> Entries<'a> {
         self.arrays.iter().find(|(own, _)| own == name).map(|(_, array)| array)
     }
 
-    /// The first of these that there is.
+    /// The first existing array of these names.
     pub(super) fn first(&self, names: &[&str]) -> Option<&NdArray<'a>> {
         names.iter().find_map(|name| self.get(name))
     }
 
-    /// The arrays of the only motion of a file that has them by its name, as `NAME.dof`; `None` where `inner` is in
-    /// none or in several.
+    /// The arrays of the only motion in a file that prefixes them with its name, such as `NAME.dof`; `None` if no
+    /// motion or several have `inner`.
     pub(super) fn of_only(&self, inner: &str) -> Option<Self> {
         let mut outer = self.arrays.iter().filter_map(|(name, _)| name.strip_suffix(inner));
         let prefix = outer
@@ -315,7 +315,7 @@ impl<'a> Entries<'a> {
 
     /// The names and the shapes, for errors.
     pub(super) fn describe(&self) -> String {
-        /// Arrays that an error names at most.
+        /// The largest number of arrays in an error.
         const NAMED: usize = 12;
         let named = self.arrays.iter().take(NAMED);
         let mut words: Vec<String> = named

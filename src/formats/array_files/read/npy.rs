@@ -1,5 +1,5 @@
-//! NumPy's `.npy`: `numpy.lib.format`, versions 1 to 3. A magic text, the length of the header, a Python literal, then
-//! the elements.
+//! NumPy's `.npy`: `numpy.lib.format`, versions 1 to 3. It has a magic text, the length of the header, a Python
+//! literal, then the elements.
 
 use mocap_scene::error::{Code, Diagnostic};
 
@@ -10,10 +10,10 @@ use crate::array_files::NPY_HEAD;
 /// The largest number of axes, as in NumPy.
 const MOST_AXES: usize = 64;
 
-/// What a file holds.
+/// The contents of a file.
 pub(super) enum Npy<'a> {
     Array(NdArray<'a>),
-    /// Objects of Python: a pickle, from this byte on.
+    /// Python objects: a pickle, starting at this byte.
     Objects(usize),
 }
 

@@ -1,6 +1,6 @@
-//! Parquet files of this program's arrays: of `mocap fk`, a row for each frame and joint, and of
-//! `mocap pack --table clips`, a row for each clip. The texts of the first are read a few rows at once: a column
-//! of texts can be far longer than its file.
+//! Parquet files with this program's arrays. `mocap fk` writes a row for each frame and joint, `mocap pack --table
+//! clips` a row for each clip. The texts of the former are read a few rows at a time, because a text column can be far
+//! longer than its file.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -21,18 +21,18 @@ use super::point_rows::TABLES;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// Rows that are decoded at once, at most.
+/// The largest number of rows to decode at once.
 const BATCH: usize = 8192;
 
-/// Bytes of texts that are decoded at once, at most.
+/// The largest number of text bytes to decode at once.
 const TEXTS: u64 = 16 << 20;
 
-/// How far the time of a row may be from that of its frame, in frames.
+/// The largest difference, in frames, between the time of a row and the time of its frame.
 const SAME_TIME: f64 = 1e-6;
 
 type Builder = ParquetRecordBatchReaderBuilder<Bytes>;
 
-/// The rows of `mocap fk`, in the order of their frames and joints.
+/// The rows of `mocap fk`, sorted by frame and joint.
 #[doc(hidden)]
 pub struct ParquetRows {
     /// The header as JSON.
@@ -46,15 +46,15 @@ pub struct ParquetRows {
     /// Frames x joints x the width of a rotation.
     #[doc(hidden)]
     pub rotations: Vec<f32>,
-    /// Frames x joints x 3, where the table has them.
+    /// Frames x joints x 3, if the table has velocities.
     #[doc(hidden)]
     pub velocities: Option<Vec<f32>>,
 }
 
-/// The rows of a table of `mocap fk`; `None` for another table.
+/// The rows of a `mocap fk` table; `None` for another table.
 ///
 /// # Errors
-/// Where the file is broken, or a row is not of the frame, the time and the joint that follow.
+/// The file is broken, or a row does not have the expected frame, time and joint.
 #[doc(hidden)]
 pub fn parquet_rows(bytes: &[u8], limits: &Limits) -> mocap_scene::error::Result<Option<ParquetRows>> {
     let read = catch_unwind(AssertUnwindSafe(|| {
@@ -78,7 +78,7 @@ fn no_motion(message: &str, found: String) -> Failure {
     )
 }
 
-/// The scene of a file. The library panics on some files whose pages are not what it expects.
+/// The scene of a file. The library panics on some files with unexpected pages.
 pub(super) fn scene(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let read = catch_unwind(AssertUnwindSafe(|| tables(bytes, options, warnings)));
     read.unwrap_or_else(|_| Err(broken("its pages are not those that its metadata state")))
@@ -119,7 +119,7 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
     }
 }
 
-/// A file whose pages are what they claim, and the bytes of its longest dictionary of texts.
+/// A file whose pages match their claims, and the bytes of its longest text dictionary.
 fn open(bytes: &[u8], limits: &Limits) -> Result<(Builder, u64), Failure> {
     let builder = Builder::try_new_with_options(Bytes::copy_from_slice(bytes), ArrowReaderOptions::new());
     let builder = builder.map_err(broken)?;
@@ -128,7 +128,7 @@ fn open(bytes: &[u8], limits: &Limits) -> Result<(Builder, u64), Failure> {
     Ok((builder, longest))
 }
 
-/// The columns of these names alone.
+/// Reads only the columns with these names.
 fn columns(builder: Builder, names: &[&str], batch: usize) -> Result<ParquetRecordBatchReader, Failure> {
     let fields = builder.schema().fields();
     let roots = fields
@@ -149,7 +149,7 @@ fn columns(builder: Builder, names: &[&str], batch: usize) -> Result<ParquetReco
         .map_err(broken)
 }
 
-/// What of the header rows need.
+/// The header fields that rows need.
 #[derive(serde::Deserialize)]
 struct Header {
     frame_rate: f64,
@@ -172,7 +172,7 @@ fn parsed(header: &str) -> Result<Header, Failure> {
     })
 }
 
-/// A row for each frame and joint. `longest` is how long a text can be.
+/// Reads a row for each frame and joint. `longest` is the largest length of a text.
 fn rows(builder: Builder, longest: u64, json: String) -> Result<ParquetRows, Failure> {
     let header = parsed(&json)?;
     let rotation = rotation_columns(&header.rotation);
@@ -255,19 +255,19 @@ fn floats<'b>(batch: &'b RecordBatch, name: &str) -> Result<&'b [f32], Failure> 
     }
 }
 
-/// A row for each clip: the clips of one skeleton become the clips of a scene.
+/// Reads a row for each clip. The clips of one skeleton become the clips of a scene.
 fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let mut left = options
         .limits
         .expanded_values(builder.metadata().file_metadata().num_rows().max(0) as u64);
     let mut scene: Option<Scene> = None;
-    // One row at once: each can be as long as all others together.
+    // One row at a time, because a single row can be as long as all others together.
     for batch in columns(builder, &["clip", "header", "positions", "rotations"], 1)? {
         let batch = batch.map_err(broken)?;
         let Some((json, [positions, rotations])) = clip(&batch)? else {
             continue;
         };
-        // A dictionary has a text once, and any number of rows can have it.
+        // A dictionary has a text once, but any number of rows may refer to it.
         left = left
             .checked_sub(json.len() as u64)
             .ok_or_else(|| limit_exceeded("headers in proportion to the file".to_owned(), "longer ones".to_owned()))?;
@@ -299,7 +299,7 @@ fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Re
 /// The header of a clip, its positions and its rotations.
 type Clip<'b> = (&'b str, [&'b [f32]; 2]);
 
-/// The header and the numbers of a row; `None` for a file that could not be read when it was packed.
+/// The header and the numbers of a row; `None` for a file that could not be read when packed.
 fn clip(batch: &RecordBatch) -> Result<Option<Clip<'_>>, Failure> {
     let header = batch
         .column_by_name("header")

@@ -1,5 +1,5 @@
-//! The claims of the pages of a Parquet file, checked against the file before any page is decoded. The library takes as
-//! much memory as the header of a page says, up to 2 GiB.
+//! Checks the claims of a Parquet file's pages against the file before any page is decoded. The library allocates as
+//! much memory as a page header claims, up to 2 GiB.
 //!
 //! Headers are structs of Thrift's compact protocol, before each page of a column.
 
@@ -9,16 +9,16 @@ use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMeta
 
 use crate::Failure;
 
-/// How many bytes Snappy can make of one: a copy of three bytes stands for 64.
+/// The largest expansion of one byte by Snappy: a copy of three bytes stands for 64.
 const MOST_INFLATED: u64 = 22;
 
-/// Bytes that Snappy can make of nothing at all.
+/// The bytes that Snappy can produce from nothing.
 const ANY: u64 = 64;
 
-/// Encodings by indices into a dictionary: PLAIN_DICTIONARY and RLE_DICTIONARY.
+/// Encodings with dictionary indices: PLAIN_DICTIONARY and RLE_DICTIONARY.
 const BY_DICTIONARY: [i64; 2] = [2, 8];
 
-/// How deep the structs of a header may be in each other.
+/// The largest nesting depth of structs in a header.
 const MOST_DEEP: usize = 8;
 
 fn damaged(column: &ColumnChunkMetaData, what: &str) -> Failure {
@@ -30,7 +30,8 @@ fn damaged(column: &ColumnChunkMetaData, what: &str) -> Failure {
 }
 
 /// Refuses columns whose pages are beyond the file, are longer than their bytes can be, or have more than `most_values`
-/// values in all. Returns the bytes of the longest dictionary of texts: any number of rows can have its longest text.
+/// values in total. Returns the bytes of the longest text dictionary, because any number of rows can have its longest
+/// text.
 pub(super) fn check(bytes: &[u8], metadata: &ParquetMetaData, most_values: u64) -> Result<u64, Failure> {
     let (mut values, mut longest) = (0_u64, 0);
     for column in metadata.row_groups().iter().flat_map(RowGroupMetaData::columns) {
@@ -93,7 +94,7 @@ fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(u64, u64)
                 "has a page that states more bytes than can be made of it",
             ));
         }
-        // In a dictionary each value stands once.
+        // A dictionary has each value once.
         if header.is_dictionary && header.values > most {
             return Err(damaged(column, "has a dictionary of more values than bytes"));
         }
@@ -110,7 +111,7 @@ fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(u64, u64)
     Ok((values, dictionary))
 }
 
-/// What is needed of the header of a page.
+/// The fields of a page header that are needed.
 #[derive(Default)]
 struct PageHeader {
     inflated: Option<u64>,
@@ -120,7 +121,7 @@ struct PageHeader {
     encoding: i64,
 }
 
-/// The rest of bytes of Thrift's compact protocol.
+/// The remaining bytes of Thrift's compact protocol.
 struct Thrift<'a> {
     bytes: &'a [u8],
 }
@@ -133,10 +134,10 @@ impl<'a> Thrift<'a> {
             match (id, kind) {
                 (2, INT32) => header.inflated = u64::try_from(self.signed()?).ok(),
                 (3, INT32) => header.compressed = self.signed()?,
-                // The headers of a page of data, of a dictionary, and of the second version of data.
+                // The headers of a data page, of a dictionary page, and of a data page version 2.
                 (5 | 7 | 8, STRUCT) => {
                     header.is_dictionary |= id == 7;
-                    // Where the encoding stands in each of them.
+                    // The field of the encoding in each of them.
                     let encoding = if id == 8 { 4 } else { 2 };
                     let mut inner = 0;
                     while let Some((id, kind)) = self.field(&mut inner)? {
@@ -184,7 +185,7 @@ impl<'a> Thrift<'a> {
         None
     }
 
-    /// A number whose sign is its last bit.
+    /// A zigzag-encoded number: its sign is its last bit.
     fn signed(&mut self) -> Option<i64> {
         let value = self.unsigned()?;
         Some((value >> 1) as i64 ^ -((value & 1) as i64))
@@ -195,7 +196,7 @@ impl<'a> Thrift<'a> {
         Some(())
     }
 
-    /// Skips a value; no list has more elements than bytes follow.
+    /// Skips a value. No list has more elements than remaining bytes.
     fn skip(&mut self, kind: u8, deep: usize) -> Option<()> {
         let deep = deep.checked_sub(1)?;
         match kind {
@@ -213,7 +214,7 @@ impl<'a> Thrift<'a> {
                     15 => self.unsigned()?,
                     count => u64::from(count),
                 };
-                // A truth value in a list is a byte.
+                // A boolean in a list is a byte.
                 let element = if matches!(byte & 15, TRUE | FALSE) {
                     BYTE
                 } else {

@@ -1,12 +1,12 @@
-//! A small reader of Python's pickles: dictionaries, lists, tuples, numbers, texts, arrays of NumPy and PyTorch.
+//! A small reader for Python pickles: dictionaries, lists, tuples, numbers, texts, and arrays of NumPy and PyTorch.
 //!
-//! A pickle is a program for a stack machine, and may call any function of Python. This reader calls none: it knows
-//! the few names that build arrays, and refuses every other by its name. The operations are those of Python's
-//! `pickletools`, protocols 0 to 5.
+//! A pickle is a program for a stack machine, and may call any Python function. This reader calls none: it knows the
+//! few names that build arrays, and refuses every other name. The operations are those of Python's `pickletools`,
+//! protocols 0 to 5.
 //!
-//! Objects stand in one list and refer to each other by their index. So a pickle that repeats an object within itself a
-//! thousand times takes no more memory than its bytes. One operation is a byte or more and makes one object at most: an
-//! object takes less than 64 bytes.
+//! Objects are in one list and refer to each other by index. So a pickle that repeats an object a thousand times takes
+//! no more memory than its bytes. One operation has at least a byte and makes at most one object; an object takes less
+//! than 64 bytes.
 
 mod build;
 mod machine;
@@ -20,7 +20,7 @@ use self::objects::{Id, Objects};
 use super::ndarray::Bytes;
 use crate::Failure;
 
-/// The objects of a pickle, the last of which is the result.
+/// The objects of a pickle. The last one is the result.
 #[derive(Debug)]
 pub(super) struct Pickle<'a> {
     objects: Objects<'a>,
@@ -29,14 +29,14 @@ pub(super) struct Pickle<'a> {
     size: usize,
 }
 
-/// The bytes of the storage with this key, where the pickle is one of PyTorch's archive.
+/// Returns the bytes of the storage with this key, for a pickle in a PyTorch archive.
 pub(super) type Storages<'s, 'a> = &'s mut dyn FnMut(&str) -> Result<Bytes<'a>, Failure>;
 
 /// Reads a pickle.
 ///
 /// # Errors
-/// [`Code::UnexpectedToken`] for a name that is not known, which running the pickle would call, and for what is no
-/// pickle; [`Code::UnexpectedEnd`] where it is cut off.
+/// - [`Code::UnexpectedToken`]: a name is unknown, which running the pickle would call, or the bytes are not a pickle.
+/// - [`Code::UnexpectedEnd`]: the pickle is cut off.
 pub(super) fn read<'a>(bytes: &'a [u8], storages: Storages<'_, 'a>) -> Result<Pickle<'a>, Failure> {
     machine::Machine::new(bytes, storages).run()
 }
@@ -51,7 +51,7 @@ fn broken(at: usize, message: &str) -> Failure {
     )
 }
 
-/// The error for a name that is not known.
+/// The error for an unknown name.
 fn refused(name: &str) -> Failure {
     Box::new(
         Diagnostic::new(

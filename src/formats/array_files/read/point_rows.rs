@@ -1,4 +1,4 @@
-//! Rows of positions, one after the other, into an array (frames, points, 3), with NaN where a point is missing.
+//! Collects rows of positions into an array (frames, points, 3), with NaN for missing points.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -12,34 +12,34 @@ use super::ndarray::{Bytes, Entries, Kind, NdArray};
 use crate::Failure;
 use crate::warnings::Warnings;
 
-/// What helps where a table has no motion.
+/// The help for a table without a motion.
 pub(super) const TABLES: &str = "tables of motion are those of mocap fk, and of positions: the columns frame, joint, x, \
                                  y, z, or for each point NAME_x, NAME_y, NAME_z";
 
-/// Missing positions for each that is there, at most: a table with frames far from each other would else fill the
-/// memory.
+/// The largest number of missing positions for each present one. Otherwise a table with distant frame numbers would
+/// fill the memory.
 const MOST_GAPS: usize = 64;
 
-/// Missing positions that any table may have: 3 MB.
+/// The number of missing positions that any table may have: 3 MB.
 const ANY_GAPS: usize = 1 << 18;
 
 pub(super) struct PointRows<'c> {
     columns: &'c PointColumns,
-    /// The points in the order in which they come.
+    /// The points in the order of their first rows.
     names: Vec<String>,
     index_of: HashMap<String, usize>,
     /// Frame, point, position.
     cells: Vec<(i64, usize, [f32; 3])>,
-    /// The time of each frame, where it is stated.
+    /// The time of each frame, if it is stated.
     times: Vec<f64>,
-    /// Of the row before: its time, and which points its frame has.
+    /// The time of the previous row, and the points in its frame.
     before: Option<f32>,
     seen: Vec<bool>,
     frame: i64,
 }
 
 impl<'c> PointRows<'c> {
-    /// Rows of a table with these columns; those that are left out are named.
+    /// Starts the rows of a table with these columns. Unused columns are listed in a warning.
     pub(super) fn new(columns: &'c PointColumns, names: &[String], warnings: &mut Warnings) -> Self {
         let mut rows = Self {
             columns,
@@ -64,7 +64,7 @@ impl<'c> PointRows<'c> {
             let left = names.iter().enumerate().filter(is_left);
             let left: Vec<&str> = left.map(|(_, name)| name.as_str()).collect();
             if !left.is_empty() {
-                /// Columns that a warning names at most.
+                /// The largest number of columns in a warning.
                 const NAMED: usize = 8;
                 let named = left.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
                 let message = format!("{} columns of the table are no positions: {named}", left.len());
@@ -78,7 +78,7 @@ impl<'c> PointRows<'c> {
         rows
     }
 
-    /// Adds a row, of which `number` and `text` have the cells.
+    /// Adds a row. `number` and `text` return its cells.
     pub(super) fn add<'t>(
         &mut self,
         line: usize,
@@ -139,7 +139,7 @@ impl<'c> PointRows<'c> {
         Ok(())
     }
 
-    /// The arrays `positions`, `names` and, where times are stated, `fps`.
+    /// The arrays `positions`, `names` and, if times are stated, `fps`.
     pub(super) fn into_entries(self) -> Result<Entries<'static>, Failure> {
         let frames = || self.cells.iter().map(|(frame, _, _)| *frame);
         let (Some(first), Some(last)) = (frames().min(), frames().max()) else {
@@ -174,7 +174,7 @@ impl<'c> PointRows<'c> {
     }
 }
 
-/// NaN in all axes where one is missing.
+/// NaN in all axes if one is missing.
 fn position(number: &impl Fn(usize) -> Result<f32, Failure>, xyz: &[usize; 3]) -> Result<[f32; 3], Failure> {
     let [x, y, z] = [number(xyz[0])?, number(xyz[1])?, number(xyz[2])?];
     Ok(if (x + y + z).is_finite() {
@@ -184,16 +184,16 @@ fn position(number: &impl Fn(usize) -> Result<f32, Failure>, xyz: &[usize; 3]) -
     })
 }
 
-/// An array of 32-bit numbers.
+/// An array of 32-bit floats.
 pub(super) fn floats(name: &str, shape: Vec<usize>, values: &[f32]) -> Result<NdArray<'static>, Failure> {
     let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     NdArray::new(name, (Kind::Float(4), false), shape, false, Bytes::made(bytes))
 }
 
-/// Texts as NumPy has them.
+/// Texts in NumPy's form.
 fn texts(texts: &[String]) -> Result<NdArray<'static>, Failure> {
     let longest = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
-    // One long name must not make all long.
+    // One long name must not make all names long.
     let longest = longest.min(256);
     let mut bytes = Vec::with_capacity(4 * longest * texts.len());
     for text in texts {
@@ -209,9 +209,10 @@ fn texts(texts: &[String]) -> Result<NdArray<'static>, Failure> {
     )
 }
 
-/// Frames per second of the times of frames: that of the median of the steps, and a whole number that is near it.
+/// The frame rate in frames per second from frame times: the rate of the median step, or a nearby whole number.
 fn rate(times: &[f64]) -> Option<f64> {
-    /// Times of three decimals are as far from those of 30 frames a second.
+    /// The largest relative difference to a whole rate. Times with three decimals deviate this far at 30 frames per
+    /// second.
     const NEAR: f64 = 0.02;
     let mut steps: Vec<f32> = times
         .windows(2)
@@ -220,7 +221,7 @@ fn rate(times: &[f64]) -> Option<f64> {
         .collect();
     let rate = 1.0 / f64::from(median(&mut steps)?);
     let rate = match (times.first(), times.last()) {
-        // Steps are rounded, and all of them together are not.
+        // Single steps are rounded, but their sum is not.
         (Some(first), Some(last)) if ((last - first) * rate + 1.0 - times.len() as f64).abs() < 1.0 => {
             (times.len() - 1) as f64 / (last - first)
         }

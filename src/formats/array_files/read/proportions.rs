@@ -1,4 +1,4 @@
-//! The body of `proportions.rs` for arrays: where joints are that are no bones.
+//! The generic body of `proportions.rs` for arrays, with positions for joints that are not bones.
 
 use glam::Vec3;
 use mocap_scene::scene::joint_tables::Joint;
@@ -7,11 +7,11 @@ use mocap_scene::scene::{HumanoidBone as Bone, Side};
 pub(super) use crate::proportions::HEIGHT;
 use crate::proportions::position;
 
-/// The height in metres of the origin of SMPL's template over its root. The origin is near the middle of the body, and
-/// the pelvis a little above half of the height.
+/// The height in metres of the SMPL template's origin above its root. The origin is near the middle of the body, and
+/// the pelvis slightly above half of the height.
 const TEMPLATE_ABOVE_PELVIS: f32 = 0.25;
 
-/// From a joint that is a bone to a joint below it that is none: an end, or a part of the palm.
+/// The vector from a bone's joint to a child joint that is not a bone: an end, or a part of the palm.
 fn beyond(above: Bone, name: &str) -> Vec3 {
     let side = if above.side() == Some(Side::Right) { -1.0 } else { 1.0 };
     let finger = |across: f32| Vec3::new(0.03, 0.0, across);
@@ -30,7 +30,7 @@ fn beyond(above: Bone, name: &str) -> Vec3 {
     step * Vec3::new(side, 1.0, 1.0)
 }
 
-/// Where these joints are in the T-pose, in metres above the ground.
+/// The positions of these joints in the T-pose, in metres above the ground.
 pub(super) fn rest(joints: &[Joint]) -> Vec<Vec3> {
     let mut joint_positions: Vec<Vec3> = Vec::with_capacity(joints.len());
     let mut above: Vec<Option<Bone>> = Vec::with_capacity(joints.len());
@@ -47,6 +47,6 @@ pub(super) fn rest(joints: &[Joint]) -> Vec<Vec3> {
     joint_positions
 }
 
-/// Where the root of SMPL's template is, from the template's origin: what `trans` is added to.
+/// The root position of the SMPL template, relative to the template's origin. `trans` is added to it.
 #[doc(hidden)]
 pub const SMPL_ROOT: Vec3 = Vec3::new(0.0, -TEMPLATE_ABOVE_PELVIS, 0.0);

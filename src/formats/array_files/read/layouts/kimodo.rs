@@ -1,5 +1,5 @@
 //! Kimodo: `posed_joints` (frames, joints, 3) in metres, +Y up, and `global_rot_mats` or `local_rot_mats` (frames,
-//! joints, 3, 3), which are the identity in the T-pose. The offsets of the joints are what the two together say.
+//! joints, 3, 3), which are the identity in the T-pose. Joint offsets follow from both.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -13,7 +13,7 @@ use crate::array_files::read::motion::Motion;
 
 const POSITIONS: &str = "posed_joints";
 
-/// Frames that are looked at for the offset of a joint.
+/// The number of frames from which the offset of a joint is computed.
 const SAMPLES: usize = 64;
 
 pub(super) fn motion(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
@@ -76,7 +76,7 @@ pub(super) fn motion(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     Ok(motion)
 }
 
-/// The rotations of matrices, row by row: joint, then frame.
+/// The rotations of row-major matrices: joint, then frame.
 fn rotations(matrices: &[f64], joints: usize) -> Vec<Vec<DQuat>> {
     let mut tracks = vec![Vec::new(); joints];
     for row in matrices.chunks_exact(9 * joints) {
@@ -87,7 +87,7 @@ fn rotations(matrices: &[f64], joints: usize) -> Vec<Vec<DQuat>> {
     tracks
 }
 
-/// The rotations of a joint to its parent.
+/// The rotations of a joint relative to its parent.
 fn local(joints: &[Joint], global: &[Vec<DQuat>], joint: usize) -> Vec<DQuat> {
     match joints[joint].parent {
         None => global[joint].clone(),
@@ -97,8 +97,8 @@ fn local(joints: &[Joint], global: &[Vec<DQuat>], joint: usize) -> Vec<DQuat> {
     }
 }
 
-/// Where the joints are in the T-pose: each where the median of the frames has it, from its parent. The ground is
-/// below the lowest joint.
+/// The joint positions in the T-pose: each is the median over the frames, relative to its parent. The ground is at the
+/// lowest joint.
 fn rest(joints: &[Joint], global: &[Vec<DQuat>], frames: usize, at: &dyn Fn(usize, usize) -> DVec3) -> Vec<Vec3> {
     let step = (frames / SAMPLES).max(1);
     let mut rest: Vec<Vec3> = Vec::with_capacity(joints.len());

@@ -1,9 +1,9 @@
-//! SAM 3D Body: `pred_joint_coords` (127, 3) of a frame or (frames, 127, 3) in metres, `pred_global_rots` (.., 3, 3)
+//! SAM 3D Body: `pred_joint_coords`, (127, 3) for a frame or (frames, 127, 3), in metres, `pred_global_rots` (.., 3, 3)
 //! and `pred_cam_t` (.., 3), of the Momentum Human Rig.
 //!
-//! Positions are in the frame of a camera: +X right, +Y down, +Z forward. Rotations are in a frame with +Y up. The
-//! skeleton has the median lengths of the take. One hand of a file may have rotations that do not turn its joints to
-//! where they are: that hand is turned as its positions say.
+//! Positions are in camera axes: +X right, +Y down, +Z forward. Rotations are in axes with +Y up. The skeleton has the
+//! median lengths of the take. In some files the rotations of one hand do not match its joint positions. That hand's
+//! rotations are computed from its positions.
 
 mod folder;
 mod level;
@@ -27,17 +27,17 @@ use crate::array_files::read::ndarray::Entries;
 use crate::points;
 use crate::warnings::Warnings;
 
-/// Rotations in the world, as the estimator calls them and as its network does.
+/// World rotations, as the estimator and its network name them.
 const ROTATIONS: [&str; 2] = ["pred_global_rots", "joint_global_rots"];
 const CAMERA: &str = "pred_cam_t";
 
-/// The direction that is up in the frame of the camera, where a file states it.
+/// The up direction in camera axes, if a file states it.
 const UP: &str = "camera_up";
 
-/// How high the root stands above the origin of the rig, in metres.
+/// The height of the root above the rig's origin, in metres.
 pub const MHR_ROOT_HEIGHT: f64 = 0.924;
 
-/// The joints of the rig, of which the first does not move.
+/// The joints of the rig. The first one does not move.
 const JOINTS: usize = 127;
 
 /// The keypoints of SAM 3D Body.
@@ -46,13 +46,13 @@ const KEYPOINTS: usize = 70;
 /// The joint that carries the body.
 const ROOT: usize = 1;
 
-/// From the camera's axes to those of the rotations.
+/// From camera axes to the axes of the rotations.
 const TO_Y_UP: DVec3 = DVec3::new(1.0, -1.0, -1.0);
 
-/// What the points of a sample are.
+/// The kind of points in a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Kind {
-    /// The joints of the rig, with rotations or without.
+    /// The joints of the rig, with or without rotations.
     #[default]
     Joints,
     /// The 70 keypoints of a file without joints.
@@ -60,7 +60,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// That of the arrays of a file; `None` where they are no output of SAM 3D Body.
+    /// The kind of the arrays of a file; `None` if they are not an output of SAM 3D Body.
     fn of(entries: &Entries<'_>) -> Option<Self> {
         [Self::Joints, Self::Keypoints].into_iter().find(|kind| {
             let mut arrays = entries.arrays.iter();
@@ -68,7 +68,7 @@ impl Kind {
         })
     }
 
-    /// The name of the array.
+    /// The name of the position array.
     fn positions(self) -> &'static str {
         match self {
             Self::Joints => "pred_joint_coords",
@@ -84,13 +84,13 @@ impl Kind {
     }
 }
 
-/// A person in a frame, with +Y up. What is not known is not finite.
+/// A person in a frame, with +Y up. Unknown values are not finite.
 #[derive(Clone, Debug)]
 struct Sample {
     positions: Vec<Vec3>,
-    /// None where the file has none.
+    /// Empty if the file has no rotations.
     rotations: Vec<Quat>,
-    /// Where the camera has the body.
+    /// The body position relative to the camera.
     place: DVec3,
 }
 
@@ -109,7 +109,7 @@ impl Sample {
             && self.rotations.iter().all(|rotation| rotation.is_finite())
     }
 
-    /// How far the joints of another are away, on the average of those that both have; NaN without any.
+    /// The mean distance from another sample's joints, over the joints that both have; NaN without any.
     fn distance(&self, other: &Self) -> f64 {
         let moved = (self.place - other.place).as_vec3();
         let pairs = std::iter::zip(&self.positions, &other.positions);
@@ -123,12 +123,12 @@ impl Sample {
     }
 }
 
-/// Whether the arrays are those of SAM 3D Body.
+/// Whether the arrays come from SAM 3D Body.
 pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
     Kind::of(entries).is_some()
 }
 
-/// What helps where a file has parameters of the rig and no joints; `None` where it has none.
+/// The help for a file with rig parameters but no joints; `None` if the file has no parameters.
 pub(super) fn needs_joints(entries: &Entries<'_>) -> Option<&'static str> {
     const PARAMETERS: [&str; 4] = [
         "mhr_model_params",
@@ -149,7 +149,7 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warn
     of_frames(reader, (kind, reader.stated_rate()), frames, format, warnings)
 }
 
-/// The scene of one person of the frames.
+/// The scene of one person.
 fn of_frames(
     reader: &Reader<'_, '_>,
     (kind, stated_rate): (Kind, Option<f64>),
@@ -171,7 +171,7 @@ fn of_frames(
     Ok(scene)
 }
 
-/// The points of a person without rotations, which are solved by their names.
+/// The points of a person without rotations. Rotations are solved from them by name.
 fn of_points(kind: Kind, rate: f64, samples: &[Sample], format: Format, warnings: &mut Warnings) -> Scene {
     let mut scene = Scene::default();
     scene.metadata.format = Some(format);
@@ -244,7 +244,7 @@ fn of_person(
         motion.rotations.push(rotations.collect());
         motion.rest.push((rest[index] - DVec3::Y * ground).as_vec3());
         motion.joints.push(Joint {
-            // Kept joints stand in their order.
+            // Kept joints stay in their order.
             parent: above.map(|parent| kept[..parent].iter().filter(|kept| **kept).count()),
             ..joint.clone()
         });
@@ -260,21 +260,21 @@ fn of_person(
     Ok(motion)
 }
 
-/// Frames per second: of the caller or the file. One frame has none.
+/// The frame rate in frames per second, from the caller or the file. A single frame has none.
 fn rate(reader: &Reader<'_, '_>, stated: Option<f64>, frames: usize) -> Result<f64, Failure> {
-    /// Any rate is that of one frame.
+    /// The frame rate for a single frame, which may be any.
     const OF_ONE: f64 = 30.0;
     let stated = stated.unwrap_or(if frames == 1 { OF_ONE } else { f64::NAN });
     reader.options.frame_rate_or(stated)
 }
 
-/// Where a joint is from its parent, in the parent's axes.
+/// The position of a joint relative to its parent, in the parent's axes.
 fn offset(joint: usize, parent: usize, sample: &Sample) -> DVec3 {
     sample.rotation(parent).inverse() * (sample.at(joint) - sample.at(parent))
 }
 
-/// Brings the body of every frame to its median size, with its distance from the camera, which is guessed by the
-/// size. Returns the median offsets of the joints.
+/// Scales the body of every frame to its median size, together with its distance from the camera, which is estimated
+/// from the size. Returns the median joint offsets.
 fn remove_scale(joints: &[Joint], samples: &mut [Sample]) -> Vec<DVec3> {
     let pairs = || {
         joints
@@ -282,7 +282,7 @@ fn remove_scale(joints: &[Joint], samples: &mut [Sample]) -> Vec<DVec3> {
             .enumerate()
             .filter_map(|(index, joint)| Some((index, joint.parent?)))
     };
-    // The root stands at one height from the origin, whatever the body.
+    // The root is at one height above the origin, whatever the body.
     let size = |sample: &Sample| -> f64 {
         let bones = pairs().filter(|(_, parent)| *parent >= ROOT);
         bones
@@ -306,9 +306,9 @@ fn remove_scale(joints: &[Joint], samples: &mut [Sample]) -> Vec<DVec3> {
     offsets
 }
 
-/// Which joints the skeleton has: all of the body and of the hands, and of the face those that turn.
+/// Selects the joints of the skeleton: all joints of body and hands, and the rotating joints of the face.
 fn kept(joints: &[Joint], samples: &[Sample]) -> Vec<bool> {
-    /// The cosine of half of 0.5 degrees, by which a joint turns at least.
+    /// The cosine of half of 0.5 degrees, the smallest rotation of a joint that counts.
     const TURNED: f64 = 0.999_99;
     let mut kept = vec![true; joints.len()];
     kept[0] = false;
@@ -318,7 +318,7 @@ fn kept(joints: &[Joint], samples: &[Sample]) -> Vec<bool> {
         let first = samples.first().map(local).unwrap_or_default();
         samples.iter().all(|sample| local(sample).dot(first).abs() > TURNED)
     };
-    // Children stand after their parents.
+    // Children follow their parents.
     for index in (0..joints.len()).rev().filter(|_| samples.len() > 1) {
         let above = std::iter::successors(joints[index].parent, |above| joints[*above].parent);
         let is_of_face = above.into_iter().any(|above| Some(above) == head) && joints[index].name != "c_head_null";

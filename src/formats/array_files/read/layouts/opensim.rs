@@ -1,8 +1,8 @@
-//! Joint angles of OpenSim's models, by the names of their coordinates: `hip_flexion_r`, `knee_angle_l`, ...
+//! Joint angles of OpenSim's models, by their coordinate names: `hip_flexion_r`, `knee_angle_l`, ...
 //!
-//! The names are those of OpenSim's gait models and of *Rajagopal 2016*. Their files say nothing of lengths: the angles
-//! are put on the body of `--body`, or on one of generic proportions. The axes of joints differ a little from model to
-//! model, which the angles alone do not tell.
+//! The names are those of OpenSim's gait models and of *Rajagopal 2016*. Their files do not state bone lengths. So the
+//! angles are applied to the body of `--body`, or to a body of generic proportions. Joint axes differ slightly between
+//! models, and the angles do not show the model.
 
 use glam::{DQuat, DVec3};
 use mocap_figure::joint_angles::{is_angle, rotations_of};
@@ -16,13 +16,13 @@ use crate::array_files::read::proportions;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// Joints of the body of SMPL's family, whose T-pose has no rotations.
+/// The number of joints of the SMPL family's body, whose T-pose has no rotations.
 const JOINTS: usize = 22;
 
-/// Angles that every motion of a body must have.
+/// The angles that every body motion must have.
 const NEEDED: [&str; 4] = ["hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l"];
 
-/// Names of other models for a column of ours.
+/// Column names of other models, and our names.
 const ALIASES: [(&str, &str); 5] = [
     ("ankle_inversion", "subtalar_angle"),
     ("wrist_deviation", "wrist_dev"),
@@ -31,7 +31,7 @@ const ALIASES: [(&str, &str); 5] = [
     ("lumbar_rotation", "lumbar_yaw"),
 ];
 
-/// The motion of the columns of a file.
+/// The motion in the columns of a file.
 pub(in crate::array_files::read) fn motion(
     columns: &Columns,
     options: &ReadOptions,
@@ -86,7 +86,7 @@ pub(in crate::array_files::read) fn motion(
     Ok(motion)
 }
 
-/// Frames per second, by the times of the rows unless the caller states it.
+/// The frame rate in frames per second, from the times of the rows unless the caller states it.
 fn frame_rate(columns: &Columns, options: &ReadOptions, warnings: &mut Warnings) -> Result<f64, Failure> {
     if options.retime.is_some() {
         return options.frame_rate_or(f64::NAN);
@@ -107,7 +107,7 @@ fn frame_rate(columns: &Columns, options: &ReadOptions, warnings: &mut Warnings)
     Ok(rate)
 }
 
-/// The rotation of a joint: spine and neck share what is stated for the whole trunk and the head.
+/// The rotation of a joint. Spine and neck share the rotation that is stated for the whole trunk and the head.
 fn own_rotation(bone: Bone, of: &dyn Fn(Bone) -> Option<DQuat>) -> Option<DQuat> {
     let part = |whole: Bone, count: f64| Some(DQuat::IDENTITY.slerp(of(whole)?, 1.0 / count));
     match bone {
@@ -117,7 +117,7 @@ fn own_rotation(bone: Bone, of: &dyn Fn(Bone) -> Option<DQuat>) -> Option<DQuat>
     }
 }
 
-/// The value of a column of ours in a frame, in degrees.
+/// The value of one of our columns in a frame, in degrees.
 fn angle(columns: &Columns, name: &str, frame: usize, knees: f64) -> Option<f64> {
     let of = |name: &str| Some(columns.column(name)?[frame]);
     let alias = || {
@@ -137,7 +137,7 @@ fn angle(columns: &Columns, name: &str, frame: usize, knees: f64) -> Option<f64>
     Some(sign * if columns.in_degrees { value } else { value.to_degrees() })
 }
 
-/// -1 where bent knees have negative angles, as in OpenSim's older models: knees bend to one side.
+/// -1 if bent knees have negative angles, as in OpenSim's older models. Knees bend to one side only.
 fn knee_sign(columns: &Columns) -> f64 {
     let knees = ["knee_angle_r", "knee_angle_l"]
         .into_iter()

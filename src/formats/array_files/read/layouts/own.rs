@@ -1,4 +1,4 @@
-//! The arrays of this program, as `mocap fk` writes them: back to the scene that they were made of.
+//! The arrays of this program, as `mocap fk` writes them, converted back to the scene.
 
 use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -13,7 +13,7 @@ use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::frames::add_animation;
 use crate::warnings::Warnings;
 
-/// Whether the arrays are those of this program.
+/// Whether this program wrote the arrays.
 pub(super) fn is_own(entries: &Entries<'_>) -> bool {
     let header = entries.get("header").map(NdArray::texts).unwrap_or_default();
     header.first().is_some_and(|text| text.starts_with("{\"frame_rate\":"))
@@ -22,10 +22,10 @@ pub(super) fn is_own(entries: &Entries<'_>) -> bool {
             .all(|name| entries.get(name).is_some())
 }
 
-/// What of the header says what the numbers are.
+/// The fields of the header that describe the numbers.
 #[derive(Deserialize)]
 struct Header {
-    /// Its digits: the number is the nearest to them.
+    /// The digits in the file. The number is the nearest double.
     frame_rate: Box<RawValue>,
     metres_per_unit: Option<f64>,
     up: Option<UpAxis>,
@@ -67,7 +67,7 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warn
     of_numbers(header, frames, &positions, &rotations, reader, format, warnings)
 }
 
-/// The scene of the numbers of every frame and joint.
+/// The scene from the numbers of every frame and joint.
 fn of_numbers(
     header: Header,
     frames: usize,
@@ -165,7 +165,7 @@ fn of_numbers(
     Ok(scene)
 }
 
-/// The node of each joint, depth-first. Several roots get one parent, which then is the first node.
+/// The node of each joint, depth-first. Several roots get a common parent, which is the first node.
 fn ids(parents: &[Option<usize>]) -> Vec<NodeId> {
     let mut children = vec![Vec::new(); parents.len()];
     let mut open = Vec::new();
@@ -185,9 +185,9 @@ fn ids(parents: &[Option<usize>]) -> Vec<NodeId> {
     ids
 }
 
-/// A joint whose distance to its parent does not change has its OFFSET alone.
+/// The channel of a joint. If its distance from its parent does not change, it has only its OFFSET.
 fn channel(joint: &Joint, id: NodeId, is_root: bool, root_path: Vec<Vec3>, rotations: Vec<DQuat>) -> Channel {
-    /// What rounding adds to positions in 32 bits, as a fraction of their size.
+    /// The rounding error of 32-bit positions, as a fraction of their size.
     const ROUNDING: f32 = 1e-5;
     let offset = Vec3::from(joint.offset);
     let largest = root_path
@@ -219,7 +219,7 @@ fn channel(joint: &Joint, id: NodeId, is_root: bool, root_path: Vec<Vec3>, rotat
     }
 }
 
-/// A rotation as [`Rotation`](mocap_scene::scene) of the arrays writes it, told by its width.
+/// A rotation in the form of [`Rotation`](mocap_scene::scene), which the width determines.
 fn rotation(row: &[f64], order: Option<RotationOrder>) -> DQuat {
     let vector = |at: usize| DVec3::from_slice(&row[at..at + 3]);
     let of_columns = |x: DVec3, y: DVec3| {

@@ -1,4 +1,4 @@
-//! Whether the numbers of arrays are what their layouts say: arrays state no unit.
+//! Checks whether the numbers of arrays fit their layout, because arrays state no unit.
 
 use std::f64::consts::TAU;
 
@@ -8,11 +8,11 @@ use mocap_scene::error::{Code, Diagnostic};
 use crate::Failure;
 use crate::array_files::read::humanml3d;
 
-/// The joints that turn by more than a full turn in the mean where angles are in degrees, at least. A root that spins
-/// on is one.
+/// The smallest number of joints with a mean angle above a full turn, if angles are in degrees. A root that keeps
+/// spinning counts as one.
 const TURNED: usize = 2;
 
-/// Refuses angles that are no radians. `means` has the mean angle of each joint.
+/// Refuses angles that are not radians. `means` has the mean angle of each joint.
 pub(super) fn check_radians(name: &str, means: impl IntoIterator<Item = f64>) -> Result<(), Failure> {
     let (joints, largest) = means
         .into_iter()
@@ -32,26 +32,26 @@ pub(super) fn check_radians(name: &str, means: impl IntoIterator<Item = f64>) ->
     ))
 }
 
-/// Refuses rows of HumanML3D that were normalized. In rows that were not, the columns of rotations have the length 1,
-/// or nearly so where a network made them.
+/// Refuses normalized rows of HumanML3D. In other rows, the rotation columns have length 1, or nearly so if a network
+/// made them.
 pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
-    /// The first number of the rotations in a row, after the root and the positions.
+    /// The index of the first rotation number in a row, after the root and the positions.
     const ROTATIONS: usize = 4 + 3 * (humanml3d::JOINTS - 1);
 
-    /// The numbers of two columns of a matrix.
+    /// The count of numbers in two columns of a matrix.
     const COLUMNS: usize = 6;
 
-    /// Lengths that a network makes of 1.
+    /// The lengths that a network produces for 1.
     const LENGTH: std::ops::Range<f64> = 0.7..1.4;
 
-    /// The fraction of rotations whose columns both have such a length, at least. Of numbers with the mean 0 and the
-    /// deviation 1 it is an eighth.
+    /// The smallest fraction of rotations whose columns both have such a length. For numbers with mean 0 and deviation
+    /// 1 it is an eighth.
     const KEPT: f64 = 0.5;
     let rotations = rows.chunks_exact(humanml3d::NUMBERS).flat_map(|row| {
         let columns = &row[ROTATIONS..ROTATIONS + COLUMNS * (humanml3d::JOINTS - 1)];
         columns.as_chunks::<COLUMNS>().0
     });
-    // Some programs write positions alone, and zeros for the rest.
+    // Some programs write only positions, and zeros for the rest.
     let stated = rotations.filter(|columns| columns.iter().any(|number| *number != 0.0));
     let (count, kept) = stated.fold((0_usize, 0_usize), |(count, kept), columns| {
         let mut columns = columns.as_chunks::<3>().0.iter();

@@ -1,4 +1,4 @@
-//! One array of positions, (frames, joints, 3): points without a skeleton, as the markers of C3D.
+//! One array of positions, (frames, joints, 3): points without a skeleton, like the markers of C3D.
 
 use glam::DVec3;
 use mocap_scene::limits::{is_plausible, limit_exceeded};
@@ -14,10 +14,10 @@ use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::points::{self, Kind, Track};
 use crate::warnings::Warnings;
 
-/// Frames per second of arrays that do not say, but for those of HumanML3D, which has 22 joints.
+/// The frame rate in frames per second of arrays that do not state one. HumanML3D, which has 22 joints, has its own.
 const USUAL_RATE: f64 = 30.0;
 
-/// The array of a file that has one, or that of positions.
+/// The only array of a file, or the array of positions.
 pub(super) fn only_array<'e, 'a>(entries: &'e Entries<'a>) -> Option<&'e NdArray<'a>> {
     const NAMES: &[&str] = &["positions", "joints", "keypoints3d", "joints3d", "keypoints"];
     let mut motions = entries
@@ -38,7 +38,7 @@ pub(super) fn scene(
     format: Format,
     warnings: &mut Warnings,
 ) -> Result<Scene, Failure> {
-    // A network's output may have an axis for one of many.
+    // The output of a network may have a batch axis of length 1.
     let shape = match array.shape.as_slice() {
         [1, shape @ ..] if shape.len() == 3 => shape,
         shape => shape,
@@ -55,7 +55,7 @@ pub(super) fn scene(
     of_numbers(reader, (frames, count), &numbers, format, warnings)
 }
 
-/// HumanML3D's numbers, as points of the joints of SMPL. `None` where the array has another width.
+/// HumanML3D's numbers as points of the SMPL joints. `None` if the array has another width.
 pub(super) fn of_humanml3d(
     reader: &Reader<'_, '_>,
     array: &NdArray<'_>,
@@ -123,7 +123,7 @@ fn of_numbers(
     Ok(scene)
 }
 
-/// The names of the points: those of the file, or of the joints of SMPL where there are as many, or numbers.
+/// The names of the points: the file's names, or the names of SMPL joints if the count fits, or numbers.
 fn names(entries: &Entries<'_>, count: usize, assumptions: &mut Vec<Assumption>) -> Vec<String> {
     let stated = entries.first(&["names", "joint_names"]).map(NdArray::texts);
     if let Some(names) = stated.filter(|names| names.len() == count) {

@@ -1,5 +1,5 @@
-//! The motion of a robot: where its base is and the positions of its joints, in the layouts that `mocap robot` writes.
-//! The robot itself is the body that is named.
+//! The motion of a robot: the position of its base and of its joints, in the layouts that `mocap robot` writes. The
+//! body option names the robot.
 
 use glam::{DQuat, DVec3};
 use mocap_figure::robot_bones::moving::scene_of_clip;
@@ -15,7 +15,7 @@ use crate::array_files::read::body::Body;
 use crate::array_files::read::motion::Motion;
 use crate::array_files::read::ndarray::{Entries, NdArray};
 
-/// The rate in Hz where the arrays state none: that of motions for Unitree's robots.
+/// The rate in Hz if the arrays state none, as in motions for Unitree's robots.
 const USUAL_RATE: f64 = 30.0;
 
 /// A layout: the names of its arrays.
@@ -25,11 +25,11 @@ struct Layout {
     rotations: &'static str,
     /// Whether rotations are w, x, y, z.
     w_first: bool,
-    /// Whether positions and rotations are of all links, the base first.
+    /// Whether positions and rotations are given for all links, base first.
     of_links: bool,
 }
 
-/// Where the base is, for ASAP and PBHC, whose motions stand in a dictionary by their names.
+/// The position of the base in ASAP and PBHC, whose motions are in a dictionary by name.
 pub(super) const OFFSETS: &str = "root_trans_offset";
 
 const LAYOUTS: &[Layout] = &[
@@ -79,15 +79,15 @@ const LAYOUTS: &[Layout] = &[
     },
 ];
 
-/// Numbers of the base: a position and a quaternion.
+/// The count of base numbers: a position and a quaternion.
 pub(in super::super) const BASE: usize = 7;
 
-/// A layout of one array, whose rows have the numbers of the base before those of the joints.
+/// A layout with a single array, whose rows have the base numbers before the joint numbers.
 struct Rows {
     name: &'static str,
-    /// How many numbers the base has: its position, and its rotation.
+    /// The count of base numbers: position and rotation.
     base: usize,
-    /// The position of the base, then its rotation as x, y, z and w.
+    /// Reads the position of the base, then its rotation as x, y, z and w.
     read: fn(&[f64]) -> [f64; BASE],
 }
 
@@ -98,7 +98,7 @@ const ROWS: &[Rows] = &[
         base: BASE,
         read: |row| [row[0], row[1], row[2], row[4], row[5], row[6], row[3]],
     },
-    // A table without a header, as those for Unitree's robots.
+    // A table without a header, as for Unitree's robots.
     Rows {
         name: TABLE,
         base: BASE,
@@ -115,7 +115,7 @@ const ROWS: &[Rows] = &[
     },
 ];
 
-/// Whether the arrays are the motion of a robot.
+/// Whether the arrays are a robot motion.
 pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
     let has = |name: &str| entries.get(name).is_some();
     let has_numbers = |name: &str| {
@@ -126,7 +126,7 @@ pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
     ROWS.iter().any(|rows| has_numbers(rows.name)) || LAYOUTS.iter().any(|layout| has(layout.joints))
 }
 
-/// The robot of the body in this motion.
+/// The robot of the body option, in this motion.
 pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Failure> {
     let Some(Body::Robot(robot, _)) = reader.options.body.as_deref() else {
         let message = "the arrays are the motion of a robot, and do not say which";
@@ -144,7 +144,7 @@ pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Fa
     Ok(scene)
 }
 
-/// The base in each frame, and the positions of the joints in the robot's order.
+/// The base in each frame, and the joint positions in the robot's order.
 fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, Vec<f64>), Failure> {
     let entries = reader.entries;
     let own = robot.dof_names();
@@ -189,7 +189,7 @@ fn positions(reader: &Reader<'_, '_>, robot: &Robot) -> Result<(Vec<Placement>, 
         let diagnostic = Diagnostic::new(Code::NonFiniteValue, message).in_joint(name.as_str());
         return Err(Box::new(diagnostic.expected_found("a number", ordered[at].to_string())));
     }
-    // A hinge without limits may turn on and on.
+    // A hinge without limits may keep turning.
     let hinges = robot.moving_joints().into_iter().enumerate().filter(|(_, link)| {
         let joint = &robot.links[*link].joint;
         joint.kind == JointKind::Hinge && (joint.limits.upper - joint.limits.lower).is_finite()
@@ -227,7 +227,8 @@ fn base(reader: &Reader<'_, '_>, layout: &Layout, frames: usize) -> Result<Vec<[
 }
 
 fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
-    /// A quaternion of another length is no rotation, or its columns are in another order.
+    /// The accepted lengths of a quaternion. Another length means that it is no rotation, or that its columns are in
+    /// another order.
     const LENGTH: std::ops::Range<f64> = 0.9..1.1;
     let [x, y, z, i, j, k, w] = *row;
     let (translation, rotation) = (DVec3::new(x, y, z), DQuat::from_xyzw(i, j, k, w));
@@ -246,7 +247,7 @@ fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
 }
 
 fn no_joint(name: &str, names: &[String]) -> Failure {
-    /// Joints that an error names at most.
+    /// The largest number of joints in an error.
     const NAMED: usize = 6;
     let message = "the arrays and the robot have other joints: {body} names another robot than that of the motion";
     let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();

@@ -1,5 +1,4 @@
-//! Motions of SMPL, SMPL-H and SMPL-X, and of SOMA where it is written as they are: rotations as vectors along the
-//! axis, as long as the angle.
+//! Motions of SMPL, SMPL-H and SMPL-X, and of SOMA in the same form: rotations as axis times angle.
 
 use glam::{DQuat, DVec3, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -13,15 +12,15 @@ use crate::array_files::read::motion::{Motion, named};
 use crate::array_files::read::ndarray::{Entries, NdArray};
 use crate::array_files::read::proportions::{self, HEIGHT, SMPL_ROOT};
 
-/// The frame rates that publishers state where files do not.
+/// The frame rate in frames per second that publishers state if files do not.
 const USUAL_RATE: f64 = 30.0;
 
-/// Whether the arrays are those of AMASS.
+/// Whether the arrays are in AMASS's layout.
 pub(super) fn is_poses(entries: &Entries<'_>) -> bool {
     entries.get("poses").is_some() || entries.get("smpl_poses").is_some()
 }
 
-/// AMASS: `poses`, (frames, 156) of SMPL-H, 165 of SMPL-X, 72 of SMPL or 66 of the body, and `trans`.
+/// AMASS: `poses`, (frames, 156) for SMPL-H, 165 for SMPL-X, 72 for SMPL or 66 for the body, and `trans`.
 pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     let entries = reader.entries;
     let name = if entries.get("poses").is_some() {
@@ -51,7 +50,7 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     let names = ["trans", "smpl_trans", "transl"];
     let name = names.into_iter().find(|name| entries.get(name).is_some());
     set_root(reader, &mut motion, name, frames, "")?;
-    // AMASS states its rate, and has +Z up by its definition; others only use its names.
+    // AMASS states its rate, and is +Z up by definition. Others only use its names.
     let is_amass = entries.first(&["mocap_framerate", "mocap_frame_rate"]).is_some();
     if is_amass {
         motion.up = UpAxis::Z;
@@ -63,8 +62,8 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     Ok(motion)
 }
 
-/// Where the dictionary with `global_orient` and `body_pose` is: the best of several. That in the world is better than
-/// that in the camera, and the result better than what it was made of.
+/// The path of the best dictionary with `global_orient` and `body_pose`. World coordinates are better than camera
+/// coordinates, and the result is better than its inputs.
 pub(super) fn dictionary(entries: &Entries<'_>) -> Option<String> {
     let names = entries.arrays.iter().map(|(name, _)| name.as_str());
     let prefixes = names.filter_map(|name| name.strip_suffix("body_pose"));
@@ -79,8 +78,7 @@ pub(super) fn dictionary(entries: &Entries<'_>) -> Option<String> {
     prefixes.filter(has_root).min_by_key(cost).map(str::to_owned)
 }
 
-/// SMPL-X's dictionaries, those of GVHMR, and those of GEM-X, whose `body_pose` has the 76 joints of SOMA below its
-/// root.
+/// SMPL-X dictionaries, of GVHMR and of GEM-X. In GEM-X `body_pose` has SOMA's 76 joints other than the root.
 pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Motion, Failure> {
     let entries = reader.entries;
     let name = |own: &str| format!("{prefix}{own}");
@@ -146,7 +144,7 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
         .find(|name| entries.get(name).is_some());
     let root = set_root(reader, &mut motion, translation.as_deref(), frames, prefix)?;
     if is_soma {
-        // SOMA's translation is where its root is moved from the rest pose, whose feet are on the ground.
+        // SOMA's translation is the displacement of its root from the rest pose, in which the feet are on the ground.
         let rest = motion.rest.first().copied().unwrap_or_default();
         let lowest = motion.rest.iter().map(|joint| joint.y).fold(rest.y, f32::min);
         let ground = if reader.options.body.is_some() { lowest } else { 0.0 };
@@ -162,7 +160,7 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
     Ok(motion)
 }
 
-/// Whether both hands are there joint by joint. Fewer numbers are coefficients of a model.
+/// Whether both hands are given joint by joint. Fewer numbers are coefficients of a model.
 fn has_hands(entries: &Entries<'_>, prefix: &str) -> bool {
     ["left_hand_pose", "right_hand_pose"].into_iter().all(|own| {
         let hand = entries.get(&format!("{prefix}{own}"));
@@ -170,12 +168,12 @@ fn has_hands(entries: &Entries<'_>, prefix: &str) -> bool {
     })
 }
 
-/// Arrays without names: 69 numbers a frame of PHUMA, and 322 of Motion-X. `None` where it is neither.
+/// Arrays without names: PHUMA has 69 numbers per frame, and Motion-X has 322. `None` for other widths.
 pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Option<Motion>, Failure> {
     let &[frames, width] = array.shape.as_slice() else {
         return Ok(None);
     };
-    // Where the translation is, and the rotations of the root, the body, the jaw, the eyes and the hands.
+    // The column of the translation, and the columns of the rotations of root, body, jaw, eyes and hands.
     let (what, joints, root_column, order): (_, _, _, &[(usize, usize)]) = match width {
         69 => ("PHUMA's: translation 3, orientation 3, body 63", 22, 0, &[(3, 22)]),
         322 => (
@@ -197,7 +195,7 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     let mut rotations = Vec::new();
     for (begin, count) in order {
         match count {
-            // An eye that does not move.
+            // A static eye.
             0 => rotations.push(vec![DQuat::IDENTITY; frames]),
             count => rotations.extend(tracks("of the file", &part(*begin, 3 * count), *count)?),
         }
@@ -219,8 +217,8 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     Ok(Some(motion))
 }
 
-/// The joints at rest, and where the root is: the translation, from the origin of the template. Returns where the root
-/// is from that origin at rest.
+/// Sets the rest joints and the root positions: the translation, relative to the template's origin. Returns the root
+/// position at rest, relative to that origin.
 fn set_root(
     reader: &Reader<'_, '_>,
     motion: &mut Motion,
@@ -237,8 +235,8 @@ fn set_root(
     Ok(root)
 }
 
-/// The joints at rest: those of the body that is given, or else of the file, where this program wrote it, or else of
-/// generic proportions. Returns where the root is from the origin of the template.
+/// Sets the joints at rest: from the given body, or else from the file if this program wrote it, or else from generic
+/// proportions. Returns the root position relative to the template's origin.
 fn set_rest(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) -> Result<Vec3, Failure> {
     let count = motion.joints.len();
     let first = |rest: &[Vec3]| rest.first().copied().unwrap_or_default();
@@ -261,7 +259,7 @@ fn set_rest(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) -> Resul
     Ok(SMPL_ROOT)
 }
 
-/// The array of our own files with the joints of the body at rest, in metres.
+/// The array of our own files with the rest joints of the body, in metres.
 const REST_JOINTS: &str = "rest_joints";
 
 fn guess_up(motion: &mut Motion) {
@@ -275,7 +273,7 @@ fn guess_up(motion: &mut Motion) {
     );
 }
 
-/// What the lengths and the hands are.
+/// Records the choice of bone lengths and of the hands.
 fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
     let entries = reader.entries;
     let betas = entries.get(&format!("{prefix}betas"));
@@ -315,7 +313,7 @@ fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
     }
 }
 
-/// A track for each of `joints` joints, of rows of their rotations in the array `name`.
+/// A track for each of `joints` joints, from the rows of rotations in the array `name`.
 fn tracks(name: &str, numbers: &[f64], joints: usize) -> Result<Vec<Vec<DQuat>>, Failure> {
     let rows = numbers.chunks_exact(3 * joints.max(1));
     let frames = rows.len().max(1) as f64;

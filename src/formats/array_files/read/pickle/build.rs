@@ -1,4 +1,4 @@
-//! What the known names build.
+//! Builds the objects of the known names.
 
 use std::collections::HashMap;
 
@@ -7,10 +7,10 @@ use super::objects::{Id, Object, Objects};
 use super::refused;
 use crate::Failure;
 
-/// Classes whose objects are kept as the dictionary of their state: sparse matrices of SciPy.
+/// Classes whose objects are kept as the dictionary of their state: SciPy's sparse matrices.
 const RECORDS: &[&str] = &["csc_matrix", "csr_matrix", "csc_array", "csr_array"];
 
-/// The function or class of this name.
+/// The function or class with this name.
 pub(super) fn global<'a>(module: &str, name: &str) -> Result<Object<'a>, Failure> {
     let is_numpy = |below: &str| {
         ["numpy.core.", "numpy._core."]
@@ -34,7 +34,7 @@ pub(super) fn global<'a>(module: &str, name: &str) -> Result<Object<'a>, Failure
     }
 }
 
-/// The type of the elements of a storage of PyTorch.
+/// The element type of a PyTorch storage.
 fn storage_kind(name: &str) -> Option<Kind> {
     Some(match name.strip_suffix("Storage")? {
         "Double" => Kind::Float(8),
@@ -53,7 +53,8 @@ fn storage_kind(name: &str) -> Option<Kind> {
 
 /// The whole numbers of a tuple or a list.
 fn sizes(objects: &Objects<'_>, id: Id) -> Option<Vec<usize>> {
-    /// More than any motion has, and few enough for an array that five bytes repeat.
+    /// The largest number of axes. It is more than any motion has, and small enough for an array that five bytes
+    /// repeat.
     const MOST_AXES: usize = 6;
     let items = objects.items(id).filter(|items| items.len() <= MOST_AXES)?;
     let size = |id: &Id| {
@@ -98,7 +99,7 @@ pub(super) fn call<'a>(
             let is_fortran = objects.text(*order) == Some("F");
             array(objects, *kind, shape, is_fortran, *buffer).ok_or_else(wrong)?
         }
-        // As `mocap robot` writes arrays.
+        // The form in which `mocap robot` writes arrays.
         "frombuffer" => flat(objects, arguments).ok_or_else(wrong)?,
         "array" | "reshape" => {
             let Some(Object::Array(array)) = arguments.first().map(|id| &objects[*id]) else {
@@ -113,7 +114,7 @@ pub(super) fn call<'a>(
                 _ => Err(wrong()),
             }
         }
-        // Python 3 writes bytes as a text of Latin letters in old protocols.
+        // In old protocols, Python 3 writes bytes as Latin-1 text.
         "encode" => {
             let id = *arguments.first().ok_or_else(wrong)?;
             let letters = objects.text(id).ok_or_else(wrong)?;
@@ -126,7 +127,7 @@ pub(super) fn call<'a>(
     }
 }
 
-/// The bytes of a text of Latin letters. A text that is remembered is encoded once, however often it is asked for.
+/// The bytes of a Latin-1 text. A memoized text is encoded once, however often it is used.
 fn latin<'a>(letters: &'a str, id: Id, encoded: &mut HashMap<Id, Bytes<'a>>) -> Option<Bytes<'a>> {
     if letters.is_ascii() {
         return Some(Bytes::File(letters.as_bytes()));
@@ -140,7 +141,7 @@ fn latin<'a>(letters: &'a str, id: Id, encoded: &mut HashMap<Id, Bytes<'a>>) -> 
     Some(bytes)
 }
 
-/// NumPy's type of these letters, as in `f8`.
+/// The NumPy type with these letters, such as `f8`.
 fn dtype<'a>(letters: &str) -> Option<Object<'a>> {
     let (big_endian, letters) = match letters.split_at_checked(1) {
         Some((">", rest)) => (true, rest),
@@ -155,7 +156,7 @@ fn dtype<'a>(letters: &str) -> Option<Object<'a>> {
 
 type Built<'a> = Result<Object<'a>, String>;
 
-/// An array of NumPy of the type `kind` and the bytes of `buffer`.
+/// A NumPy array of the type `kind` with the bytes of `buffer`.
 fn array<'a>(objects: &Objects<'a>, kind: Id, shape: Vec<usize>, is_fortran: bool, buffer: Id) -> Option<Built<'a>> {
     let (Object::Dtype(kind, big_endian), Object::Bytes(bytes)) = (&objects[kind], &objects[buffer]) else {
         return None;
@@ -170,7 +171,7 @@ fn of_bytes<'a>(kind: (Kind, bool), shape: Vec<usize>, is_fortran: bool, bytes: 
         .map_err(|failure| failure.message.clone())
 }
 
-/// The array of one axis of all bytes of a buffer.
+/// The one-dimensional array of all bytes of a buffer.
 fn flat<'a>(objects: &Objects<'a>, arguments: &[Id]) -> Option<Built<'a>> {
     let [buffer, kind] = arguments else { return None };
     let (Object::Bytes(bytes), Some(Object::Dtype(Some(kind), big_endian))) =
@@ -209,7 +210,7 @@ fn tensor<'a>(objects: &Objects<'a>, arguments: &[Id]) -> Option<Built<'a>> {
     Some(checked.map(|()| Object::Array(Box::new(array))))
 }
 
-/// What an object becomes with its state; `None` where the state says nothing that is wanted.
+/// The object with its state; `None` if the state has nothing that is needed.
 pub(super) fn set_state<'a>(objects: &Objects<'a>, object: Id, state: Id) -> Result<Option<Object<'a>>, String> {
     match &objects[object] {
         Object::NewArray => {
@@ -218,7 +219,7 @@ pub(super) fn set_state<'a>(objects: &Objects<'a>, object: Id, state: Id) -> Res
                 return Err(wrong());
             };
             let shape = sizes(objects, *shape).ok_or_else(wrong)?;
-            // An array of objects is the list of them.
+            // An array of objects becomes the list of its objects.
             if let Object::Dtype(None, _) = &objects[*kind] {
                 return Ok(Some(Object::Record(Some(*data))));
             }

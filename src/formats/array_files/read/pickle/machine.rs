@@ -16,12 +16,12 @@ pub(super) struct Machine<'s, 'a> {
     at: usize,
     objects: Objects<'a>,
     stack: Vec<Id>,
-    /// How high the stack was at each mark.
+    /// The stack height at each mark.
     marks: Vec<usize>,
     memo: HashMap<u32, Id>,
-    /// The values that nothing can change, which stand in the list once: none, true, false, the empty tuple.
+    /// The immutable values, stored once: none, true, false, the empty tuple.
     constants: HashMap<u8, Id>,
-    /// The bytes of texts that were encoded.
+    /// The bytes of encoded texts.
     encoded: HashMap<Id, Bytes<'a>>,
     storages: Storages<'s, 'a>,
 }
@@ -41,7 +41,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         }
     }
 
-    /// Runs to the operation STOP.
+    /// Runs until the operation STOP.
     pub(super) fn run(mut self) -> Result<Pickle<'a>, Failure> {
         loop {
             let operation = self.byte()?;
@@ -63,7 +63,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         }
     }
 
-    /// Operations of one byte that push a value that nothing can change.
+    /// One-byte operations that push an immutable value.
     fn constant(&mut self, operation: u8) -> Result<bool, Failure> {
         if let Some(id) = self.constants.get(&operation) {
             self.stack.push(*id);
@@ -160,7 +160,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(true)
     }
 
-    /// Operations that remember, and those that do nothing here.
+    /// Memo operations, and operations without effect here.
     fn memo(&mut self, operation: u8) -> Result<bool, Failure> {
         match operation {
             b'q' => {
@@ -261,7 +261,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         self.objects.tuple(items).ok_or_else(|| broken(self.at, TOO_MANY))
     }
 
-    /// The lowest index of the stack that may be taken.
+    /// The lowest stack index that may be popped.
     fn floor(&self) -> usize {
         self.marks.last().copied().unwrap_or(0)
     }
@@ -353,7 +353,7 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(Object::Bytes(Bytes::File(self.take(length)?)))
     }
 
-    /// A text of UTF-8, or of Python 2, whose texts are bytes.
+    /// A text in UTF-8. Python 2 texts are bytes.
     fn text(&mut self, size: usize) -> Result<Object<'a>, Failure> {
         let length = usize::try_from(self.unsigned(size)?).unwrap_or(usize::MAX);
         let bytes = self.take(length)?;
@@ -371,13 +371,13 @@ impl<'s, 'a> Machine<'s, 'a> {
         Ok(line.trim_end_matches('\r'))
     }
 
-    /// The number under which an object is remembered.
+    /// The memo number of an object.
     fn decimal_key(&mut self) -> Result<u32, Failure> {
         let key = self.line()?.parse();
         key.map_err(|_| broken(self.at, "what it remembers has no whole number"))
     }
 
-    /// A number in decimal digits, as protocol 0 has them. `I01` is true.
+    /// A number in decimal digits, as in protocol 0. `I01` is true.
     fn decimal(&mut self) -> Result<f64, Failure> {
         let line = self.line()?;
         let number = line.trim_end_matches('L').parse();
@@ -394,7 +394,7 @@ fn pairs(items: &[Id]) -> Vec<(Id, Id)> {
         .collect()
 }
 
-/// A whole number in two's complement, the lowest byte first.
+/// An integer in two's complement, lowest byte first.
 fn long(bytes: &[u8]) -> f64 {
     let sum = |sum: f64, byte: &u8| sum * 256.0 + f64::from(*byte);
     let size = bytes.iter().rev().fold(0.0, sum);

@@ -1,24 +1,24 @@
-//! The arrays of a pickle, by the path of dictionaries that leads to each.
+//! The arrays of a pickle, with the path of dictionaries to each.
 
 use super::super::ndarray::{Bytes, Entries, Kind, NdArray};
 use super::Pickle;
 use super::objects::{Id, Object, Objects};
 
-/// Dictionaries within dictionaries that are looked into.
+/// The largest nesting depth of dictionaries to search.
 const DEEPEST: usize = 8;
 
-/// Bytes of a name that is looked at.
+/// The largest number of bytes of a name to use.
 const LONGEST: usize = 256;
 
-/// The least bytes of an array in a pickle: its name, its shape and its type. A pickle that repeats one array by its
-/// number in the memo has fewer.
+/// The least number of bytes of an array in a pickle: its name, its shape and its type. A pickle that repeats an array
+/// by its memo number has fewer.
 const LEAST: usize = 32;
 
-/// Objects of a small pickle that are looked at.
+/// The number of objects to visit in a small pickle.
 const FEW: usize = 4096;
 
-/// The arrays of a pickle, in its order, as `outer.inner`. Numbers and texts are arrays of one element, lists of
-/// numbers and of texts arrays of one axis; what else there is has no name.
+/// The arrays of a pickle, in order, named `outer.inner`. Numbers and texts become arrays of one element, lists of
+/// numbers and of texts become arrays of one axis. Other objects have no name.
 pub(in super::super) fn entries<'a>(pickle: &Pickle<'a>) -> Entries<'a> {
     let mut finder = Finder {
         objects: &pickle.objects,
@@ -33,9 +33,9 @@ pub(in super::super) fn entries<'a>(pickle: &Pickle<'a>) -> Entries<'a> {
 struct Finder<'p, 'a> {
     objects: &'p Objects<'a>,
     found: Entries<'a>,
-    /// Arrays that may be listed.
+    /// The largest number of arrays to list.
     most: usize,
-    /// Objects and bytes that may still be looked at: a pickle can hold one object a thousand times.
+    /// The remaining number of objects and bytes to visit. A pickle can hold one object a thousand times.
     left: usize,
 }
 
@@ -99,7 +99,7 @@ impl<'a> Finder<'_, 'a> {
 
     fn add_texts(&mut self, name: String, shape: Vec<usize>, texts: &[&str]) {
         let length = texts.iter().map(|text| text.len()).max().unwrap_or(0);
-        // Texts of very different lengths would be filled up to the longest.
+        // Texts of different lengths are padded to the longest.
         let size = length.saturating_mul(texts.len());
         if size > self.left {
             return;

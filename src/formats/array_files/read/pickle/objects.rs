@@ -1,4 +1,4 @@
-//! What a pickle builds, in little memory for each operation.
+//! The objects of a pickle, with little memory for each operation.
 
 use std::ops::{Index, IndexMut};
 
@@ -7,10 +7,10 @@ use super::super::ndarray::{Bytes, Kind, NdArray};
 /// The index of an object.
 pub(super) type Id = u32;
 
-/// Objects that are allocated together. A list that doubles would hold three times what is in it while it grows.
+/// The number of objects to allocate together. A doubling list would take three times its contents while it grows.
 const CHUNK: usize = 256;
 
-/// What a pickle builds. The rare variants with much in them are behind a pointer.
+/// An object of a pickle. The rare variants with much data are behind a pointer.
 #[derive(Debug)]
 pub(super) enum Object<'a> {
     None,
@@ -22,18 +22,18 @@ pub(super) enum Object<'a> {
     Dict(Vec<(Id, Id)>),
     /// A function or a class, by its name.
     Global(Box<str>),
-    /// NumPy's type of an element; the type of objects has none.
+    /// NumPy's element type; `None` for the type of objects.
     Dtype(Option<Kind>, bool),
     Array(Box<NdArray<'a>>),
     /// An array without its state.
     NewArray,
-    /// A storage of PyTorch: the type of its elements, and its bytes.
+    /// A PyTorch storage: its element type and its bytes.
     Storage(Box<(Kind, Bytes<'a>)>),
-    /// An object that is looked into: a sparse matrix with its state, or an array of objects with the list of them.
+    /// An object with contents: a sparse matrix with its state, or an array of objects with their list.
     Record(Option<Id>),
 }
 
-/// Where the items of a tuple stand.
+/// The position of a tuple's items.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuple {
     begin: Id,
@@ -44,12 +44,12 @@ pub(super) struct Tuple {
 #[derive(Debug, Default)]
 pub(super) struct Objects<'a> {
     chunks: Vec<Vec<Object<'a>>>,
-    /// The items of all tuples, which do not change.
+    /// The items of all tuples, which are immutable.
     items: Vec<Id>,
 }
 
 impl<'a> Objects<'a> {
-    /// Adds an object; `None` where there are too many.
+    /// Adds an object; `None` if there are too many.
     pub(super) fn push(&mut self, object: Object<'a>) -> Option<Id> {
         if self.chunks.last().is_none_or(|chunk| chunk.len() == CHUNK) {
             self.chunks.push(Vec::with_capacity(CHUNK));
@@ -61,7 +61,7 @@ impl<'a> Objects<'a> {
         Some(id)
     }
 
-    /// A tuple of these items; `None` where there are too many.
+    /// A tuple of these items; `None` if there are too many.
     pub(super) fn tuple(&mut self, items: &[Id]) -> Option<Object<'a>> {
         let begin = Id::try_from(self.items.len()).ok()?;
         self.items.extend(items);
@@ -107,5 +107,5 @@ impl IndexMut<Id> for Objects<'_> {
     }
 }
 
-/// What a pickle may take of memory for each of its bytes follows from this size.
+/// The largest memory of a pickle for each of its bytes follows from this size.
 const _: () = assert!(size_of::<Object<'_>>() <= 32);

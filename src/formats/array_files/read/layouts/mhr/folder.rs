@@ -1,4 +1,4 @@
-//! A folder with a file for each frame, or for each person in it.
+//! A folder with a file for each frame, or for each person in a frame.
 
 use std::collections::BTreeMap;
 
@@ -13,24 +13,24 @@ use crate::array_files::read::ndarray::Entries;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// Frames for each file of a folder, at most: the others are interpolated.
+/// The largest number of frames per file of a folder. The frames between files are interpolated.
 const MOST_PER_FILE: usize = 64;
 
-/// The persons of a folder with a file for each frame, or for each person in it.
+/// The persons in a folder with a file for each frame, or for each person in a frame.
 #[derive(Debug, Default)]
 pub struct BodyFrames {
-    /// By the number of the frame.
+    /// Samples by frame number.
     frames: BTreeMap<u64, Vec<Sample>>,
     kind: Kind,
     rate: Option<f64>,
 }
 
 impl BodyFrames {
-    /// The arrays of a file that are read. An array without a name may hold dictionaries.
+    /// Whether an array is read. An array without a name may hold dictionaries.
     pub(in crate::array_files::read) fn reads(name: &str) -> bool {
         let names = [Kind::Joints.positions(), Kind::Keypoints.positions(), CAMERA, "fps"];
         let is_known = names.iter().chain(&ROTATIONS).any(|own| name.ends_with(own));
-        // The other arrays of the estimator, of which the vertices are large.
+        // The other arrays of the estimator. Its vertices are large.
         let is_other = name.starts_with("pred_") || name.ends_with("_params") || name.ends_with("mask");
         is_known || !is_other
     }
@@ -75,7 +75,7 @@ impl BodyFrames {
             options,
         };
         let numbers: Vec<u64> = self.frames.keys().copied().collect();
-        // Every second frame of a film, say, is a take without gaps.
+        // For example, every second frame of a video is a take without gaps.
         let step = numbers.windows(2).map(|pair| pair[1] - pair[0]).min().unwrap_or(1);
         let most = MOST_PER_FILE * numbers.len();
         if let (Some(first), Some(last)) = (numbers.first(), numbers.last())

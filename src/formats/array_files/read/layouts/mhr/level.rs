@@ -1,4 +1,4 @@
-//! From the frame of a camera, which may look down or up, to a level world.
+//! Rotates from the axes of a camera, which may be tilted, to a level world.
 
 use glam::{DMat2, DQuat, DVec2, DVec3};
 use mocap_scene::math::median::median;
@@ -9,57 +9,57 @@ use mocap_scene::scene::{Confidence, HumanoidBone as Bone, Topic};
 use super::Sample;
 use crate::array_files::read::motion::Motion;
 
-/// Degrees that a camera is tilted at most: beyond them the body lies or does a handstand.
+/// The largest tilt of a camera in degrees. Beyond it, the body lies or does a handstand.
 const MOST_TILT: f64 = 50.0;
 
-/// The length of the mean of the directions of postures, below which they contradict each other.
+/// The length of the mean of unit posture directions below which they contradict each other.
 const STEADY: f64 = 0.5;
 
-/// Standard deviation of the height of the lower foot above the ground, in metres.
+/// The standard deviation of the height of the lower foot above the ground, in metres.
 const FOOT_NOISE: f64 = 0.03;
 
-/// Standard deviation of the mean of postures from the vertical, in radians: of a body that walks, and of one that
-/// stays where it is, which may lean. Of clips of 30 kinds of motion the means are 3 degrees off in the median.
+/// The standard deviation of the mean posture from the vertical, in radians: for a body that walks, and for one that
+/// stays in place and may lean. In clips of 30 kinds of motion the median error of the mean is 3 degrees.
 const POSTURE_NOISE: [f64; 2] = [0.06, 0.14];
 
-/// Standard deviation of soles that lie side by side, in radians: 1.4 degrees in the median of the same clips, and 11
-/// in their last fifth.
+/// The standard deviation of parallel soles, in radians: 1.4 degrees in the median of the same clips, and 11 in their
+/// last fifth.
 const SOLE_NOISE: f64 = 0.07;
 
-/// Degrees between soles that lie on the same ground, at most.
+/// The largest angle in degrees between soles on the same ground.
 const PARALLEL: f64 = 16.0;
 
-/// Metres between the heights of feet that stand side by side, at most.
+/// The largest height difference in metres between feet that stand side by side.
 const SIDE_BY_SIDE: f64 = 0.04;
 
-/// Metres between steps on the average from which on the ground below them is level.
+/// The mean distance in metres between steps from which on the ground below them is level.
 const WALKED: f64 = 0.5;
 
-/// Metres from the sole to the joint of the ball, as the vertices of SAM 3D Body have it below feet that stand.
+/// The height in metres of the ball joint above the sole, from the vertices of SAM 3D Body for standing feet.
 pub(super) const BALL_HEIGHT: f64 = 0.024;
 
-/// Below the joint of the ball and before it, where the toes end, in metres and its axes in the T-pose; of the same
-/// vertices, as the heel.
+/// Points of the sole in metres, in the axes of the ball joint in the T-pose: below the joint, and at the end of the
+/// toes. They come from the same vertices as the heel.
 const BALL: [DVec3; 2] = [DVec3::new(0.0, -BALL_HEIGHT, 0.0), DVec3::new(0.0, -BALL_HEIGHT, 0.05)];
 
-/// The heel, from the joint above the ball and in its axes.
+/// The heel, relative to the parent of the ball joint, in its axes.
 const HEEL: DVec3 = DVec3::new(0.0, -0.05, -0.118);
 
 /// The rotation that makes the ground level.
 pub(super) struct Level {
     pub(super) turn: DQuat,
     tilt: f64,
-    /// How far apart the steps are, on the average.
+    /// The mean distance between steps.
     walked: f64,
-    /// In how many frames the soles lie side by side.
+    /// The number of frames with parallel soles.
     flat: usize,
     is_upright: bool,
     is_stated: bool,
 }
 
 impl Level {
-    /// Up is the mean of the postures, and of the soles that lie side by side. Where the lowest sole stands in several
-    /// places, the ground below them corrects it. All are weighted by their deviations, as least squares.
+    /// Up is the mean of the postures, and of the parallel soles. If the lowest sole stands in several places, the
+    /// ground through them corrects the result. All are weighted by their deviations, as in least squares.
     pub(super) fn of(joints: &[Joint], frames: &[DQuat], samples: &[Sample], stated: Option<DVec3>) -> Self {
         let of = |up: DVec3, walked: f64, flat: usize| Self {
             turn: DQuat::from_rotation_arc(up, DVec3::Y),
@@ -106,7 +106,7 @@ impl Level {
         of(up, walked, soles.len())
     }
 
-    /// Says how the world was found.
+    /// Records how the up direction was found.
     pub(super) fn assume(&self, motion: &mut Motion) {
         let (choice, reason, confidence) = match self {
             Self {
@@ -141,8 +141,7 @@ impl Level {
         motion.assume(Topic::Up, choice, reason, confidence);
     }
 
-    /// The height of the ground below the soles, as the median of the frames. A file that states which direction
-    /// is up has the ground at 0.
+    /// The median height of the ground below the soles. In a file that states the up direction the ground is at 0.
     pub(super) fn floor(&self, joints: &[Joint], frames: &[DQuat], samples: &[Sample]) -> f64 {
         if self.is_stated {
             return 0.0;
@@ -159,14 +158,14 @@ fn find(joints: &[Joint], bone: Bone) -> usize {
     joints.iter().position(|joint| joint.bone == Some(bone)).unwrap_or(0)
 }
 
-/// The joints that are near the ground where a body stands.
+/// The joints near the ground when a body stands.
 pub(super) fn feet(joints: &[Joint]) -> [usize; 2] {
     [Bone::LeftToes, Bone::RightToes].map(|bone| find(joints, bone))
 }
 
 /// The soles of a body.
 struct Feet<'a> {
-    /// The joints of the balls, each with the one above it.
+    /// The ball joints, each with its parent.
     joints: [[usize; 2]; 2],
     /// The axes of the joints in the T-pose.
     frames: &'a [DQuat],
@@ -180,12 +179,12 @@ impl<'a> Feet<'a> {
         }
     }
 
-    /// How a joint has turned from the T-pose.
+    /// The rotation of a joint from the T-pose.
     fn turn(&self, sample: &Sample, joint: usize) -> DQuat {
         sample.rotation(joint) * self.frames[joint].inverse()
     }
 
-    /// The direction of both soles, where they lie side by side.
+    /// The normal of both soles, if they are parallel.
     fn soles(&self, sample: &Sample, up: DVec3) -> Option<DVec3> {
         let [left, right] = self.joints.map(|[ball, _]| self.turn(sample, ball) * DVec3::Y);
         let [[one, _], [other, _]] = self.joints;
@@ -194,7 +193,7 @@ impl<'a> Feet<'a> {
         (left + right).try_normalize().filter(|_| is_flat)
     }
 
-    /// The lowest point of the soles, in the camera's frame with +Y up.
+    /// The lowest point of the soles, in camera axes with +Y up.
     fn lowest(&self, sample: &Sample, up: DVec3) -> Option<DVec3> {
         let points = self.joints.iter().flat_map(|[ball, above]| {
             let [ball, above] = [*ball, *above];

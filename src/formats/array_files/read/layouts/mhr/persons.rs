@@ -1,4 +1,4 @@
-//! Which samples are of one person, and the frames that lack the person.
+//! Assigns samples to persons, and finds the frames that lack a person.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::report::counted;
@@ -8,25 +8,25 @@ use super::{Kind, Sample};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// Metres that joints move from one frame to the next on the average, at most; a person who is farther away is
-/// another one.
+/// The largest mean displacement of a person's joints from one frame to the next, in metres. A person who is farther
+/// away is another one.
 const FARTHEST: f64 = 1.0;
 
-/// Two persons cross where the wrong choice is farther than the right one by less than this share.
+/// The largest ratio of the wrong assignment's distance to the right one's at which two persons count as crossing.
 const CROSSING: f64 = 1.5;
 
-/// Persons whom a message names at most.
+/// The largest number of persons in a message.
 const NAMED: usize = 5;
 
-/// The frames of a person, each where the frame stands in the take.
+/// The frames of a person, with their positions in the take.
 pub(super) struct Person {
     pub(super) frames: Vec<(usize, Sample)>,
-    /// What the person is called where there are others.
+    /// The name of the person, if there are others.
     pub(super) name: Option<String>,
 }
 
-/// The frames of the person whom the caller chose, or of the one who is in most. The persons of a frame are joined to
-/// those of the frames before by the least movement.
+/// The frames of the requested person, or of the person with the most frames. Persons of consecutive frames are joined
+/// by the smallest movement.
 pub(super) fn only_person(
     frames: Vec<(usize, Vec<Sample>)>,
     options: &ReadOptions,
@@ -89,7 +89,7 @@ fn chosen(
         });
     }
     let longest = persons.iter().map(Vec::len).max().unwrap_or(0);
-    // The first of those that are in as many frames.
+    // On a tie, the first person.
     let usual = persons.iter().position(|person| person.len() == longest).unwrap_or(0);
     let own = (options.person.as_ref()).and_then(|own| (0..persons.len()).find(|person| name(*person) == *own));
     let own = own.unwrap_or(usual);
@@ -118,7 +118,7 @@ fn chosen(
     })
 }
 
-/// Where frames stand in the take, of their numbers, which rise by `step` from one frame to the next.
+/// The positions of frames in the take from their numbers, which rise by `step` from frame to frame.
 pub(super) fn places(frames: Vec<Frame>, step: u64) -> Vec<(usize, Vec<Sample>)> {
     let first = frames.first().map_or(0, |(number, _)| *number);
     let at = |number: u64| usize::try_from((number - first) / step).unwrap_or(usize::MAX);
@@ -128,7 +128,7 @@ pub(super) fn places(frames: Vec<Frame>, step: u64) -> Vec<(usize, Vec<Sample>)>
         .collect()
 }
 
-/// A sample for each frame: in those that lack the person, or have numbers that are not finite, between its neighbours.
+/// A sample for each frame. Frames that lack the person, or have numbers that are not finite, are interpolated.
 pub(super) fn fill(
     person: Vec<(usize, Sample)>,
     (kind, all): (Kind, usize),

@@ -1,4 +1,4 @@
-//! How the joints of the rig are turned in the T-pose, and hands whose rotations do not fit their positions.
+//! The axes of the rig's joints in the T-pose, and corrections for hands whose rotations do not match their positions.
 
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use mocap_scene::error::{Code, Diagnostic};
@@ -7,10 +7,10 @@ use mocap_scene::scene::joint_tables::Joint;
 use super::Sample;
 use crate::warnings::Warnings;
 
-/// Joints whose axes differ from those of their parents in the T-pose. The angles in degrees about the fixed axes X, Y
-/// and Z turn the parent's axes to theirs, as in a body that stands upright. The right side is the mirror image of the
-/// left. The angles of a foot lay the sole flat, since the legs of the rig itself stand astride. They come from the
-/// vertices below standing feet in the outputs of SAM 3D Body.
+/// Joints whose axes differ from their parent's axes in the T-pose. The angles in degrees about the fixed axes X, Y and
+/// Z rotate the parent's axes to the joint's axes, in an upright body. The right side is the mirror image of the left.
+/// The angles of a foot lay the sole flat, because the legs of the rig itself stand apart. They come from the vertices
+/// of standing feet in outputs of SAM 3D Body.
 const TURNED: [(&str, [f64; 3]); 18] = [
     ("l_foot", [0.5, -19.0, -4.5]),
     ("l_talocrural", [2.0, 1.5, 12.5]),
@@ -32,8 +32,8 @@ const TURNED: [(&str, [f64; 3]); 18] = [
     ("c_tongue3", [0.0, 0.0, -16.0]),
 ];
 
-/// The axes X, Y and Z of joints that are known in the T-pose itself. Thighs, spine and arms point along X and bend
-/// about Z; a forearm bends forward.
+/// The axes X, Y and Z of joints that are known in the T-pose. Thighs, spine and arms point along X and bend about Z. A
+/// forearm bends forward.
 fn stated(name: &str) -> Option<DMat3> {
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     match name {
@@ -45,7 +45,7 @@ fn stated(name: &str) -> Option<DMat3> {
     }
 }
 
-/// The axes of each joint in the T-pose, from those of the world: left +X, up +Y, forward +Z.
+/// The axes of each joint in the T-pose, relative to the world axes: left +X, up +Y, forward +Z.
 pub fn frames(joints: &[Joint]) -> Vec<DQuat> {
     let mut frames: Vec<DQuat> = Vec::with_capacity(joints.len());
     for joint in joints {
@@ -70,22 +70,22 @@ fn on_left(joints: &[Joint], name: &str) -> DQuat {
     let turned = TURNED.iter().find(|(turned, _)| *turned == name);
     let [x, y, z] = turned.map_or([0.0; 3], |(_, angles)| angles.map(f64::to_radians));
     match name {
-        // A finger is straight, and its metacarpal alone stands askew.
+        // The finger is straight; only its metacarpal is rotated.
         "l_pinky1" => on_left(joints, "l_wrist"),
         _ => above * DQuat::from_euler(EulerRot::ZYX, z, y, x),
     }
 }
 
-/// Axes of the right side: the image of the left in the plane of the spine, with all three axes reversed.
+/// The axes of the right side: the left axes mirrored in the plane of the spine, with all three axes reversed.
 fn mirrored(left: DQuat) -> DQuat {
     DQuat::from_xyzw(left.x, -left.y, -left.z, left.w) * DQuat::from_rotation_x(std::f64::consts::PI)
 }
 
-/// Degrees by which the rotation of a wrist differs from that of its palm, and the middle finger from its axes, from
-/// which on rotations do not fit positions. Hands of other bodies differ by less.
+/// The difference in degrees between the rotations of wrist and palm, and of the middle finger and its axes, from which
+/// on rotations do not match positions. Hands of other bodies differ by less.
 const MISFIT: f64 = 15.0;
 
-/// Turns hands and fingers as their positions say, where their rotations do not fit.
+/// Rotates hands and fingers by their positions if their rotations do not match.
 pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut Warnings) {
     for (word, side) in [("left", 1.0), ("right", -1.0)] {
         let fitted = samples
@@ -105,10 +105,11 @@ pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut
     }
 }
 
-/// Turns a hand, if its rotations do not fit.
+/// Rotates a hand if its rotations do not match.
 fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> Option<()> {
-    /// In the axes of a left wrist, in metres: from the wrist to the first joint of the middle finger, and from the
-    /// ring finger's to the index finger's. No shape of a body changes their directions by a degree.
+    /// Vectors in the axes of a left wrist, in metres: from the wrist to the first joint of the middle finger, and from
+    /// the first joint of the ring finger to that of the index finger. No body shape changes their directions by a
+    /// degree.
     const PALM: [DVec3; 2] = [DVec3::new(0.0745, 0.003, 0.0), DVec3::new(0.006, 0.001, -0.039)];
     let find = |name: &str| joints.iter().position(|joint| joint.name == format!("{letter}_{name}"));
     let (Some(wrist), Some(middle), Some(index), Some(ring)) =
@@ -136,7 +137,7 @@ fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> O
     for joint in (0..joints.len()).filter(|joint| below(*joint)) {
         sample.rotations[joint] = (turn * sample.rotation(joint)).as_quat();
     }
-    // Each joint of a finger points to the next.
+    // Each finger joint points to the next.
     for joint in (wrist + 1..joints.len()).filter(|joint| below(*joint)) {
         let Some(next) = joints.iter().position(|other| other.parent == Some(joint)) else {
             continue;
@@ -151,7 +152,7 @@ fn fit_hand(joints: &[Joint], sample: &mut Sample, letter: &str, side: f64) -> O
     Some(())
 }
 
-/// The axes of which the first points along, and the second lies in the plane with `across`.
+/// Axes with the first along `along`, and the second in the plane with `across`.
 fn axes(along: DVec3, across: DVec3) -> Option<DQuat> {
     let x = along.try_normalize()?;
     let y = (across - x * x.dot(across)).try_normalize()?;

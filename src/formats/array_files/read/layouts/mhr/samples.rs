@@ -1,4 +1,5 @@
-//! The persons of each frame in the arrays of a file: stacked along axes, or in dictionaries within lists.
+//! The persons of each frame in the arrays of a file. They are stacked along axes, or stored in dictionaries within
+//! lists.
 
 use std::collections::HashMap;
 
@@ -15,25 +16,25 @@ use crate::array_files::read::ndarray::NdArray;
 /// The persons of a frame, with the number of the frame.
 pub(super) type Frame = (u64, Vec<Sample>);
 
-/// Median distance of consecutive samples in metres from which on they are persons beside each other. Those of one
-/// person in a take are nearer, even if the distance from the camera trembles by 5 percent.
+/// The median distance in metres of consecutive samples from which on they are different persons. Samples of one person
+/// in a take are nearer, even if the distance from the camera varies by 5 percent.
 const APART: f64 = 0.6;
 
-/// Persons of a frame in one list or along one axis, at most: more samples are frames.
+/// The largest number of persons in one list or along one axis. More samples are frames.
 const MOST_PERSONS: usize = 32;
 
-/// How far the determinant of a rotation, a number without a unit, is from 1 at most: 16-bit numbers are nearer. Rows
-/// of a person who was not found are zeros.
+/// The largest difference from 1 of a rotation matrix's determinant, a number without a unit. 16-bit numbers are
+/// nearer. Rows of a person who was not found are zeros.
 const NO_ROTATION: f64 = 0.2;
 
-/// Arrays of one dictionary: frames, each with its persons.
+/// The arrays of one dictionary: frames, each with its persons.
 struct Group<'n> {
-    /// The lists and dictionaries that lead to the arrays, from the outermost.
+    /// The lists and dictionaries that contain the arrays, outermost first.
     path: Vec<&'n str>,
     frames: Vec<Vec<Sample>>,
 }
 
-/// The frames of a file, in their order. A frame that lacks a person stays, without one.
+/// The frames of a file, in order. A frame without a person stays, without samples.
 pub(super) fn frames_of(reader: &Reader<'_, '_>, kind: Kind) -> Result<Vec<Frame>, Failure> {
     let entries = reader.entries;
     if entries.is_cut {
@@ -63,7 +64,7 @@ pub(super) fn frames_of(reader: &Reader<'_, '_>, kind: Kind) -> Result<Vec<Frame
 /// The frames of all dictionaries.
 fn joined(mut groups: Vec<Group<'_>>) -> Vec<Frame> {
     if groups.len() == 1 || groups.iter().any(|group| group.frames.len() > 1) {
-        // Each has the take of a person, or all have one.
+        // Each dictionary has the take of a person, or one dictionary has all.
         return numbered(groups.into_iter().map(|group| group.frames).collect());
     }
     let list = |group: &Group<'_>| group.path.split_last().map_or(0, |(_, outer)| outer.len());
@@ -78,7 +79,7 @@ fn joined(mut groups: Vec<Group<'_>>) -> Vec<Frame> {
         [only] => !are_persons(only),
         lists => lists.iter().all(|list| list.len() > 1) && moves_within(lists),
     };
-    // The number that ends a name, where each has a higher one than the one before.
+    // The number at the end of each name, if the numbers increase.
     let numbers = |names: &mut dyn Iterator<Item = Option<&str>>| -> Option<Vec<u64>> {
         let numbers: Option<Vec<u64>> = names.map(|name| trailing_number(name?)).collect();
         numbers.filter(|numbers| numbers.is_sorted_by(|a, b| a < b))
@@ -107,7 +108,7 @@ fn joined(mut groups: Vec<Group<'_>>) -> Vec<Frame> {
     frames
 }
 
-/// Frames by their order, of takes that begin together.
+/// Numbers frames by their order, for takes that start together.
 fn numbered(takes: Vec<Vec<Vec<Sample>>>) -> Vec<Frame> {
     let mut frames: Vec<Frame> = Vec::new();
     for take in takes {
@@ -127,7 +128,7 @@ fn trailing_number(name: &str) -> Option<u64> {
     name[digits..].parse().ok()
 }
 
-/// Whether less moves within lists than from list to list, so that each is the take of a person.
+/// Whether there is less movement within lists than between lists, so that each list is the take of a person.
 fn moves_within(lists: &[Vec<Sample>]) -> bool {
     let within = lists.iter().flat_map(|list| list.windows(2));
     let mut within: Vec<f64> = within.map(|pair| pair[0].distance(&pair[1])).collect();
@@ -140,7 +141,7 @@ fn moves_within(lists: &[Vec<Sample>]) -> bool {
     median(&mut within) < median(&mut between)
 }
 
-/// Whether samples are of persons beside each other, and not of a person who moves.
+/// Whether samples are different persons, not one person who moves.
 fn are_persons(samples: &[Sample]) -> bool {
     if samples.len() > MOST_PERSONS {
         return false;
@@ -149,8 +150,8 @@ fn are_persons(samples: &[Sample]) -> bool {
     median(&mut steps).is_some_and(|step| step > APART)
 }
 
-/// The frames of the arrays whose names begin with `prefix`, each with its persons. Samples stand along no axis, or
-/// one of frames or of persons, or two.
+/// The frames of the arrays with names that begin with `prefix`, each with its persons. Samples have no axis, or an
+/// axis of frames or of persons, or both.
 fn frames_of_group(
     reader: &Reader<'_, '_>,
     named: &HashMap<&str, &NdArray<'_>>,
@@ -211,7 +212,7 @@ fn frames_of_group(
     })
 }
 
-/// Samples along two axes. The frames are the axis along which less moves.
+/// Splits samples along two axes. The axis with less movement is the frame axis.
 fn by_frames(samples: Vec<Option<Sample>>, first: usize, second: usize) -> Vec<Vec<Sample>> {
     let moved = |step: usize, length: usize| {
         let at = |index: usize| samples[index].as_ref();
@@ -230,7 +231,7 @@ fn by_frames(samples: Vec<Option<Sample>>, first: usize, second: usize) -> Vec<V
     found
 }
 
-/// The axes before those of a sample, at most two; axes of one are left out, unless `expected` has them so.
+/// The axes before the axes of a sample, at most two. Axes of length 1 are dropped, unless `expected` has them.
 fn axes(
     reader: &Reader<'_, '_>,
     name: &str,
@@ -265,13 +266,13 @@ fn axes(
     }
 }
 
-/// Vectors in the frame of the camera, with +Y up.
+/// Vectors in camera axes, with +Y up.
 pub(super) fn vectors(numbers: &[f64]) -> impl Iterator<Item = DVec3> {
     let rows = numbers.as_chunks::<3>().0.iter();
     rows.map(|row| DVec3::from_array(*row) * TO_Y_UP)
 }
 
-/// The rotation of a matrix, row by row; not finite where it is none.
+/// The rotation of a row-major matrix; not finite if the matrix is no rotation.
 fn rotation(row: &[f64; 9]) -> DQuat {
     let matrix = DMat3::from_cols_array(row).transpose();
     match (matrix.determinant() - 1.0).abs() < NO_ROTATION {
