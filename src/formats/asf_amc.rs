@@ -14,13 +14,13 @@
 //! ```
 //!
 //! Each construction has its own line, and `#` begins a comment. A bone has a name, a direction and a length. Without
-//! `axis` it rotates about the axes of the world, without `dof` it does not rotate.
+//! `axis` it rotates about the world axes. Without `dof` it does not rotate.
 //!
-//! A bone is a link with a direction in the world. It rotates about its own axes, whose rotation in the world is `C`,
-//! from `axis`. With the rotation `M` of the motion, the rotation of the bone's node is `C M C^-1`, as matrices on
-//! column vectors, and in the rest pose it is the identity. `C` and `M` rotate about the axis that is named first
-//! first: `XYZ` is `Rz Ry Rx`. A bone's node is at its near end, which is the far end of its parent; a bone without
-//! children has an end site at its far end.
+//! A bone is a link with a world direction. It rotates about its own axes, whose world rotation `C` comes from `axis`.
+//! With the rotation `M` of the motion, the rotation of the bone's node is `C M C^-1`, as matrices on column vectors.
+//! In the rest pose it is the identity. `C` and `M` rotate about the first named axis first: `XYZ` is `Rz Ry Rx`. A
+//! bone's node is at its near end, which is the far end of its parent. A bone without children has an end site at its
+//! far end.
 //!
 //! Lengths are in the file's unit.
 
@@ -44,7 +44,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reads: cfg!(feature = "acclaim"),
     read: reader!("acclaim", read::read),
     names_clips: false,
-    // Its files state no unit.
+    // Acclaim files state no unit.
     carried: &[],
     ..FormatInfo::BASE
 };
@@ -53,7 +53,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 const HEADER: [&str; 3] = [":FULLY-SPECIFIED", ":DEGREES", ":RADIANS"];
 
 fn sniff(bytes: &[u8]) -> bool {
-    /// Bytes in which the first word of a file stands, after its comments.
+    /// Bytes in which the first word of a file must be, after its comments.
     const ENOUGH: usize = 64 << 10;
     decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| begins_skeleton(&text) || begins_motion(&text))
 }

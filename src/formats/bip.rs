@@ -1,4 +1,4 @@
-//! BIP, the motion of a Biped in 3ds Max. It has no public specification, so it is recognised and refused.
+//! BIP, the motion of a Biped in 3ds Max. The format has no public specification, so it is recognised and refused.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::{Format, Scene};
@@ -17,7 +17,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     reads: false,
     read,
     names_clips: false,
-    // Its files state no unit.
+    // BIP files state no unit.
     carried: &[],
     ..FormatInfo::BASE
 };

@@ -1,4 +1,4 @@
-//! Biovision hierarchy: a skeleton as nested blocks, then one row of numbers a frame.
+//! Biovision hierarchy: a skeleton as nested blocks, then one row of numbers per frame.
 //!
 //! ```text
 //! file      := "HIERARCHY" root+ motion?
@@ -9,8 +9,8 @@
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
 //!
-//! No standard exists; what real files make of this is listed, dialect by dialect, in `fixtures/README.md`. `read`
-//! makes a scene of a file, `write` a file of a scene. Degrees, columns and rotation orders stay in this folder.
+//! There is no standard. `fixtures/README.md` lists the dialects of real files. `read` converts a file to a scene,
+//! `write` a scene to a file. Degrees, columns and rotation orders stay in this folder.
 
 mod options;
 #[cfg(feature = "bvh")]
@@ -69,9 +69,9 @@ pub const FORMAT: FormatInfo = FormatInfo {
     ..FormatInfo::BASE
 };
 
-/// A BVH file begins with `HIERARCHY`; only comment lines may precede it.
+/// A BVH file begins with `HIERARCHY`. Only comment lines may precede it.
 fn sniff(bytes: &[u8]) -> bool {
-    /// Bytes in which `HIERARCHY` stands, after comment lines.
+    /// Bytes in which `HIERARCHY` must be, after comment lines.
     const ENOUGH: usize = 64 << 10;
     decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| {
         let mut cursor = Cursor::new(&text);
@@ -80,7 +80,7 @@ fn sniff(bytes: &[u8]) -> bool {
     })
 }
 
-/// Passes the comment lines before `HIERARCHY`.
+/// Skips the comment lines before `HIERARCHY`.
 fn pass_comments(cursor: &mut Cursor<'_>) {
     loop {
         cursor.skip_spaces();

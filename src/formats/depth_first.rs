@@ -1,12 +1,12 @@
-//! The order of nodes in a scene, for files that have another.
+//! Depth-first order of nodes, for files with another order.
 
 use mocap_scene::scene::{Node, NodeId};
 
-/// The index of each node where a parent stands right before its first child: a file may have them row by row.
+/// The indices of the nodes in depth-first order. A file may have them level by level.
 pub(crate) fn depth_first(nodes: &[Node]) -> Vec<usize> {
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     let mut next = Vec::new();
-    // Backwards, because the last of a stack comes first.
+    // Backwards, because a stack returns the last one first.
     for (joint, node) in nodes.iter().enumerate().rev() {
         match node.parent {
             Some(parent) => children[parent.index()].push(joint),

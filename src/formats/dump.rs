@@ -1,8 +1,8 @@
-//! A scene as text: the print-out of a graphics course, or JSON.
+//! A scene as text: the output of a graphics course, or JSON.
 //!
 //! The text is the output of the functions `printSceneInfo`, `printMeshInfo`, `printTreeInfo`, `printBoneInfo` and
-//! `printAnimInfo`, which students of the course call on a scene of Assimp. It changed over the years; a [`Layout`] is
-//! named after the first year it was handed out. The JSON is a [`SceneView`], described by a [JSON
+//! `printAnimInfo`, which students of the course call for an Assimp scene. The output changed over the years; a
+//! [`Layout`] has the name of its first year. The JSON is a [`SceneView`], described by a [JSON
 //! Schema](SceneView::SCHEMA).
 //!
 //! ```
@@ -39,14 +39,14 @@ impl SceneView<'_> {
     pub const SCHEMA: &'static str = include_str!("dump/scene.schema.json");
 }
 
-/// A part of the print-out.
+/// A section of the output.
 ///
 /// The [module](crate::dump) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Section {
-    /// How many things of each kind there are.
+    /// The numbers of nodes, meshes and other objects.
     Scene,
     /// The meshes.
     Mesh,
@@ -58,23 +58,23 @@ pub enum Section {
     Anim,
 }
 
-/// Which year's print-out.
+/// The year of the output.
 ///
 /// The [module](crate::dump) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[non_exhaustive]
 pub enum Layout {
-    /// 2017: materials among the scene's counts, bones with every weight among the meshes, nodes without their parents.
+    /// 2017: materials in the scene section, bones with every weight in the mesh section, nodes without their parents.
     #[serde(rename = "2017")]
     Y2017,
-    /// 2018: no section on meshes, a short one on bones.
+    /// 2018: no mesh section, and a short bone section.
     #[serde(rename = "2018")]
     Y2018,
     /// 2019 and 2020.
     #[default]
     #[serde(rename = "2019")]
     Y2019,
-    /// 2021 to 2024: as 2019, with the first and last weight of each bone.
+    /// 2021 to 2024: like 2019, with the first and last weight of each bone.
     #[serde(rename = "2021")]
     Y2021,
 }
@@ -103,7 +103,7 @@ impl fmt::Display for Layout {
 }
 
 impl Layout {
-    /// The sections that this layout has, in the course's order.
+    /// The sections of this layout, in the course's order.
     pub const fn sections(self) -> &'static [Section] {
         match self {
             Self::Y2017 => &[Section::Scene, Section::Tree, Section::Mesh, Section::Anim],
@@ -120,7 +120,7 @@ impl Layout {
 }
 
 impl Layout {
-    /// The sections of a scene, in the order given. A section that the layout does not have is left out.
+    /// The sections of a scene, in the order given. Sections that the layout lacks are skipped.
     pub fn text(self, scene: &Scene, sections: &[Section]) -> String {
         let mut text = String::new();
         for section in sections.iter().filter(|section| self.sections().contains(section)) {

@@ -1,12 +1,12 @@
-//! The animation of a file that is one row of numbers for each frame.
+//! The animation of a file with one row of numbers for each frame.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{Animation, Channel, Scene};
 
 use crate::warnings::Warnings;
 
-/// Adds the animation of all frames, at `rate` frames a second. Without frames there is none, which is a warning that
-/// names `what` the scene has.
+/// Without frames, adds no animation and warns. The warning says that the scene has only `what`. With frames, adds the
+/// animation at `rate` frames per second.
 pub(super) fn add_animation(
     scene: &mut Scene,
     (frames, rate): (usize, f64),

@@ -1,7 +1,7 @@
-//! glTF 2.0: `.glb` and `.gltf`, read and written; and VRM animations, which are glTF.
+//! glTF 2.0: reads and writes `.glb` and `.gltf`, and VRM animations, which are glTF.
 //!
-//! `read` makes a scene of a file, `write` a file of a scene. The reader and `verify` use `File` to access a
-//! file's nodes and tracks.
+//! `read` converts a file to a scene, `write` a scene to a file. The reader and `verify` access a file's nodes and
+//! tracks with `File`.
 
 #[cfg(feature = "gltf")]
 mod accessors;
@@ -152,13 +152,13 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     ..FormatInfo::BASE
 };
 
-/// Where a `.gltf` file has its buffer.
+/// The place of a `.gltf` file's buffer.
 ///
 /// [`GltfOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BufferPlace {
-    /// In a `.bin` file beside it.
+    /// In a `.bin` file in the same folder.
     #[default]
     Beside,
     /// In the file itself, as a data URI, which takes a third more bytes.
@@ -169,22 +169,22 @@ pub enum BufferPlace {
 const MAGIC: &[u8] = b"glTF";
 /// Bytes of the header of a `.glb` file.
 const HEADER: usize = 12;
-/// Bytes of the header of each of its chunks.
+/// Bytes of the header of each chunk.
 const CHUNK_HEADER: usize = 8;
 
 /// The extension of VRM animations.
 const VRM_ANIMATION_EXTENSION: &str = "VRMC_vrm_animation";
 
-/// A `.glb` begins with its magic number, a `.gltf` is a JSON object that names an `asset`.
+/// A `.glb` begins with its magic number. A `.gltf` is a JSON object with a member `asset`.
 fn sniff(bytes: &[u8]) -> bool {
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let is_json = text.trim_ascii_start().starts_with(b"{");
     bytes.starts_with(MAGIC) || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
 }
 
-/// Whether a file is glTF that names the extension.
+/// Whether a file is glTF and names the extension.
 fn sniff_vrm_animation(bytes: &[u8]) -> bool {
-    /// How much of a file is searched for the name of the extension.
+    /// Bytes of a file in which to search for the name of the extension.
     const SEARCHED: usize = 1 << 20;
     let names_it = |text: &[u8]| {
         let text = &text[..text.len().min(SEARCHED)];
@@ -193,7 +193,7 @@ fn sniff_vrm_animation(bytes: &[u8]) -> bool {
     sniff(bytes) && names_it(beginning(bytes))
 }
 
-/// The JSON of a file that may be cut off, and in which nothing is checked.
+/// The JSON of a file, which may be cut off, without checks.
 fn beginning(bytes: &[u8]) -> &[u8] {
     if !bytes.starts_with(MAGIC) {
         return bytes;

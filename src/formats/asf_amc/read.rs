@@ -1,4 +1,4 @@
-//! Reads a pair of files: `skeleton` reads the `.asf` file, `motion` the `.amc` file, and `scene` combines them.
+//! Reads a pair of files. `skeleton` reads the `.asf` file, `motion` the `.amc` file, and `scene` combines them.
 
 mod line;
 mod motion;
@@ -60,8 +60,8 @@ fn read_skeleton(source: &Source<'_>, path: &Path, options: &ReadOptions) -> Res
     Ok(skeleton::read(&text, &options.limits)?)
 }
 
-/// The skeleton file of a motion: the candidate whose name is the beginning of the motion's name (`01.asf` for
-/// `01_02.amc`), or else the only candidate.
+/// The skeleton file of a motion: the candidate whose name begins the motion's name (`01.asf` for `01_02.amc`), or else
+/// the only candidate.
 fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
     let mut candidates = (source.list)("asf");
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -97,7 +97,7 @@ fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
 }
 
 fn list(files: &[PathBuf]) -> String {
-    /// Files that an error names at most.
+    /// The largest number of files in an error.
     const MOST: usize = 8;
     let names = files.iter().take(MOST).filter_map(|file| file.file_name());
     let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into_owned()).collect();

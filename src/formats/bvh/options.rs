@@ -5,7 +5,7 @@ use mocap_scene::options::setters;
 use mocap_scene::scene::RotationOrder;
 use serde::{Deserialize, Serialize};
 
-/// Which joints have position channels.
+/// The joints with position channels.
 ///
 /// [`BvhOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub enum Channels {
     /// The ROOT, and joints whose position differs from their OFFSET in some frame.
     #[default]
     Auto,
-    /// Only the ROOT. Other joints keep the position of the first frame, and the motion of their positions is lost.
+    /// Only the ROOT. Other joints keep their position of the first frame, and their position motion is lost.
     #[serde(rename = "3")]
     #[cfg_attr(feature = "clap", value(name = "3"))]
     Three,
@@ -46,12 +46,12 @@ pub enum Channels {
 pub struct BvhOptions {
     /// The order of the rotation channels of all joints. Default: `None`, each joint's own order, or else `Zxy`.
     pub order: Option<RotationOrder>,
-    /// Decimals of every number. Default: `None`, as many as are needed to read the same keys back.
+    /// The number of decimals. Default: `None`, as many as are needed to read the same keys back.
     pub digits: Option<usize>,
-    /// Which joints have position channels.
+    /// The joints with position channels.
     pub channels: Channels,
-    /// Whether a file beside it says how it was made, of which BVH has no word: `walk.bvh.json` beside `walk.bvh`.
-    /// Every reader of the BVH file reads it.
+    /// Whether to write a sidecar file that states how the file was made, because BVH cannot store it: `walk.bvh.json`
+    /// next to `walk.bvh`. Every BVH reader of this crate also reads the sidecar.
     pub sidecar: bool,
 }
 
@@ -65,7 +65,7 @@ setters! {
 }
 
 impl BvhOptions {
-    /// What of it changes what is lost.
+    /// The options that change which data is lost.
     #[doc(hidden)]
     pub fn ledger(&self) -> LedgerOptions {
         LedgerOptions {

@@ -1,5 +1,5 @@
-//! A BVH file as a scene, in three steps. `hierarchy` reads the joints, `motion` and `rows` the numbers, and `scene`
-//! makes nodes and channels of the two. `positions` determines the meaning of position channels.
+//! Reads a BVH file into a scene, in three steps. `hierarchy` reads the joints, `motion` and `rows` read the numbers,
+//! and `scene` makes nodes and channels from both. `positions` determines the meaning of position channels.
 
 #[doc(hidden)]
 pub(crate) mod channel;
@@ -38,7 +38,7 @@ fn read_memory(
     release: &rows::Release<'_>,
 ) -> Result<Scene, Failure> {
     let text = decode(bytes)?;
-    // The length of a byte order mark. Decoded text is a copy, so none of it is released.
+    // The length of a byte order mark. Decoded text is a copy, so its bytes are not released.
     let before = match text {
         Cow::Borrowed(text) => Some(bytes.len() - text.len()),
         Cow::Owned(_) => None,
@@ -53,15 +53,15 @@ fn read_memory(
     read_rows(cursor, None, &hierarchy, header.as_ref(), options, warnings, &release)
 }
 
-/// Reads a plain file without holding its rows in memory. The text before the rows is in `beginning`, and has no comma:
-/// a comma is a decimal point only if the whole text has no point.
+/// Reads a plain file without holding its rows in memory. `beginning` has the text before the rows, without commas. A
+/// comma would be a decimal separator only if the whole text had no point.
 fn read_blocks(
     beginning: &[u8],
     blocks: &dyn Blocks,
     options: &ReadOptions,
     warnings: &mut Warnings,
 ) -> Result<Scene, Failure> {
-    /// More than a diagnostic shows of the text behind its location.
+    /// More bytes than a diagnostic shows after its location.
     const AHEAD: usize = 4096;
     if let Ok(Cow::Borrowed(text)) = decode(beginning) {
         let mut cursor = Cursor::new(text);
@@ -79,7 +79,7 @@ fn read_blocks(
     read_memory(blocks.whole()?, options, warnings, &|_| {})
 }
 
-/// Reads what is before the rows; there is no header where the file ends with its hierarchy.
+/// Reads the part before the rows. There is no header if the file ends with its hierarchy.
 fn read_head(
     cursor: &mut Cursor<'_>,
     options: &ReadOptions,
@@ -119,7 +119,7 @@ fn read_rows<'a>(
     Ok(scene::build(hierarchy, header, tracks, warnings))
 }
 
-/// Refuses a NUL byte, which would go unnoticed in a name.
+/// Refuses a NUL byte, which could hide in a name.
 fn refuse_nul(cursor: &Cursor<'_>) -> Result<(), Failure> {
     let Some(offset) = memchr::memchr(0, &cursor.text()[..cursor.offset()]) else {
         return Ok(());

@@ -2,15 +2,15 @@
 //!
 //! | scene | BVH |
 //! |---|---|
-//! | [`Scene::nodes`] | one ROOT, its JOINTs and End Sites, in the same order; several, where the scene was read from several |
-//! | the translation of a node's rest transform | OFFSET, where the scene was read from BVH |
-//! | the position in the first frame | OFFSET of JOINTs, where the scene was read from another format; the OFFSET of a ROOT is then zero, because some programs add it to the position |
-//! | animated positions | position channels, as [`Channels`] says; the ROOT always has them |
-//! | the unit of length | nothing: BVH has no unit, and numbers are written as they are |
+//! | [`Scene::nodes`] | one ROOT, its JOINTs and End Sites, in the same order; several ROOTs if the scene was read from several |
+//! | the translation of a node's rest transform | OFFSET, if the scene was read from BVH |
+//! | the position in the first frame | OFFSET of JOINTs, if the scene was read from another format; the OFFSET of a ROOT is then zero, because some programs add it to the position |
+//! | animated positions | position channels, by the rules of [`Channels`]; the ROOT always has them |
+//! | the unit of length | nothing: BVH has no unit, and numbers are written unchanged |
 //! | rotations | three rotation channels, in the node's [`Node::rotation_order`](mocap_scene::scene::Node::rotation_order) |
 //! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
-//! | a scale | the positions of the joints below; position channels, where it changes or differs from axis to axis |
-//! | groups above all joints that do not move | nothing: the ROOT has their transforms too |
+//! | a scale | the positions of descendant joints; position channels, if it changes or differs between axes |
+//! | static groups above all joints | nothing: the ROOT includes their transforms |
 //! | names | unique, `_` for braces and control characters, `Joint` for an empty name: [`NodeRename`](crate::report::NodeRename) |
 //! | meshes, materials, further animations | nothing |
 //! | a scene without an animation | one frame, the rest pose |
@@ -18,10 +18,10 @@
 //! Angles continue past 180 degrees, so that curves in an editor have no jumps. In gimbal lock the last angle keeps its
 //! value.
 //!
-//! Numbers have the fewest decimals with which the same keys are read back. 1 degree is `1`, and the keys of a BVH file
-//! with four decimals get four decimals again. Keys are the same bit by bit, with two exceptions. 1e-14, the precision
-//! of an angle after some turns, counts as zero. A quaternion whose sign depends on such a number may become its
-//! negative. [`BvhOptions::digits`] sets a fixed number of decimals instead.
+//! Numbers have the fewest decimals from which the same keys are read back. 1 degree is `1`, and the keys of a BVH file
+//! with four decimals get four decimals again. The keys are equal bit by bit, with two exceptions. A number within
+//! 1e-14, the precision of an angle after some turns, counts as zero. A quaternion whose sign depends on such a number
+//! may become its negative. [`BvhOptions::digits`] sets a fixed number of decimals instead.
 
 pub(crate) mod angles;
 mod build;
@@ -51,25 +51,25 @@ impl BvhOptions {
     /// ```
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, where a value is not finite or a
-    /// quaternion is not a rotation, and where the scene has no nodes.
+    /// [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable), with the joint, if a value is not finite or a
+    /// quaternion is not a rotation. Also if the scene has no nodes.
     pub fn write(&self, scene: &Scene) -> Result<Vec<u8>> {
         Ok(build::text(scene, self)?.0.into_bytes())
     }
 }
 
 impl BvhOptions {
-    /// Where joints of the file will be off because BVH has no scales and position channels are not to hold them: a
-    /// warning with the largest distance.
+    /// A warning if joint positions in the file will deviate, because BVH has no scales and the position channels may
+    /// not store them. It states the largest distance.
     ///
     /// # Errors
-    /// As [`BvhOptions::write`](crate::bvh::BvhOptions::write).
+    /// The errors of [`BvhOptions::write`](crate::bvh::BvhOptions::write).
     pub fn scale_warning(&self, scene: &Scene) -> Result<Option<Diagnostic>> {
         scale_warning::scale_warning(scene, self)
     }
 }
 
-/// The files of the row.
+/// The files of this format.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let (text, renamed) = build::text(scene, &options.bvh)?;
     let beside = options

@@ -19,7 +19,7 @@ use super::{BLOCK, KEY};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
-/// The byte of the header at which the block of the data stands.
+/// The byte of the header with the block number of the data.
 const DATA_BLOCK: usize = 16;
 
 /// The help for a file that is too short.
@@ -45,8 +45,8 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     Ok(scene::build(&parameters, &header, points, recorded, warnings))
 }
 
-/// The parameters of a section whose length the file states. Where they do not end within it, and end before the data,
-/// the stated length is too small.
+/// Reads the parameters of a section of stated length. If they end after it but before the data, the stated length is
+/// too small.
 fn read_parameters(
     bytes: &[u8],
     section: Range<usize>,
@@ -80,7 +80,7 @@ fn read_parameters(
     }
 }
 
-/// The processor type of the file's numbers, and the bytes of its parameters.
+/// The processor type of the file's numbers, and the byte range of its parameters.
 fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
     if bytes.is_empty() {
         return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file is empty")));
@@ -101,7 +101,7 @@ fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
     };
     let processor =
         Processor::from_code(code).ok_or_else(|| not_a_c3d(format!("the processor {code}, at byte {}", start + 3)))?;
-    // Some writers leave the number of blocks 0; each parameter states its own length.
+    // Some writers leave the number of blocks 0. Each parameter states its own length.
     let end = match blocks {
         0 => bytes.len(),
         blocks => bytes.len().min(start + usize::from(blocks) * BLOCK),
@@ -120,23 +120,23 @@ fn not_a_c3d(found: String) -> Failure {
     )
 }
 
-/// Values of the header, or of parameters where present: they agree in valid files, and parameters can hold
-/// larger numbers.
+/// Values of the header, or of the parameters if present. They agree in valid files, and parameters can hold larger
+/// numbers.
 #[derive(Debug)]
 struct Header {
     points: usize,
-    /// Analog samples in a record.
+    /// The number of analog samples in a record.
     samples: usize,
     /// The number of records that the file states.
     frames: u64,
-    /// Byte at which the first record begins.
+    /// The byte at which the first record begins.
     data: usize,
-    /// Byte at which the data ends at the latest.
+    /// The last byte at which the data may end.
     data_end: usize,
-    /// The scale factor of integers; `None` where coordinates are 32-bit numbers.
+    /// The scale factor of integers; `None` if coordinates are 32-bit floats.
     scale: Option<f64>,
     frame_rate: f64,
-    /// The rate that the file states, and its first frame, from 1.
+    /// The frame rate that the file states, and its first frame, from 1.
     stated_rate: f64,
     first: u64,
 }
@@ -159,7 +159,7 @@ impl Header {
         header.skip(2);
         let rate = header.real()?;
 
-        // Some writers leave parameters zero and fill in only the header.
+        // Some writers leave parameters zero and set only the header.
         let number = |name: &str| {
             parameters
                 .number("POINT", name)
@@ -217,7 +217,7 @@ impl Header {
         Ok(header)
     }
 
-    /// Seconds from the first frame to a time that counts from frame 1, at the rate at which the motion is read.
+    /// The seconds from the first frame to a time that counts from frame 1, at the rate at which the motion is read.
     fn since_first(&self, time: f64) -> f64 {
         let before = self.first.saturating_sub(1) as f64;
         let scale = if self.stated_rate > 0.0 {
@@ -228,21 +228,21 @@ impl Header {
         (time * scale - before) / self.frame_rate
     }
 
-    /// Bytes of a number in the data.
+    /// The size of a number in the data, in bytes.
     fn number_size(&self) -> usize {
         if self.scale.is_some() { 2 } else { 4 }
     }
 
-    /// Bytes of a record with so many analog samples: four numbers of each point, and the samples.
+    /// The size of a record in bytes: four numbers for each point, and the analog samples.
     fn record_size(&self, samples: usize) -> usize {
         (4 * self.points + samples) * self.number_size()
     }
 
-    /// Takes the analog samples of the parameters if they give the length of the file and the header does not. With the
-    /// header every record would be read at a wrong offset.
+    /// Takes the sample count of the parameters if it matches the length of the file and the header's count does not.
+    /// With the header's count, every record would be read at a wrong offset.
     fn choose_samples(&mut self, samples: usize, length: usize, warnings: &mut Warnings) {
         let data = length.saturating_sub(self.data) as u64;
-        // The rest of the last block is filled up, or left out.
+        // The rest of the last block is padded or omitted.
         let rest = |samples: usize| {
             let rest = data.checked_sub(self.frames.saturating_mul(self.record_size(samples) as u64));
             rest.filter(|rest| *rest < BLOCK as u64)
@@ -263,7 +263,7 @@ impl Header {
     }
 }
 
-/// Refuses a scale factor that integers cannot be multiplied by. Of a negative one only the sign matters.
+/// Refuses a scale factor that integers cannot be multiplied by. Only the sign of a negative factor matters.
 fn check_scale(scale: f64) -> Result<(), Failure> {
     if is_plausible(scale) && (scale < 0.0 || !is_degenerate_scale(scale)) {
         return Ok(());

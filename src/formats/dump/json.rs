@@ -1,4 +1,4 @@
-//! The scene as JSON: one shape, stated by these structs and by `scene.schema.json` beside this file.
+//! The scene as JSON. These structs and the file `scene.schema.json` define its form.
 
 use glam::{Mat4, Quat, Vec3};
 use serde::Serialize;
@@ -9,9 +9,9 @@ use mocap_scene::scene::{
     VertexWeight,
 };
 
-/// A scene in the shape of its JSON. Serialise it with `serde_json`, in one line or pretty.
+/// A scene in its JSON form. Serialise it with `serde_json`, in one line or pretty-printed.
 ///
-/// Matrices are 16 numbers row by row, as the course prints them; lengths are in the file's unit, times in ticks.
+/// Matrices are 16 numbers row by row, as the course prints them. Lengths are in the file's unit, times in ticks.
 ///
 /// ```
 /// use mocap::dump::SceneView;
@@ -24,15 +24,15 @@ use mocap_scene::scene::{
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneView<'a> {
-    /// Where the scene comes from and what was assumed.
+    /// The origin of the scene, and the assumptions.
     metadata: &'a Metadata,
     /// The warnings of the reader.
     warnings: &'a [Diagnostic],
-    /// The nodes, depth-first.
+    /// The nodes in depth-first order.
     nodes: Vec<NodeView<'a>>,
-    /// The meshes that nodes name by index.
+    /// The meshes. Nodes refer to them by index.
     meshes: Vec<MeshView<'a>>,
-    /// The materials that meshes name by index.
+    /// The materials. Meshes refer to them by index.
     materials: &'a [Material],
     /// The animations.
     animations: Vec<AnimationView<'a>>,
@@ -42,17 +42,17 @@ pub struct SceneView<'a> {
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct NodeView<'a> {
-    /// Its name; names may repeat.
+    /// The name. Names may repeat.
     name: &'a str,
     /// `joint`, `end_site` or `group`.
     kind: NodeKind,
-    /// Index of the parent; null on the root.
+    /// The index of the parent; null for the root.
     parent: Option<usize>,
     /// Node to parent, row by row.
     matrix: [f32; 16],
     /// Indices of meshes.
     meshes: &'a [usize],
-    /// The order of the node's Euler angles in the file, such as `ZXY`; null where it has none.
+    /// The order of the node's Euler angles in the file, such as `ZXY`; null if it has none.
     rotation_order: Option<RotationOrder>,
 }
 
@@ -72,7 +72,7 @@ struct MeshView<'a> {
     normals: Vec<[f32; 3]>,
     /// Vertex indices, three per triangle, one per point.
     faces: Vec<&'a [u32]>,
-    /// The ties of vertices to nodes.
+    /// Bindings of vertices to nodes.
     bones: Vec<BoneView<'a>>,
 }
 
@@ -96,11 +96,11 @@ struct BoneView<'a> {
 struct AnimationView<'a> {
     /// Its name.
     name: &'a str,
-    /// Ticks in a second.
+    /// Ticks per second.
     ticks_per_second: f64,
-    /// Length in ticks.
+    /// The length in ticks.
     duration: f64,
-    /// One per joint.
+    /// One channel per joint.
     channels: Vec<ChannelView<'a>>,
 }
 

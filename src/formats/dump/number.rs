@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-/// Displays a number as `std::cout << x` does by default, which is C's `%g`: six significant digits, no trailing zeros,
-/// an exponent below 0.0001 and from 1000000.
+/// Prints a number like `std::cout << x` with default settings, which is C's `%g`: six significant digits, no trailing
+/// zeros, an exponent below 0.0001 and from 1000000 on.
 pub struct StreamNumber<T>(pub T);
 
 impl fmt::Display for StreamNumber<f32> {
@@ -22,7 +22,7 @@ impl fmt::Display for StreamNumber<f64> {
         if number.is_infinite() {
             return write!(f, "{sign}inf");
         }
-        // Rounding to six digits can carry into the next power of ten, so the exponent is read after it.
+        // Rounding to six digits can carry into the next power of ten, so read the exponent afterwards.
         let rounded = format!("{number:.5e}");
         let (digits, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
         let exponent: i32 = exponent.parse().unwrap_or(0);

@@ -8,7 +8,7 @@ use mocap_scene::scene::{Animation, Bone, Channel, Mesh, Scene};
 use super::Layout;
 use super::number::StreamNumber;
 
-/// Prints the number of things of each kind, as `printSceneInfo`.
+/// Prints the number of objects of each kind, like `printSceneInfo`.
 pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     let is_old = matches!(layout, Layout::Y2017 | Layout::Y2018);
     if is_old {
@@ -31,7 +31,7 @@ pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout:
         }
     }
     if layout == Layout::Y2017 {
-        // A skeleton's material has no colours, which the course prints as zeros.
+        // A skeleton's material has no colours. The course prints them as zeros.
         for index in 0..scene.materials.len() {
             writeln!(out, "Material: {index}")?;
             writeln!(out, "   Ambient = 0 0 0 0")?;
@@ -42,7 +42,7 @@ pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout:
     Ok(())
 }
 
-/// Prints the meshes, as `printMeshInfo`; in the layout 2017 with their bones and all weights.
+/// Prints the meshes, like `printMeshInfo`. In the layout 2017, with their bones and all weights.
 pub(super) fn print_mesh_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if layout == Layout::Y2017 {
         return print_mesh_info_2017(out, scene);
@@ -99,7 +99,7 @@ fn print_mesh_counts(out: &mut impl fmt::Write, mesh: &Mesh) -> fmt::Result {
     )
 }
 
-/// Prints the nodes, depth-first, as `printTreeInfo`.
+/// Prints the nodes depth-first, like `printTreeInfo`.
 pub(super) fn print_tree_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     let is_old = matches!(layout, Layout::Y2017 | Layout::Y2018);
     let mut child_counts = vec![0; scene.nodes.len()];
@@ -132,7 +132,7 @@ pub(super) fn print_tree_info(out: &mut impl fmt::Write, scene: &Scene, layout: 
     Ok(())
 }
 
-/// Prints the bones, each with its first and last vertex, as `printBoneInfo`.
+/// Prints the bones, each with its first and last vertex, like `printBoneInfo`.
 pub(super) fn print_bone_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if matches!(layout, Layout::Y2017 | Layout::Y2018) {
         writeln!(out, "---------------- Bone Data -------------------")?;
@@ -161,9 +161,9 @@ fn print_bone(out: &mut impl fmt::Write, mesh: usize, bone: &Bone, layout: Layou
     Ok(())
 }
 
-/// Prints the animations with every position and rotation key, the quaternions w first, as `printAnimInfo`.
+/// Prints the animations with every position and rotation key, quaternions w first, like `printAnimInfo`.
 ///
-/// The course's function of 2021 prints one chosen animation; here all layouts print all animations.
+/// The course's function of 2021 prints one chosen animation. Here all layouts print all animations.
 pub(super) fn print_anim_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if matches!(layout, Layout::Y2017 | Layout::Y2018) {
         writeln!(out, "---------------- Animation Data -------------------")?;
@@ -223,7 +223,7 @@ fn print_channel(out: &mut impl fmt::Write, index: usize, channel: &Channel) -> 
     Ok(())
 }
 
-/// Prints a label and the matrix, row by row, with a space behind every number.
+/// Prints a label and the matrix, row by row, with a space after every number.
 fn print_matrix(out: &mut impl fmt::Write, label: &str, matrix: Mat4) -> fmt::Result {
     out.write_str(label)?;
     for number in matrix.transpose().to_cols_array() {

@@ -1,3 +1,3 @@
-//! What a summary of a scene has.
+//! The type of a scene's summary.
 
 pub use super::summary::Summary;

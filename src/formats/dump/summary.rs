@@ -1,4 +1,4 @@
-//! What a file has, in a few lines of JSON.
+//! A summary of a file in a few lines of JSON.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use mocap_scene::scene::report::MarkerSolution;
 use mocap_scene::scene::report::RootOffsetUsed;
 use mocap_scene::scene::{Animation, Assumption, Format, NodeKind, Recording, Scene};
 
-/// What a scene has: counts, clips, what was assumed, warnings. Serialised it is what `mocap info --json` prints.
+/// The contents of a scene: counts, clips, assumptions, warnings. Serialised, it is the output of `mocap info --json`.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -37,7 +37,7 @@ pub struct Summary<'a> {
     /// Events, analog channels and force plates.
     #[serde(skip_serializing_if = "Option::is_none")]
     recorded: Option<&'a Recording>,
-    /// What is known of a skeleton that was solved from markers.
+    /// The fit of a skeleton that was solved from markers.
     #[serde(skip_serializing_if = "Option::is_none")]
     solved: Option<&'a MarkerSolution>,
     root_offset: Option<&'a RootOffsetUsed>,
@@ -67,7 +67,7 @@ impl<'a> ClipSummary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    /// Summarises a scene. `channels`, `frames` and the durations are of its first animation.
+    /// Summarises a scene. `channels`, `frames` and the durations belong to its first animation.
     pub fn of(scene: &'a Scene) -> Self {
         let animation = scene.animations.first();
         let count = |kind| scene.nodes.iter().filter(|node| node.kind == kind).count();

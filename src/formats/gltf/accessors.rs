@@ -1,5 +1,5 @@
-//! The numbers of a file. Every count, offset and stride is a claim that is held against the bytes that are there, and
-//! against a budget before anything is allocated.
+//! Reads the numbers of a file. Every count, offset and stride is checked against the available bytes, and against a
+//! budget before anything is allocated.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -12,29 +12,30 @@ use super::invalid::{invalid, missing};
 use super::json::{Accessor, Root, SparsePart};
 use crate::Failure;
 
-/// The bytes that animations need, and how many values may still be made of them.
+/// The bytes that animations need, and the budget for their values.
 pub(super) struct Bytes<'a> {
-    /// The file's buffers; `None` for those that no animation needs.
+    /// The file's buffers; `None` for buffers that no animation needs.
     pub(super) buffers: Vec<Option<Cow<'a, [u8]>>>,
-    /// The contents of the views that are compressed, by index.
+    /// The contents of the compressed views, by index.
     pub(super) views: HashMap<usize, Vec<u8>>,
     pub(super) budget: Budget,
 }
 
-/// Values that may still be read. Accessors may share bytes, and claim zeros that have no bytes, so that the
-/// size of a file alone does not bound them.
+/// The number of values that may still be read. Accessors may share bytes, and claim zeros without bytes. So the size
+/// of a file alone does not bound the values.
 pub(super) struct Budget {
     most: u64,
     left: Cell<u64>,
 }
 
 impl Budget {
-    /// What a file of so many bytes may have, `streams` of them compressed.
+    /// The budget for a file of `bytes` bytes, with `streams` bytes compressed.
     pub(super) fn new(limits: &Limits, bytes: u64, streams: u64) -> Self {
         const ANY_FILE: u64 = 4 << 20;
-        /// Every track of sixty joints may share its bytes with a few others, and a value may take one byte.
+        /// The values allowed per byte. Each track of sixty joints may share its bytes with a few others, and a value
+        /// may take one byte.
         const PER_BYTE: u64 = 16;
-        /// A stream of what does not move has next to no bytes.
+        /// The values allowed per byte of a stream. A stream of static values has hardly any bytes.
         const PER_STREAM_BYTE: u64 = 256;
         let grown = PER_BYTE
             .saturating_mul(bytes)
@@ -46,7 +47,7 @@ impl Budget {
         }
     }
 
-    /// Takes `values` of what is left.
+    /// Takes `values` from the budget.
     pub(super) fn take(&self, values: u64, pointer: &str) -> Result<(), Failure> {
         let Some(left) = self.left.get().checked_sub(values) else {
             let message = "the animations claim more values than the limits allow";
@@ -63,7 +64,7 @@ impl Budget {
     }
 }
 
-/// A component of an accessor, glTF's `componentType`.
+/// A component type of an accessor, glTF's `componentType`.
 #[derive(Clone, Copy)]
 enum Component {
     I8,
@@ -101,7 +102,7 @@ impl Component {
         }
     }
 
-    /// The number in some bytes, which are as many as one component has.
+    /// The number in the bytes of one component.
     fn number(self, b: &[u8], normalized: bool) -> f32 {
         // The specification's equations for normalized integers.
         let integer = |value: f32, most: f32| if normalized { (value / most).max(-1.0) } else { value };
@@ -125,7 +126,7 @@ impl Component {
     }
 }
 
-/// The numbers of an accessor with `columns` components; `pointer` is where the file names it.
+/// The numbers of an accessor with `columns` components. `pointer` is the place in the file that refers to it.
 pub(super) fn numbers(
     root: &Root,
     bytes: &Bytes<'_>,
@@ -183,7 +184,7 @@ pub(super) fn numbers(
     Ok(numbers)
 }
 
-/// The indices of an accessor of scalars: the corners of faces.
+/// The indices of a scalar accessor: the corners of faces.
 pub(super) fn indices(root: &Root, bytes: &Bytes<'_>, index: usize, pointer: &str) -> Result<Vec<u32>, Failure> {
     let accessor = root
         .accessors
@@ -210,7 +211,7 @@ pub(super) fn indices(root: &Root, bytes: &Bytes<'_>, index: usize, pointer: &st
         .collect())
 }
 
-/// Puts the values of a sparse accessor over those that it begins with.
+/// Replaces the values of a sparse accessor.
 fn replace(
     root: &Root,
     bytes: &Bytes<'_>,
@@ -256,7 +257,7 @@ fn replace(
     Ok(())
 }
 
-/// The `count` elements of `size` bytes that begin at `offset` of a view.
+/// The `count` elements of `size` bytes from `offset` of a view on.
 fn rows<'a>(
     root: &Root,
     bytes: &'a Bytes<'_>,

@@ -1,10 +1,10 @@
-//! The bind pose of skins as the rest pose of a skeleton that moves.
+//! Makes the bind pose of skins the rest pose of an animated skeleton.
 //!
-//! A node's own transform is what a file shows where nothing moves it. In a file with motion it is often a frame of
-//! that motion: writers leave out tracks that stay constant, and put their values into the nodes. The bind pose of the
-//! mesh belongs to the skeleton, and is in the inverse bind matrices. It is `bind = inverse(matrix)`, up to one
-//! transform that all joints of a skin have in common. A joint that is bound otherwise than its node stands gets the
-//! transform of the bind pose, and its node's values as a constant track. So no pose of the motion changes.
+//! A node's own transform is what a file shows without animation. In a file with motion it is often a frame of that
+//! motion: writers drop constant tracks, and put their values into the nodes. The skeleton's bind pose is in the
+//! inverse bind matrices instead: `bind = inverse(matrix)`, up to one transform that all joints of a skin share. A
+//! joint whose bind pose differs from its node gets the transform of the bind pose, and its node's values as a constant
+//! track. So no pose of the motion changes.
 
 use std::collections::HashMap;
 
@@ -18,18 +18,20 @@ use super::json::Skin;
 /// The smallest rotation between a node and its bind pose that counts, in radians. Compressed matrices are rounded.
 const ROTATED: f32 = 0.005;
 
-/// The smallest distance between them, as a fraction of the node's own distance from its parent: rounding of matrices.
+/// The smallest distance between a node and its bind pose that counts, as a fraction of the node's distance from its
+/// parent: the rounding of matrices.
 const MOVED: f32 = 0.005;
 
-/// The smallest distance between them in metres: it is not seen.
+/// The smallest distance between a node and its bind pose that counts, in metres. A smaller one is not visible.
 const FAR: f32 = 1e-4;
 
-/// The largest difference of a scale between them: a file whose joints are bound in another size is not understood.
+/// The largest relative difference between the scales of a node and its bind pose. A file whose joints are bound at
+/// another size is not supported.
 const SCALED: f32 = 0.01;
 
-/// Gives the joints of a scene with motion the transforms of their bind pose.
+/// Sets the rest pose of an animated scene's joints to their bind pose.
 pub(super) fn to_rest(file: &File<'_>, placed: &HashMap<usize, NodePlace>, scene: &mut Scene) {
-    // The T-pose of a VRM file is that of its nodes.
+    // The T-pose of a VRM file is in its nodes.
     if scene.animations.is_empty() || scene.nodes.iter().any(|node| node.humanoid_bone.is_some()) {
         return;
     }
@@ -54,7 +56,7 @@ pub(super) fn to_rest(file: &File<'_>, placed: &HashMap<usize, NodePlace>, scene
     }
 }
 
-/// The joints of a skin where they are bound; `None` where it does not say so, or not soundly.
+/// The bind transforms of a skin's joints; `None` if the skin has none, or invalid ones.
 fn bound(file: &File<'_>, skin: &Skin) -> Option<HashMap<usize, Mat4>> {
     let numbers = file.matrices(skin.inverse_bind_matrices?)?;
     let matrices = numbers.chunks_exact(16).map(|numbers| {
@@ -69,8 +71,8 @@ fn bound(file: &File<'_>, skin: &Skin) -> Option<HashMap<usize, Mat4>> {
     is_sound.then_some(bound)
 }
 
-/// A joint in its parent in the bind pose. Nodes that are no joints stand as they do. `is_in_world` says that the
-/// common transform is the identity.
+/// A joint's bind transform relative to its parent. Nodes that are not joints keep their transforms. `is_in_world`
+/// means that the common transform is the identity.
 fn local(
     scene: &Scene,
     placed: &HashMap<usize, NodePlace>,
@@ -103,7 +105,7 @@ fn local(
     (is_rigid && trs.rotation.is_normalized()).then_some(trs)
 }
 
-/// Whether a joint is bound elsewhere than its node stands, and in the same size.
+/// Whether a joint's bind pose differs from its node, at the same scale.
 fn differs(bind: &Trs, node: &Transform) -> bool {
     let is_scaled = (bind.scale / node.scale - Vec3::ONE).abs().max_element() > SCALED;
     let turned = bind.rotation.angle_between(node.rotation) > ROTATED;

@@ -1,4 +1,4 @@
-//! A glTF file that gets further animations, and is otherwise passed through byte by byte.
+//! A glTF file to which animations are added. The rest is passed through byte by byte.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -21,11 +21,10 @@ use super::{json, meshes};
 use crate::provenance::Provenance;
 use crate::{Export, ExportFile, ReadOptions, Source, read_back};
 
-/// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
+/// A character from a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
-/// [`Character::with_animations`] is the file with animations added. Everything else stays as it is, byte by byte:
-/// meshes, materials, textures, morph targets, extensions. Only an index that points at nothing is taken out, with a
-/// warning.
+/// [`Character::with_animations`] returns the file with added animations. Everything else stays byte for byte: meshes,
+/// materials, textures, morph targets, extensions. Only an invalid index is removed, with a warning.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -46,7 +45,7 @@ pub struct Character {
     bytes: Vec<u8>,
     #[doc(hidden)]
     pub scene: Scene,
-    /// The index in the file of each node of the scene; none for a group that the reader has put above several roots.
+    /// The index in the file of each node of the scene; `None` for the group that the reader adds above several roots.
     nodes: Vec<Option<usize>>,
     targets: Vec<TargetPlace>,
     humanoid: Option<Humanoid>,
@@ -91,27 +90,28 @@ impl Character {
         &self.scene
     }
 
-    /// Which joints are which bones, as a VRM file states it; `None` for other files, where
-    /// [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    /// The joint of each bone, as a VRM file states it; `None` for other files, in which
+    /// [`Humanoid::of`](mocap_figure::Humanoid::of) finds the joints.
     pub fn humanoid(&self) -> Option<&Humanoid> {
         self.humanoid.as_ref()
     }
 
-    /// The files beside this one that it refers to: buffers and images. An output in another folder does not find them.
+    /// The companion files to which this file refers: buffers and images. An output in another folder does not find
+    /// them.
     ///
     /// # Errors
-    /// As [`Character::with_animations`].
+    /// The errors of [`Character::with_animations`].
     pub fn external_files(&self) -> Result<Vec<String>> {
         patch::external_files(&self.bytes)
     }
 
-    /// The file with further animations, or with these instead of its own. A `.glb` or `.vrm` stays one; the buffer of
-    /// a `.gltf` is added as a data URI.
+    /// The file with additional animations. With `replace`, they replace its own. A `.glb` or `.vrm` stays one. A
+    /// `.gltf` gets its buffer as a data URI.
     ///
     /// # Errors
     /// - [`Code::InvalidGltf`](mocap_scene::Code::InvalidGltf) if the JSON is not UTF-8 or names a section twice.
-    /// - [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) if an animation moves no node of the file, or a
-    ///   value is not finite.
+    /// - [`Code::Unrepresentable`](mocap_scene::Code::Unrepresentable) if an animation moves no node of the file, or if
+    ///   a value is not finite.
     /// - [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) if a `.glb` would have more than 4 GiB.
     /// - The errors of reading, if the result could not be read.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
@@ -124,22 +124,22 @@ impl Character {
         Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
     }
 
-    /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from, as
-    /// `provenance` has it in their order. Then `mocap verify` knows, and an output may be written again: see
+    /// Like [`Character::with_animations`]. Each animation also states its origin in `extras.mocap`, from `provenance`
+    /// in the same order. `mocap verify` uses it, and an output may be overwritten again: see
     /// [`ReplacePolicy`](mocap_scene::files::ReplacePolicy).
     ///
-    /// `motions` is a scene with the nodes of [`Character::scene`] and, behind them, those of faces:
-    /// `Retargeter::scene` makes one. The tracks of a face become weights of
-    /// morph targets and rotations of the eyes; the notes of the result say which cannot.
+    /// `motions` is a scene with the nodes of [`Character::scene`], followed by the nodes of faces; `Retargeter::scene`
+    /// makes one. The tracks of a face become weights of morph targets and rotations of the eyes. The notes of the
+    /// result list the tracks that cannot be converted.
     ///
-    /// The animations alone are compressed, as `options` say: [`GltfOptions::compression`] and
-    /// [`GltfOptions::error_bound`], in metres. Everything else of the file stays as it is, so that constant numbers
-    /// of its nodes are not rounded. [`GltfOptions::buffer`] has no effect.
+    /// Only the animations are compressed, by [`GltfOptions::compression`] and [`GltfOptions::error_bound`] (in metres)
+    /// of `options`. The rest of the file stays unchanged, so constant values of its nodes are not rounded.
+    /// [`GltfOptions::buffer`] has no effect.
     ///
     /// # Errors
-    /// As [`Character::with_animations`]; and [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) where the largest
-    /// error cannot be kept, [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) where this build has no
-    /// meshopt.
+    /// - the errors of [`Character::with_animations`]
+    /// - [`Code::ErrorBound`](mocap_scene::Code::ErrorBound) if the largest error cannot be kept
+    /// - [`Code::MissingFeature`](mocap_scene::Code::MissingFeature) if this build has no meshopt
     pub fn with_clips(
         &self,
         motions: &Scene,
@@ -160,8 +160,8 @@ impl Character {
         self.clip_files(clips, replace, &options, "")
     }
 
-    /// The files for an output of this name, the character last: before it the buffer of the clips, where
-    /// a `.gltf` does not embed it. A clip may have the tracks of a face.
+    /// The files to write. The character is the last one. If the `.gltf` does not embed the clip buffer, the buffer
+    /// comes before it. A clip may have face tracks.
     #[doc(hidden)]
     pub fn clip_files<'a>(
         &self,
@@ -204,8 +204,8 @@ impl Character {
         })
     }
 
-    /// Puts the tracks of a face on an animation of a scene that was made of this character: on the morph targets of
-    /// its meshes, and on its eyes.
+    /// Applies face tracks to an animation of a scene that was made from this character: to the morph targets of its
+    /// meshes, and to its eyes.
     #[doc(hidden)]
     pub fn set_face(&self, scene: &mut Scene, animation: usize, tracks: &[FaceTrack]) {
         if tracks.is_empty() || self.targets.is_empty() {
@@ -233,8 +233,8 @@ impl Character {
         }
     }
 
-    /// What becomes of the faces of sources where the file itself is not written: the parts that [`Self::set_face`]
-    /// shows, and those that it shows in part, without materials.
+    /// The face parts that an output shows if the file itself is not written. First the parts that [`Self::set_face`]
+    /// shows, then the parts that it shows only in part, without materials.
     #[doc(hidden)]
     pub fn shown_faces<'a>(&self, faces: &[&'a Face]) -> (Vec<&'a Face>, Vec<&'a Face>) {
         let face = self.face();
@@ -255,7 +255,7 @@ impl Character {
         (shown, partly)
     }
 
-    /// The character with a node `Root` above one that has no node of the file above it.
+    /// The character with a new node `Root` as the parent of a node that has no parent in the file.
     #[doc(hidden)]
     pub fn with_root_above(&self, below: NodeId) -> Result<Self> {
         let Some(root) = self.nodes[below.index()] else {
@@ -275,7 +275,7 @@ impl Character {
         json::split(&self.bytes).map_or_else(|_| CharacterFace::default(), |(text, _)| CharacterFace::read(text))
     }
 
-    /// One file.
+    /// A single file.
     fn embedded(&self, clips: &[Clip<'_>], replace: bool, options: &GltfOptions) -> Result<(Vec<u8>, GltfReport)> {
         let options = options.clone().buffer(BufferPlace::Embedded);
         let (mut files, report) = self.with(clips, replace, &options, "")?;

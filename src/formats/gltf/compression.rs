@@ -1,15 +1,15 @@
-//! How keys are stored, within a largest error.
+//! The storage of keys within a largest error.
 //!
-//! | | rotations | translations | times | who reads it |
+//! | | rotations | translations | times | read by |
 //! |---|---|---|---|---|
-//! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | everyone |
+//! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | every reader |
 //! | [`Compression::Int16`] | 16-bit normalised integers | 32-bit floats | 32-bit floats | readers of all of core glTF |
 //! | [`Compression::Meshopt`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
 //! | [`Compression::MeshoptKhr`] | the same | the same | the same | readers of KHR_meshopt_compression |
 //!
-//! Times are 32-bit floats, as glTF requires, and not rounded further. The bit rate of a joint depends on the distance
-//! of its descendants; this hierarchical error metric is that of the Animation Compression Library (Nicholas
-//! Frechette). The formulas of the filters are those of EXT_meshopt_compression, appendix B.
+//! Times are 32-bit floats, as glTF requires, without further rounding. The bit rate of a joint depends on the distance
+//! of its descendants, by the hierarchical error metric of the Animation Compression Library (Nicholas Frechette). The
+//! filter formulas are in EXT_meshopt_compression, appendix B.
 
 use std::str::FromStr;
 
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use mocap_scene::error::{Code, Diagnostic, Error};
 
-/// How the keys of animations are stored.
+/// The storage of animation keys.
 ///
 /// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -29,17 +29,18 @@ pub enum Compression {
     /// 32-bit floats, which every client reads.
     #[default]
     None,
-    /// Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp reads wrong values.
+    /// Rotations as 16-bit normalised integers, half the size. This is core glTF without an extension, but Assimp reads
+    /// wrong values.
     Int16,
-    /// As streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
+    /// Streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
     Meshopt,
-    /// As streams of version 1 of `KHR_meshopt_compression`, a little smaller, which the file then requires. Needs the
-    /// feature `meshopt`.
+    /// Streams of `KHR_meshopt_compression` version 1, slightly smaller. The file then requires the extension. Needs
+    /// the feature `meshopt`.
     MeshoptKhr,
 }
 
 impl Compression {
-    /// Every one.
+    /// All values.
     pub const ALL: [Self; 4] = [Self::None, Self::Int16, Self::Meshopt, Self::MeshoptKhr];
 
     /// The name that users type.
@@ -52,7 +53,7 @@ impl Compression {
         }
     }
 
-    /// The extension that a file needs.
+    /// The extension that the file requires.
     pub(super) fn extension(self) -> Option<&'static str> {
         match self {
             Self::None | Self::Int16 => None,

@@ -1,5 +1,4 @@
-//! How glTF stores keys: as 16-bit integers, or in streams of meshopt. As 32-bit floats it stores them as
-//! [`Float32`] says.
+//! The encodings of glTF keys: 16-bit integers, or meshopt streams. For 32-bit floats the encoding is [`Float32`].
 
 use mocap_compress::{CompressedClip, Encoding, Float32, KeyFrameChoice, Lattice, RotationFormat, TranslationFormat};
 
@@ -11,23 +10,23 @@ struct Int16 {
     constant_step: Option<f64>,
 }
 
-/// By the filters of meshopt, in streams of differences.
+/// Streams of differences, with meshopt filters.
 struct Meshopt {
     constant_step: Option<f64>,
 }
 
-// To which fraction of the error bound constants are rounded. They stand in the JSON, where a digit takes a byte. By
-// trials on the fixtures.
+// The fraction of the error bound to which constants are rounded. They are in the JSON, where a digit takes a byte.
+// Tuned on the fixtures.
 
-/// The step of constants as a fraction of the bound, with 16 bits: one digit more takes fewer bytes than the keys that
-/// it saves.
+/// The step of constants as a fraction of the bound, with 16-bit rotations. Another digit takes fewer bytes than the
+/// keys that it saves.
 const CONSTANT_STEP_OF_INT16: f64 = 1e-3;
 
-/// The step of constants as a fraction of the bound, with meshopt, for which a digit takes more.
+/// The step of constants as a fraction of the bound, with meshopt, where another digit costs more than it saves.
 const CONSTANT_STEP_OF_MESHOPT: f64 = 1e-2;
 
 impl Compression {
-    /// For a file whose nodes have the constants.
+    /// For a file whose nodes take the constants.
     pub(super) fn encoding(self) -> &'static dyn Encoding {
         match self {
             Self::None => &Float32,
@@ -40,7 +39,7 @@ impl Compression {
         }
     }
 
-    /// For a file whose nodes stay as they are.
+    /// For a file whose nodes stay unchanged.
     pub(super) fn encoding_with_exact_constants(self) -> &'static dyn Encoding {
         match self {
             Self::None => &Float32,
@@ -65,7 +64,7 @@ const FILTER_BITS: std::ops::RangeInclusive<i32> = 4..=16;
 
 impl Encoding for Meshopt {
     fn rotations(&self, steps: f32) -> RotationFormat {
-        // A bit for the sign.
+        // One bit is for the sign.
         let bits = steps.log2().ceil() as i32 + 1;
         let bits = bits.clamp(*FILTER_BITS.start(), *FILTER_BITS.end());
         RotationFormat::QuaternionFilter(Lattice::of_filter(bits as u32))

@@ -1,8 +1,8 @@
-//! The face of a VRM animation on a character: what its expressions move, as far as animations of glTF can say it.
+//! Converts the face of a VRM animation to a character's expressions, as far as glTF animations allow.
 //!
-//! VRM 1.0 and VRM 0 say of each expression which morph targets it moves, by how much at weight 1, and how far the eyes
-//! turn with the gaze. Those are animated; colours of materials and places of textures are not, for glTF has no
-//! animations of them.
+//! VRM 1.0 and VRM 0 state for each expression which morph targets it moves, with their weights at weight 1, and how
+//! far the eyes turn with the gaze. These are animated. Material colours and texture offsets are not, because glTF
+//! cannot animate them.
 
 mod binds;
 mod gaze;
@@ -23,14 +23,14 @@ pub(super) struct MorphTrack {
     /// The index of the node in the file.
     pub(super) node: usize,
     pub(super) ticks: Vec<f64>,
-    /// At each tick the weights of all targets.
+    /// The weights of all targets at each tick.
     pub(super) weights: Vec<Vec<f32>>,
 }
 
-/// What is lost of the gaze, among the names of expressions.
+/// The name of the gaze among the names of lost expressions.
 const GAZE: &str = "lookAt";
 
-/// What a character cannot say of the face of a VRM animation.
+/// The face data of a VRM animation that a character cannot show.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unsaid {
     /// Sentences.
@@ -39,17 +39,17 @@ pub(super) struct Unsaid {
     pub(super) lost: Vec<String>,
 }
 
-/// What a character can do with its face.
+/// The capabilities of a character's face.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CharacterFace {
     expressions: Vec<Expression>,
     gaze: Option<Gaze>,
-    /// The weights at rest of the nodes that have morph targets.
+    /// The rest weights of the nodes with morph targets.
     targets: BTreeMap<usize, Vec<f32>>,
 }
 
 impl CharacterFace {
-    /// Of the JSON of a file. What it states wrongly is left out.
+    /// Reads the face from the JSON of a file. Invalid statements are skipped.
     pub(super) fn read(text: &[u8]) -> Self {
         let root: Value = serde_json::from_slice(text).unwrap_or_default();
         let targets = morph_targets(&root);
@@ -60,8 +60,8 @@ impl CharacterFace {
         }
     }
 
-    /// The tracks of a face on the character: the weights of its morph targets, with the rotations of its eyes in
-    /// `animation`. Returns what they cannot say.
+    /// Converts face tracks to the character: the weights of its morph targets, and the rotations of its eyes in
+    /// `animation`. Returns the data that cannot be converted.
     pub(super) fn onto(
         &self,
         tracks: &[FaceTrack],
@@ -116,7 +116,7 @@ impl CharacterFace {
         (self.morphs(tracks, &ticks, &looks), unsaid)
     }
 
-    /// Whether something of a part of a face shows on the eyes, or on the morph targets of a node that are there.
+    /// Whether a face part affects the eyes, or the morph targets of an existing node.
     pub(super) fn shows(&self, part: &Face, scene: &Scene, is_there: &dyn Fn(usize, usize) -> bool) -> bool {
         let binds = |own: &Expression| own.binds.iter().any(|bind| is_there(bind.node, bind.target));
         let has_eyes = || {
@@ -131,12 +131,12 @@ impl CharacterFace {
         }
     }
 
-    /// Whether an expression changes materials too.
+    /// Whether an expression also changes materials.
     pub(super) fn is_partly_of_targets(&self, part: &Face) -> bool {
         self.expressions.iter().any(|own| own.has_more && own.is_of(part))
     }
 
-    /// The weights of the morph targets that differ from those at rest.
+    /// The morph target weights that differ from the rest weights.
     fn morphs(&self, tracks: &[FaceTrack], ticks: &[f64], looks: &[[f32; 4]]) -> Vec<MorphTrack> {
         let of_expression: Vec<_> = (self.expressions.iter())
             .map(|own| tracks.iter().find(|track| own.is_of(&track.face)))

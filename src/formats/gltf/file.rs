@@ -21,12 +21,12 @@ use crate::named_file::below;
 use crate::provenance::Provenance;
 use crate::{Failure, FormatInfo};
 
-/// A glTF file with those of its buffers that animations need.
+/// A glTF file with the buffers that animations need.
 #[doc(hidden)]
 pub struct File<'a> {
     pub(super) root: Root,
     pub(super) bytes: Bytes<'a>,
-    /// What the reader can do without.
+    /// Warnings about data that the reader does not need.
     pub(super) warnings: Vec<Diagnostic>,
     limits: Limits,
 }
@@ -35,15 +35,15 @@ pub struct File<'a> {
 #[derive(Clone, Copy)]
 #[doc(hidden)]
 pub struct SceneNode {
-    /// Its index in the file.
+    /// The index in the file.
     #[doc(hidden)]
     pub index: usize,
-    /// Its parent's index in the list.
+    /// The index of the parent in the list.
     #[doc(hidden)]
     pub parent: Option<usize>,
 }
 
-/// Where a node stands in its parent.
+/// The transform of a node relative to its parent.
 #[derive(Clone, Copy)]
 #[doc(hidden)]
 pub struct Transform {
@@ -53,31 +53,31 @@ pub struct Transform {
     pub rotation: Quat,
     #[doc(hidden)]
     pub scale: Vec3,
-    /// All three, or the matrix of the file, which may shear.
+    /// The product of the three, or the matrix of the file, which may have shear.
     #[doc(hidden)]
     pub matrix: Mat4,
 }
 
-/// A node of the scene, and where the file puts it.
+/// A node of the scene, and its transform in the file.
 pub(super) struct NodePlace {
     pub(super) id: NodeId,
     pub(super) transform: Transform,
 }
 
 impl<'a> File<'a> {
-    /// A `.glb` begins with its magic number, a `.gltf` is a JSON object that names an `asset`.
+    /// A `.glb` begins with its magic number. A `.gltf` is a JSON object with a member `asset`.
     #[doc(hidden)]
     pub fn sniff(bytes: &[u8]) -> bool {
         super::sniff(bytes)
     }
 
-    /// The row of the format.
+    /// The table row of the format.
     #[doc(hidden)]
     pub fn row(&self) -> &'static FormatInfo {
         FormatInfo::of(Format::Gltf)
     }
 
-    /// Reads `.glb` or `.gltf`; `open` reads a buffer in a separate file.
+    /// Reads `.glb` or `.gltf`. `open` reads a buffer in a separate file.
     #[doc(hidden)]
     pub fn read(bytes: &'a [u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>, limits: &Limits) -> Result<Self> {
         let (root, bin) = json::parse(bytes)?;
@@ -85,7 +85,7 @@ impl<'a> File<'a> {
         let views = views_of_animations(&root);
         let mut wanted = BTreeSet::new();
         for view in views.iter().filter_map(|&view| root.buffer_views.get(view)) {
-            // What stands in for a stream is not read where the stream is.
+            // The fallback of a stream is not read if the stream is.
             wanted.insert(streams::buffer_of(view));
         }
         let mut buffers: Vec<Option<Cow<'a, [u8]>>> = Vec::new();
@@ -99,7 +99,7 @@ impl<'a> File<'a> {
         }
         let budget = Budget::new(limits, size, streams::length(&root, &views).min(size));
         let mut views = streams::decode(&root, &views, &buffers, &budget)?;
-        // Bind poses are read where they can be.
+        // Bind poses are read if possible.
         let of_skins = views_of_skins(&root);
         for view in of_skins.iter().filter_map(|&view| root.buffer_views.get(view)) {
             let index = streams::buffer_of(view);
@@ -122,7 +122,7 @@ impl<'a> File<'a> {
         provenance_in(self.root.asset.extras.as_ref())
     }
 
-    /// Forgets the provenances of the file and of its animations.
+    /// Removes the provenances of the file and of its animations.
     #[doc(hidden)]
     pub fn forget_provenance(&mut self) {
         self.root.asset.extras = None;
@@ -131,27 +131,27 @@ impl<'a> File<'a> {
         }
     }
 
-    /// The provenances of the animations that this crate added to the file of a character.
+    /// The provenances of the animations that this crate added to a character file.
     #[doc(hidden)]
     pub fn provenances_of_animations(&self) -> impl Iterator<Item = Provenance> {
         let animations = self.root.animations.iter();
         animations.filter_map(|animation| provenance_in(animation.extras.as_ref()))
     }
 
-    /// The provenance of the first animation that this crate changed in a file whose meshes were kept. Those that it
-    /// put on a character from elsewhere are not meant.
+    /// The provenance of the first animation that this crate changed in a file with kept meshes. Animations that it
+    /// added to a character from elsewhere do not count.
     #[doc(hidden)]
     pub fn provenance_of_kept(&self) -> Option<Provenance> {
         self.provenances_of_animations()
             .find(|provenance| provenance.onto().is_none())
     }
 
-    /// The provenance of an animation that this crate added to the file; absent in those of other programs.
+    /// The provenance of an animation that this crate added to the file; absent for animations of other programs.
     pub(crate) fn provenance_of(&self, animation: usize) -> Option<Provenance> {
         provenance_in(self.root.animations.get(animation)?.extras.as_ref())
     }
 
-    /// The name of a node in the scene from which the file was written; in files of other programs, its name.
+    /// The name of a node in the scene from which the file was written. In files of other programs, its name.
     #[doc(hidden)]
     pub fn source_name(&self, node: usize) -> String {
         let node = &self.root.nodes[node];
@@ -159,13 +159,13 @@ impl<'a> File<'a> {
         source_name.or(node.name.as_deref()).unwrap_or_default().to_owned()
     }
 
-    /// The bones that VRM requires and that the file does not state.
+    /// The bones that VRM requires and the file does not state.
     #[doc(hidden)]
     pub fn missing_bones(&self) -> Vec<&'static str> {
         humanoid::missing(&self.root.extensions)
     }
 
-    /// What nodes are on the face of a VRM animation, by their indices.
+    /// The face roles of nodes in a VRM animation, by node index.
     #[doc(hidden)]
     pub fn faces(&self) -> HashMap<usize, Face> {
         let stated = humanoid::stated_faces(&self.root.extensions).into_iter().rev();
@@ -178,18 +178,18 @@ impl<'a> File<'a> {
         self.root.nodes[node].extra("end_site") == Some(&serde_json::Value::Bool(true))
     }
 
-    /// Whether a node holds something to see.
+    /// Whether a node holds something visible.
     #[doc(hidden)]
     pub fn shows(&self, node: usize) -> bool {
         let node = &self.root.nodes[node];
         node.mesh.is_some() || node.camera.is_some()
     }
 
-    /// The nodes that show something and do nothing else, in a file with skins: they have no child and no motion, and
-    /// are no joint. A scene has none of them, so their transforms are not computed with.
+    /// The nodes that only show something, in a file with skins: they have no children and no motion, and are not
+    /// joints. A scene omits them, so their transforms are not computed.
     ///
     /// # Errors
-    /// Where a skin or an animation names a node that does not exist.
+    /// A skin or an animation names a node that does not exist.
     #[doc(hidden)]
     pub fn only_show(&self) -> Result<HashSet<usize>, Failure> {
         let mut used: HashSet<usize> = self.joints()?.into_iter().collect();
@@ -201,7 +201,7 @@ impl<'a> File<'a> {
         Ok((0..self.root.nodes.len()).filter(only_shows).collect())
     }
 
-    /// Whether the file has a skin, which a mesh is tied to its joints with.
+    /// Whether the file has a skin, which binds a mesh to its joints.
     #[doc(hidden)]
     pub fn has_skin(&self) -> bool {
         !self.root.skins.is_empty()
@@ -215,7 +215,7 @@ impl<'a> File<'a> {
     /// The joints of all skins.
     ///
     /// # Errors
-    /// Where one is not a node.
+    /// A joint is not a node.
     pub(super) fn joints(&self) -> Result<Vec<usize>, Failure> {
         let count = self.root.nodes.len();
         let mut joints = Vec::new();
@@ -230,16 +230,16 @@ impl<'a> File<'a> {
         Ok(joints)
     }
 
-    /// The numbers of an accessor of matrices, 16 each; `None` where they cannot be read.
+    /// The numbers of a matrix accessor, 16 each; `None` if they cannot be read.
     pub(super) fn matrices(&self, accessor: usize) -> Option<Vec<f32>> {
         accessors::numbers(&self.root, &self.bytes, accessor, 16, "").ok()
     }
 
-    /// The nodes of the default scene, parents before children; of a file without scenes, all of them.
+    /// The nodes of the default scene, parents before children. In a file without scenes, all nodes.
     ///
     /// # Errors
-    /// Where a node has two parents, or is its own ancestor, and where there are more nodes, or deeper ones, than the
-    /// limits allow.
+    /// A node has two parents, or is its own ancestor. Also if there are more nodes, or deeper ones, than the limits
+    /// allow.
     #[doc(hidden)]
     pub fn nodes(&self) -> Result<Vec<SceneNode>, Failure> {
         let Root { nodes, scenes, .. } = &self.root;
@@ -268,8 +268,8 @@ impl<'a> File<'a> {
         };
         let mut is_listed = vec![false; nodes.len()];
         let mut listed: Vec<SceneNode> = Vec::with_capacity(nodes.len());
-        // A list instead of recursion, so that no file can overflow the call stack. The last comes first, so children
-        // are pushed in reverse.
+        // An explicit list instead of recursion, so that no file can overflow the call stack. The last one is popped
+        // first, so children are pushed in reverse.
         let mut open: Vec<(usize, Option<usize>, usize)> = roots.iter().rev().map(|&root| (root, None, 1)).collect();
         while let Some((index, parent, depth)) = open.pop() {
             let Some(node) = nodes.get(index) else {
@@ -302,10 +302,10 @@ impl<'a> File<'a> {
         Ok(listed)
     }
 
-    /// Where a node stands without animation.
+    /// The transform of a node without animation.
     ///
     /// # Errors
-    /// Where a number is not finite, or larger than any position.
+    /// A number is not finite, or larger than any position.
     #[doc(hidden)]
     pub fn transform(&self, index: usize) -> Result<Transform, Failure> {
         let node = &self.root.nodes[index];
@@ -323,7 +323,7 @@ impl<'a> File<'a> {
                     .expected_found("a last row of 0 0 0 1", format!("{}", matrix.row(3)))
                     .into());
             }
-            // In double precision: of axes that shear, rounding would choose between two rotations.
+            // In double precision: for axes with shear, rounding would choose between two rotations.
             let (scale, rotation, translation) = matrix.as_dmat4().to_scale_rotation_translation();
             let (scale, translation) = (scale.as_vec3(), translation.as_vec3());
             return Ok(Transform {
@@ -353,7 +353,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// What this crate wrote into the extras of an object.
+/// The provenance that this crate wrote into the extras of an object.
 fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
     serde_json::from_value(extras?.get("mocap")?.clone()).ok()
 }
@@ -363,7 +363,7 @@ pub(super) fn is_plausible(number: f32) -> bool {
     limits::is_plausible(number.into())
 }
 
-/// Whether a scale is neither 0 nor of a size that still has an inverse.
+/// Whether a scale is not 0, but too small to have an inverse.
 pub(super) fn is_degenerate(scale: f32) -> bool {
     is_degenerate_scale(scale.into())
 }
@@ -380,7 +380,7 @@ pub(super) fn degenerate(pointer: String, scale: f32) -> Diagnostic {
         .help("write 0 where something is to vanish")
 }
 
-/// The views that animations read, in ascending order. Indices that lead nowhere are met again where they are used.
+/// The views that animations read, in ascending order. Invalid indices are reported where they are used.
 fn views_of_animations(root: &Root) -> Vec<usize> {
     let mut views = BTreeSet::new();
     let samplers = root.animations.iter().flat_map(|animation| &animation.samplers);
@@ -396,7 +396,7 @@ fn views_of_animations(root: &Root) -> Vec<usize> {
     views.into_iter().collect()
 }
 
-/// The views of the inverse bind matrices of a file with motion.
+/// The views of the inverse bind matrices in a file with motion.
 fn views_of_skins(root: &Root) -> Vec<usize> {
     let skins = root.skins.iter().filter(|_| !root.animations.is_empty());
     let accessors = skins.filter_map(|skin| root.accessors.get(skin.inverse_bind_matrices?));
@@ -434,7 +434,7 @@ pub(super) fn buffer<'a>(
     Ok(Some(contents))
 }
 
-/// What a uri refers to: data of its own, or a file beside this one.
+/// The contents of a URI: embedded data, or a companion file.
 pub(super) fn contents_of<'a>(
     uri: &str,
     pointer: &str,
@@ -458,8 +458,8 @@ pub(super) fn contents_of<'a>(
         .into())
 }
 
-/// The file of a relative URI, in the same folder or below. Other paths are refused, so that an input cannot read other
-/// files.
+/// The path of a relative URI, in the same folder or a subfolder. Other paths are refused, so that an input cannot read
+/// other files.
 fn beside(uri: &str, pointer: &str) -> Result<PathBuf, Failure> {
     below(percent_decoded(uri)).ok_or_else(|| {
         let message = "a buffer is read from the folder of the file, or below, and from nowhere else";

@@ -1,9 +1,13 @@
 //! The frame time of an animation, and its keys at ticks.
 //!
-//! A file of this crate says its frame time. Elsewhere it is the distance of two keys where they are even, else the
-//! usual frame rate on whose frames all keys stand, else the shortest distance of two keys. Keys farther than a tenth
-//! of a second apart are not frames: there a whole number of frames, about thirty a second, lies between them. Times
-//! within a float's rounding of a whole tick are that tick.
+//! A file of this crate states its frame time. In other files, the frame time is the first of these that applies:
+//!
+//! 1. the distance between two keys, if it is constant
+//! 2. the usual frame rate that has all keys on its frames
+//! 3. the shortest distance between two keys
+//!
+//! Keys more than a tenth of a second apart are not frames. Then a whole number of frames, about thirty per second,
+//! lies between them. Times within a float's rounding of a whole tick become that tick.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits;
@@ -12,22 +16,22 @@ use mocap_scene::scene::Keys;
 use super::tracks::Track;
 use crate::Failure;
 
-/// The largest distance of a time from a whole tick at which it becomes that tick, as a fraction of the time: twice the
+/// The largest difference between a time and a whole tick that count as equal, as a fraction of the time: twice the
 /// rounding of a float.
 const TIME_ROUNDING: f64 = 1.2e-7;
 
-/// Frames per second that programs export with.
+/// Usual export frame rates, in frames per second.
 const USUAL_RATES: [f64; 13] = [
     24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 23.976, 29.97,
 ];
 
-/// Frames per second at most where the file states no rate and its keys follow none.
+/// The largest frame rate in frames per second, if the file states no rate and its keys follow none.
 const MOST_FRAMES_PER_SECOND: f64 = 240.0;
 
-/// Seconds between keys from which on they are not frames.
+/// The distance in seconds between keys above which they are not frames.
 const SPARSE: f64 = 0.1;
 
-/// A frame time that this crate has written at `pointer`; 0 stands for none, for the scene had no motion.
+/// A frame time that this crate has written at `pointer`. 0 means none, because the scene had no motion.
 pub(super) fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, Failure> {
     if time == 0.0 {
         return Ok(None);
@@ -41,8 +45,8 @@ pub(super) fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, 
         })
 }
 
-/// Keeps the first keys of a motion that ends before the first frame of the highest rate: nothing could play or write
-/// the others.
+/// Keeps only the first keys of a motion that ends before the first frame of the highest rate. No program could play or
+/// write the others.
 pub(super) fn keep_one_pose(tracks: &mut [Track], animation: usize) -> Option<Diagnostic> {
     let end = f64::from(end_of(tracks));
     let is_too_short = end > 0.0 && end < key_distance();
@@ -62,7 +66,7 @@ pub(super) fn end_of(tracks: &[Track]) -> f32 {
     ends.copied().fold(0.0, f32::max)
 }
 
-/// A single key holds for all time, whenever it is.
+/// A single key holds for all time, whatever its tick.
 pub(super) fn keys<T>(values: Vec<T>, ticks: Vec<f64>) -> Keys<T> {
     match ticks.len() {
         1 => Keys::every_tick(values),
@@ -70,15 +74,16 @@ pub(super) fn keys<T>(values: Vec<T>, ticks: Vec<f64>) -> Keys<T> {
     }
 }
 
-/// Whether keys can have a frame time that the file states: a motion within less than one frame was changed since.
+/// Whether keys can have the frame time that the file states. A motion shorter than one frame was changed since.
 pub(super) fn fits(step: f64, tracks: &[Track]) -> bool {
-    /// Of a frame: by so much times are rounded.
+    /// The rounding of times, as a fraction of a frame.
     const ROUNDING: f64 = 1e-3;
     let end = f64::from(end_of(tracks));
     end <= 0.0 || end >= step * (1.0 - ROUNDING)
 }
 
-/// The frame time of an animation that states none, in seconds. Where only morph targets move, their keys say it.
+/// The frame time in seconds of an animation that does not state it. If only morph targets move, their keys determine
+/// it.
 pub(super) fn find_frame_time(tracks: &[Track], weights: &[&mut Keys<f32>]) -> f64 {
     let of_joints = tracks.iter().map(|track| track.key_times().to_vec());
     let times: Vec<Vec<f32>> = match tracks.is_empty() {
@@ -91,12 +96,12 @@ pub(super) fn find_frame_time(tracks: &[Track], weights: &[&mut Keys<f32>]) -> f
         // A whole number of frames from key to key.
         false => step / (step * 30.0).round().max(1.0),
     };
-    // Times are rounded: a step of weights at 0.1 s is a frame of 30 a second.
+    // Times are rounded: weight keys 0.1 s apart mean frames at 30 per second.
     let is_usual = |rate: &&f64| tracks.is_empty() && (step * **rate - 1.0).abs() < 1e-6;
     USUAL_RATES.iter().find(is_usual).map_or(step, |rate| rate.recip())
 }
 
-/// The times of keys at seconds; of two that are one frame, as a step has them, the later.
+/// The times of keys in seconds. If two keys are in one frame, as in a step, the later one.
 fn times_of(keys: &Keys<f32>) -> Vec<f32> {
     let mut times: Vec<f32> = (0..keys.len()).map(|key| keys.tick(key) as f32).collect();
     let next: Vec<f32> = times.iter().skip(1).copied().chain([f32::INFINITY]).collect();
@@ -105,17 +110,18 @@ fn times_of(keys: &Keys<f32>) -> Vec<f32> {
     times
 }
 
-/// How near two keys may be, in seconds: a tenth of a frame of the highest rate.
+/// The smallest distance of two keys in seconds: a tenth of a frame of the highest rate.
 fn key_distance() -> f64 {
     MOST_FRAMES_PER_SECOND.recip() / 10.0
 }
 
-/// The time between two keys. It is that of the track with the most keys if they are even, else that of the usual frame
-/// rate on whose frames all keys stand, else the shortest. Without a track of two keys it is a thirtieth of a second.
+/// The time between two keys. It is the key distance of the track with the most keys, if it is constant. Otherwise it
+/// is that of the usual frame rate that has all keys on its frames, or else the shortest one. Without a track of two
+/// keys it is a thirtieth of a second.
 fn key_step(tracks: &[Vec<f32>]) -> f64 {
     let longest = tracks.iter().map(Vec::as_slice).max_by_key(|times| times.len());
     if let Some(times @ [first, .., last]) = longest {
-        // Single steps are rounded too coarsely for a long take; their mean is not.
+        // The rounding of single steps is too coarse for a long take; their mean is precise.
         let mean = (f64::from(*last) - f64::from(*first)) / (times.len() - 1) as f64;
         let expected = (0..times.len()).map(|key| f64::from(*first) + key as f64 * mean);
         let is_even =
@@ -144,7 +150,7 @@ fn key_step(tracks: &[Vec<f32>]) -> f64 {
     }
 }
 
-/// Puts keys that are at seconds at ticks, and returns the last tick.
+/// Converts key times in seconds to ticks, and returns the last tick.
 pub(super) fn put_at_ticks(keys: &mut Keys<f32>, step: f64) -> f64 {
     let times: Vec<f32> = (0..keys.len()).map(|key| keys.tick(key) as f32).collect();
     let ticks = ticks_of(&times, step);
@@ -153,7 +159,7 @@ pub(super) fn put_at_ticks(keys: &mut Keys<f32>, step: f64) -> f64 {
     last
 }
 
-/// Ticks for the times of keys, as strictly increasing as they are.
+/// The ticks for key times. They increase strictly, like the times.
 pub(super) fn ticks_of(times: &[f32], step: f64) -> Vec<f64> {
     let mut ticks: Vec<f64> = times.iter().map(|time| tick_of(*time, step)).collect();
     for key in (1..ticks.len()).rev() {

@@ -1,5 +1,5 @@
-//! The extensions that state which node is which bone of a humanoid: those of VRM 1.0, of VRM 0 and of VRM animations.
-//! The last also state the nodes of a face.
+//! The extensions that state the nodes of humanoid bones: VRM 1.0, VRM 0 and VRM animations. VRM animations also state
+//! the nodes of a face.
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic};
@@ -13,10 +13,10 @@ use crate::Failure;
 /// The extension of a VRM animation.
 pub(super) use super::VRM_ANIMATION_EXTENSION as VRM_ANIMATION;
 
-/// The expressions of VRM that a VRM animation must not have, for its gaze says them.
+/// The look expressions of VRM. A VRM animation must not have them, because its gaze replaces them.
 const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
 
-/// Those of a file's extensions that state a humanoid.
+/// The extensions of a file that state a humanoid.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Extensions {
@@ -28,14 +28,14 @@ pub(super) struct Extensions {
     pub(super) vrm_animation: Option<Value>,
 }
 
-/// A bone that a file states, its node, and where the file says so.
+/// A bone that a file states, its node, and the place of the statement.
 type BoneStatement = (Bone, usize, String);
 
-/// Tells the nodes of `scene` which bones they are, as far as the file states it. `placed` has the node of the file and
-/// that of the scene.
+/// Sets the humanoid bones of the nodes of `scene`, as the file states them. `placed` maps nodes of the file to nodes
+/// of the scene.
 ///
 /// # Errors
-/// Where the node of a bone is not in the scene, or two bones have the same node.
+/// The node of a bone is not in the scene, or two bones have the same node.
 pub(super) fn state(
     extensions: &Extensions,
     placed: &[(usize, NodeId)],
@@ -53,7 +53,7 @@ pub(super) fn state(
     Ok(())
 }
 
-/// The bones that VRM requires and that are not stated.
+/// The bones that VRM requires and the file does not state.
 pub(super) fn missing(extensions: &Extensions) -> Vec<&'static str> {
     let stated = stated_bones(extensions);
     let is_missing = |bone: &Bone| stated.iter().all(|(stated, ..)| stated != bone);
@@ -64,7 +64,7 @@ pub(super) fn missing(extensions: &Extensions) -> Vec<&'static str> {
         .collect()
 }
 
-/// Tells the nodes of `scene` what they are on the face of a VRM animation. Returns what is left out, and why.
+/// Sets the face roles of the nodes of `scene` from a VRM animation. Returns the skipped statements, with the reasons.
 pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], scene: &mut Scene) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     for (face, index, pointer) in stated_faces(extensions) {
@@ -98,7 +98,7 @@ pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], sc
     warnings
 }
 
-/// The expressions and the gaze of a VRM animation, each with its node and where the file says so.
+/// The expressions and the gaze of a VRM animation, each with its node and the place of its statement.
 pub(super) fn stated_faces(extensions: &Extensions) -> Vec<(Face, Option<usize>, String)> {
     let Some(animation) = &extensions.vrm_animation else {
         return Vec::new();
@@ -160,7 +160,7 @@ fn stated_bones(extensions: &Extensions) -> Vec<BoneStatement> {
     }
 }
 
-/// A bone by its name in VRM 0, which calls the joints of the thumb as those of other fingers.
+/// A bone by its name in VRM 0, which names thumb joints like joints of other fingers.
 fn bone_of_vrm0(name: &str) -> Option<Bone> {
     Bone::from_name(match name {
         "leftThumbProximal" => "leftThumbMetacarpal",

@@ -1,8 +1,8 @@
-//! What is said of a file that is not valid glTF: always with a JSON pointer to where it is.
+//! Errors about invalid glTF, always with a JSON pointer to the place.
 
 use mocap_scene::error::{Code, Diagnostic};
 
-/// The file breaks a rule of glTF at `pointer`, as in `/accessors/3/count`; empty for the whole file.
+/// The file breaks a rule of glTF at `pointer`, such as `/accessors/3/count`. An empty pointer means the whole file.
 pub(super) fn invalid(pointer: impl Into<String>, message: impl Into<String>) -> Diagnostic {
     let (pointer, diagnostic) = (pointer.into(), Diagnostic::new(Code::InvalidGltf, message));
     let help = "export the file again, or look at what the Khronos glTF validator says about it";
@@ -13,7 +13,7 @@ pub(super) fn invalid(pointer: impl Into<String>, message: impl Into<String>) ->
     diagnostic.help(help)
 }
 
-/// An index that points at nothing.
+/// An index of a missing item.
 pub(super) fn missing(pointer: impl Into<String>, what: &str, index: usize, count: usize) -> Diagnostic {
     invalid(pointer, format!("there is no {what} {index}"))
         .expected_found(format!("an index below {count}"), format!("{index}"))

@@ -1,7 +1,7 @@
-//! The JSON of a glTF file, as far as motion needs it, and the container that holds it.
+//! The JSON of a glTF file, as far as motion needs it, and its container.
 //!
-//! Only the parts that are read are parsed. So nothing else in a file can stop its motion from being read: neither
-//! materials nor meshes nor their extensions.
+//! Only the needed parts are parsed. So errors in other parts, such as materials, meshes or their extensions, do not
+//! prevent reading the motion.
 
 use mocap_scene::error::pointer;
 use serde::Deserialize;
@@ -43,7 +43,7 @@ pub(crate) struct Asset {
     pub(super) extras: Option<Value>,
 }
 
-/// A scene: its roots.
+/// The roots of a scene.
 #[derive(Deserialize)]
 pub(crate) struct Roots {
     #[serde(default)]
@@ -65,7 +65,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// What this crate wrote about the node.
+    /// An extra of the node that this crate wrote.
     pub(super) fn extra(&self, key: &str) -> Option<&Value> {
         self.extras.as_ref()?.get(key)
     }
@@ -137,7 +137,7 @@ pub(super) struct SparsePart {
     pub(super) buffer_view: usize,
     #[serde(default)]
     pub(super) byte_offset: usize,
-    /// Of indices alone; values have the accessor's.
+    /// Only for indices. Values have the accessor's type.
     pub(super) component_type: Option<u32>,
 }
 
@@ -173,7 +173,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
     }
 }
 
-/// The chunks of a `.glb` that only extensions know, with their headers.
+/// The chunks of a `.glb` that only extensions use, with their headers.
 pub(super) fn further_chunks(bytes: &[u8]) -> Result<&[u8], Failure> {
     Ok(chunks(bytes)?.further)
 }
@@ -182,11 +182,11 @@ pub(super) fn further_chunks(bytes: &[u8]) -> Result<&[u8], Failure> {
 struct Chunks<'a> {
     json: &'a [u8],
     bin: Option<&'a [u8]>,
-    /// What follows both.
+    /// The bytes after both.
     further: &'a [u8],
 }
 
-/// A file taken apart: its JSON, and the binary chunk of a `.glb`.
+/// Splits a file into its JSON and the binary chunk of a `.glb`.
 pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Failure> {
     let (json, bin) = split(bytes)?;
     // Names in another encoding are no reason to refuse the motion.
@@ -243,7 +243,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Failure> {
         match kind {
             b"JSON" if json.is_none() => (json, known) = (Some(chunk), end),
             b"BIN\0" if bin.is_none() => (bin, known) = (Some(chunk), end),
-            // Further chunks are those of extensions.
+            // Further chunks belong to extensions.
             _ => {}
         }
         at = end;

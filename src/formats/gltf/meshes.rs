@@ -1,7 +1,7 @@
-//! Reads meshes with their skins, materials and textures of colour.
+//! Reads meshes with their skins, materials and colour textures.
 //!
-//! Nothing here stops the motion of a file from being read: what is broken is left out with a warning. A mesh without a
-//! skin has one bone, the node that holds it, or the nearest one above it that the scene has.
+//! An error here does not prevent reading the motion: a broken item is skipped with a warning. A mesh without a skin
+//! has one bone: its node, or the nearest ancestor that is in the scene.
 
 mod materials;
 mod morph_targets;
@@ -27,7 +27,7 @@ use super::streams;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
-/// The parts of a file that show something; each item is read by itself, so that one that is broken leaves the others.
+/// The visible parts of a file. Each item is parsed separately, so that a broken one does not affect the others.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Shown {
@@ -57,7 +57,8 @@ struct MeshJson {
 }
 
 impl MeshJson {
-    /// The names of its morph targets: of the mesh, as the specification suggests, or of a primitive, as UniVRM writes.
+    /// The names of its morph targets: from the mesh, as the specification suggests, or from a primitive, as UniVRM
+    /// writes them.
     fn target_names(&self) -> Vec<String> {
         let places = [&self.extras]
             .into_iter()
@@ -70,7 +71,7 @@ impl MeshJson {
         names.collect()
     }
 
-    /// Of each morph target of a node its weight in every animation, at seconds; nothing where they are not read.
+    /// The weights of each morph target of a node in every animation, in seconds. Empty if they are not read.
     fn motion(&self, file: &File<'_>, node: usize, options: &ReadOptions) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
         let counts = self.primitives.iter().map(|primitive| primitive.targets.len());
         match counts.max().filter(|count| options.morph_targets && *count > 0) {
@@ -87,7 +88,7 @@ struct SkinJson {
     inverse_bind_matrices: Option<usize>,
 }
 
-/// The buffers of a file, each opened when it is first needed.
+/// The buffers of a file, opened at first use.
 struct Buffers<'a> {
     root: &'a Root,
     bin: Option<&'a [u8]>,
@@ -162,13 +163,13 @@ impl<'a> Buffers<'a> {
         bytes.ok_or_else(|| invalid(pointer, "the view reaches beyond its buffer").into())
     }
 
-    /// The bytes that a uri names.
+    /// The bytes of a URI.
     fn file(&self, uri: &str, pointer: &str) -> Result<Cow<'a, [u8]>, Failure> {
         file::contents_of(uri, pointer, self.open).map_err(|error| Box::new(error.diagnostic().clone()))
     }
 }
 
-/// Where a morph target of a node of the file is in the scene.
+/// The place in the scene of a morph target of a file node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TargetPlace {
     /// The index of the node in the file, and the number of the target there.
@@ -177,8 +178,8 @@ pub(super) struct TargetPlace {
     pub(super) target: usize,
 }
 
-/// Adds the meshes of `file` to the first node of `scene`. `placed` has the node of the scene for each of the file.
-/// Returns the places of their morph targets.
+/// Adds the meshes of `file` to the first node of `scene`. `placed` maps each node of the file to its scene node.
+/// Returns the places of the morph targets.
 pub(super) fn read(
     source: &Source<'_>,
     file: &File<'_>,
@@ -209,7 +210,7 @@ pub(super) fn read(
     targets
 }
 
-/// The meshes of a file that have numbers with which nobody can compute.
+/// The meshes of a file with numbers that cannot be used in computations.
 pub(super) fn broken_numbers(
     source: &Source<'_>,
     placed: &[(usize, NodeId)],
@@ -236,7 +237,7 @@ pub(super) fn broken_numbers(
     broken
 }
 
-/// The first warnings are about meshes that are left out, the others about those that are read.
+/// Reads all meshes. The first warnings are about skipped meshes, the others about meshes that are read.
 fn read_all(
     source: &Source<'_>,
     file: &File<'_>,
@@ -265,7 +266,7 @@ fn read_all(
         numbers: HashMap::new(),
     };
     let mut images = Images::default();
-    // The index in the scene of each material of the file, and how to use it.
+    // The scene index of each material of the file, and how to use it.
     let mut materials: HashMap<Option<usize>, usize> = HashMap::new();
     let mut read_materials = Vec::new();
     let lists = Lists {
@@ -303,7 +304,7 @@ fn read_all(
         } else {
             &json.weights
         };
-        // A mesh without a name would be a skeleton's.
+        // A mesh without a name would count as a skeleton's.
         let name = match mesh_json.name.as_str() {
             "" => "Mesh".to_owned(),
             name => name.to_owned(),
@@ -417,7 +418,7 @@ fn skin_binding(
                     invalid(pointer, "there are fewer matrices than joints")
                 })?;
                 let mut matrix = Mat4::from_cols_slice(numbers);
-                // Exactly, because a product's may not be.
+                // Set exactly, because a product may have rounding errors.
                 for (column, last) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
                     matrix.col_mut(column).w = last;
                 }
@@ -436,7 +437,7 @@ fn skin_binding(
     })
 }
 
-/// From the node that holds the mesh to the nearest one that the scene has.
+/// The binding of a rigid mesh: from its node to the nearest ancestor that is in the scene.
 fn rigid_binding(
     file: &File<'_>,
     listed: &[file::SceneNode],

@@ -1,6 +1,7 @@
-//! The codec of `EXT_meshopt_compression` and `KHR_meshopt_compression`: streams of elements, and filters on them.
+//! The codec of `EXT_meshopt_compression` and `KHR_meshopt_compression`: streams of elements, and their filters.
 //!
-//! The size of the output is checked against the capacity of a stream of that length, before anything is allocated.
+//! Before anything is allocated, the output size is checked against the largest size that a stream of this length can
+//! have.
 
 use mocap_scene::error::{Code, Diagnostic};
 
@@ -10,7 +11,7 @@ use crate::Failure;
 /// The filter of a stream's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Filter {
-    /// As they are.
+    /// Unfiltered.
     None,
     /// Unit quaternions as four 16-bit integers.
     Quaternion,
@@ -19,7 +20,7 @@ pub(super) enum Filter {
 }
 
 impl Filter {
-    /// Its name in the extension; nothing for the default.
+    /// The name in the extension; `None` for the default.
     pub(super) fn name(self) -> Option<&'static str> {
         match self {
             Self::None => None,
@@ -51,12 +52,12 @@ mod codec {
     use crate::gltf::invalid::invalid;
     use mocap_scene::error::{Code, Diagnostic};
 
-    /// The maximum of bytes that one byte of a stream decodes to: 256 elements take at least one byte for every four
-    /// bytes of an element.
+    /// The largest number of bytes from one byte of a stream: 256 elements take at least one byte for every four bytes
+    /// of an element.
     const MOST_PER_BYTE: usize = 1024;
-    /// The bytes that the last block may add.
+    /// The number of bytes that the last block may add.
     const LAST_BLOCK: usize = 256 * 256;
-    /// The slowest and best level of the encoder; levels exist only in version 1.
+    /// The slowest and best level of the encoder. Only version 1 has levels.
     const LEVEL: i32 = 3;
 
     /// The stream of `bytes`, elements of `stride` bytes: 4, 8, 12 or 64.
@@ -100,7 +101,7 @@ mod codec {
             (8, Filter::None) => elements::<8>(stream, count),
             (12, Filter::None) => elements::<12>(stream, count),
             (16, Filter::None) => elements::<16>(stream, count),
-            // An inverse bind matrix. Arrays of more than 32 items have no default.
+            // An inverse bind matrix. Arrays of more than 32 items have no `Default`.
             (64, Filter::None) => Ok(decoded::<[[u8; 16]; 4]>(stream, count)?.as_flattened().concat()),
             (8, Filter::Quaternion) => {
                 let mut values = decoded::<[i16; 4]>(stream, count)?;
@@ -119,7 +120,7 @@ mod codec {
     }
 
     fn decoded<T: Clone + Default>(stream: &[u8], count: usize) -> Result<Vec<T>, Failure> {
-        // The decoder's own errors are numbers without a meaning for users.
+        // The decoder's own errors are numbers without meaning for users.
         decode_vertex_buffer(stream, count).map_err(|_| invalid("", "the meshopt stream is damaged").into())
     }
 

@@ -1,4 +1,4 @@
-//! Keeps a file with meshes beside the scene that is read from it, so that an output in glTF loses nothing.
+//! Keeps a file with meshes together with its scene, so that a glTF output loses nothing.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::write::{dangling, patch};
 use crate::Source;
 use crate::named_file::below;
 
-/// What says whether a file has something to lose.
+/// The members that show whether a file has contents to lose.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Contents {
@@ -46,7 +46,7 @@ struct Extensions {
 }
 
 impl Contents {
-    /// Whether there are meshes, but for those that this crate draws of a skeleton.
+    /// Whether there are meshes, except skeleton meshes of this crate.
     fn has_meshes(&self) -> bool {
         let is_ours = self
             .asset
@@ -58,8 +58,8 @@ impl Contents {
     }
 }
 
-/// The file of a source, where it has meshes; `nodes` are the indices in the file of those of the scene, which stand
-/// there as `in_file` says. Indices that point at nothing are out of it, each with a warning.
+/// The file of a source, if it has meshes. `nodes` are the file indices of the scene's nodes, and `in_file` has their
+/// transforms in the file. Invalid indices are removed, each with a warning.
 pub(super) fn of(
     source: &Source<'_>,
     scene: &Scene,
@@ -78,7 +78,7 @@ pub(super) fn of(
     let mut beside = Vec::new();
     if !bytes.starts_with(MAGIC) {
         for uri in patch::external_files(&bytes).unwrap_or_default() {
-            // What is missing is missing in the output too.
+            // A missing file is also missing in the output.
             let path = below(percent_decoded(&uri)).map(|path| source.name.with_file_name(path));
             if let Some(Ok(bytes)) = path.map(|path| (source.open)(&path)) {
                 beside.push((uri, bytes));

@@ -1,4 +1,4 @@
-//! A glTF file as its JSON and its bytes, for a comparison of everything that motion does not need.
+//! A glTF file as its JSON and its bytes, for a comparison of everything except motion.
 
 use std::path::Path;
 
@@ -14,15 +14,15 @@ use super::json;
 pub struct RawFile {
     #[doc(hidden)]
     pub json: Value,
-    /// `None` where a buffer has no bytes, or its file is missing.
+    /// `None` if a buffer has no bytes, or if its file is missing.
     buffers: Vec<Option<Vec<u8>>>,
 }
 
 impl RawFile {
-    /// Takes a file apart. `open` reads a file beside it.
+    /// Splits a file into its JSON and its buffers. `open` reads a companion file.
     ///
     /// # Errors
-    /// Where the container or the JSON is broken.
+    /// The container or the JSON is broken.
     #[doc(hidden)]
     pub fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
         let (text, bin) = json::split(bytes)?;
@@ -37,13 +37,13 @@ impl RawFile {
         Ok(Self { json, buffers })
     }
 
-    /// The items of a list of the root; none where it is absent.
+    /// The items of a root list; empty if it is absent.
     #[doc(hidden)]
     pub fn list(&self, name: &str) -> &[Value] {
         items(&self.json, name)
     }
 
-    /// The bytes that a buffer view, or its stream, names.
+    /// The bytes of a buffer view, or of its stream.
     #[doc(hidden)]
     pub fn view(&self, view: &Value) -> Option<&[u8]> {
         let number = |name: &str| usize::try_from(view[name].as_u64()?).ok();
@@ -52,7 +52,7 @@ impl RawFile {
         bytes.get(start..)?.get(..number("byteLength")?)
     }
 
-    /// The bytes of an image. `open` reads a file beside this one.
+    /// The bytes of an image. `open` reads a companion file.
     #[doc(hidden)]
     pub fn image(&self, image: &Value, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Option<Vec<u8>> {
         if let Some(uri) = image["uri"].as_str() {

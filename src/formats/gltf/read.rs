@@ -1,16 +1,16 @@
-//! Reads the skeleton and the animations of a `.glb` or `.gltf` file. `meshes` reads meshes where they are asked for.
+//! Reads the skeleton and the animations of a `.glb` or `.gltf` file. `meshes` reads meshes on request.
 //!
 //! | glTF | scene |
 //! |---|---|
-//! | the nodes of the default scene | nodes, depth-first; under a group where the scene has several |
-//! | the transform of a node; in a file with motion that of its bind pose, where it has one (`bind`) | the rest pose |
-//! | a node with a mesh and nothing else: no child, no joint, no motion | left out, where the file has joints |
+//! | the nodes of the default scene | nodes, depth-first; under a group if there are several roots |
+//! | the transform of a node; in a file with motion, its bind pose if it has one (`bind`) | the rest pose |
+//! | a node with only a mesh: no child, no joint, no motion | skipped if the file has joints |
 //! | joints of skins; in a file without a skin, every node | joints |
 //! | `extras.end_site` | an end site |
 //! | `extras.source_name`, else `name` | the name |
 //! | an animation | an animation, its seconds in ticks of the file's own frame time |
 //!
-//! `frame_time` says which ticks.
+//! `frame_time` determines the ticks.
 
 use std::collections::{HashMap, HashSet};
 
@@ -34,21 +34,21 @@ use super::original;
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::{Failure, ReadOptions, Source};
 
-/// A scene, and where its parts are in the file.
+/// A scene, and the places of its parts in the file.
 pub(super) struct Placed {
     pub(super) scene: Scene,
-    /// Each node of the file that has become one of the scene.
+    /// The file nodes that became scene nodes.
     pub(super) nodes: Vec<(usize, NodeId)>,
-    /// What is wrong with the bones that the file states.
+    /// The error in the bones that the file states.
     pub(super) bones: Result<(), Failure>,
-    /// The nodes of the scene as they stand in the file.
+    /// The nodes of the scene with their transforms in the file.
     in_file: Vec<Node>,
     morphs: Vec<MorphCurves>,
-    /// Where the morph targets of the file are in the scene.
+    /// The scene places of the file's morph targets.
     pub(super) targets: Vec<TargetPlace>,
 }
 
-/// What the rest pose of a scene is.
+/// The source of the rest pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RestPose {
     /// The transforms of the nodes.
@@ -57,7 +57,7 @@ pub(super) enum RestPose {
     Bind,
 }
 
-/// Reads a file. A humanoid that it states wrongly is left out with a warning.
+/// Reads a file. An invalid humanoid is skipped with a warning.
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let rest = match options.gltf_rest_of_nodes {
         true => RestPose::Nodes,
@@ -87,7 +87,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     Ok(scene)
 }
 
-/// Reads a VRM animation, which is nothing without its humanoid.
+/// Reads a VRM animation, which is invalid without its humanoid.
 pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let Placed { mut scene, bones, .. } = read_placed(source, options, RestPose::Nodes)?;
     bones?;
@@ -107,7 +107,7 @@ pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> 
     Ok(scene)
 }
 
-/// Reads a file, and says which node of it became which of the scene.
+/// Reads a file, and returns the scene node of each file node.
 pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: RestPose) -> Result<Placed> {
     let open = |beside: &std::path::Path| (source.open)(&source.name.with_file_name(beside));
     let mut file = File::read(source.bytes, &open, &options.limits)?;
@@ -146,7 +146,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
             .provenance_of(index)
             .map_or(0.0, |provenance| provenance.frame_time);
         let own = valid_frame_time(own, &format!("/animations/{index}/extras"))?;
-        // Clips may differ in their frame time.
+        // Clips may have different frame times.
         let of_clip = stated.clip_frame_times.get(index).copied().unwrap_or(0.0);
         let of_clip = valid_frame_time(of_clip, "/asset/extras")?.or(frame_time);
         let weights = weights_of(&mut scene, &mut morphs, index);
@@ -193,7 +193,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
     })
 }
 
-/// Says what was made of tracks that are not straight.
+/// Records how tracks with other than linear interpolation were converted.
 fn tell_bends(clips: &[(String, Vec<Track>)], scene: &mut Scene) {
     let tracks = clips.iter().flat_map(|(_, tracks)| tracks);
     let curves = tracks
@@ -260,7 +260,7 @@ fn build_nodes(
         });
         placed.insert(index, NodePlace { id, transform });
     }
-    // Each number may be in bounds and their product not.
+    // Each number may be in bounds, but their product may not.
     let rest = Pose::rest(scene);
     for (_, node) in kept() {
         let node_to_world = rest.node_to_world[placed[&node.index].id.index()].to_cols_array();
@@ -271,7 +271,7 @@ fn build_nodes(
     Ok(placed)
 }
 
-/// The weights of all morph targets in an animation, also of the file that is passed through.
+/// The weights of all morph targets in an animation, including targets of the file that is passed through.
 fn weights_of<'a>(scene: &'a mut Scene, morphs: &'a mut [MorphCurves], animation: usize) -> Vec<&'a mut Keys<f32>> {
     let passed_through = morphs.iter_mut().flat_map(|curves| &mut curves.targets);
     let targets = scene.weight_keys().chain(passed_through);

@@ -1,4 +1,4 @@
-//! What a glTF file has of its scene.
+//! The report about a glTF file and its scene.
 
 #[cfg(feature = "gltf")]
 pub use super::write::GltfReport;

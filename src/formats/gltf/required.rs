@@ -1,4 +1,4 @@
-//! The extensions that a file requires of its readers: which of them concern motion.
+//! The extensions that a file requires, and which of them affect motion.
 
 use mocap_scene::error::{Code, Diagnostic};
 
@@ -6,8 +6,8 @@ use super::compression::{EXT, KHR};
 use super::invalid::invalid;
 use crate::Failure;
 
-/// Extensions whose names begin so say nothing of nodes and animations, but of what is read without them: surfaces,
-/// lights, pictures, geometry, the rules of an avatar.
+/// Prefixes of extension names that do not affect nodes and animations, but data that the reader does not need:
+/// surfaces, lights, images, geometry, the rules of an avatar.
 const NOT_OF_MOTION: &[&str] = &[
     "KHR_materials_",
     "KHR_texture_",
@@ -39,15 +39,15 @@ const NOT_OF_MOTION: &[&str] = &[
     "VRM",
 ];
 
-/// Those that are read, and those that only meshes use.
+/// The extensions that are read, and those that only meshes use.
 const READ: &[&str] = &[EXT, KHR, "KHR_animation_pointer"];
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// Warnings about what a file requires and motion can do without.
+/// Warnings about required extensions that motion does not need.
 ///
 /// # Errors
-/// Where it requires what may change its motion, and is not known here.
+/// A required extension is unknown and may change the motion.
 pub(super) fn check(required: &[String]) -> Result<Vec<Diagnostic>, Failure> {
     let mut warnings = Vec::new();
     for (index, name) in required.iter().enumerate() {

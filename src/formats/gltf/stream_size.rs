@@ -1,4 +1,4 @@
-//! The size of a stream of meshopt's vertex codec, version 0, computed without encoding it.
+//! Computes the size of a meshopt vertex codec stream, version 0, without encoding it.
 //!
 //! The format is described in EXT_meshopt_compression, appendix A:
 //! <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Vendor/EXT_meshopt_compression>
@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use mocap_compress::{CompressedClip, KeyFrames, Track};
 
-/// Elements that are encoded together.
+/// The number of elements that are encoded together.
 const GROUP: usize = 16;
 
-/// Seconds in a tick at 100 frames a second, which stands for any frame rate.
+/// Seconds per tick at 100 frames per second, which represents any frame rate.
 const SECONDS_IN_A_TICK: f32 = 0.01;
 
-/// About the bytes of all keys of a clip and their times.
+/// The approximate bytes of all keys of a clip and their times.
 pub(super) fn of_clip(clip: &CompressedClip) -> usize {
     let mut size = 0;
     for track in &clip.tracks {
@@ -38,17 +38,18 @@ fn words(element: [i16; 4]) -> [u32; 2] {
     [word(element[0], element[1]), word(element[2], element[3])]
 }
 
-/// Bytes of the stream of `len` elements of `N` words.
+/// The bytes of a stream of `len` elements of `N` words.
 ///
-/// Each byte of an element is encoded by itself, as the difference to the same byte of the element before. For every
-/// group of elements two bits say how many bits a difference takes: 0, 2, 4 or 8. A difference that does not fit into 2
-/// or 4 bits takes another byte.
+/// Each byte of an element is encoded separately, as the difference to the same byte of the previous element. For every
+/// group of elements two bits state the bits per difference: 0, 2, 4 or 8. A difference that does not fit into 2 or 4
+/// bits takes another byte.
 fn stream_size<const N: usize>(len: usize, element: impl Fn(usize) -> [u32; N]) -> usize {
     let mut bits = 0;
     let mut before = if len > 0 { element(0) } else { [0; N] };
     for start in (0..len).step_by(GROUP) {
         let end = (start + GROUP).min(len);
-        // For every byte of an element: how many differences are not 0, how many do not fit into 2 bits, and into 4.
+        // For every byte of an element: the number of nonzero differences, of differences beyond 2 bits, and beyond 4
+        // bits.
         let mut counts = [[[0u32; 3]; 4]; N];
         for index in start..end {
             let now = element(index);

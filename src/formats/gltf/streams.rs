@@ -28,23 +28,23 @@ struct Settings {
     filter: Option<String>,
 }
 
-/// What to do about a stream that is not read.
+/// The remedy for a stream that is not read.
 const UNCOMPRESSED: &str = "write the file without compression: gltf-transform copy IN OUT";
 
-/// The object of one of the two extensions, of a buffer or of a view.
+/// The object of one of the two extensions in a buffer or a view.
 fn settings(extensions: &Map<String, Value>) -> Option<(&'static str, &Value)> {
     [EXT, KHR]
         .into_iter()
         .find_map(|name| Some((name, extensions.get(name)?)))
 }
 
-/// The buffer that a view has its stream in, if it is compressed.
+/// The buffer with the stream of a view, if the view is compressed.
 fn source(view: &BufferView) -> Option<usize> {
     let (_, settings) = settings(&view.extensions)?;
     settings.get("buffer")?.as_u64()?.try_into().ok()
 }
 
-/// The buffer that a view is read from: that of its stream, where this build has the codec.
+/// The buffer from which a view is read: the buffer of its stream, if this build has the codec.
 pub(super) fn buffer_of(view: &BufferView) -> usize {
     match source(view) {
         Some(stream) if cfg!(feature = "meshopt") => stream,
@@ -64,7 +64,7 @@ pub(super) fn is_placeholder(index: usize, buffer: &Buffer) -> bool {
     buffer.uri.is_none() && (is_marked || index > 0)
 }
 
-/// Bytes of the streams of `views`, as they claim.
+/// The stated bytes of the streams of `views`.
 pub(super) fn length(root: &Root, views: &[usize]) -> u64 {
     let length = |view: &usize| {
         let (_, settings) = settings(&root.buffer_views.get(*view)?.extensions)?;
@@ -73,7 +73,7 @@ pub(super) fn length(root: &Root, views: &[usize]) -> u64 {
     views.iter().filter_map(length).fold(0, u64::saturating_add)
 }
 
-/// The bytes of those of `views` that are compressed, by their index.
+/// The bytes of the compressed views among `views`, by index.
 pub(super) fn decode(
     root: &Root,
     views: &[usize],

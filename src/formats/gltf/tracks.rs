@@ -1,11 +1,11 @@
-//! The animations of a file as tracks of linearly interpolated keys.
+//! Converts the animations of a file to tracks with linear interpolation.
 //!
 //! | glTF | keys |
 //! |---|---|
-//! | LINEAR | as they are |
-//! | STEP | each value twice: at its key, and at the last moment before the next that a 32-bit float can tell from it |
-//! | CUBICSPLINE | samples of the curve, so close that linear interpolation is at most [`CURVE_ERROR`] off |
-//! | KHR_animation_pointer to a node's translation, rotation or scale | as the channel of that node |
+//! | LINEAR | unchanged |
+//! | STEP | each value twice: at its key, and at the last 32-bit time before the next key |
+//! | CUBICSPLINE | samples of the curve, so close that linear interpolation is within [`CURVE_ERROR`] |
+//! | KHR_animation_pointer to a node's translation, rotation or scale | like a channel of that node |
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::quaternion::unit;
@@ -16,16 +16,16 @@ use super::invalid::{invalid, missing};
 use super::json::{Animation, Channel};
 use crate::Failure;
 
-/// How far samples may leave a curve: as a fraction of the largest value of its track, and of a quaternion.
+/// The largest deviation of samples from a curve, as a fraction of the largest value of its track, and of a quaternion.
 pub(super) const CURVE_ERROR: f64 = 1e-6;
 
-/// Samples between two keys of a curve at most.
+/// The largest number of samples between two keys of a curve.
 const MOST_SAMPLES: usize = 4096;
 
 /// The keys of one property of one node.
 #[doc(hidden)]
 pub struct Track {
-    /// Index of the node in the file.
+    /// The index of the node in the file.
     #[doc(hidden)]
     pub node: usize,
     /// In seconds, strictly increasing.
@@ -33,12 +33,12 @@ pub struct Track {
     pub times: Vec<f32>,
     #[doc(hidden)]
     pub values: Values,
-    /// The seconds at which the file has keys, where those here differ: the file's interpolation is not linear.
+    /// The interpolation of the file and its key times in seconds, if the interpolation is not linear.
     #[doc(hidden)]
     pub bent: Option<(Bend, Vec<f32>)>,
 }
 
-/// How a track that is not straight goes from key to key.
+/// The interpolation of a track that is not linear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Bend {
@@ -54,7 +54,7 @@ pub enum Values {
 }
 
 impl Values {
-    /// Numbers in one key.
+    /// The count of numbers in one key.
     pub(crate) fn components(&self) -> u64 {
         match self {
             Self::Translations(_) | Self::Scales(_) => 3,
@@ -64,7 +64,7 @@ impl Values {
 }
 
 impl Track {
-    /// Leaves out all keys but the first.
+    /// Drops all keys but the first.
     pub(super) fn keep_first(&mut self) {
         self.times.truncate(1);
         self.bent = None;
@@ -74,7 +74,7 @@ impl Track {
         }
     }
 
-    /// The seconds at which the file has keys.
+    /// The key times of the file in seconds.
     pub(super) fn key_times(&self) -> &[f32] {
         self.bent.as_ref().map_or(&self.times, |(_, times)| times)
     }
@@ -97,7 +97,7 @@ impl File<'_> {
     /// The tracks of an animation that animate nodes.
     ///
     /// # Errors
-    /// Where a key is not valid; the error names the animation.
+    /// A key is not valid. The error names the animation.
     #[doc(hidden)]
     pub fn tracks(&self, index: usize) -> Result<Vec<Track>, Failure> {
         let animation = &self.root.animations[index];
@@ -123,7 +123,7 @@ impl File<'_> {
     /// The nodes that animations move.
     ///
     /// # Errors
-    /// Where one does not exist.
+    /// A node does not exist.
     pub(super) fn moved(&self) -> Result<Vec<usize>, Failure> {
         let mut moved = Vec::new();
         for (index, animation) in self.root.animations.iter().enumerate() {
@@ -135,7 +135,7 @@ impl File<'_> {
         Ok(moved)
     }
 
-    /// The node and the property that a channel moves; nothing where it moves something else.
+    /// The node and the property that a channel moves; `None` if it moves something else.
     fn target(&self, channel: &Channel, pointer: &str) -> Result<Option<(usize, Property)>, Failure> {
         let extension = channel.target.extensions.get("KHR_animation_pointer");
         let named = extension.and_then(|extension| extension.get("pointer")?.as_str());
@@ -148,13 +148,13 @@ impl File<'_> {
             "translation" => Property::Translation,
             "rotation" => Property::Rotation,
             "scale" => Property::Scale,
-            // Morph targets, and what extensions move.
+            // Morph targets, and targets of extensions.
             _ => return Ok(None),
         };
         let count = self.root.nodes.len();
         match node {
             Some(node) if node >= count => Err(missing(format!("{pointer}/target/node"), "node", node, count).into()),
-            // Without a node the channel is to be ignored, says the specification.
+            // By the specification, a channel without a node is ignored.
             node => Ok(node.map(|node| (node, property))),
         }
     }
@@ -187,7 +187,7 @@ impl File<'_> {
         })
     }
 
-    /// The keys of a channel, `width` numbers each, in an accessor of so many columns.
+    /// The keys of a channel, `width` numbers each, from an accessor with `columns` columns.
     pub(super) fn sampled(
         &self,
         animation: usize,
@@ -238,14 +238,14 @@ impl File<'_> {
     }
 }
 
-/// The keys of a channel as the file has them, and the pointer to them.
+/// The keys of a channel as the file stores them, and the pointer to them.
 pub(super) struct ChannelKeys {
     pub(super) keys: Keys,
     pub(super) bend: Option<Bend>,
     pub(super) output: String,
 }
 
-/// Unit quaternions; one without a length is the one before.
+/// Unit quaternions. One without length repeats the previous one.
 fn rotations(values: &[f32]) -> Vec<Quat> {
     let mut last = Quat::IDENTITY;
     let rotations = values.chunks_exact(4).map(|value| {
@@ -280,7 +280,7 @@ fn check_times(times: &[f32], pointer: &str) -> Result<(), Failure> {
     }
 }
 
-/// The keys of a sampler; those of a curve have an in-tangent, a value and an out-tangent each.
+/// The keys of a sampler. Curve keys have an in-tangent, a value and an out-tangent each.
 pub(super) struct Keys {
     pub(super) times: Vec<f32>,
     pub(super) values: Vec<f32>,
@@ -288,7 +288,7 @@ pub(super) struct Keys {
 }
 
 impl Keys {
-    /// Keys whose linear interpolation gives the same.
+    /// Keys whose linear interpolation gives the same motion.
     pub(super) fn straight(self, bend: Option<Bend>, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
         match bend {
             None => Ok(self),
@@ -304,7 +304,7 @@ impl Keys {
         }
     }
 
-    /// Keys whose linear interpolation gives the steps of these.
+    /// Keys whose linear interpolation gives the steps of these keys.
     fn step(&self, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
         budget.take(self.values.len() as u64, pointer)?;
         let mut straight = Self {
@@ -323,7 +323,7 @@ impl Keys {
         Ok(straight)
     }
 
-    /// Samples of the curve that these keys make.
+    /// Samples of the curve through these keys.
     fn curve(&self, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
         let columns = self.columns;
         let mut straight = Self {
@@ -356,7 +356,7 @@ impl Keys {
             let start = f64::from(self.times[index]);
             for sample in 0..samples {
                 let time = (start + segment.seconds * sample as f64 / samples as f64) as f32;
-                // Where the 32-bit moment is, not where it should have been.
+                // At the rounded 32-bit time, not at the exact one.
                 let fraction = (f64::from(time) - start) / segment.seconds;
                 let value = segment.at(fraction.clamp(0.0, 1.0)).map(|value| value as f32);
                 straight.push(time, &value[..columns]);
@@ -379,7 +379,7 @@ struct Segment<'a> {
 }
 
 impl Segment<'_> {
-    /// The Hermite spline of glTF's appendix C, and the unit quaternion in its direction where it is one.
+    /// The Hermite spline of glTF's appendix C. For rotations, the unit quaternion in its direction.
     fn at(&self, t: f64) -> [f64; 4] {
         let (t2, t3) = (t * t, t * t * t);
         let columns = self.columns;
@@ -403,7 +403,7 @@ impl Segment<'_> {
         value
     }
 
-    /// Into how many linear pieces of equal duration the curve has to be cut to stay within `tolerance`.
+    /// The number of linear pieces of equal duration that keep the curve within `tolerance`.
     fn samples(&self, tolerance: f64) -> usize {
         let mut samples = 1;
         loop {
@@ -411,13 +411,13 @@ impl Segment<'_> {
             if error <= tolerance || samples >= MOST_SAMPLES || !error.is_finite() {
                 return samples;
             }
-            // The error falls with the square of the number.
+            // The error decreases with the square of the number.
             let wanted = samples as f64 * (error / tolerance).sqrt();
             samples = (wanted.ceil() as usize).clamp(samples + 1, MOST_SAMPLES);
         }
     }
 
-    /// The largest distance of the curve from so many linear pieces, at their quarters.
+    /// The largest distance of the curve from `samples` linear pieces, measured at their quarters.
     fn error(&self, samples: usize) -> f64 {
         let mut largest = 0.0_f64;
         let mut start = self.at(0.0);
@@ -427,7 +427,7 @@ impl Segment<'_> {
             for fraction in [0.25, 0.5, 0.75] {
                 let (curve, straight) = (self.at(at(fraction)), mixed(start, end, fraction, self.columns == 4));
                 let squares: f64 = std::iter::zip(curve, straight).map(|(a, b)| (a - b) * (a - b)).sum();
-                // Of a rotation the angle is twice that.
+                // For a rotation, the angle is twice the distance.
                 largest = largest.max(squares.sqrt() * if self.columns == 4 { 2.0 } else { 1.0 });
             }
             start = end;
@@ -436,12 +436,12 @@ impl Segment<'_> {
     }
 }
 
-/// What lies between two keys: on the line, and of rotations on the arc.
+/// The interpolated value between two keys: on the line, or for rotations on the arc.
 fn mixed(start: [f64; 4], end: [f64; 4], fraction: f64, is_rotation: bool) -> [f64; 4] {
     if is_rotation {
         let (start, end) = (glam::DQuat::from_array(start), glam::DQuat::from_array(end));
         let mixed = start.slerp(end, fraction);
-        // A quaternion and its negative are one rotation; the curve does not jump.
+        // A quaternion and its negative are the same rotation; the curve must not jump.
         return if mixed.dot(start) < 0.0 { -mixed } else { mixed }.to_array();
     }
     std::array::from_fn(|column| start[column] + fraction * (end[column] - start[column]))

@@ -1,4 +1,4 @@
-//! What a glTF file holds and a scene does not, counted.
+//! Counts the data of a glTF file that a scene does not hold.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,7 +24,7 @@ struct Contents {
     extensions: Extensions,
 }
 
-/// A part of a file, with what is counted of it.
+/// A part of a file, and the kind to count it as.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Item {
@@ -70,7 +70,7 @@ impl Primitive {
     }
 }
 
-/// What is in a file and in no scene that is read with the options; nothing of a file whose parts are no such parts.
+/// The data that no scene holds with these options. Empty for a file with other contents.
 pub(super) fn unread(bytes: &[u8], options: &ReadOptions) -> Vec<DataLoss> {
     let text = json::split(bytes).map(|(text, _)| text).unwrap_or_default();
     let Ok(file) = serde_json::from_slice::<Contents>(text) else {

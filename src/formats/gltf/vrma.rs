@@ -1,10 +1,9 @@
 //! VRM animations, `.vrma`: glTF with the motion of a humanoid, and with the extension `VRMC_vrm_animation` 1.0, which
-//! says which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
+//! states the node of each bone. The rest pose is the T-pose, so a player can pose any VRM character.
 //!
-//! `Exporter` writes the motion of any humanoid. The format is that of the VRM Consortium's
-//! vrm-specification, `VRMC_vrm_animation-1.0`. `import` reads it as it reads glTF, with the bones
-//! that it states. Expressions and the gaze are nodes, which [`Node::face`](mocap_scene::scene::Node::face) tells from
-//! those of the body.
+//! `Exporter` writes the motion of any humanoid. The format is `VRMC_vrm_animation-1.0` of the VRM Consortium's
+//! vrm-specification. `import` reads it like glTF, with the bones that it states. Expressions and the gaze are nodes
+//! with [`Node::face`](mocap_scene::scene::Node::face).
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -47,9 +46,9 @@ use crate::{Export, WriteOptions};
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct VrmaOptions {
-    /// Which joints are which bones. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    /// The joint of each bone. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds the joints.
     pub humanoid: Option<Humanoid>,
-    /// How the keys are stored. What glTF says of constant tracks and of buffers does not apply.
+    /// The storage of keys. The glTF options for constant tracks and for the buffer do not apply.
     pub gltf: GltfOptions,
 }
 
@@ -61,11 +60,11 @@ setters! {
 }
 
 impl VrmaOptions {
-    /// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.
+    /// Returns the bytes of a `.vrma` file, and a report. `scene` must be in metres with +Y up.
     ///
     /// # Errors
-    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()) and [`GltfOptions::write_glb`]; [`Code::NoMotion`]
-    /// where there is no motion.
+    /// The errors of [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()) and [`GltfOptions::write_glb`], and
+    /// [`Code::NoMotion`] if there is no motion.
     pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, GltfReport)> {
         let (document, report, ..) = document(scene, None, self)?;
         let bytes = document.to_glb()?;
@@ -77,7 +76,7 @@ impl VrmaOptions {
     }
 }
 
-/// The files of the row.
+/// The files of this format.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let vrma = VrmaOptions {
         humanoid: options.humanoid.clone(),
@@ -93,7 +92,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     Ok(written)
 }
 
-/// Bones that VRM does not require of a character, and what hangs on them.
+/// Optional bones of a VRM character, and their dependants.
 const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
     (
         &[HumanoidBone::Chest, HumanoidBone::UpperChest],
@@ -105,11 +104,10 @@ const OPTIONAL: [(&[HumanoidBone], &str, &str); 4] = [
     (&[HumanoidBone::RightShoulder], "rightShoulder", "right arm"),
 ];
 
-/// The smallest angle in degrees by which a part of the body is off that is worth a word.
+/// The smallest deviation of a body part in degrees that is reported.
 const WORTH_A_WORD: f32 = 1.0;
 
-/// How far parts of the body are off on a character without bones that VRM does not require, where a player leaves out
-/// their rotations, as a sentence.
+/// The deviation of body parts on a character without optional bones, whose rotations a player drops, as a sentence.
 fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
     let off = OPTIONAL.iter().filter_map(|(bones, names, part)| {
         let (most, mean) = angles_of(humanoid, bones)?;
@@ -125,7 +123,7 @@ fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
     })
 }
 
-/// The largest and the mean angle, in degrees, by which bones that follow each other turn what hangs on them.
+/// The largest and the mean angle, in degrees, by which consecutive bones rotate their dependants.
 fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
     let clip = humanoid.animations.first()?;
     let rotations = |bone: &HumanoidBone| {
@@ -138,7 +136,7 @@ fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
     let tracks: Vec<_> = bones.iter().filter_map(rotations).collect();
     let frames = tracks.iter().map(|keys| keys.len()).max()?;
     let angle = |frame: usize| {
-        // A track that never changes has one key.
+        // A constant track has one key.
         let at = tracks
             .iter()
             .filter_map(|keys| keys.values.get(frame).or_else(|| keys.values.last()));
@@ -150,8 +148,8 @@ fn angles_of(humanoid: &Scene, bones: &[HumanoidBone]) -> Option<(f32, f32)> {
     Some((angles.iter().copied().fold(0.0, f32::max), mean))
 }
 
-/// The document, what there is to say about it, what a player of it loses, and what of the joints it has not.
-/// `whole` has other frames of the motion, which show the T-pose.
+/// The document, its notes, the data that its player loses, and the joint data that it lacks. `whole` is the complete
+/// motion, which determines the T-pose.
 fn document(
     scene: &Scene,
     whole: Option<&Scene>,

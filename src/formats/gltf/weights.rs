@@ -1,4 +1,4 @@
-//! The motion of the morph targets of a node: their weights in every animation of a file.
+//! The motion of a node's morph targets: their weights in every animation of a file.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +12,8 @@ use super::tracks::{Bend, ChannelKeys, Keys as SamplerKeys};
 use crate::Failure;
 
 impl File<'_> {
-    /// The curves of all nodes whose morph targets an animation moves, with keys at seconds. Curves that are not valid
-    /// are left out, each node with a warning.
+    /// The curves of all nodes with animated morph targets, with keys in seconds. Invalid curves are skipped, with a
+    /// warning for each node.
     pub(super) fn all_weights(
         &self,
         bytes: &[u8],
@@ -32,7 +32,7 @@ impl File<'_> {
         let targets = morph_targets(&serde_json::from_slice(json::split(bytes)?.0).unwrap_or_default());
         let mut found = Vec::new();
         for (node, channels) in moved {
-            // Targets of another node are nowhere: the channel is to be ignored, says the specification.
+            // The target mesh is missing. By the specification, the channel is ignored.
             let Some(at_rest) = targets.get(&node) else { continue };
             match self.curves(&channels, at_rest.len()) {
                 Ok(targets) => found.push(MorphCurves {
@@ -50,11 +50,11 @@ impl File<'_> {
         Ok(found)
     }
 
-    /// Of each of `count` morph targets of a node its weight in every animation, without keys where it stays at rest.
-    /// Keys are at seconds.
+    /// The weights of each of `count` morph targets of a node in every animation. An animation in which the weight
+    /// stays at rest has no keys. Keys are in seconds.
     ///
     /// # Errors
-    /// Where a key is not valid.
+    /// A key is not valid.
     pub(super) fn weights(&self, node: usize, count: usize) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
         let moves = |channel: &&Channel| moves_weights(channel) && channel.target.node == Some(node);
         let channels = self.animations().enumerate();
@@ -64,7 +64,7 @@ impl File<'_> {
         self.curves(&channels, count)
     }
 
-    /// The same of channels, each with the index of its animation.
+    /// The weights from channels, each with the index of its animation.
     fn curves(&self, channels: &[(usize, &Channel)], count: usize) -> Result<Vec<Vec<Keys<f32>>>, Failure> {
         let animations = self.animations().len();
         self.bytes.budget.take((count * animations) as u64, "/animations")?;
@@ -88,7 +88,7 @@ fn moves_weights(channel: &Channel) -> bool {
 }
 
 impl SamplerKeys {
-    /// One of the numbers of each key; of a curve with its tangents.
+    /// One number of each key. For a curve, with its tangents.
     fn of_column(&self, column: usize, bend: Option<Bend>) -> Self {
         let parts = if bend == Some(Bend::Curve) { 3 } else { 1 };
         let parts = self.values.chunks_exact(self.columns).take(parts * self.times.len());

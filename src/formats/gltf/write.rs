@@ -1,31 +1,31 @@
-//! A scene as animated glTF 2.0 that every client loads.
+//! Writes a scene as animated glTF 2.0 that every client loads.
 //!
 //! | scene | glTF |
 //! |---|---|
 //! | [`Scene::nodes`] | the same nodes in the same order, as translation, rotation and scale; never a matrix |
-//! | [`Node::name`](mocap_scene::scene::Node::name) | `name`, [made unique](NodeRename); the original in `extras.source_name` where it differs |
+//! | [`Node::name`](mocap_scene::scene::Node::name) | `name`, [made unique](NodeRename); the original in `extras.source_name` if it differs |
 //! | an end site | a node and a joint like any other, with `extras.end_site` |
 //! | all joints and end sites | one `skin`, its `skeleton` the root, `inverseBindMatrices` from the bones or else the rest pose |
-//! | a mesh with bones | a mesh node of its own at the scene's root, with that skin |
+//! | a mesh with bones | a separate mesh node at the scene's root, with that skin |
 //! | meshes without bones | the mesh of their node; then no skin is written |
-//! | meshes without any area, the joints all being at one point | an octahedron of 1 cm on the first joint, with the skin |
-//! | normals equal to those of flat faces | left out: a glTF mesh without normals has flat shading |
+//! | meshes without any area, because all joints are at one point | an octahedron of 1 cm on the first joint, with the skin |
+//! | normals equal to those of flat faces | omitted: a glTF mesh without normals has flat shading |
 //! | [`Scene::materials`] | `materials`; one without a surface in [`BASE_COLOR`] |
-//! | [`Scene::textures`] | `images` in the buffer, those that a material uses |
+//! | [`Scene::textures`] | `images` in the buffer, if a material uses them |
 //! | an animated track | a `LINEAR` sampler of 32-bit floats |
 //! | a constant track | the node's own translation, rotation or scale |
 //! | tracks with a [`Compression`] or a largest error | fewer keys, and normalised integers |
 //! | ticks | seconds, in one accessor that all tracks with the same ticks share |
 //! | metadata | `asset.extras.mocap`: a [`Provenance`] |
 //!
-//! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](mocap_figure::convert::Conversion)
-//! brings a scene there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
+//! Values are written unchanged: glTF is in metres with +Y up, and [`Conversion`](mocap_figure::convert::Conversion)
+//! converts a scene. If a scene is not known to be in metres, [`GltfReport::warnings`] has a warning.
 //!
-//! Reasons:
+//! The reasons for this structure:
 //!
-//! - A file without a skin gives no skeleton in Blender, Babylon and game engines.
+//! - A file without a skin has no skeleton in Blender, Babylon and game engines.
 //! - Model-viewer and Assimp refuse a skin without a mesh, and optimisers drop it.
-//! - Some client refuses or misreads a mesh under a joint, a duplicate name, a matrix or a repeated time.
+//! - At least one client refuses or misreads a mesh under a joint, a duplicate name, a matrix or a repeated time.
 
 mod animation;
 mod buffer;
@@ -63,7 +63,7 @@ use crate::{Export, ExportFile, WriteOptions};
 #[cfg(doc)]
 use mocap_scene::error::Code;
 
-/// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and
+/// The colour of a material without a colour, an orange visible on white, grey and black: linear red, green, blue and
 /// alpha.
 const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 
@@ -81,17 +81,18 @@ const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct GltfOptions {
-    /// Write constant tracks as channels too, for engines that blend clips channel by channel. Default: `false`,
-    /// constant values are only in the node.
+    /// Whether to write constant tracks as channels too, for engines that blend clips channel by channel. Default:
+    /// `false`, only the node has a constant value.
     pub keep_constant: bool,
-    /// Where a `.gltf` file has its buffer. A `.glb` file always contains it.
+    /// The place of a `.gltf` file's buffer. A `.glb` file always contains it.
     pub buffer: BufferPlace,
-    /// How the keys are stored.
+    /// The storage of keys.
     pub compression: Compression,
-    /// The largest distance in metres of a joint or end site from its position in the scene. It holds at any whole tick
-    /// and at any key of the scene, as a reader decodes the file. Within it, keys are removed and numbers are rounded
-    /// as [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
-    /// [`Compression::None`], which then keeps every key unchanged, otherwise 1 mm, that of [`ErrorBound`].
+    /// The largest distance in metres of a joint or end site from its position in the scene, as a reader decodes the
+    /// file. It applies at every whole tick and at every key of the scene. Within it, keys are removed and numbers are
+    /// rounded, by [`GltfOptions::compression`]. [`GltfReport::achieved`] has the result. Default: none for
+    /// [`Compression::None`], which then keeps every key unchanged. For other compressions it is 1 mm, the default of
+    /// [`ErrorBound`].
     pub error_bound: Option<ErrorBound>,
 }
 
@@ -105,7 +106,7 @@ setters! {
 }
 
 impl GltfOptions {
-    /// The bound that compression keeps; `None` where every key stays as it is.
+    /// The bound of the compression; `None` if every key stays unchanged.
     fn bound(&self) -> Option<ErrorBound> {
         let is_compressed = self.compression != Compression::None;
         self.error_bound
@@ -114,34 +115,34 @@ impl GltfOptions {
     }
 }
 
-/// What was written.
+/// The report about a written file.
 ///
 /// [`VrmaOptions`](crate::vrma::VrmaOptions) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct GltfReport {
-    /// The nodes whose name had to change.
+    /// The renamed nodes.
     pub renamed: Vec<NodeRename>,
-    /// Joints of the skin, end sites included, or bones of a VRM animation; 0 where there is no skin.
+    /// The number of joints of the skin, including end sites, or of bones of a VRM animation; 0 without a skin.
     pub joints: usize,
-    /// Vertices of all meshes, after equal ones were joined.
+    /// The number of vertices of all meshes, after equal ones were merged.
     pub vertices: usize,
-    /// Animated tracks, each an animation channel.
+    /// The number of animated tracks, each an animation channel.
     pub animated_tracks: usize,
-    /// Constant tracks, now part of a node.
+    /// The number of constant tracks, which became part of a node.
     pub constant_tracks: usize,
-    /// Keys that were dropped because their time rounds to the same 32-bit number as the key before. Above 0 only in
+    /// The number of dropped keys whose time rounds to the same 32-bit number as the previous key's. Above 0 only in
     /// takes of more than 16 million frames.
     pub dropped_keys: usize,
-    /// The error of the file, the largest of all animations. Absent where every key was kept unchanged.
+    /// The error of the file, the largest of all animations. Absent if every key was kept unchanged.
     pub achieved: Option<Deviation>,
-    /// The joints of the source that are no bones of the humanoid, and so no part of a VRM animation.
+    /// The source joints that are not bones of the humanoid, and so are not in a VRM animation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
-    /// Bytes of all files together.
+    /// The size of all files in bytes.
     pub bytes: usize,
-    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the lengths are not known to be
-    /// metres.
+    /// Warnings about what a reader of the file may misinterpret: [`Code::UnknownUnit`] if the lengths are not known to
+    /// be metres.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -157,16 +158,16 @@ impl fmt::Display for GltfReport {
     }
 }
 
-/// The fraction of the largest error that the positions of bones may have. No joint shows the rotation of the bone at
-/// the end of a chain, and the skin around it must keep the largest error too.
+/// The fraction of the largest error for bone positions. No joint shows the rotation of the bone at the end of a chain,
+/// and the skin around it must also keep the largest error.
 const BOUND_OF_BONES: f64 = 0.45;
 
-/// What a document holds.
+/// The contents of a document.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Content {
-    /// The scene with its meshes, on the rest pose of its motion.
+    /// The scene with its meshes, in the rest pose of its motion.
     Scene,
-    /// The motion of a humanoid on its T-pose, and the extension that states its bones.
+    /// The motion of a humanoid in its T-pose, with the extension that states its bones.
     VrmAnimation,
 }
 
@@ -184,7 +185,7 @@ enum Content {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// All but the animations.
+    /// Everything but the animations.
     root: gltf_json::Root,
     animations: Vec<text::Animation>,
     bin: Vec<u8>,
@@ -206,8 +207,7 @@ impl Document {
         Ok(document)
     }
 
-    /// Makes the document of a VRM animation: `scene` as [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()) makes
-    /// it.
+    /// Makes the document of a VRM animation from a scene of [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()).
     pub(super) fn of_vrm_animation(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let options = GltfOptions {
             keep_constant: false,
@@ -217,14 +217,14 @@ impl Document {
         build::document(scene, &options, Content::VrmAnimation)
     }
 
-    /// The report. [`GltfReport::bytes`] is 0, for there is no file yet.
+    /// The report. [`GltfReport::bytes`] is 0, because there is no file yet.
     pub fn report(&self) -> &GltfReport {
         &self.report
     }
 }
 
 impl GltfOptions {
-    /// The part of the options of all writers that is glTF's.
+    /// The glTF options among the options of all writers.
     pub(super) fn of(options: &WriteOptions) -> Self {
         let usual = match options.error_bound {
             Some(_) => Compression::Int16,
@@ -244,7 +244,7 @@ impl GltfOptions {
 }
 
 impl GltfReport {
-    /// What every format says of its files.
+    /// The common report of all formats.
     pub(super) fn written(&self) -> Export {
         let dropped = (self.dropped_keys > 0).then(|| {
             format!(
@@ -263,9 +263,9 @@ impl GltfReport {
     }
 }
 
-/// What a VRM animation does not have of its source, in words.
+/// The source joints that a VRM animation lacks, as a sentence.
 fn left_out(joints: &[String]) -> Option<String> {
-    /// Joints that a note names at most.
+    /// The largest number of joints in a note.
     const MOST: usize = 8;
     let (shown, more) = joints.split_at(joints.len().min(MOST));
     let more = match more.len() {
@@ -276,8 +276,8 @@ fn left_out(joints: &[String]) -> Option<String> {
     (!joints.is_empty()).then(|| format!("joints: {names}{more} left out, because they are no bones of VRM"))
 }
 
-/// The files of the row: `.gltf` where the name has that extension, otherwise `.glb`. A scene that was read from a file
-/// with meshes goes into that file.
+/// The files of this format: `.gltf` if the name has that extension, otherwise `.glb`. A scene that was read from a
+/// file with meshes is written into that file.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let gltf = GltfOptions::of(options);
     if let Some(original) = &scene.original {
@@ -298,11 +298,11 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
 }
 
 impl GltfOptions {
-    /// The bytes of a `.glb` file. What there is to say about it, [`Document::report`] says.
+    /// The bytes of a `.glb` file. Its report is [`Document::report`].
     ///
     /// # Errors
-    /// As [`Document::new`]; and [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) beyond the 4 GiB that the
-    /// container can hold.
+    /// The errors of [`Document::new`], and [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) beyond the
+    /// container's 4 GiB.
     pub fn write_glb(&self, scene: &Scene) -> Result<Vec<u8>> {
         Document::new(scene, self)?.to_glb()
     }

@@ -7,7 +7,7 @@ use mocap_scene::limits::FARTHEST;
 use crate::Failure;
 use crate::text::{Cursor, Word, is_line_end, is_space, number, quote};
 
-/// The lines of a text that have a word, without comments.
+/// The lines of a text that contain a word, without comments.
 pub(super) struct Lines<'a> {
     cursor: Cursor<'a>,
 }
@@ -25,7 +25,7 @@ impl<'a> Lines<'a> {
         self.read_line(&mut words).then_some(words)
     }
 
-    /// Puts the words of the next line into `words`, instead of what is there. `false` at the end of the text.
+    /// Replaces `words` by the words of the next line. `false` at the end of the text.
     pub(super) fn read_line(&mut self, words: &mut Vec<Word<'a>>) -> bool {
         words.clear();
         loop {
@@ -55,7 +55,7 @@ impl<'a> Lines<'a> {
         Some(self.peek_line()?[0])
     }
 
-    /// Whether the text ends with a word, without a line end behind it.
+    /// Whether the text ends with this word, without a final line end.
     pub(super) fn end_with(&self, word: Word<'_>) -> bool {
         word.offset + word.bytes.len() == self.cursor.text().len()
     }

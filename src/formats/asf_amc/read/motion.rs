@@ -13,11 +13,11 @@ use crate::asf_amc::HEADER;
 use crate::text::{Word, decode_name, number, quote};
 use crate::warnings::Warnings;
 
-/// The whole file.
+/// The contents of the file.
 #[derive(Debug)]
 pub(super) struct Motion {
     pub(super) frames: usize,
-    /// One for each bone, in the order of the skeleton.
+    /// One track for each bone, in the order of the skeleton.
     pub(super) tracks: Vec<Track>,
     /// Whether angles are in degrees.
     pub(super) degrees: bool,
@@ -73,10 +73,10 @@ struct Reader<'a, 'c> {
     warnings: &'c mut Warnings,
     bone_of: HashMap<&'c str, usize>,
     motion: Motion,
-    /// The number of the frame that is being read.
+    /// The number of the last frame header.
     last_number: Option<u64>,
     bones_in_frame: usize,
-    /// Unknown while the first frame is being read.
+    /// `None` during the first frame.
     bones_in_first_frame: Option<usize>,
     /// Values read so far.
     values: u64,
@@ -96,7 +96,7 @@ impl<'a> Reader<'a, '_> {
                 if !is_cut_off || self.bones_in_first_frame.is_none() {
                     return Err(failure);
                 }
-                // The file ends inside a word, and its last frame is dropped.
+                // The file ends inside a word, so its last frame is dropped.
                 for (track, bone) in std::iter::zip(&mut self.motion.tracks, &self.skeleton.bones) {
                     track.values.truncate(track.ticks.len() * bone.channels.len());
                 }
@@ -153,7 +153,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// The name of a bone, and a value for each of its channels.
+    /// Reads the name of a bone, and a value for each of its channels.
     fn read_bone(&mut self, line: &[Word<'a>]) -> Result<(), Failure> {
         let name = line[0];
         if self.last_number.is_none() {
@@ -201,12 +201,12 @@ impl<'a> Reader<'a, '_> {
         Box::new(diagnostic.help(question + &self.check_skeleton()))
     }
 
-    /// The help for a motion that does not fit the skeleton.
+    /// The help for a motion that does not match the skeleton.
     fn check_skeleton(&self) -> String {
         format!("check that {} is the skeleton of the same person", self.skeleton_file)
     }
 
-    /// A line cut off by the end of the file drops its frame; any other short line is an error.
+    /// A line cut off by the end of the file drops its frame. Any other short line is an error.
     fn wrong_length(&mut self, line: &[Word<'a>], index: usize) -> Result<(), Failure> {
         let bone = &self.skeleton.bones[index];
         let is_cut_off = self.lines.peek_word().is_none() && line.len() <= bone.channels.len();
@@ -271,7 +271,7 @@ impl<'a> Reader<'a, '_> {
         });
     }
 
-    /// Warns of missing values and of values that are not used.
+    /// Warns about missing values and unused values.
     fn report_the_rest(&mut self) {
         if self.motion.frames == 0 {
             self.warnings.push(Code::NoMotion, || {

@@ -1,4 +1,4 @@
-//! Makes nodes and channels of bones and values.
+//! Makes nodes and channels from bones and values.
 
 use glam::{DVec3, Mat4, Quat, Vec3};
 use mocap_scene::scene::{
@@ -9,14 +9,14 @@ use super::motion::{Motion, Track};
 use super::skeleton::{Bone, ChannelKind, Skeleton, turn};
 use crate::ReadOptions;
 
-/// The frame rate of CMU's captures, from which nearly all Acclaim files come. The files do not state it.
+/// The frame rate in frames per second of CMU's captures, from which nearly all Acclaim files come. The files do not
+/// state it.
 const CMU_FRAME_RATE: f64 = 120.0;
 
-/// `:units length` of CMU's skeletons, a factor: lengths divided by it are in inches, according to the notes of that
-/// database.
+/// The factor `:units length` of CMU's skeletons. Lengths divided by it are in inches, by the notes of that database.
 const CMU_LENGTH_UNIT: f64 = 0.45;
 
-/// Metres in an inch: the definition.
+/// Metres per inch, by definition.
 const METRES_PER_INCH: f64 = 0.0254;
 
 /// The scene of a skeleton and its motion, if there is one, without meshes.
@@ -76,7 +76,7 @@ fn build_nodes(skeleton: &Skeleton) -> Vec<Node> {
     nodes
 }
 
-/// The near end of a bone, relative to that of its parent.
+/// The near end of a bone, relative to its parent's near end.
 fn rest_position(skeleton: &Skeleton, bone: &Bone) -> DVec3 {
     bone.parent
         .map_or(skeleton.position, |parent| skeleton.bones[parent].link)
@@ -107,7 +107,7 @@ fn rows<'a>(
     rows.map(|row| std::iter::zip(bone.channels.iter().copied(), row.iter().copied()))
 }
 
-/// The position of the root is relative to its rest position; other bones do not move.
+/// The position of the root is relative to its rest position. Other bones do not move.
 fn position_keys(skeleton: &Skeleton, bone: &Bone, track: &Track) -> Keys<Vec3> {
     let rest = rest_position(skeleton, bone);
     let moves = |kind: &ChannelKind| matches!(kind, ChannelKind::Translation(_));

@@ -25,22 +25,22 @@ pub(super) enum ChannelKind {
 #[derive(Clone, Debug)]
 pub(super) struct Bone {
     pub(super) name: String,
-    /// Index of the parent; absent only on the root.
+    /// The index of the parent; absent only for the root.
     pub(super) parent: Option<usize>,
-    /// The vector from the near end to the far end, in the world.
+    /// The world vector from the near end to the far end.
     pub(super) link: DVec3,
-    /// The rotation of its axes in the world.
+    /// The world rotation of the bone's axes.
     pub(super) axes: DQuat,
-    /// The channels of the motion's values, in the order written.
+    /// The channels of the motion's values, in the order of the file.
     pub(super) channels: Vec<ChannelKind>,
     /// Whether it has no children.
     pub(super) is_leaf: bool,
 }
 
-/// The whole file.
+/// The contents of the file.
 #[derive(Debug)]
 pub(super) struct Skeleton {
-    /// Depth-first, the root first.
+    /// In depth-first order, the root first.
     pub(super) bones: Vec<Bone>,
     /// The rest position of the root.
     pub(super) position: DVec3,
@@ -73,7 +73,7 @@ pub(super) fn read(text: &[u8], limits: &Limits) -> Result<Skeleton, Failure> {
     })
 }
 
-/// The rotation by `angles` about the axes in `order`, applied in that order: `R = R3 R2 R1`.
+/// The rotation by `angles` about the axes, in the order given: `R = R3 R2 R1`.
 pub(super) fn turn(rotations: impl Iterator<Item = (usize, f64)>) -> DQuat {
     rotations.fold(DQuat::IDENTITY, |rotation, (axis, radians)| {
         DQuat::from_axis_angle(DVec3::AXES[axis], radians) * rotation
@@ -100,7 +100,7 @@ struct Reader<'a, 'c> {
     bones: Vec<Bone>,
     /// The location of each bone's name.
     named_at: Vec<Word<'a>>,
-    /// Of each bone, in the order of the hierarchy.
+    /// The children of each bone, in the order of the hierarchy.
     children: Vec<Vec<usize>>,
     index_of: HashMap<String, usize>,
     position: DVec3,
@@ -210,7 +210,7 @@ impl<'a> Reader<'a, '_> {
         Box::new(diagnostic)
     }
 
-    /// Reads from behind `begin` to `end`. Returns the location of the name, too.
+    /// Reads from after `begin` to `end`. Also returns the location of the name.
     fn read_bone(&mut self, begin: Word<'_>) -> Result<(Bone, Word<'a>), Failure> {
         let mut bone = Bone::new(String::new());
         let mut named_at = None;
@@ -311,7 +311,7 @@ impl<'a> Reader<'a, '_> {
         ))))
     }
 
-    /// `dof rx ry rz`, `order TX TY TZ RX RY RZ`.
+    /// Reads `dof rx ry rz` or `order TX TY TZ RX RY RZ`.
     fn read_channels(&self, line: &[Word<'_>], bone: usize) -> Result<Vec<ChannelKind>, Failure> {
         let channel = |word: &Word<'_>| {
             let kind = match word.bytes.to_ascii_lowercase().as_slice() {
@@ -336,7 +336,7 @@ impl<'a> Reader<'a, '_> {
         line[1..].iter().map(channel).collect()
     }
 
-    /// `XYZ`, in any case and any order.
+    /// Reads an order such as `XYZ`, in any case.
     fn read_order(&self, line: &[Word<'_>], index: usize) -> Result<[usize; 3], Failure> {
         let Some(word) = line.get(index) else {
             return Err(self
@@ -357,7 +357,7 @@ impl<'a> Reader<'a, '_> {
         } else {
             angles
         };
-        // The numbers are in the order of the axes' names, not of x, y, z.
+        // The numbers are in the order of the named axes, not of x, y, z.
         turn(std::iter::zip(order, radians.to_array()))
     }
 }

@@ -1,8 +1,8 @@
-//! The channels that columns of the motion drive.
+//! The channels of the motion's columns.
 
 use mocap_scene::math::rotation::Axis;
 
-/// What one column of the motion drives.
+/// The channel of one column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChannelKind {
     Position(Axis),
@@ -10,7 +10,7 @@ pub enum ChannelKind {
     Scale(Axis),
 }
 
-/// Every name that CHANNELS may list, as Biovision spells it.
+/// All names that CHANNELS may list, in Biovision's spelling.
 pub const NAMES: [(&str, ChannelKind); 9] = [
     ("Xposition", ChannelKind::Position(Axis::X)),
     ("Yposition", ChannelKind::Position(Axis::Y)),
@@ -24,10 +24,10 @@ pub const NAMES: [(&str, ChannelKind); 9] = [
 ];
 
 impl ChannelKind {
-    /// How many there are.
+    /// The number of channel names.
     pub(super) const COUNT: usize = NAMES.len();
 
-    /// Its index among them.
+    /// The index of the channel in the list of names.
     pub fn index(self) -> usize {
         match self {
             Self::Position(axis) => axis as usize,
@@ -36,7 +36,7 @@ impl ChannelKind {
         }
     }
 
-    /// The channel of this name, in any case.
+    /// The channel with this name, in any case.
     pub fn from_name(name: &[u8]) -> Option<Self> {
         NAMES
             .iter()
@@ -44,12 +44,12 @@ impl ChannelKind {
             .map(|&(_, kind)| kind)
     }
 
-    /// Its name as Biovision spells it.
+    /// The name in Biovision's spelling.
     pub(super) fn name(self) -> &'static str {
         NAMES[self.index()].0
     }
 
-    /// Every name, as Biovision spells it.
+    /// All names in Biovision's spelling.
     pub(super) fn names() -> impl Iterator<Item = &'static str> {
         NAMES.iter().map(|(name, _)| *name)
     }

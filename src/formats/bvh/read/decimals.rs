@@ -1,4 +1,4 @@
-//! Decimal points or decimal commas.
+//! Decimal points and decimal commas.
 
 use memchr::memchr;
 use mocap_scene::error::{Code, Diagnostic};
@@ -8,16 +8,16 @@ use crate::text::number::Number;
 use crate::text::{Cursor, Word, quote};
 use crate::warnings::Warnings;
 
-/// How the numbers of the hierarchy write decimals.
+/// The decimal separator in the hierarchy.
 #[derive(Debug, Default)]
 pub(super) struct Decimals {
-    /// Where the first number with a comma begins and ends, and its joint.
+    /// The start and end of the first number with a comma, and its joint.
     comma: Option<(usize, usize, usize)>,
     has_points: bool,
 }
 
 impl Decimals {
-    /// Records the decimal separator of one number of `joint`.
+    /// Records the decimal separator of a number of `joint`.
     pub(super) fn note(&mut self, word: Word<'_>, number: Number, joint: usize) {
         if number.comma {
             let end = word.offset + word.bytes.len();
@@ -27,8 +27,8 @@ impl Decimals {
     }
 }
 
-/// Accepts the commas of the hierarchy itself, as [`accept_comma`] does. The cursor is behind the hierarchy;
-/// `name` gives the name of a joint.
+/// Accepts the commas of the hierarchy itself, as [`accept_comma`] does. The cursor is after the hierarchy. `name`
+/// returns the name of a joint.
 pub(super) fn accept_commas_of_hierarchy<'a>(
     cursor: &Cursor<'_>,
     decimals: &Decimals,
@@ -43,7 +43,7 @@ pub(super) fn accept_commas_of_hierarchy<'a>(
         .map_err(|failure| Box::new(failure.in_joint(name(joint))))
 }
 
-/// A comma is read as a decimal point if no number of the file has a point; then no other meaning is possible.
+/// Reads commas as decimal separators if no number of the file has a point: then they have no other meaning.
 pub(super) fn accept_comma(
     cursor: &Cursor<'_>,
     decimals: &Decimals,

@@ -22,25 +22,25 @@ pub(super) struct Joint {
     pub parent: Option<usize>,
     pub(super) is_end_site: bool,
     pub(super) offset: Vec3,
-    /// The channels of its columns, in the order written.
+    /// The channels of its columns, in the order of the file.
     pub(super) channels: Vec<ChannelKind>,
     /// The index of its first column in a row.
     pub(super) first_column: usize,
     pub(super) source: SourceLines,
 }
 
-/// The joints, depth-first, parents before children.
+/// The joints in depth-first order, parents before children.
 #[derive(Debug)]
 pub(super) struct Hierarchy {
     pub(super) joints: Vec<Joint>,
-    /// Values in a row.
+    /// The number of values in a row.
     pub(super) channel_count: usize,
-    /// How its numbers write decimals.
+    /// The decimal separator of its numbers.
     pub(super) decimals: Decimals,
 }
 
 impl Hierarchy {
-    /// The joint and the channel that a column drives.
+    /// The joint and the channel of a column.
     pub(super) fn column(&self, column: usize) -> (&Joint, ChannelKind) {
         let joint = self
             .joints
@@ -51,7 +51,7 @@ impl Hierarchy {
     }
 }
 
-/// `HIERARCHY`, after comment lines.
+/// Reads `HIERARCHY`, after comment lines.
 pub(super) fn read_header(cursor: &mut Cursor<'_>) -> Result<(), Failure> {
     crate::bvh::pass_comments(cursor);
     let start = cursor.clone();
@@ -75,7 +75,7 @@ fn not_a_bvh(cursor: &Cursor<'_>) -> Diagnostic {
         .help("check that the file is what its name says; exporters write HIERARCHY as the first word")
 }
 
-/// Everything from the first ROOT to MOTION or the end of the text.
+/// Reads everything from the first ROOT to MOTION or the end of the text.
 pub(super) fn read(cursor: &mut Cursor<'_>, limits: &Limits, warnings: &mut Warnings) -> Result<Hierarchy, Failure> {
     let mut reader = Reader {
         cursor,
@@ -95,7 +95,7 @@ pub(super) fn read(cursor: &mut Cursor<'_>, limits: &Limits, warnings: &mut Warn
     })
 }
 
-/// A block that is not closed yet. Open blocks are in a list, so that no file can overflow the call stack.
+/// An open block. Open blocks are in an explicit list, so that no file can overflow the call stack.
 struct Open<'a> {
     joint: usize,
     keyword: Word<'a>,
@@ -113,7 +113,7 @@ struct Reader<'a, 'c> {
 }
 
 impl<'a> Reader<'a, '_> {
-    /// `root+`, and text between roots that is tolerated with a warning.
+    /// Reads `root+`. Text between roots is tolerated with a warning.
     fn read_roots(&mut self) -> Result<(), Failure> {
         let mut last_root = None;
         while let Some(word) = self.cursor.peek_word() {
@@ -150,7 +150,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// Replaces the byte offsets of the joints' sources by lines.
+    /// Replaces the byte offsets of the joints' source locations by line numbers.
     fn count_lines(&mut self) {
         let lines = LineIndex::new(&self.cursor.text()[..self.cursor.offset()]);
         for SourceLines { name, offset, channels } in self.joints.iter_mut().map(|joint| &mut joint.source) {
@@ -168,7 +168,7 @@ impl<'a> Reader<'a, '_> {
         )
     }
 
-    /// One ROOT or JOINT and everything below it.
+    /// Reads one ROOT or JOINT and its descendants.
     fn read_tree(&mut self, parent: Option<usize>) -> Result<(), Failure> {
         let keyword = self.cursor.next_word().expect("the caller has seen the keyword");
         let name = self.cursor.next_name();
@@ -222,7 +222,8 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// `End Site`, `End site NAME`, `End Site4`, `End Site #name: NAME`, `End NAME`: the name, where there is one.
+    /// Reads `End Site`, `End site NAME`, `End Site4`, `End Site #name: NAME` or `End NAME`. Returns the name, if there
+    /// is one.
     fn end_site(&mut self, word: Word<'a>) -> Option<Option<String>> {
         let glued = word.strip_prefix("EndSite");
         if !word.is("End") && glued.is_none() {
@@ -282,7 +283,7 @@ impl<'a> Reader<'a, '_> {
             offset: Vec3::ZERO,
             channels: Vec::new(),
             first_column: self.channel_count,
-            // Byte offsets for now: lines are counted once, at the end.
+            // Byte offsets for now. Lines are counted once, at the end.
             source: SourceLines {
                 name: keyword.offset,
                 ..SourceLines::default()
@@ -354,7 +355,7 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// `MOTION`, or the line `Frames:` where MOTION is missing.
+/// Whether a word is `MOTION`, or the start of the line `Frames:` if MOTION is missing.
 pub(super) fn begins_motion(word: Word<'_>) -> bool {
     let frames = word.strip_prefix("Frames");
     word.is("MOTION") || frames.is_some_and(|rest| rest.bytes.is_empty() || rest.bytes.starts_with(b":"))

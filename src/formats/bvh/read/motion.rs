@@ -1,4 +1,4 @@
-//! Reads the head of the MOTION section: the number of frames and the frame time.
+//! Reads the header of the MOTION section: the number of frames and the frame time.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{self, limit_exceeded};
@@ -34,8 +34,8 @@ impl Header {
     }
 }
 
-/// `"MOTION" "Frames:" n "Frame Time:" seconds`, in any case, with or without blanks before and after the colons.
-/// `None` where the file ends with its hierarchy.
+/// Reads `"MOTION" "Frames:" n "Frame Time:" seconds`, in any case, with or without spaces around the colons. `None` if
+/// the file ends with its hierarchy.
 pub(super) fn read_header(
     cursor: &mut Cursor<'_>,
     hierarchy: &Hierarchy,
@@ -176,9 +176,9 @@ fn missing_line_diagnostic(cursor: &Cursor<'_>, code: Code, expected: &str) -> D
         .expected_found(expected, found)
 }
 
-/// The word after these keywords and a colon: `Frame Time: 0.1`, `FRAMES :10`, `FrameTime:0.1`.
+/// The word after these keywords and a colon, in a line such as `Frame Time: 0.1`, `FRAMES :10` or `FrameTime:0.1`.
 ///
-/// The cursor does not move unless the keywords are there.
+/// The cursor does not move if the keywords are missing.
 fn read_value<'a>(cursor: &mut Cursor<'a>, keywords: &[&str]) -> Option<Word<'a>> {
     let mut ahead = cursor.clone();
     for keyword in keywords {

@@ -1,7 +1,7 @@
-//! What position channels mean: positions that replace the OFFSET, moves that are added to it, or positions in the
-//! world.
+//! Determines the meaning of position channels: positions that replace the OFFSET, displacements that are added to it,
+//! or world positions.
 //!
-//! The format does not say. It is decided when all frames are read, from a sample of them.
+//! The format does not state the meaning. It is decided after all frames are read, from a sample of them.
 
 use glam::Vec3;
 use mocap_scene::math::median::median;
@@ -10,29 +10,29 @@ use mocap_scene::scene::{Assumption, Confidence, RootOffset, Topic};
 
 use super::hierarchy::Hierarchy;
 
-/// Frames examined of a long take, spread evenly over it.
+/// The number of sampled frames of a long take, evenly spaced.
 const SAMPLES: usize = 512;
 
 /// The positions of one joint in all frames.
 pub(super) struct Positions<'a> {
     pub(super) offset: Vec3,
-    /// The axes that have a channel.
+    /// The axes with a channel.
     pub(super) axes: [bool; 3],
     pub(super) keys: &'a [Vec3],
 }
 
 impl Positions<'_> {
-    /// Without the axes that have no channel.
+    /// Sets the axes without a channel to 0.
     fn masked(&self, vector: Vec3) -> Vec3 {
         vector * Vec3::from(self.axes.map(f32::from))
     }
 
-    /// The length of the OFFSET over the axes that have a channel.
+    /// The length of the OFFSET over the axes with a channel.
     fn offset_length(&self) -> f32 {
         self.masked(self.offset).length()
     }
 
-    /// Frames spread evenly over the motion.
+    /// Evenly spaced frames of the motion.
     fn samples(&self) -> impl Iterator<Item = Vec3> + '_ {
         let step = self.keys.len().div_ceil(SAMPLES).max(1);
         self.keys.iter().step_by(step).map(|key| self.masked(*key))
@@ -44,7 +44,7 @@ impl Positions<'_> {
     }
 }
 
-/// How far the lowest joint is below a root at rest, along its OFFSET.
+/// The distance of the lowest joint below a root at rest, along the root's OFFSET.
 pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
     let upwards = hierarchy.joints[root].offset.normalize_or_zero();
     let mut heights = vec![None; hierarchy.joints.len()];
@@ -57,16 +57,17 @@ pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
     -heights.into_iter().flatten().fold(0.0, f32::min)
 }
 
-/// Whether the position channels of a root replace its OFFSET. `feet` is how far the lowest joint is below the root at
-/// rest.
+/// Whether the position channels of a root replace its OFFSET. `feet` is the distance of the lowest joint below the
+/// root at rest.
 ///
-/// In nearly every real file the positions are unrelated to the OFFSET, or equal to it in the first frame: they replace
-/// it. In a few files they are relative to the OFFSET. Such positions are near zero in the first frame or in the median
-/// of all, or stay near zero along an OFFSET that puts the feet on the floor.
+/// In nearly every real file the positions are unrelated to the OFFSET, or equal to it in the first frame. Then they
+/// replace it. In a few files they are relative to the OFFSET. Such positions are near zero in the first frame or in
+/// the median of all frames. Or they stay near zero along an OFFSET that puts the feet on the floor.
 pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
-    /// A fraction of the OFFSET's length. The real files that need adding are below 0.0101, all others above 0.3.
+    /// The fraction of the OFFSET's length that counts as near zero. The real files whose positions must be added are
+    /// below 0.0101, all others above 0.3.
     const NEAR_ZERO: f32 = 0.02;
-    /// The fraction for the height in the median frame: a walking pelvis rises and sinks by as much.
+    /// The same fraction for the height in the median frame, because a walking pelvis rises and sinks by as much.
     const NEAR_FLOOR: f32 = 0.05;
 
     /// The fraction of the OFFSET's length along it that a moving pelvis rarely reaches.
@@ -86,7 +87,7 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     let first = root.samples().next().unwrap_or_default();
     let median = Vec3::from([0, 1, 2].map(|axis| root.median(|sample| sample[axis])));
     let along = root.median(|sample| sample.dot(offset)) / (length * length);
-    // The soles are a little below the last joint.
+    // The soles are slightly lower than the last joint.
     let stands = (0.8..=1.1).contains(&(feet / length)) && offset.abs().max_element() >= 0.9 * length;
     let frame = if is_near(first) { "first" } else { "median" };
     if (is_near(first) || is_near(median)) && along.abs() <= FAR_ALONG {
@@ -109,10 +110,10 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
     used(RootOffset::Replace, confidence, reason)
 }
 
-/// Whether the positions of the joints below the root are moves from their OFFSETs, as MakeHuman writes them: near zero
-/// in all frames while the OFFSETs are not. As positions they would put all joints into one point.
+/// Whether the positions of the joints other than the root are displacements from their OFFSETs, as in MakeHuman's
+/// files: near zero in all frames while the OFFSETs are not. As positions they would put all joints at one point.
 pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
-    /// The fraction of the OFFSET's length within which a position is no position but a move: noise of solvers.
+    /// The fraction of the OFFSET's length within which a position is a displacement: solver noise.
     const NEAR_ZERO: f32 = 0.05;
     let is_whole = |joint: &&Positions<'_>| joint.axes == [true; 3] && joint.offset_length() > 0.0;
     let with_offset = || joints.iter().filter(is_whole);
@@ -131,17 +132,17 @@ pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
     })
 }
 
-/// The joints below the root whose positions are far beyond the length of their OFFSET in most frames, if at least half
-/// of those that have positions are so.
+/// The joints other than the root whose positions are far beyond the length of their OFFSET in most frames. Empty
+/// unless at least half of the joints with positions are so.
 pub(super) fn far_from_offset<'a>(
     hierarchy: &Hierarchy,
     positions_of: impl Fn(usize) -> Option<Positions<'a>>,
 ) -> Option<Vec<usize>> {
-    /// The distance of a joint from its parent, as a multiple of the OFFSET's length, from which on positions are in
-    /// the world.
+    /// The distance of a joint from its parent, as a multiple of the OFFSET's length, above which positions are world
+    /// positions.
     const FAR: f32 = 3.0;
 
-    /// Joints that tell at least: fewer may be chance.
+    /// The smallest number of such joints. Fewer may be a coincidence.
     const LEAST: usize = 4;
     let is_below_root = |joint: &usize| hierarchy.joints[*joint].parent.is_some();
     let (mut all, mut far) = (0, Vec::new());
@@ -160,17 +161,16 @@ pub(super) fn far_from_offset<'a>(
     (far.len() >= LEAST && far.len() * 2 >= all).then_some(far)
 }
 
-/// Whether the bones to these joints have constant lengths if the positions are those in the world.
+/// Whether the bones to these joints have constant lengths if the positions are world positions.
 pub(super) fn are_in_world<'a>(
     hierarchy: &Hierarchy,
     joints: &[usize],
     positions_of: impl Fn(usize) -> Option<Positions<'a>>,
 ) -> bool {
-    /// The fraction of a length by which it may vary over time and still be constant: rounding of positions in the
-    /// world.
+    /// The largest variation of a constant length over time, as a fraction: the rounding of world positions.
     const SPREAD: f32 = 0.02;
 
-    /// The fraction of a length by which it may be off that of the OFFSET.
+    /// The largest difference between a length and the OFFSET's length, as a fraction.
     const OFF: f32 = 0.1;
     let (mut all, mut constant) = (0, 0);
     for &joint in joints {

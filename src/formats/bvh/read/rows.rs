@@ -1,7 +1,7 @@
-//! The rows of the MOTION section, as blocks of columns.
+//! Reads the rows of the MOTION section as blocks of columns.
 //!
-//! In nearly every file a row is a line. [`Block::read_plain_row`] reads such rows fast, and [`segments`] reads many of
-//! them with several threads, or without holding the text in memory. At the first other line [`layout`] reads the rest
+//! In nearly every file a row is a line. [`Block::read_plain_row`] reads such rows fast. [`segments`] reads many of
+//! them with several threads, or without holding the text in memory. At the first other line, [`layout`] scans the rest
 //! of the text once to find the layout of the rows. From then on the careful path reads the lines that the fast path
 //! cannot.
 
@@ -30,23 +30,23 @@ use crate::text::{Cursor, Word, is_line_end, is_space, number, quote};
 use crate::warnings::{Warnings, missing_frames};
 use crate::{Blocks, ReadOptions};
 
-/// Takes the rows of a file, block by block.
+/// Receives the rows of a file, block by block.
 pub(super) trait Sink {
     /// A writable range of frames.
     type Frames<'a>: Frames
     where
         Self: 'a;
 
-    /// Takes the frames that follow those it has.
+    /// Appends frames.
     fn append(&mut self, block: &Block);
 
-    /// Allocates the following frames, using several threads, to be filled in any order. Called after the first frame.
+    /// Allocates the following frames, with several threads, to be filled in any order. Called after the first frame.
     fn extend(&mut self, frames: usize, threads: usize) -> Self::Frames<'_>;
 
-    /// Keeps no more than the first frames.
+    /// Keeps only the first frames.
     fn truncate(&mut self, frames: usize);
 
-    /// The number of frames, allocated ones included.
+    /// The number of frames, including allocated ones.
     fn frames(&self) -> usize;
 }
 
@@ -55,20 +55,20 @@ pub(super) trait Frames: Sized + Send {
     /// Splits off the first `frames` frames, or all if there are fewer.
     fn split_off(&mut self, frames: usize) -> Self;
 
-    /// Fills the first frames, and moves on to the next.
+    /// Fills the first frames, and advances.
     fn fill(&mut self, block: &Block);
 }
 
-/// The part of a large file that is not in memory.
+/// The rest of a large file, which is not in memory.
 #[derive(Clone, Copy)]
 pub(super) struct Rest<'a> {
     pub(super) blocks: &'a dyn Blocks,
-    /// Bytes of the file before the text.
+    /// The number of bytes in the file before the text.
     pub(super) before: usize,
 }
 
-/// Reads the declared rows and passes them to `sink` block by block. Where there is a `rest`, the text of the cursor is
-/// the beginning of the file.
+/// Reads the declared rows and passes them to `sink` block by block. If there is a `rest`, the text of the cursor is
+/// only the beginning of the file.
 #[allow(clippy::too_many_arguments, reason = "called once")]
 pub(super) fn read<'a>(
     cursor: &mut Cursor<'a>,
@@ -111,7 +111,7 @@ pub(super) fn read<'a>(
     Ok(())
 }
 
-/// What a joint's channels are at rest.
+/// The rest values of a joint's channels.
 fn rest_values(joint: &Joint) -> impl Iterator<Item = f64> {
     joint.channels.iter().map(|&kind| match kind {
         ChannelKind::Position(axis) => f64::from(joint.offset[axis as usize]),
@@ -120,10 +120,10 @@ fn rest_values(joint: &Joint) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Called with a range of bytes that have been read.
+/// Called with a range of bytes that were read.
 pub(super) type Release<'a> = dyn Fn(Range<usize>) + Sync + 'a;
 
-/// Bytes that are released together.
+/// The number of bytes to release together.
 const RELEASED: usize = 1 << 20;
 
 struct Rows<'a, 'c, S> {
@@ -135,16 +135,16 @@ struct Rows<'a, 'c, S> {
     warnings: &'c mut Warnings,
     sink: &'c mut S,
     block: Block,
-    /// The row before the block: it replaces values that are not finite.
+    /// The row before the block, which replaces values that are not finite.
     last_row: Vec<f64>,
     /// Rows read so far, including dropped ones.
     rows: u64,
-    /// The layout of the rows; unknown while every row was a plain line.
+    /// The layout of the rows. Unknown while every row was a plain line.
     layout: Option<Layout>,
     release: &'c Release<'c>,
-    /// Where the text begins that was not released yet.
+    /// The start of the text that was not released yet.
     released: usize,
-    /// Threads to read segments with.
+    /// The number of threads for segments.
     threads: usize,
 }
 
@@ -161,7 +161,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
                 }
                 continue;
             }
-            // A second take begins before the rows that the first one declares, or text follows the last row.
+            // A second take begins before all declared rows, or text follows the last row.
             if self.is_take_ahead() || self.rows >= self.header.frames && !self.is_number_ahead() {
                 break;
             }
@@ -188,12 +188,12 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             Ok(layout) => return Ok(layout),
             Err(no_rule) => no_rule,
         };
-        // A word that is not a number explains more than a wrong number of values.
+        // A word that is not a number explains more than a wrong count of values.
         self.read_values(Layout::Lines)?;
         Err(no_rule)
     }
 
-    /// Reads a plain row; the cursor does not move before any other.
+    /// Reads a plain row. The cursor does not move for any other row.
     fn read_plain_row(&mut self) -> bool {
         let start = self.cursor.offset();
         let length = self.block.read_plain_row(&self.text[start..]);
@@ -216,7 +216,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         }
     }
 
-    /// Reads the rows of a file that is not in memory as long as they are plain. The other rows need the whole text.
+    /// Reads the rows of a file that is not in memory while they are plain. Other rows need the whole text.
     fn read_rest(&mut self, rest: Rest<'a>) -> Result<(), Failure> {
         self.cursor.skip_spaces();
         let start = self.cursor.offset();
@@ -244,11 +244,11 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         self.threads >= 2 && self.hierarchy.joints.len() <= self.hierarchy.channel_count
     }
 
-    /// Reads plain rows after the first, whose text ends at `start`. `size` is the length of the whole text.
+    /// Reads plain rows after the first row, whose text ends at `start`. `size` is the length of the whole text.
     fn read_pieces(&mut self, pieces: Pieces<'_>, start: usize, size: usize) -> Result<segments::Read, Failure> {
         self.flush();
         let most = if self.all_rows { u64::MAX } else { self.header.frames };
-        // Every value takes at least a digit and a blank.
+        // Every value takes at least a digit and a space.
         let possible = size.saturating_sub(start) / (2 * self.hierarchy.channel_count) + 1;
         let most = usize::try_from(most - self.rows).unwrap_or(usize::MAX).min(possible);
         let read = if self.is_for_several_threads() {
@@ -265,7 +265,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         Ok(read)
     }
 
-    /// Reads a row in any spelling that has only one meaning. Drops a line with a wrong number of values.
+    /// Reads a row in any spelling with only one meaning. Drops a line with a wrong number of values.
     fn read_careful_row(&mut self, layout: Layout) -> Result<(), Failure> {
         let start = self.cursor.offset();
         let channel_count = self.hierarchy.channel_count;
@@ -295,7 +295,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         Ok(())
     }
 
-    /// Reads the values of one row, and returns how many there are.
+    /// Reads the values of one row, and returns their number.
     fn read_values(&mut self, layout: Layout) -> Result<usize, Failure> {
         let channel_count = self.hierarchy.channel_count;
         let mut found = 0;
@@ -318,12 +318,12 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         Ok(found)
     }
 
-    /// Whether the file, which has whole rows, ends with a word without a line end behind it.
+    /// Whether the file has whole rows and ends with this word, without a line end.
     fn is_cut_off(&self, word: Word<'_>) -> bool {
         self.rows > 0 && word.offset + word.bytes.len() == self.text.len()
     }
 
-    /// The next word of the row; none where the row ends.
+    /// The next word of the row; `None` at its end.
     fn next_word(&mut self, layout: Layout) -> Option<Word<'a>> {
         match layout {
             Layout::Lines => self.cursor.skip_blanks(),
@@ -344,7 +344,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             .is_some_and(|word| number::parse(word.bytes).is_some())
     }
 
-    /// Reads one value into its column, and returns the rest of the word if it holds another number.
+    /// Reads one value into its column. Returns the rest of the word if it holds another number.
     fn read_value(&mut self, word: Word<'a>, column: usize) -> Result<Option<Word<'a>>, Failure> {
         let number = number::parse(word.bytes).filter(|number| {
             let after = word.bytes.get(number.length);

@@ -1,4 +1,4 @@
-//! Makes nodes and channels of the joints and the numbers.
+//! Makes nodes and channels from the joints and the numbers.
 
 use std::collections::HashMap;
 use std::thread;
@@ -38,15 +38,15 @@ struct Track {
     scaling_keys: Vec<Vec3>,
 }
 
-/// The columns of one joint in a row, and what they mean.
+/// The columns of one joint in a row, and their meaning.
 struct Columns {
     joint: usize,
-    /// Used on axes without a column.
+    /// Used for axes without a column.
     offset: Vec3,
     /// Columns of x, y and z.
     position: [Option<usize>; 3],
     scale: [Option<usize>; 3],
-    /// Axis and column, in the order written.
+    /// Axis and column, in the order of the file.
     rotation: Vec<(Axis, usize)>,
 }
 
@@ -119,7 +119,7 @@ impl Track {
         self.last_frames(frames).fill(block);
     }
 
-    /// The line of the last frames.
+    /// A view of the last frames.
     fn last_frames(&mut self, frames: usize) -> TrackFrames<'_> {
         let start = self.rotation_keys.len() - frames;
         TrackFrames {
@@ -155,7 +155,7 @@ impl Track {
         }
     }
 
-    /// Adds the OFFSET to the positions, on the axes that have a column.
+    /// Adds the OFFSET to the positions, on the axes with a column.
     fn add_offset(&mut self) {
         let axes = self.columns.position.map(|column| f32::from(column.is_some()));
         let offset = self.columns.offset * Vec3::from(axes);
@@ -195,7 +195,7 @@ fn truncate<T>(keys: &mut Vec<T>, frames: usize) {
     }
 }
 
-/// A range of frames in the keys of one joint. Tracks that the joint does not have are empty.
+/// A range of frames in the keys of one joint. Tracks that the joint lacks are empty.
 struct TrackFrames<'a> {
     columns: &'a Columns,
     position_keys: &'a mut [Vec3],
@@ -222,7 +222,7 @@ impl TrackFrames<'_> {
         }
     }
 
-    /// Takes the first frames away.
+    /// Splits off the first frames.
     fn split_off(&mut self, frames: usize) -> Self {
         Self {
             columns: self.columns,
@@ -268,7 +268,7 @@ impl<'h> Tracks<'h> {
         }
     }
 
-    /// Decides what position channels mean, now that all frames are read.
+    /// Decides the meaning of position channels, after all frames are read.
     fn settle_positions(&mut self, warnings: &mut Warnings) -> Vec<Assumption> {
         if self.frames == 0 {
             return Vec::new();
@@ -305,7 +305,7 @@ impl<'h> Tracks<'h> {
         self.settle_world_positions(warnings).into_iter().collect()
     }
 
-    /// Finds positions in the world, and makes them positions in the parent where that gives bones of constant length.
+    /// Detects world positions, and makes them relative to the parents if that gives bones of constant length.
     fn settle_world_positions(&mut self, warnings: &mut Warnings) -> Option<Assumption> {
         let mut tracks = vec![None; self.hierarchy.joints.len()];
         for (index, track) in self.joints.iter().enumerate() {
@@ -345,7 +345,7 @@ impl<'h> Tracks<'h> {
         })
     }
 
-    /// Makes the positions of a frame, which are in the world, relative to the parents.
+    /// Makes the world positions of a frame relative to the parents.
     fn put_in_parents(&mut self, tracks: &[Option<usize>], frame: usize) {
         let mut world: Vec<(Vec3, Quat)> = vec![(Vec3::ZERO, Quat::IDENTITY); tracks.len()];
         for (index, joint) in self.hierarchy.joints.iter().enumerate() {
@@ -412,7 +412,7 @@ impl Sink for Tracks<'_> {
     }
 }
 
-/// The scene of a whole file, without meshes.
+/// The scene of a complete file, without meshes.
 pub(super) fn build(
     hierarchy: &Hierarchy,
     header: Option<&Header>,
@@ -471,7 +471,7 @@ fn build_nodes(hierarchy: &Hierarchy) -> Vec<Node> {
     group.clone().into_iter().chain(joints).collect()
 }
 
-/// The order of the rotation channels, where each axis has one.
+/// The order of the rotation channels, if each axis has one.
 fn rotation_order(joint: &Joint) -> Option<RotationOrder> {
     let axes = joint.channels.iter().filter_map(|&kind| match kind {
         ChannelKind::Rotation(axis) => Some(axis as usize),

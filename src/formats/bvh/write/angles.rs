@@ -1,4 +1,4 @@
-//! Euler angles that are read back as the same rotation keys.
+//! Computes Euler angles that are read back as the same rotation keys.
 
 use glam::{DQuat, Quat};
 use mocap_scene::math::rotation::{Axis, lanes, to_euler};
@@ -6,8 +6,8 @@ use mocap_scene::scene::RotationOrder;
 
 use super::number::shortest;
 
-/// How far a component may be off: the double precision of angles after some turns, and what half turns leave of zero.
-/// It is below the single precision of every component above 1e-7.
+/// The largest error of a quaternion component: the double precision of angles after some turns, and the remainder of
+/// half turns near zero. It is below the single precision of every component above 1e-7.
 const NOISE: f32 = 1e-14;
 
 /// The angles of a joint from frame to frame, in degrees and in the order of its channels.
@@ -18,7 +18,7 @@ pub struct Angles {
 }
 
 impl Angles {
-    /// `is_shortest` asks for the fewest decimals that read back to the same keys, else for the angles as they are.
+    /// `is_shortest` requests the fewest decimals that read back to the same keys. Otherwise the angles are exact.
     pub fn new(order: RotationOrder, is_shortest: bool) -> Self {
         Self {
             order,
@@ -27,7 +27,7 @@ impl Angles {
         }
     }
 
-    /// The angles of the next frame, as near as possible to those of this one. `None` if `key` is not a rotation.
+    /// The angles of the next frame, as near as possible to the present ones. `None` if `key` is not a rotation.
     pub fn next(&mut self, key: Quat) -> Option<[f64; 3]> {
         if !(key.is_finite() && key.length_squared() > f32::EPSILON) {
             return None;
@@ -58,7 +58,7 @@ impl Angles {
     }
 }
 
-/// The key that the reader makes of three angles.
+/// The key that the reader makes from three angles.
 fn read_back(axes: [Axis; 3], angles: [f64; 3]) -> Quat {
     let columns = std::array::from_fn::<_, 3, _>(|index| (axes[index], std::slice::from_ref(&angles[index])));
     let mut key = [Quat::IDENTITY];
@@ -66,20 +66,20 @@ fn read_back(axes: [Axis; 3], angles: [f64; 3]) -> Quat {
     key[0]
 }
 
-/// A quaternion of length 1 that is `key` in single precision, if there is one.
+/// A unit quaternion in double precision that rounds to `key`, if there is one.
 ///
-/// A key is a rounded unit quaternion and has itself not quite length 1. Scaling it there may leave the numbers that
-/// round to it. Its largest component changes the length most, so that one takes up what it can without rounding to
-/// its neighbour, then the next.
+/// A key is a rounded unit quaternion, so its length differs slightly from 1. Scaling it may give numbers that round to
+/// another key. A change of the largest component changes the length most. So that component takes as much of the
+/// correction as it can without rounding to its neighbour; then the next one.
 pub fn unit_within(key: Quat) -> Option<DQuat> {
-    /// Share of the distance to the middle between two neighbouring numbers, so that rounding has room.
+    /// The usable share of the distance to the middle between two neighbouring numbers, with room for rounding.
     const INSIDE: f64 = 1.0 - 1e-7;
     let key = key.to_array();
     let mut exact = key.map(f64::from);
     let mut by_size = [0, 1, 2, 3];
     by_size.sort_by(|&a, &b| key[b].abs().total_cmp(&key[a].abs()));
     for index in by_size {
-        // The length squared changes by 2 x dx, without the square of dx, which is below all precision.
+        // The squared length changes by 2 x dx. The square of dx is below the precision.
         let excess = exact.iter().map(|x| x * x).sum::<f64>() - 1.0;
         if excess.abs() < f64::EPSILON || key[index] == 0.0 {
             break;

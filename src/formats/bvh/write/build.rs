@@ -1,4 +1,4 @@
-//! The text: the hierarchy, then one row per frame.
+//! Writes the text: the hierarchy, then one row per frame.
 
 use std::fmt::Write;
 
@@ -16,13 +16,13 @@ use crate::bvh::{BvhOptions, Channels};
 use crate::report::NodeRename;
 use crate::unique_names::{UniqueNames, is_separator};
 
-/// The order for joints that have none; most programs write it.
+/// The rotation order for joints that have none. Most programs write this order.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 
-/// Frames per second of a file that holds only a rest pose.
+/// The frame rate of a file with only a rest pose, in frames per second.
 const POSE_FRAME_RATE: f64 = 30.0;
 
-/// The text, and the nodes that are called otherwise in it.
+/// The text, and the renamed nodes.
 pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<NodeRename>)> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
@@ -44,18 +44,18 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, Vec<N
     Ok((text, renamed))
 }
 
-/// How one node is written.
+/// The form in which one node is written.
 pub(super) struct Joint<'a> {
     #[doc(hidden)]
     pub name: &'a str,
-    /// Index of the node.
+    /// The index of the node.
     #[doc(hidden)]
     pub node: usize,
     is_end_site: bool,
-    /// Nodes from the first one written to this one.
+    /// The number of nodes from the first written one to this one.
     depth: usize,
     pub(super) offset: Vec3,
-    /// The product of the scales of the nodes above.
+    /// The product of the ancestors' scales.
     scale: Vec3,
     /// Whether it has position channels.
     pub(super) moves: bool,
@@ -65,7 +65,7 @@ pub(super) struct Joint<'a> {
 }
 
 impl Joint<'_> {
-    /// The position in its parent, which has no scale in BVH. `places` are those of [`places`].
+    /// The position relative to its parent, which has no scale in BVH. `places` come from [`places`].
     pub(super) fn position(&self, transform: &Trs, places: Option<&[Vec<Vec3>]>, frame: usize) -> Vec3 {
         match places {
             Some(places) => places[frame][self.node],
@@ -74,12 +74,12 @@ impl Joint<'_> {
     }
 }
 
-/// The nodes in their order, with what each has in the hierarchy.
+/// The nodes in order, with the form of each in the hierarchy.
 pub(super) fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>>> {
     let first = motion.first;
     let places = places(motion);
     // Some programs add position channels to the OFFSET, others replace it. Scenes from other formats are written so
-    // that both read the same; a BVH file keeps its OFFSETs.
+    // that both give the same result. A BVH file keeps its OFFSETs.
     let keeps_offsets = motion.scene.metadata.format == Some(Format::Bvh);
     let rest = motion.rest();
     let mut start = rest.clone();
@@ -95,7 +95,7 @@ pub(super) fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Ve
         let above = parent.map(|parent| &joints[parent]);
         let scale = above.map_or(Vec3::ONE, |above| above.scale * start[above.node].scale);
         let offset = scale * rest[index].translation;
-        // In BVH an End Site has no children, and it is the child of a joint.
+        // In BVH an End Site has no children, and its parent is a joint.
         let is_end_site = node.kind == NodeKind::EndSite && !holds_nodes[index] && parent.is_some();
         let channel = motion.channels[index];
         let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
@@ -153,17 +153,17 @@ pub(super) fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Ve
     Ok(joints)
 }
 
-/// Whether a position is another than a point by more than the rounding of products.
+/// Whether a position differs from a point by more than the rounding of products.
 fn is_elsewhere(position: Vec3, point: Vec3) -> bool {
-    /// As a fraction of the longer one.
+    /// The largest rounding difference, as a fraction of the longer vector.
     const ROUNDING: f32 = 1e-6;
     position.distance(point) > ROUNDING * position.length().max(point.length())
 }
 
-/// A joint without position channels gets the position of its first frame.
+/// The OFFSET of a joint. A joint without position channels gets the position of its first frame.
 ///
-/// Some programs add certain positions to the OFFSET. They are those of a root that begins near zero, although its
-/// OFFSET is not, and those of a joint that is near zero in all frames. With a zero OFFSET all programs agree.
+/// Some programs add certain positions to the OFFSET: the positions of a root that starts near zero although its OFFSET
+/// is not, and positions near zero in all frames. With a zero OFFSET all programs agree.
 fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool) -> Vec3 {
     if !moves {
         start
@@ -174,10 +174,10 @@ fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root_or_stays: bool
     }
 }
 
-/// Whether a position may be read as a move from the OFFSET.
+/// Whether a reader may take a position for a displacement from the OFFSET.
 fn is_near_zero(position: Vec3, offset: Vec3) -> bool {
-    /// The fraction of the OFFSET's length within which a position is written so that no reader takes it for a move:
-    /// wider than the limits of this crate's reader.
+    /// The fraction of the OFFSET's length below which a reader may take a position for a displacement. It is larger
+    /// than the limits of this crate's reader.
     const NEAR_ZERO: f32 = 0.06;
     position.abs().max_element() <= NEAR_ZERO * offset.length()
 }
@@ -215,9 +215,9 @@ fn push_line(text: &mut String, indentation: usize, line: &str) {
     text.push('\n');
 }
 
-/// `JOINT name` of each node, and the nodes that are called otherwise there. Blender keeps the last of several joints
-/// of one name. A joint keeps the name that a group has too. An end site with the name that readers make for one is
-/// written without a name.
+/// The line `JOINT name` of each node, and the renamed nodes. Blender keeps only the last of several joints with one
+/// name. A joint keeps its name even if a group has the same name. An end site with the default name is written without
+/// a name.
 fn heads(scene: &Scene, joints: &[Joint<'_>]) -> (Vec<String>, Vec<NodeRename>) {
     let (mut unique, mut renamed) = (UniqueNames::default(), Vec::new());
     let mut head = |joint: &Joint<'_>| {
@@ -227,7 +227,7 @@ fn heads(scene: &Scene, joints: &[Joint<'_>]) -> (Vec<String>, Vec<NodeRename>) 
             (false, 0) => "ROOT",
             (false, _) => "JOINT",
         };
-        // A name ends at a brace or at the end of its line. Behind `End Site` a `#` begins a comment.
+        // A name ends at a brace or at the end of its line. After `End Site` a `#` begins a comment.
         let ends_name = |c: char| is_separator(c) || matches!(c, '{' | '}') || (joint.is_end_site && c == '#');
         let name = unique.of_node(scene, joint.node, |c| !ends_name(c), str::to_owned, &mut renamed);
         format!("{keyword} {name}")

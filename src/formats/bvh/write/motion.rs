@@ -1,22 +1,22 @@
-//! The motion of a scene, and where the hierarchy begins.
+//! The motion of a scene, and the first node of the hierarchy.
 
 use glam::Vec3;
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Node, NodeId, NodeKind, Scene};
 
-/// How far the scale of an axis may be from another for an even scale, as a fraction.
+/// The largest difference between an axis's scale and another's, as a fraction, in an even scale.
 const EVEN: f32 = 1e-5;
 
-/// The first animation of a scene, tied to its nodes.
+/// The first animation of a scene, bound to its nodes.
 pub(super) struct Motion<'a> {
     pub(super) scene: &'a Scene,
     pub(super) animation: Option<&'a Animation>,
     binding: Option<Binding>,
     /// The channel of each node.
     pub(super) channels: Vec<Option<&'a Channel>>,
-    /// The first node that is written.
+    /// The first written node.
     pub(super) first: usize,
-    /// Where the nodes above the first put it.
+    /// The transform of the first node's ancestors.
     above: Trs,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Motion<'a> {
         transforms
     }
 
-    /// Moves the nodes that are driven to where they are in a frame.
+    /// Sets the transforms of the driven nodes in a frame.
     pub(super) fn sample(&self, frame: usize, transforms: &mut [Trs]) {
         if let (Some(animation), Some(binding)) = (self.animation, &self.binding) {
             binding.sample(animation, frame as f64, |node, trs| {
@@ -70,7 +70,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// The nodes that are written: the first, and all below it; or all from there, where there are several roots.
+    /// The written nodes: the first and its descendants, or all from there on if there are several roots.
     pub(super) fn written(&self) -> std::ops::Range<usize> {
         let nodes = &self.scene.nodes;
         let Some(first) = nodes.get(self.first) else {
@@ -94,11 +94,11 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// The first node that is written. Groups above it that do not move, and below which all joints are below one child,
-/// are left out: the skeleton begins with its root. So is the group that a reader puts over several roots.
+/// The first written node. Static groups above it with a single child that contains all joints are skipped: the
+/// skeleton begins with its root. So is the group that a reader adds above several roots.
 fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
     let nodes = &scene.nodes;
-    // What is shown and does not move needs no joint.
+    // Static nodes that only show something need no joint.
     let mut is_needed: Vec<bool> = std::iter::zip(nodes, channels)
         .map(|(node, channel)| node.kind != NodeKind::Group || stays(node, *channel).is_none())
         .collect();
@@ -122,7 +122,7 @@ fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
         let needed: Vec<usize> = children(first).filter(|child| is_needed[*child]).collect();
         let only = match needed[..] {
             [only] => only,
-            // Without any joint the groups are all there is.
+            // Without joints, write the groups.
             [] => match children(first).collect::<Vec<_>>()[..] {
                 [only] if still(first) == Some(Trs::IDENTITY) => only,
                 _ => break,
@@ -142,7 +142,7 @@ fn first_written(scene: &Scene, channels: &[Option<&Channel>]) -> usize {
     }
 }
 
-/// Where a node is all the time; `None` where it moves. Some readers give keys to nodes that stay.
+/// The constant transform of a node; `None` if it moves. Some readers give keys to static nodes.
 fn stays(node: &Node, channel: Option<&Channel>) -> Option<Trs> {
     let rest = Trs::from_matrix(node.transform);
     let Some(channel) = channel else { return Some(rest) };
@@ -160,9 +160,9 @@ fn stays(node: &Node, channel: Option<&Channel>) -> Option<Trs> {
     })
 }
 
-/// A transform below another, which is scaled evenly.
+/// The product of an evenly scaled transform and a child's transform.
 fn placed(above: &Trs, below: &Trs) -> Trs {
-    // Bit by bit, also the signs of zeros.
+    // Keeps all bits, including the signs of zeros.
     if *above == Trs::IDENTITY {
         return *below;
     }

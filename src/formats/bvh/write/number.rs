@@ -1,8 +1,8 @@
-//! Numbers as decimal text.
+//! Writes numbers as decimal text.
 
 use std::fmt::Write;
 
-/// The largest number of decimals of a double precision number of usual size.
+/// The largest number of decimals of a double of usual size.
 const MOST_DECIMALS: usize = 17;
 
 /// Appends `value` with `digits` decimals, or with as many as are needed to read it back.
@@ -21,23 +21,23 @@ pub fn push(text: &mut String, value: f64, digits: Option<usize>) {
     }
 }
 
-/// As [`push`], for a number that is read back in single precision.
+/// Like [`push`], for a number that is read back in single precision.
 pub(super) fn push_single(text: &mut String, value: f32, digits: Option<usize>) {
     match digits {
         Some(_) => push(text, f64::from(value), digits),
-        // A negative zero is a zero.
+        // Negative zero is written as zero.
         None => {
             let _ = write!(text, "{}", value + 0.0);
         }
     }
 }
 
-/// The values with the fewest decimals that `accepts` returns true for; the unrounded values are tried last. `None` if
-/// it accepts none.
+/// The values with the fewest decimals that `accepts` accepts. The unrounded values are tried last. `None` if it
+/// accepts none.
 pub fn shortest<const N: usize>(values: [f64; N], accepts: impl Fn([f64; N]) -> bool) -> Option<[f64; N]> {
     let mut scale = 1.0;
     for _ in 0..=MOST_DECIMALS {
-        // A quotient of two whole numbers is rounded once, so it is the number that the decimals denote.
+        // A quotient of two integers is rounded once, so it is the number that the decimals denote.
         let rounded = values.map(|value| (value * scale).round() / scale);
         if accepts(rounded) {
             return Some(rounded);

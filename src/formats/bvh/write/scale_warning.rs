@@ -1,4 +1,4 @@
-//! The warning of scales that the positions of joints do not hold.
+//! The warning about scales that joint positions do not store.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -9,9 +9,9 @@ use super::build::joints;
 use super::motion::Motion;
 use super::scales::{SAME_SCALE, places};
 
-/// A warning where scales move joints, for which BVH has no channel, with the largest distance.
+/// A warning if scales move joints, because BVH has no channel for scales. It states the largest distance.
 pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
-    /// Of the farthest position: the rounding of 32-bit products.
+    /// The rounding of 32-bit products, as a fraction of the farthest position.
     const ROUNDING: f32 = 1e-5;
     let motion = Motion::new(scene);
     let mut transforms = motion.rest();

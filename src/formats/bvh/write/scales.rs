@@ -1,15 +1,15 @@
-//! Scales, for which BVH has no channels: the positions of joints hold what scales above them make.
+//! Stores scales, for which BVH has no channels, in the positions of descendant joints.
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use mocap_scene::scene::{Animation, Channel};
 
 use super::motion::Motion;
 
-/// How far a scale may be from another that counts as equal, as a fraction: rest transforms are decomposed matrices.
+/// The largest difference between equal scales, as a fraction: rest transforms are decomposed matrices.
 pub(super) const SAME_SCALE: f32 = 1e-5;
 
-/// In every frame the position of each node in its parent, where no node is scaled and each is turned as it is. `None`
-/// where no scale changes, and none differs from axis to axis: lengths below a node are then longer by a factor.
+/// The position of each node relative to its parent in every frame, for nodes without scales and with unchanged
+/// rotations. `None` if all scales are constant and even: then a factor for the lengths of descendants suffices.
 pub(super) fn places(motion: &Motion<'_>) -> Option<Vec<Vec<Vec3>>> {
     let mut transforms = motion.rest();
     motion.sample(0, &mut transforms);

@@ -16,7 +16,7 @@ pub enum Processor {
 }
 
 impl Processor {
-    /// The processor of the fourth byte of the parameter section.
+    /// The processor for the fourth byte of the parameter section.
     pub(super) fn from_code(code: u8) -> Option<Self> {
         match code {
             84 => Some(Self::Intel),
@@ -44,7 +44,7 @@ impl Processor {
     }
 }
 
-/// An offset in the bytes of a file.
+/// A reading position in the bytes of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Bytes<'a> {
     bytes: &'a [u8],

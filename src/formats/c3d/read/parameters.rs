@@ -13,16 +13,16 @@ use crate::text::decode_name;
 #[derive(Clone, Debug, PartialEq)]
 enum Values {
     Texts(Vec<String>),
-    /// With the sizes of their array, the fastest first.
+    /// Numbers with the sizes of their array, fastest index first.
     Numbers(Vec<f64>, Vec<usize>),
 }
 
 /// All parameters.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Parameters {
-    /// Whether the list says where it ends.
+    /// Whether the list has an end mark.
     pub(super) is_ended: bool,
-    /// By group number and name, in capitals.
+    /// Values by group number and name, in capitals.
     values: HashMap<(i8, String), Values>,
     /// Group numbers by name, in capitals.
     groups: HashMap<String, i8>,
@@ -40,7 +40,7 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
             parameters.is_ended = true;
             break;
         }
-        // A negative length locks the parameter for editors; a reader ignores the sign.
+        // A negative length locks the parameter for editors. A reader ignores the sign.
         let length = length.cast_signed().unsigned_abs();
         let in_list = |failure: Failure| in_parameter(*failure, None, is_whole);
         let id = bytes.byte().map_err(in_list)?.cast_signed();
@@ -52,7 +52,7 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
         } else {
             let values =
                 read_values(&mut bytes, processor).map_err(|failure| in_parameter(*failure, Some(&name), is_whole))?;
-            // A group is numbered -n, its parameters n.
+            // A group has the number -n, its parameters n.
             parameters.values.insert((-id, name), values);
         }
         if to_next == 0 {
@@ -64,7 +64,7 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
     Ok(parameters)
 }
 
-/// The error for a parameter that is longer than the bytes that follow: a wrong length, or a file that is cut off.
+/// The error for a parameter that is longer than the remaining bytes: its length is wrong, or the file is cut off.
 fn in_parameter(mut diagnostic: Diagnostic, name: Option<&str>, is_whole: bool) -> Failure {
     let what = name.map_or("the list of parameters".to_owned(), |name| {
         format!("the parameter {name:?}")
@@ -78,7 +78,7 @@ fn in_parameter(mut diagnostic: Diagnostic, name: Option<&str>, is_whole: bool) 
     Box::new(diagnostic)
 }
 
-/// Type, dimensions, values.
+/// Reads type, dimensions and values.
 fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Failure> {
     let kind = bytes.byte()?.cast_signed();
     let dimension_count = bytes.byte()?;
@@ -93,7 +93,7 @@ fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Fa
     Ok(match kind {
         -1 => {
             let taken = bytes.take(count)?;
-            // The first dimension is the length of a text; without one there is a single letter.
+            // The first dimension is the length of a text. Without dimensions there is a single letter.
             let length = dimensions.first().copied().unwrap_or(1).max(1);
             Values::Texts(taken.chunks_exact(length).map(text).collect())
         }
@@ -106,7 +106,7 @@ fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Fa
             let (words, _) = bytes.take(count.saturating_mul(4))?.as_chunks::<4>();
             Values::Numbers(words.iter().map(|&word| processor.real(word)).collect(), dimensions)
         }
-        // Type 1 is bytes; the reader needs no values of other types.
+        // Type 1 is bytes. The reader needs no values of other types.
         _ => Values::Numbers(
             bytes.take(count)?.iter().map(|&byte| f64::from(byte)).collect(),
             dimensions,
@@ -114,7 +114,7 @@ fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Fa
     })
 }
 
-/// Text without trailing blanks and NUL bytes.
+/// Text without trailing spaces and NUL bytes.
 pub(super) fn text(bytes: &[u8]) -> String {
     let end = bytes
         .iter()
@@ -148,7 +148,7 @@ impl Parameters {
         self.numbers(group, name)?.first().copied()
     }
 
-    /// The first text of a parameter, if it is not empty.
+    /// The first text of a parameter, unless it is empty.
     pub(super) fn text(&self, group: &str, name: &str) -> Option<&str> {
         let text = self.texts(group, name)?.first()?;
         (!text.is_empty()).then_some(text)
@@ -179,14 +179,14 @@ impl Parameters {
         parts.flatten().map(String::as_str).collect()
     }
 
-    /// As [`all_texts`](Self::all_texts), of numbers.
+    /// Like [`all_texts`](Self::all_texts), for numbers.
     pub(super) fn all_numbers(&self, group: &str, name: &str) -> Vec<f64> {
         let parts = parts(name).map_while(|part| self.numbers(group, &part));
         parts.flatten().copied().collect()
     }
 
-    /// The numbers of an array of things, and the count of numbers of each thing. The count is the product of all sizes
-    /// but the one after the first `sizes`, which some writers omit for a single thing.
+    /// The numbers of an array of objects, and the count of numbers per object. The count is the product of all sizes
+    /// except the size after the first `sizes` ones. Some writers omit that size for a single object.
     pub(super) fn array(&self, group: &str, name: &str, sizes: usize) -> Option<(&[f64], usize)> {
         match self.get(group, name)? {
             Values::Numbers(numbers, dimensions) => Some((numbers, dimensions.iter().take(sizes).product())),
@@ -194,7 +194,7 @@ impl Parameters {
         }
     }
 
-    /// The sizes of an array, the fastest index first.
+    /// The sizes of an array, fastest index first.
     pub(super) fn sizes(&self, group: &str, name: &str) -> &[usize] {
         match self.get(group, name) {
             Some(Values::Numbers(_, sizes)) => sizes,
@@ -207,13 +207,13 @@ impl Parameters {
         self.all_texts("POINT", "LABELS")
     }
 
-    /// Analog channels.
+    /// The number of analog channels.
     pub(super) fn analog_channels(&self) -> Option<usize> {
-        // A word without a sign.
+        // An unsigned word.
         Some(usize::from(self.number("ANALOG", "USED")? as i64 as u16))
     }
 
-    /// Analog samples in a record: those of each channel at its rate, which is a multiple of that of the points.
+    /// Analog samples per record: the samples of each channel at its rate, which is a multiple of the point rate.
     pub(super) fn analog_samples(&self, point_rate: f64) -> Option<usize> {
         let channels = self.analog_channels()?;
         let samples = (self.number("ANALOG", "RATE")? / point_rate).round();
@@ -222,7 +222,7 @@ impl Parameters {
     }
 }
 
-/// The names of a parameter that is continued: `LABELS`, `LABELS2`, and so on.
+/// The names of a continued parameter: `LABELS`, `LABELS2`, and so on.
 fn parts(name: &str) -> impl Iterator<Item = String> {
     (1..).map(move |part| match part {
         1 => name.to_owned(),

@@ -11,9 +11,9 @@ use crate::warnings::{Warnings, missing_frames};
 /// The positions of the points.
 #[derive(Debug)]
 pub(super) struct Points {
-    /// Complete frames in the file.
+    /// The number of complete frames in the file.
     pub(super) frames: usize,
-    /// One a point.
+    /// One track per point.
     pub(super) tracks: Vec<Track>,
 }
 
@@ -22,11 +22,11 @@ pub(super) struct Points {
 pub(super) struct Track {
     pub(super) ticks: Vec<f64>,
     pub(super) positions: Vec<DVec3>,
-    /// Whether cameras measured it at the origin: then zeros are a place.
+    /// Whether a residual shows that cameras measured a point at the origin. Then zeros are a position.
     pub(super) is_measured_at_zero: bool,
 }
 
-/// If not even one record is complete, the number of points is limited by the number of labels.
+/// Reads the points. If not even one record is complete, the number of labels limits the number of points.
 pub(super) fn read(
     bytes: &[u8],
     processor: Processor,
@@ -60,7 +60,7 @@ pub(super) fn read(
             let Some((position, residual)) = read_point(point, processor, header.scale) else {
                 continue;
             };
-            // In single precision a number that kinematics cannot compute with is infinite at once.
+            // In single precision, a number that kinematics cannot compute with becomes infinite at once.
             if let Some(number) = position.to_array().into_iter().find(|number| !is_plausible(*number)) {
                 warnings.tally(Code::NonFiniteValue, || {
                     let message = format!(
@@ -100,8 +100,8 @@ pub(super) fn read(
     Ok(points)
 }
 
-/// The records of data behind those that the file states. What fills up the last block is no data: zeros, or where the
-/// file consists of whole blocks, less than a block of anything.
+/// The records of data after the stated ones. Padding of the last block does not count: zeros, or in a file of whole
+/// blocks, less than a block of anything.
 fn records_beyond(data: &[u8], record_size: usize, stated: usize, file_size: usize) -> usize {
     let beyond = data.get(stated.saturating_mul(record_size)..).unwrap_or_default();
     let used = beyond.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
@@ -123,7 +123,7 @@ fn check_values(frames: usize, points: usize, most: u64) -> Result<(), Failure> 
     }
 }
 
-/// The position and its residual; `None` where the point was not seen.
+/// The position and its residual; `None` if the point was not seen.
 fn read_point(bytes: &[u8], processor: Processor, scale: Option<f64>) -> Option<(DVec3, f64)> {
     let (numbers, residual) = match scale {
         Some(scale) => {

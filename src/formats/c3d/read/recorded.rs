@@ -11,25 +11,25 @@ use super::{Header, scene};
 use crate::points;
 use crate::warnings::Warnings;
 
-/// Bytes before the mark of labels with four letters in the header (the C3D file format, user guide, 2008).
+/// The offset in bytes of the mark of four-letter labels in the header (The C3D File Format: User Guide, 2008).
 const HEADER_MARK: usize = 298;
 
-/// Bytes before the number of events in the header.
+/// The offset in bytes of the number of events in the header.
 const HEADER_COUNT: usize = 300;
 
-/// Bytes before the times of events in the header.
+/// The offset in bytes of the event times in the header.
 const HEADER_TIMES: usize = 304;
 
-/// Bytes before the labels of events in the header.
+/// The offset in bytes of the event labels in the header.
 const HEADER_LABELS: usize = 396;
 
-/// The value at [`HEADER_MARK`], and the most events that fit.
+/// The value of the mark at [`HEADER_MARK`].
 const HAS_LABELS: u16 = 12_345;
 
-/// Events that fit into the header.
+/// The largest number of events in the header.
 const HEADER_EVENTS: usize = 18;
 
-/// What the file has beside points, of its complete frames; `None` where that is nothing.
+/// The data of the file other than points, for its complete frames; `None` if there is none.
 pub(super) fn read(
     bytes: &[u8],
     processor: Processor,
@@ -99,7 +99,7 @@ fn header_events(bytes: &[u8], processor: Processor, header: &Header) -> Vec<Eve
     (0..count).filter_map(event).collect()
 }
 
-/// Samples of each channel in a frame, and the channels with the samples of all complete frames.
+/// The samples of each channel per frame, and the channels with the samples of all complete frames.
 fn channels(
     bytes: &[u8],
     processor: Processor,
@@ -171,7 +171,7 @@ fn report_not_finite(channels: &[AnalogChannel], warnings: &mut Warnings) {
     }
 }
 
-/// How numbers of the file become values: less the offset, times the scale of the channel and of all.
+/// Converts numbers of the file to values: minus the offset, times the channel scale and the common scale.
 struct Scaling {
     is_unsigned: bool,
     general: f64,
@@ -186,7 +186,7 @@ impl Scaling {
             .is_some_and(|format| format.eq_ignore_ascii_case("unsigned"));
         let mut offsets = parameters.all_numbers("ANALOG", "OFFSET");
         if is_unsigned {
-            // Words without a sign, as the samples are.
+            // The offsets are unsigned words, like the samples.
             offsets
                 .iter_mut()
                 .filter(|offset| **offset < 0.0)
@@ -215,7 +215,7 @@ impl Scaling {
     }
 }
 
-/// The force plates whose channels are there.
+/// The force plates whose channels exist.
 fn plates(
     parameters: &Parameters,
     header: &Header,
@@ -241,7 +241,7 @@ fn plates(
         let corners = array("CORNERS", 2, plate, 12)?;
         let own: Vec<usize> = array("CHANNEL", 1, plate, 1)?
             .iter()
-            // Channels count from 1; those of plates with fewer are 0.
+            // Channels count from 1. Plates with fewer channels have 0.
             .filter_map(|channel| (*channel as i64 as u16).checked_sub(1).map(usize::from))
             .collect();
         if corners.iter().any(|corner| !corner.is_finite()) || own.iter().any(|channel| *channel >= channels.len()) {
@@ -267,7 +267,7 @@ fn plates(
             zero: zero(parameters.all_numbers(GROUP, "ZERO").as_slice()),
         })
     };
-    // A plate has six channels of its own at least.
+    // A plate has at least six channels of its own.
     let found: Vec<ForcePlate> = (0..used.min(channels.len() / 6)).filter_map(plate).collect();
     if found.len() < used {
         warnings.push(Code::HeaderCount, || {
@@ -281,8 +281,8 @@ fn plates(
     found
 }
 
-/// The matrix by rows, with moments in newton metres: the file has its columns one after the other. An array that has
-/// room for plates of several types has larger matrices than this plate needs.
+/// The matrix by rows, with moments in newton metres. The file stores it column by column. An array for plates of
+/// several types has larger matrices than this plate needs.
 fn calibration(matrix: &[f64], sizes: &[usize], plate_type: u32, metres: f64) -> Option<Vec<f64>> {
     let [rows, columns] = ForcePlate::calibration_size(plate_type)?;
     let &[stride, width, ..] = sizes else { return None };
@@ -299,7 +299,7 @@ fn calibration(matrix: &[f64], sizes: &[usize], plate_type: u32, metres: f64) ->
     (0..rows * columns).map(number).collect()
 }
 
-/// The first and the last frame of the baseline, counted from 0. C3D counts from 1: a range from 0 means that the file
+/// The first and the last frame of the baseline, counted from 0. C3D counts from 1. A range from 0 means that the file
 /// states no baseline.
 fn zero(range: &[f64]) -> Option<[usize; 2]> {
     match *range {
@@ -308,8 +308,8 @@ fn zero(range: &[f64]) -> Option<[usize; 2]> {
     }
 }
 
-/// What values of a plate's channel are multiplied by to be in newtons, metres and newton metres. A unit that is not
-/// stated is that of the points.
+/// The factor of a plate's channel for newtons, metres and newton metres. If the unit is not stated, it is the unit of
+/// the points.
 pub fn si(plate_type: u32, index: usize, unit: &str, metres: f64) -> f64 {
     let letters: String = unit
         .chars()

@@ -1,4 +1,4 @@
-//! Makes nodes and channels of points.
+//! Makes nodes and channels from points.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -70,9 +70,9 @@ pub(super) fn build(
     scene
 }
 
-/// Takes the points out that are no places, but what a model computed.
+/// Removes the points that are not positions, except values that a model computed.
 fn outputs(parameters: &Parameters, names: &mut Vec<String>, points: &mut Points) -> Vec<AnalogChannel> {
-    /// Parameters with the labels of such points, and with their unit (Vicon's manual of C3D files).
+    /// Parameters with the labels of such points, and with their unit (Vicon's C3D manual).
     const KINDS: [[&str; 2]; 4] = [
         ["ANGLES", "ANGLE_UNITS"],
         ["FORCES", "FORCE_UNITS"],
@@ -110,7 +110,7 @@ fn outputs(parameters: &Parameters, names: &mut Vec<String>, points: &mut Points
     found
 }
 
-/// Says what is there beside motion, which outputs of motion cannot hold.
+/// Records the data other than motion, which motion formats cannot hold.
 fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
     let (channels, plates) = (recorded.channels.len(), recorded.plates.len());
     if channels > 0 {
@@ -135,7 +135,7 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
     }
 }
 
-/// Why +Z is up where the file leaves it open.
+/// The reason for +Z up if the file does not state the up axis.
 const UP_IS_OPEN: &str = "the file does not say; capture systems have +Z up";
 
 /// The up axis is the screen's y axis, if the file states it.
@@ -147,7 +147,7 @@ pub(super) fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
     }
 }
 
-/// The labels, or a number for each point without one.
+/// The labels, with a number for each point without a label.
 fn names(parameters: &Parameters, count: usize) -> Vec<String> {
     let labels = parameters.labels();
     let name = |index: usize| match labels.get(index) {

@@ -1,4 +1,4 @@
-//! What the expressions of a character move.
+//! The effects of a character's expressions.
 
 use std::collections::BTreeMap;
 
@@ -6,10 +6,10 @@ use serde_json::Value;
 
 use mocap_scene::scene::Face;
 
-/// The expressions of a look, in the order of their weights.
+/// The look expressions, in the order of their weights.
 const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
 
-/// What VRM 0 calls them.
+/// The names of the look expressions in VRM 0.
 const LOOKS_OF_VRM0: [(&str, &str); 4] = [
     ("lookup", LOOKS[0]),
     ("lookdown", LOOKS[1]),
@@ -17,21 +17,21 @@ const LOOKS_OF_VRM0: [(&str, &str); 4] = [
     ("lookright", LOOKS[3]),
 ];
 
-/// What one expression can hold back: the names of the property, and of the expressions.
+/// The groups of expressions that an expression can override: the property's name, and the expressions.
 const OVERRIDES: [(&str, &[&str]); 3] = [
     ("overrideBlink", &["blink", "blinkLeft", "blinkRight"]),
     ("overrideLookAt", &LOOKS),
     ("overrideMouth", &["aa", "ih", "ou", "ee", "oh"]),
 ];
 
-/// How much an expression holds back others.
+/// How strongly an expression overrides others.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Override {
     #[default]
     No,
-    /// By its weight.
+    /// In proportion to its weight.
     Blend,
-    /// Wholly, whatever its weight is.
+    /// Completely, whatever its weight.
     Block,
 }
 
@@ -45,7 +45,7 @@ impl Override {
     }
 }
 
-/// A morph target that an expression moves, and by how much at weight 1.
+/// A morph target that an expression moves, with its weight at expression weight 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MorphBind {
     /// The index of the node in the file.
@@ -56,20 +56,20 @@ pub(super) struct MorphBind {
 
 #[derive(Clone, Debug)]
 pub(super) struct Expression {
-    /// Its name in VRM 1.0.
+    /// The name in VRM 1.0.
     name: String,
     is_preset: bool,
-    /// Which look it is, by its place in their weights.
+    /// The look direction, as an index into the look weights.
     pub(super) look: Option<usize>,
     is_binary: bool,
     overrides: [Override; OVERRIDES.len()],
     pub(super) binds: Vec<MorphBind>,
-    /// Whether it changes materials too.
+    /// Whether it also changes materials.
     pub(super) has_more: bool,
 }
 
 impl Expression {
-    /// Whether it is that of a VRM animation. VRM 0 has no preset for some.
+    /// Whether it is the expression of a VRM animation. VRM 0 lacks presets for some.
     pub(super) fn is_of(&self, face: &Face) -> bool {
         match face {
             Face::Preset(name) if self.is_preset => self.name == *name,
@@ -79,7 +79,7 @@ impl Expression {
         }
     }
 
-    /// The weight that is applied.
+    /// The effective weight.
     pub(super) fn weight(&self, said: f32) -> f32 {
         let weight = said.clamp(0.0, 1.0);
         match self.is_binary {
@@ -89,21 +89,21 @@ impl Expression {
     }
 }
 
-/// Holds back the expressions that others override.
+/// Reduces the expressions that others override.
 pub(super) fn override_weights(expressions: &[Expression], weights: &mut [f32]) {
     for (slot, (_, held)) in OVERRIDES.iter().enumerate() {
         let amount = |(own, weight): (&Expression, &f32)| own.overrides[slot].amount(*weight);
         let amount: f32 = std::iter::zip(expressions, &*weights).map(amount).sum();
         let is_held = |own: &Expression| own.is_preset && held.contains(&own.name.as_str());
         for (own, weight) in std::iter::zip(expressions, &mut *weights).filter(|(own, _)| is_held(own)) {
-            // One does not hold back itself.
+            // An expression does not override itself.
             let others = amount - own.overrides[slot].amount(*weight);
             *weight *= (1.0 - others).clamp(0.0, 1.0);
         }
     }
 }
 
-/// The weights at rest of every node whose mesh has morph targets.
+/// The rest weights of every node whose mesh has morph targets.
 pub(in super::super) fn morph_targets(root: &Value) -> BTreeMap<usize, Vec<f32>> {
     let nodes = root["nodes"].as_array().into_iter().flatten().enumerate();
     let weights = |(index, node): (usize, &Value)| {
@@ -157,7 +157,7 @@ fn of_vrm1_expression(name: &str, is_preset: bool, value: &Value) -> Expression 
     }
 }
 
-/// In VRM 0 a mesh has the morph targets, and weights are in percent.
+/// In VRM 0 the morph targets belong to a mesh, and weights are in percent.
 fn of_vrm0_group(root: &Value, group: &Value) -> Expression {
     let preset = group["presetName"].as_str().unwrap_or_default();
     let mut names = Face::OF_VRM0.iter().chain(&LOOKS_OF_VRM0);

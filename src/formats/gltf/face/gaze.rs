@@ -1,4 +1,4 @@
-//! How far the eyes of a character turn with the gaze.
+//! The rotation of a character's eyes with the gaze.
 
 use glam::{EulerRot, Quat};
 use mocap_scene::pose::{Pose, Trs};
@@ -8,7 +8,8 @@ use serde_json::Value;
 use super::binds::number;
 use super::eye;
 
-/// From an angle of the gaze, in degrees, to that of an eye or to a weight: a straight line up to the largest input.
+/// Maps an angle of the gaze, in degrees, to the angle of an eye or to a weight. The map is linear up to the largest
+/// input.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     most: f32,
@@ -31,16 +32,16 @@ impl Range {
     }
 }
 
-/// What a VRM file says of looks.
+/// The gaze settings of a VRM file.
 #[derive(Clone, Debug)]
 pub(super) struct Gaze {
-    /// Whether the eyes turn; otherwise expressions show where they look.
+    /// Whether the eyes rotate. Otherwise expressions show the gaze.
     pub(super) is_of_bones: bool,
     inner: Range,
     outer: Range,
     down: Range,
     up: Range,
-    /// Whether the character faces -Z, as those of VRM 0 do.
+    /// Whether the character faces -Z, as VRM 0 characters do.
     is_turned: bool,
 }
 
@@ -66,13 +67,13 @@ impl Gaze {
         })
     }
 
-    /// Yaw to the left and pitch downwards, in degrees.
+    /// Yaw to the left and pitch down, in degrees.
     fn angles(rotation: Quat) -> (f32, f32) {
         let (yaw, pitch, _) = rotation.to_euler(EulerRot::YXZ);
         (yaw.to_degrees(), pitch.to_degrees())
     }
 
-    /// The weights of looks up, down, left and right.
+    /// The weights of the look expressions: up, down, left and right.
     pub(super) fn looks(&self, rotation: Quat) -> [f32; 4] {
         let (yaw, pitch) = Self::angles(rotation);
         let mut weights = [0.0; 4];
@@ -85,7 +86,7 @@ impl Gaze {
         weights
     }
 
-    /// The rotation of an eye in the model, whose front is +Z.
+    /// The rotation of an eye relative to the model, which faces +Z.
     fn of_eye(&self, is_left: bool, rotation: Quat) -> Quat {
         let (yaw, pitch) = Self::angles(rotation);
         let horizontal = if (yaw > 0.0) == is_left { self.outer } else { self.inner };
@@ -95,7 +96,7 @@ impl Gaze {
         Quat::from_euler(EulerRot::YXZ, yaw, pitch, 0.0)
     }
 
-    /// Gives the eyes of a character keys; false where it has none.
+    /// Adds keys to the eyes of a character. False if it has no eyes.
     pub(super) fn turn_eyes(
         &self,
         scene: &Scene,

@@ -1,4 +1,4 @@
-//! Reads materials and their textures of colour. What else a material says is not read.
+//! Reads materials and their colour textures. Other material properties are not read.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -83,7 +83,7 @@ struct SamplerJson {
     wrap_t: u32,
 }
 
-/// The number of OpenGL that glTF states; any but its three is read as the default, to repeat.
+/// The wrap mode for glTF's OpenGL number. Unknown numbers mean repeat, the default.
 fn wrap(number: u32) -> Wrap {
     match number {
         33_071 => Wrap::Clamp,
@@ -113,12 +113,12 @@ struct ImageJson {
     buffer_view: Option<usize>,
 }
 
-/// A material, and how its meshes find their coordinates on the texture.
+/// A material, and the texture coordinates that its meshes use.
 pub(super) struct Read {
     pub(super) material: Material,
-    /// The number of the set of coordinates.
+    /// The number of the texture coordinate set.
     pub(super) coords: usize,
-    /// From the coordinates of the mesh to those of the texture.
+    /// The transform from the mesh's coordinates to the texture's.
     pub(super) to_texture: Mat3,
 }
 
@@ -139,7 +139,7 @@ pub(super) struct Images {
 }
 
 impl Images {
-    /// A material; a texture that cannot be read is left out, and the reason comes along.
+    /// Reads a material. A texture that cannot be read is skipped, and the reason is returned.
     pub(super) fn material(
         &mut self,
         lists: &Lists<'_>,
@@ -172,7 +172,7 @@ impl Images {
             let transform = info.extensions.transform.unwrap_or_default();
             coords = transform.tex_coord.unwrap_or(info.tex_coord);
             let [offset, scale] = [transform.offset, transform.scale].map(Vec2::from);
-            // The rotation of the extension is counter-clockwise where v points down.
+            // The extension's rotation is counter-clockwise if v points down.
             let matrix = Mat3::from_translation(offset)
                 * Mat3::from_angle(-transform.rotation)
                 * Mat3::from_scale(if scale == Vec2::ZERO { Vec2::ONE } else { scale });
@@ -193,7 +193,7 @@ impl Images {
         Ok((read, fault))
     }
 
-    /// The index of a texture's image in `textures`, and how it goes on beyond its edges.
+    /// The index of a texture's image in `textures`, and its wrap modes.
     fn texture(
         &mut self,
         lists: &Lists<'_>,

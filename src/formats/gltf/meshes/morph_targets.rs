@@ -1,4 +1,4 @@
-//! The morph targets of a primitive: what each of them adds to the vertices that are kept.
+//! Reads the morph targets of a primitive: the offsets of the kept vertices.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use super::super::invalid::invalid;
 use super::Buffers;
 use crate::Failure;
 
-/// The targets of a mesh in words: names, and the weights at rest.
+/// The statements about a mesh's targets: names and rest weights.
 pub(super) struct Stated<'a> {
     pub(super) names: &'a [String],
     pub(super) weights: &'a [f32],
-    /// Of each target its weight in every animation, at seconds; empty where nothing moves them.
+    /// The weights of each target in every animation, in seconds. Empty if nothing moves them.
     pub(super) motion: &'a [Vec<Keys<f32>>],
-    /// Whether they are read, and not only their weights at rest.
+    /// Whether the targets are read. Otherwise only their rest weights are.
     pub(super) are_read: bool,
 }
 
-/// The targets of a primitive of which the vertices `kept` are kept, each with its number in the file; those that move
-/// none of them are left out.
+/// The targets of a primitive for the vertices `kept`, each with its number in the file. Targets that move none of
+/// these vertices are skipped.
 pub(super) fn read(
     targets: &[BTreeMap<String, usize>],
     stated: &Stated<'_>,
@@ -32,7 +32,7 @@ pub(super) fn read(
     let mut found = Vec::new();
     for (index, target) in targets.iter().enumerate().filter(|_| stated.are_read) {
         let pointer = format!("{pointer}/targets/{index}");
-        // Targets may share their numbers, so that a few bytes say many of them.
+        // Targets may share their numbers, so a few bytes can state many targets.
         buffers.bytes.budget.take(kept.len() as u64, &pointer)?;
         let mut read = |name: &str| match target.get(name) {
             Some(&accessor) => buffers.numbers(accessor, 3, &pointer).map(Some),

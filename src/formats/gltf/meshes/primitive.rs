@@ -1,4 +1,4 @@
-//! One primitive: vertices, faces, and the weights of its bones.
+//! Reads one primitive: vertices, faces, and the weights of its bones.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -32,9 +32,9 @@ const TRIANGLES: u32 = 4;
 const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
 
-/// A mesh without its name and its material, the bones without names; nothing where it has no face. Normals and weights
-/// that are not finite are replaced with a warning in `odd`; morph targets that cannot be read are left out with one.
-/// With the mesh comes the number in the file of each of its morph targets.
+/// Reads a mesh without its name and material, with unnamed bones. `None` if it has no faces. Normals and weights that
+/// are not finite are replaced, and morph targets that cannot be read are skipped, each with a warning in `odd`. Also
+/// returns the file's number of each morph target.
 pub(super) fn read_primitive(
     primitive: &Primitive,
     binding: &Binding,
@@ -57,7 +57,8 @@ pub(super) fn read_primitive(
     };
     let count = positions.len() / 3;
     let normals = read("NORMAL", 3)?.filter(|normals| normals.len() == positions.len());
-    // Those of a mesh without a texture are kept too, where they can be read: another program may draw one.
+    // Texture coordinates of a mesh without a texture are kept too, if they can be read: another program may add a
+    // texture.
     let surface = material.and_then(|material| material.material.surface);
     let set = material.map_or(0, |material| material.coords);
     let coords = match read(&format!("TEXCOORD_{set}"), 2) {
@@ -98,7 +99,7 @@ pub(super) fn read_primitive(
         return Ok(None);
     }
 
-    // Primitives may have in common the vertices of a whole body: only those of this one are kept.
+    // Primitives may share the vertices of a whole body. Only the vertices of this primitive are kept.
     let mut new_ids: HashMap<u32, u32> = HashMap::new();
     let mut kept: Vec<usize> = Vec::new();
     let indices = corners.into_iter().map(|old| {
@@ -180,7 +181,7 @@ pub(super) fn read_primitive(
 
 type Ties = (std::rc::Rc<[f32]>, std::rc::Rc<[f32]>);
 
-/// The bones with the weights of the vertices that are kept, which sum to 1.
+/// The bones with the weights of the kept vertices, which sum to 1.
 fn bones(binding: &Binding, ties: &[Ties], kept: &[usize], pointer: &str) -> Result<Vec<Bone>, Failure> {
     let mut bones: Vec<Bone> = Vec::new();
     let mut bone_of_node = HashMap::new();
@@ -225,7 +226,7 @@ fn bones(binding: &Binding, ties: &[Ties], kept: &[usize], pointer: &str) -> Res
         }
         let sum: f32 = of_bones.iter().map(|(_, weight)| weight).sum();
         if !(sum > 0.0 && sum.is_finite()) {
-            // A mesh without a skin, or a vertex without a weight.
+            // A mesh without a skin, or a vertex without weights.
             of_bones = vec![(bone_of_joint[0], 1.0)];
         }
         let sum = if sum > 0.0 && sum.is_finite() { sum } else { 1.0 };
@@ -237,14 +238,14 @@ fn bones(binding: &Binding, ties: &[Ties], kept: &[usize], pointer: &str) -> Res
     Ok(bones)
 }
 
-/// The corners of triangles, three of each; none of points and lines.
+/// The corners of triangles, three each. Empty for points and lines.
 fn triangles(corners: Vec<u32>, mode: u32) -> Vec<u32> {
     match mode {
         TRIANGLES => {
             let whole = corners.len() / 3 * 3;
             corners[..whole].to_vec()
         }
-        // Every second triangle of a strip goes round in the other direction.
+        // Every second triangle of a strip has the opposite orientation.
         TRIANGLE_STRIP => (corners.windows(3).enumerate())
             .flat_map(|(index, c)| {
                 if index % 2 == 0 {
@@ -261,7 +262,7 @@ fn triangles(corners: Vec<u32>, mode: u32) -> Vec<u32> {
     }
 }
 
-/// The normals of faces, weighted by their areas, where the file has none.
+/// Area-weighted vertex normals from the faces, if the file has none.
 fn normals_of(vertices: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; vertices.len()];
     for face in indices.chunks_exact(3) {
@@ -274,7 +275,7 @@ fn normals_of(vertices: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
     normals.into_iter().map(unit).collect()
 }
 
-/// In double precision, where the squares of tiny numbers are numbers.
+/// In double precision, because squares of tiny numbers underflow single precision.
 fn unit(normal: Vec3) -> Vec3 {
     let normal = normal.as_dvec3().try_normalize();
     normal.map_or(Vec3::Y, glam::DVec3::as_vec3)

@@ -23,7 +23,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// A bone and its children.
+    /// Reads a bone and its children.
     fn read_family(&mut self, line: &[Word<'_>]) -> Result<(), Failure> {
         let parent = self.find(line[0])?;
         for &word in &line[1..] {
@@ -58,7 +58,7 @@ impl Reader<'_, '_> {
         })
     }
 
-    /// The bones as a scene has its nodes: each right behind its parent or behind a whole subtree of its siblings.
+    /// The bones in depth-first order, as in a scene: each follows its parent, or the subtree of a sibling.
     pub(super) fn depth_first(&self) -> Result<Vec<Bone>, Failure> {
         let Limits {
             max_nodes, max_depth, ..
@@ -66,7 +66,7 @@ impl Reader<'_, '_> {
         let mut ordered: Vec<Bone> = Vec::with_capacity(self.bones.len());
         let mut is_reached = vec![false; self.bones.len()];
         let mut nodes = 0;
-        // Bone, the index of its parent in the new order, its depth. A list, so that no file can overflow the call
+        // The bone, the new index of its parent, and its depth. An explicit list, so that no file can overflow the call
         // stack.
         let mut open = vec![(0, None, 1)];
         while let Some((index, parent, depth)) = open.pop() {
@@ -99,7 +99,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The error for a bone that cannot be reached from the root.
+    /// The error for a bone that is not reachable from the root.
     fn unreached(&self, index: usize) -> Diagnostic {
         let bone = &self.bones[index];
         let (code, message, help) = match bone.parent {

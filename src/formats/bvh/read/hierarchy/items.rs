@@ -1,4 +1,4 @@
-//! The lines of a joint's block: OFFSET and CHANNELS.
+//! Reads the lines of a joint's block: OFFSET and CHANNELS.
 
 use glam::Vec3;
 use mocap_scene::error::{Code, Diagnostic, nearest};
@@ -11,7 +11,7 @@ use super::{Reader, is_structure};
 use crate::text::{Word, decode_name, number, quote};
 
 impl Reader<'_, '_> {
-    /// `"OFFSET" x y z`; the last one wins.
+    /// Reads `"OFFSET" x y z`. The last OFFSET wins.
     pub(super) fn read_offset(&mut self, keyword: Word<'_>) -> Result<(), Failure> {
         let open = self.open.last_mut().expect("OFFSET stands in a block");
         open.offsets += 1;
@@ -48,7 +48,7 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Some programs write a rotation behind the offset, which no reader knows.
+    /// Skips a rotation after the offset, which some programs write and no reader uses.
     fn skip_more_of_offset(&mut self) {
         let is_number =
             |word: &Word<'_>| number::parse(word.bytes).is_some_and(|found| found.length == word.bytes.len());
@@ -62,7 +62,7 @@ impl Reader<'_, '_> {
         self.warn(Code::LongOffset, first, message);
     }
 
-    /// `"CHANNELS" n name{n}`; a second line continues the first.
+    /// Reads `"CHANNELS" n name{n}`. A second line continues the first.
     pub(super) fn read_channels(&mut self, keyword: Word<'_>) -> Result<(), Failure> {
         let Some(word) = self.cursor.next_word() else {
             return Err(self.cut_off("CHANNELS", "a number of channels"));
@@ -75,7 +75,7 @@ impl Reader<'_, '_> {
         };
         let joint = self.open.last().expect("CHANNELS stands in a block").joint;
         let mut channels = Vec::new();
-        // A set, because a long list must not be searched for every name.
+        // A set, so that a long list is not searched for every name.
         let mut seen = [false; ChannelKind::COUNT];
         while let Some(name) = self.cursor.peek_word() {
             let Some(kind) = ChannelKind::from_name(name.bytes) else {
@@ -112,7 +112,7 @@ impl Reader<'_, '_> {
         self.add_channels(keyword, joint, channels)
     }
 
-    /// A second CHANNELS line equal to the first is ignored; a different one continues the first.
+    /// Adds channels. Ignores a second CHANNELS line that equals the first. A different one continues the first.
     fn add_channels(&mut self, keyword: Word<'_>, joint: usize, mut channels: Vec<ChannelKind>) -> Result<(), Failure> {
         if !self.joints[joint].channels.is_empty() {
             self.warn(Code::RepeatedChannels, keyword, "the joint has a second CHANNELS line");

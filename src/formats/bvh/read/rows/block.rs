@@ -1,4 +1,4 @@
-//! A block of frames in columns, and the fast reader of lines of numbers.
+//! A block of frames in columns, and the fast reader for lines of numbers.
 
 use mocap_scene::limits::is_plausible;
 use mocap_scene::math::wide;
@@ -11,17 +11,17 @@ pub struct Block {
     pub(super) values: Vec<f64>,
     pub(super) frames: usize,
     capacity: usize,
-    /// Values from one column to the next.
+    /// The number of values from one column to the next.
     pub(super) stride: usize,
 }
 
 impl Block {
-    /// Frames of a block: with a usual skeleton it fits in the second-level cache.
+    /// The number of frames of a block. With a usual skeleton the block fits in the second-level cache.
     const FRAMES: usize = 128;
-    /// Values beyond which a block of an unusual skeleton gets fewer frames.
+    /// The number of values above which a block of an unusual skeleton gets fewer frames.
     const VALUES: usize = 1 << 16;
-    /// Padding between columns. Columns a power of two apart would share a few sets of the first-level cache and evict
-    /// each other.
+    /// Padding between columns, in values. Columns a power of two apart would share a few sets of the first-level cache
+    /// and evict each other.
     const GAP: usize = 8;
 
     pub fn new(channel_count: usize) -> Self {
@@ -35,7 +35,7 @@ impl Block {
         }
     }
 
-    /// How many frames it holds.
+    /// The number of frames in the block.
     pub(in crate::bvh) fn frames(&self) -> usize {
         self.frames
     }
@@ -60,8 +60,8 @@ impl Block {
         )
     }
 
-    /// Reads a line with exactly one finite number for each column into the next frame, and returns its length; any
-    /// other line is not read.
+    /// Reads a line with exactly one finite number for each column into the next frame, and returns its length. `None`
+    /// for any other line.
     pub fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
         read_plain_row(self, text)
     }
@@ -79,10 +79,10 @@ impl Block {
             let (value, length) = match short {
                 Some(short) => short,
                 None => {
-                    // By a reference, so that the compiler inlines the parser here: see `tools/bench/README.md`.
+                    // By reference, so that the compiler inlines the parser here: see `tools/bench/README.md`.
                     #[allow(clippy::needless_borrows_for_generic_args, reason = "a seventh of the time")]
                     let (value, length) = fast_float2::parse_partial::<f64, _>(&rest).ok()?;
-                    // NaN is not below anything.
+                    // Comparisons with NaN are false.
                     is_plain &= is_plausible(value);
                     was_long = length >= LONG;
                     (value, length)
@@ -115,10 +115,10 @@ wide::dispatch! {
     }
 }
 
-/// Bytes of a number that is not short.
+/// The number of bytes from which on a number is long.
 const LONG: usize = 16;
 
-/// Skips the blanks behind a number; a line may end there too.
+/// Skips the spaces after a number. A line may also end there.
 #[inline(never)]
 fn skip_gap(text: &[u8]) -> Option<&[u8]> {
     match text {

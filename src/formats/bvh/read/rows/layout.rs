@@ -5,7 +5,7 @@ use mocap_scene::error::{Code, Diagnostic};
 use super::super::Failure;
 use crate::text::{Cursor, Word, is_line_end, is_space, number};
 
-/// What ends a row.
+/// The end of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// A row is a line. Lines with another number of values are rare, and broken.
@@ -14,9 +14,9 @@ pub enum Layout {
     Stream,
 }
 
-/// Finds the layout of the text from here on, given that `rows_before` lines were whole rows.
+/// Finds the layout of the text from here on, if `rows_before` lines were whole rows.
 ///
-/// Where a row is a line, what stands after the `most` rows that will be read says nothing about them.
+/// If a row is a line, text after the `most` rows that will be read does not matter.
 pub fn find(
     cursor: &Cursor<'_>,
     channel_count: usize,
@@ -102,14 +102,14 @@ fn no_rule(
     }
 }
 
-/// What stands after the rows that were read.
+/// The text after the rows that were read.
 #[derive(Debug, Default)]
 pub(super) struct TrailingText<'a> {
     /// The number of further rows.
     pub(super) rows: u64,
-    /// The first line of numbers that is no row, and how many it has.
+    /// The first line of numbers that is not a row, and its count of numbers.
     pub(super) other_line: Option<(Word<'a>, usize)>,
-    /// How many lines of numbers are no rows.
+    /// The number of lines with numbers that are not rows.
     pub(super) other_lines: u64,
     /// The first line that does not begin with a number.
     pub(super) text: Option<Word<'a>>,
@@ -148,14 +148,14 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Whether it begins as a row does.
+    /// Whether it begins like a row.
     fn is_numeric(&self) -> bool {
         let word = self.word.bytes.split(|&byte| is_space(byte)).next().unwrap_or_default();
         number::parse(word).is_some()
     }
 }
 
-/// The lines from the cursor on, without the blank ones.
+/// The lines from the cursor on, without blank ones.
 #[derive(Clone)]
 struct Lines<'a> {
     cursor: Cursor<'a>,
@@ -174,7 +174,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// Numbers of a line; a sign after a digit or a point begins another one.
+/// The count of numbers in a line. A sign after a digit or a point begins another number.
 pub fn count_numbers(line: &[u8]) -> usize {
     let mut before = b' ';
     let mut count = 0;

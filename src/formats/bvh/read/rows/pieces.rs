@@ -2,24 +2,24 @@
 
 use crate::{Blocks, Failure};
 
-/// The least number of bytes of a piece of memory. It is large enough to make the overhead small. After its lines were
-/// counted, the piece is still in the second-level cache when its numbers are read.
+/// The smallest piece of memory in bytes. It is large enough to make the overhead small. It is small enough to stay in
+/// the second-level cache from counting its lines to reading its numbers.
 pub const LENGTH: usize = 1 << 18;
 
 /// Some whole lines.
 #[derive(Debug, PartialEq)]
 pub struct Piece<'a> {
     pub text: &'a [u8],
-    /// Where it begins.
+    /// The offset of its first byte.
     pub offset: usize,
     pub lines: usize,
 }
 
-/// The pieces that were not taken yet.
+/// The remaining pieces.
 pub struct Pieces<'a> {
-    /// The rest of the text, or, where there are blocks, what was read before them.
+    /// The rest of the text. With blocks, the text before the blocks.
     text: &'a [u8],
-    /// Where the next piece begins.
+    /// The offset of the next piece.
     offset: usize,
     blocks: Option<&'a dyn Blocks>,
     /// The beginning of a line that ends in the next block.
@@ -29,7 +29,7 @@ pub struct Pieces<'a> {
 }
 
 impl<'a> Pieces<'a> {
-    /// The lines after the one in which `start` is. `blocks` follow the text.
+    /// The lines after the line that contains `start`. `blocks` follow the text.
     pub fn new(text: &'a [u8], start: usize, blocks: Option<&'a dyn Blocks>) -> Self {
         let line_end = line_end(&text[start..]);
         let offset = memchr::memchr(line_end, &text[start..]).map_or(text.len(), |end| start + end + 1);
@@ -42,7 +42,7 @@ impl<'a> Pieces<'a> {
         }
     }
 
-    /// The next piece, which is in `buffer` if it comes from blocks; `None` after the last.
+    /// The next piece, stored in `buffer` if it comes from blocks; `None` after the last.
     pub fn next<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Result<Option<Piece<'b>>, Failure>
     where
         'a: 'b,
@@ -75,7 +75,7 @@ impl<'a> Pieces<'a> {
         loop {
             let before = buffer.len();
             let is_end = blocks.read(buffer)? == 0;
-            // What was there before has no line end, except what was read before the first block.
+            // The earlier bytes have no line end, except for the text before the first block.
             if let Some(end) = memchr::memrchr(self.line_end, &buffer[before..]) {
                 self.begun.extend_from_slice(&buffer[before + end + 1..]);
                 buffer.truncate(before + end + 1);
@@ -96,7 +96,7 @@ fn line_end(text: &[u8]) -> u8 {
     }
 }
 
-/// The number of lines without the empty ones at the end.
+/// The number of lines, without the empty ones at the end.
 pub fn count_lines(text: &[u8], line_end: u8) -> usize {
     let text = text.trim_ascii_end();
     memchr::memchr_iter(line_end, text).count() + usize::from(!text.is_empty())

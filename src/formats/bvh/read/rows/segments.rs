@@ -1,7 +1,7 @@
 //! Reads plain rows piece by piece, with one thread or several.
 //!
-//! The number of lines of the pieces before gives the index of a piece's first frame, so each thread writes its keys
-//! directly where they stay. Everything after the first line that is not a plain row is discarded, and the careful path
+//! The line counts of earlier pieces give the index of a piece's first frame. So each thread writes its keys directly
+//! to their final place. Everything after the first line that is not a plain row is discarded, and the careful path
 //! reads it again. So the result does not depend on the number of threads.
 
 use std::num::NonZeroUsize;
@@ -14,21 +14,21 @@ use super::{Block, Frames};
 use crate::Failure;
 use crate::text::is_space;
 
-/// The least bytes of memory for which a second thread saves time.
+/// The number of bytes in memory from which on a second thread saves time.
 pub(super) const WORTHWHILE: usize = 2 << 20;
 
-/// What was read of all pieces.
+/// The result of reading pieces.
 pub(super) struct Read {
     pub(super) rows: usize,
-    /// The offset behind the last row that was read.
+    /// The offset after the last row that was read.
     pub(super) end: usize,
     pub(super) last_row: Vec<f64>,
-    /// Whether nothing but blanks is behind it.
+    /// Whether only spaces follow.
     pub(super) is_all: bool,
 }
 
 impl Read {
-    /// Nothing is read; the rows begin at `start`, and `last_row` is the one before.
+    /// The result without any row. The rows begin at `start`, and `last_row` is the row before them.
     fn nothing(start: usize, last_row: &[f64]) -> Self {
         Self {
             rows: 0,
@@ -38,7 +38,7 @@ impl Read {
         }
     }
 
-    /// Adds the rows of the piece that follows.
+    /// Adds the rows of the next piece.
     fn add(&mut self, segment: Segment) {
         self.rows += segment.rows;
         self.end = segment.end;
@@ -53,9 +53,9 @@ impl Read {
 struct Segment {
     rows: usize,
     last_row: Option<Vec<f64>>,
-    /// Behind its last plain row.
+    /// The offset after its last plain row.
     end: usize,
-    /// Whether every line is a plain row that was wanted, and its keys are written.
+    /// Whether every line is a plain row that was requested, with its keys written.
     is_whole: bool,
 }
 
@@ -88,7 +88,7 @@ impl<'a, F: Frames> Turn<'a, F> {
     }
 }
 
-/// The number of threads asked for, or else of cores.
+/// The requested number of threads, or else the number of cores.
 pub(super) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
     asked
         .or_else(|| thread::available_parallelism().ok())
@@ -97,7 +97,7 @@ pub(super) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
 
 /// Reads plain rows of the pieces into `frames`, which holds `most` frames, with several threads.
 ///
-/// The text of the row before, `last_row`, ends at `start`.
+/// The text of the previous row, `last_row`, ends at `start`.
 pub(super) fn read<F: Frames>(
     pieces: Pieces<'_>,
     start: usize,
@@ -156,7 +156,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().expect("nothing panics while it holds this lock")
 }
 
-/// Reads plain rows of the pieces, and at most `most`, with one thread; `append` takes them block by block.
+/// Reads at most `most` plain rows of the pieces with one thread, and passes them to `append` block by block.
 pub(super) fn read_alone(
     mut pieces: Pieces<'_>,
     start: usize,
@@ -176,7 +176,7 @@ pub(super) fn read_alone(
     Ok(read)
 }
 
-/// Reads `rows` plain rows at most; `put` takes them block by block.
+/// Reads at most `rows` plain rows, and passes them to `put` block by block.
 fn read_piece(piece: &Piece<'_>, rows: usize, block: &mut Block, mut put: impl FnMut(&Block)) -> Segment {
     let mut segment = Segment {
         rows: 0,

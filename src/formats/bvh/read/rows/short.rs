@@ -1,8 +1,8 @@
-//! Short decimal numbers, without a branch that depends on their lengths.
+//! Parses short decimal numbers without a branch that depends on their lengths.
 //!
-//! The positions of a number's digits, point and end vary, so a parser that goes byte by byte mispredicts a branch at
-//! about every second number. This one examines 16 bytes at once, with SSE4.1 or the vectors of WebAssembly. SSE4.1 is
-//! used on processors with AVX2, because that is what [`wide`](mocap_scene::math::wide) asks for.
+//! The positions of a number's digits, point and end vary. So a parser that goes byte by byte mispredicts a branch at
+//! about every second number. This parser examines 16 bytes at once, with SSE4.1 or WebAssembly vectors. It uses SSE4.1
+//! on processors with AVX2, because [`wide`](mocap_scene::math::wide) requires AVX2.
 
 #[cfg(target_arch = "wasm32")]
 mod wasm;
@@ -14,20 +14,20 @@ use self::wasm as vector;
 #[cfg(target_arch = "x86_64")]
 use self::x86 as vector;
 
-/// Bytes examined: a number of at most 15, including sign and point, and the byte after it.
+/// The number of examined bytes: a number of at most 15, including sign and point, and the byte after it.
 const WINDOW: usize = 16;
 
-/// Powers of ten. They are exact, as are whole numbers of up to 15 digits, so a quotient of the two is correctly
+/// Powers of ten. They are exact, and so are integers of up to 15 digits. So a quotient of the two is correctly
 /// rounded.
 const POWERS: [f64; WINDOW] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
 
-/// Shuffle indices by the positions of end and point: digits are right-aligned, with zeros before them.
+/// Shuffle indices by the positions of end and point. Digits are right-aligned, with leading zeros.
 static DIGITS: [[[u8; WINDOW]; WINDOW]; WINDOW] = digits();
 
 const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
-    /// Asks the shuffle for a zero.
+    /// The shuffle index that gives a zero.
     const ZERO: u8 = 0x80;
     let mut digits = [[[ZERO; WINDOW]; WINDOW]; WINDOW];
     let mut end = 0;
@@ -49,8 +49,8 @@ const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
     digits
 }
 
-/// The number at the start of a text, correctly rounded, and its length: `-`, digits, and a point among them, with a
-/// blank or a line end behind it. `None` for every other spelling, and for what may not be exact.
+/// The number at the start of a text, correctly rounded, and its length. It consists of `-`, digits, and a point among
+/// them, with a space or a line end after it. `None` for every other spelling, and if the result may not be exact.
 ///
 /// # Safety
 /// On x86-64 the processor must have AVX2.
@@ -58,7 +58,7 @@ const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
 #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2"))]
 pub fn parse(text: &[u8]) -> Option<(f64, usize)> {
     let bytes = vector::load(text.first_chunk::<WINDOW>()?);
-    // Comparisons are of signed bytes: bytes that are not ASCII are below all of it, and end a number as a blank does.
+    // Comparisons are of signed bytes. Non-ASCII bytes are negative, so they end a number like a space.
     let ends = vector::bits_below(bytes, b' ' as i8 + 1);
     let minus = vector::bits_equal(bytes, b'-' as i8) & 1;
     let points = vector::bits_equal(bytes, b'.' as i8);
@@ -84,7 +84,7 @@ pub fn parse(text: &[u8]) -> Option<(f64, usize)> {
     let whole = u64::from(high) * 100_000_000 + u64::from(low);
     let decimals = end - point - has_point;
     let value = whole as f64 / POWERS[decimals as usize % WINDOW];
-    // Also of zero.
+    // Zero may be negative too.
     let value = f64::from_bits(value.to_bits() | u64::from(minus) << 63);
     Some((value, end as usize))
 }

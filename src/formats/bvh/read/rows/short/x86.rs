@@ -1,4 +1,4 @@
-//! Sixteen bytes in a vector of SSE4.1.
+//! Sixteen bytes in an SSE4.1 vector.
 
 use std::arch::x86_64::{
     __m128i, _mm_cmpeq_epi8, _mm_cmpgt_epi8, _mm_cmplt_epi8, _mm_cvtsi128_si64, _mm_madd_epi16, _mm_maddubs_epi16,
@@ -13,40 +13,40 @@ pub(super) fn load(bytes: &[u8; 16]) -> __m128i {
     _mm_set_epi64x(i64::from_le_bytes(high), i64::from_le_bytes(low))
 }
 
-/// One bit for each byte below a limit, as signed bytes, starting with the first.
+/// One bit for each byte below a limit, as signed bytes, first byte first.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn bits_below(bytes: __m128i, limit: i8) -> u32 {
     _mm_movemask_epi8(_mm_cmplt_epi8(bytes, _mm_set1_epi8(limit))) as u32
 }
 
-/// A mask of the bytes above it.
+/// A mask of the bytes above a limit.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn bits_above(bytes: __m128i, limit: i8) -> u32 {
     _mm_movemask_epi8(_mm_cmpgt_epi8(bytes, _mm_set1_epi8(limit))) as u32
 }
 
-/// A mask of the bytes equal to it.
+/// A mask of the bytes equal to a value.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn bits_equal(bytes: __m128i, byte: i8) -> u32 {
     _mm_movemask_epi8(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(byte))) as u32
 }
 
-/// Differences of unsigned bytes; zero where they would be below it.
+/// Saturating differences of unsigned bytes: zero instead of a negative result.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn minus_or_zero(bytes: __m128i, byte: u8) -> __m128i {
     _mm_subs_epu8(bytes, _mm_set1_epi8(byte as i8))
 }
 
-/// The numbers of the first eight and of the last eight of sixteen digits, which `order` takes from `values`; zero
-/// where its highest bit is set.
+/// The numbers of the first eight and the last eight of sixteen digits. `order` selects the digits from `values`; an
+/// index with its highest bit set gives zero.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn eight_digits(values: __m128i, order: &[u8; 16]) -> [u32; 2] {
-    // Neighbours are put together: digits to pairs, pairs to fours, fours to eights.
+    // Combines neighbours: digits to pairs, pairs to fours, fours to eights.
     let pairs = _mm_maddubs_epi16(_mm_shuffle_epi8(values, load(order)), _mm_set1_epi16(0x01_0a));
     let fours = _mm_madd_epi16(pairs, _mm_set1_epi32(0x1_0064));
     let eights = _mm_madd_epi16(_mm_packus_epi32(fours, fours), _mm_set1_epi32(0x1_2710));
