@@ -1,4 +1,4 @@
-//! What a file states of the mass of a link, without what no body can have.
+//! Checks the mass of a link that a file states, and drops impossible values.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::robot::Inertial;
@@ -7,10 +7,11 @@ use super::text::quote;
 use super::warnings::Warnings;
 use super::xml::Element;
 
-/// How far moments may miss what a body can have, as a fraction of their sum: files round them to a few digits.
+/// The largest violation of the conditions for moments of inertia, as a fraction of their sum: files round moments to a
+/// few digits.
 const ROUNDING: f64 = 1e-3;
 
-/// A finding about the mass of a link.
+/// A warning about the mass of a link.
 fn warning(element: &Element<'_, '_>, link: &str, message: &str, expected: &str, found: String) -> Diagnostic {
     let message = format!("the link {} {message}", quote(link.as_bytes()));
     element
@@ -18,8 +19,8 @@ fn warning(element: &Element<'_, '_>, link: &str, message: &str, expected: &str,
         .expected_found(expected, found)
 }
 
-/// Checks the mass of a link, which `element` states, and returns what is used of it. A negative mass is left out; with
-/// a negative moment all moments are 0; moments that no body can have are kept. Each is warned of.
+/// Checks the mass of a link, which `element` states, and returns the usable values, with warnings. A negative mass is
+/// dropped. With a negative moment, all moments become 0. Other impossible moments are kept.
 pub(super) fn possible(
     mut stated: Inertial,
     link: &str,
@@ -52,7 +53,7 @@ pub(super) fn possible(
     Some(stated)
 }
 
-/// Whether a mass or a density of a link is negative, which is warned of.
+/// Whether the mass or density of a link is negative. Warns if it is.
 pub(super) fn is_negative(
     quantity: &str,
     value: f64,

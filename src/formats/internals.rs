@@ -1,4 +1,4 @@
-//! What the tests of this package need, and nothing else.
+//! Items for the tests of this package.
 
 pub use crate::dump::number::StreamNumber;
 

@@ -1,6 +1,6 @@
-//! The ledger: which kinds of data the files of a format hold, and so what is lost where a scene is written.
+//! The ledger: the kinds of data that the files of a format hold, and so the losses of a written scene.
 //!
-//! A row says what its format keeps or converts, and everything else is lost. `docs/losses.md` is the table of it.
+//! A row states the kinds that its format keeps or converts. All other kinds are lost. `docs/losses.md` has the table.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -13,34 +13,34 @@ use mocap_scene::scene::{Animation, Format, Keys, Node, NodeId, NodeKind, Scene,
 
 use crate::FormatInfo;
 
-/// Frame rates nearer than this, as a fraction, are one: the rounding of a frame time with four digits.
+/// The largest relative difference of equal frame rates: the rounding of a frame time with four digits.
 const SAME_RATE: f64 = 1e-4;
 
-/// Moments nearer than this to a frame, in frames, are at it.
+/// The largest distance of a time from a frame that count as equal, in frames.
 const AT_FRAME: f64 = 1e-3;
 
-/// What becomes of a kind of data in the files of a format.
+/// The treatment of a kind of data in the files of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Carriage {
-    /// It is in the files.
+    /// The files hold it.
     Kept,
-    /// The files have something else in its place, from which a program computes the same motion.
+    /// The files hold other data, from which a program computes the same motion.
     Converted,
-    /// The files have a pose for each frame: keys between frames are lost, and a motion ends at a frame.
+    /// The files have a pose for each frame. Keys between frames are lost, and a motion ends at a frame.
     AtFrames,
-    /// The root has it in the files, and joints below it have not.
+    /// The files hold it for the root, but not for other joints.
     OfRoot,
-    /// The files have the weights of morph targets, and no expressions.
+    /// The files hold the weights of morph targets, but not expressions.
     OfTargets,
-    /// It is in the files where they are the file of the scene with another motion: [`Scene::original`].
+    /// The files hold it if they are the scene's source file with another motion: [`Scene::original`].
     PassedThrough,
-    /// It is not in the files, which a warning says.
+    /// The files do not hold it. A warning reports the loss.
     Lost,
 }
 
 impl Carriage {
-    /// Its word in the table.
+    /// The word for it in the table.
     #[doc(hidden)]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -55,11 +55,11 @@ impl Carriage {
     }
 }
 
-/// Kinds of data and what becomes of them.
+/// Kinds of data and their treatment.
 #[doc(hidden)]
 pub(crate) type Carried = &'static [(DataKind, Carriage)];
 
-/// The row of formats that hold characters: skeletons, motions and skinned meshes.
+/// The row of character formats: skeletons, motions and skinned meshes.
 pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Clips, Carriage::Kept),
     (DataKind::Frames, Carriage::Kept),
@@ -79,8 +79,8 @@ pub(crate) const OF_CHARACTERS: Carried = &[
     (DataKind::Textures, Carriage::Kept),
 ];
 
-/// The joints of a scene that have no place in `written`, the part that a format has of it. Also the number of those
-/// that move and are lost: the joints below another one turn with it.
+/// The joints of a scene that are not in `written`, the scene as a format holds it. Also the number of lost joints that
+/// move: their descendants move with them.
 pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, DataLoss) {
     let is_left = |node: &Node| written.nodes.iter().all(|other| other.name != node.name);
     let joints = scene
@@ -89,7 +89,7 @@ pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, D
         .filter(|node| node.kind == NodeKind::Joint && node.face.is_none());
     let names = joints.filter(|node| is_left(node)).map(|node| node.name.clone());
     let mut has_place: Vec<bool> = scene.nodes.iter().map(|node| !is_left(node)).collect();
-    // Parents stand before children.
+    // Parents precede children.
     for (index, node) in scene.nodes.iter().enumerate().rev() {
         if let (Some(parent), true) = (node.parent, has_place[index]) {
             has_place[parent.index()] = true;
@@ -113,8 +113,8 @@ pub(crate) fn joints_left_out(scene: &Scene, written: &Scene) -> (Vec<String>, D
     )
 }
 
-/// The joints below the hips whose position in their parent changes, which it does not in `humanoid`: what a format of
-/// certain bones has of a scene.
+/// The joints other than the hips whose position relative to the parent changes in the scene, but not in `humanoid`,
+/// the scene as a humanoid format holds it.
 pub(crate) fn positions_left_out(scene: &Scene, humanoid: &Scene) -> DataLoss {
     let hips = humanoid.nodes.first().map(|hips| hips.name.as_str());
     let hips = scene.nodes.iter().position(|node| Some(node.name.as_str()) == hips);
@@ -133,7 +133,7 @@ fn is_between_frames(tick: f64, ticks_per_frame: f64) -> bool {
     (frame - frame.round()).abs() > AT_FRAME
 }
 
-/// How many moments with keys of a clip are between the frames of a file.
+/// The number of key times of a clip that are between the frames of a file.
 fn frames_lost(clip: &Animation, ticks_per_frame: f64) -> usize {
     fn times<T>(keys: &Keys<T>) -> (usize, &[f64]) {
         (keys.len(), keys.ticks.as_deref().unwrap_or_default())
@@ -159,18 +159,18 @@ fn frames_lost(clip: &Animation, ticks_per_frame: f64) -> usize {
     lost.len() + (0..every_tick).filter(|tick| is_lost(&(*tick as f64))).count()
 }
 
-/// What a writer was told that changes what it loses.
+/// Writer options that change the losses.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LedgerOptions {
-    /// Joints below the root have no position channels.
+    /// Only the root has position channels.
     pub rotations_only: bool,
-    /// The unit of length stands in a file beside the output.
+    /// A sidecar file has the unit of length.
     pub sidecar: bool,
 }
 
 impl FormatInfo {
-    /// What becomes of a kind of data in the files of this format.
+    /// The treatment of a kind of data in the files of this format.
     #[doc(hidden)]
     pub fn carriage(&self, kind: DataKind) -> Carriage {
         if self.passed_through.contains(&kind) {
@@ -181,8 +181,8 @@ impl FormatInfo {
         row.map_or(Carriage::Lost, |(_, carriage)| *carriage)
     }
 
-    /// Whether its files have the morph targets of the meshes of an input; those of a file that is passed through need
-    /// not be read.
+    /// Whether its files hold the morph targets of an input's meshes. Morph targets of a file that is passed through
+    /// need not be read.
     #[doc(hidden)]
     pub fn takes_morph_targets(&self, input: &Path) -> bool {
         let extension = input.extension().unwrap_or_default();
@@ -191,13 +191,13 @@ impl FormatInfo {
         self.carriage(DataKind::MorphTargets) == Carriage::Kept && !passed.any(is_passed)
     }
 
-    /// The clips of a scene that are in a file of this format.
+    /// The clips of a scene that a file of this format holds.
     fn clips<'a>(&self, scene: &'a Scene) -> &'a [Animation] {
         let count = if self.has_one_clip { 1 } else { usize::MAX };
         &scene.animations[..count.min(scene.animations.len())]
     }
 
-    /// How many clips of a file have another frame rate in it.
+    /// The number of clips whose frame rate differs in the file.
     fn lost_rates(&self, scene: &Scene) -> usize {
         let rates = || self.clips(scene).iter().map(|clip| clip.ticks_per_second);
         let fastest = self.has_one_rate.then(|| rates().fold(0.0, f64::max));
@@ -208,7 +208,7 @@ impl FormatInfo {
         rates().filter(|rate| is_other(*rate)).count()
     }
 
-    /// What of a kind is lost of what a scene has.
+    /// The lost items of a kind in a scene.
     fn lost_of(&self, kind: DataKind, scene: &Scene, chosen: LedgerOptions) -> u64 {
         let is_passed = self.keeps_characters && scene.original.is_some();
         let clips = || self.clips(scene).iter();
@@ -235,13 +235,13 @@ impl FormatInfo {
             (Carriage::Kept, DataKind::PositionCurves) if chosen.rotations_only && self.has_sidecar => {
                 clips().map(|clip| scene.position_curves(clip).len()).sum()
             }
-            // Without position channels the joints below stay.
+            // Without position channels, all joints but the root stay in place.
             (Carriage::Converted, DataKind::ScaleCurves) if chosen.rotations_only && self.has_sidecar => {
                 return kind.count(scene);
             }
             (Carriage::Lost, _) => return kind.count(scene),
             (Carriage::PassedThrough, _) if !is_passed => return kind.count(scene),
-            // Those of expressions are channels of nodes.
+            // The curves of expressions are node channels.
             (Carriage::Kept, DataKind::FaceCurves) => scene.weight_curves(),
             (Carriage::OfTargets, _) if is_passed => 0,
             (Carriage::OfTargets, _) => scene.expression_curves() + scene.weight_curves_without_meshes(),
@@ -251,16 +251,16 @@ impl FormatInfo {
         count as u64
     }
 
-    /// How many ticks of a clip a frame of a file lasts.
+    /// The number of clip ticks per frame of a file.
     fn ticks_per_frame(&self, clip: &Animation) -> f64 {
         self.rate.map_or(1.0, |rate| clip.ticks_per_second / rate)
     }
 
-    /// What is lost where a scene is written in this format, with what the reader of the scene left out.
+    /// The losses of a scene in this format, including the data that its reader dropped.
     #[doc(hidden)]
     pub fn losses(&self, scene: &Scene, chosen: LedgerOptions) -> Vec<DataLoss> {
         let is_passed = self.keeps_characters && scene.original.is_some();
-        // The model that a VMD is for has them.
+        // The MikuMikuDance model has them.
         let is_of_model = self.format == Format::Vmd && scene.metadata.mmd.is_some();
         let unread = |kind: DataKind| -> u64 {
             let is_elsewhere = is_of_model && kind == DataKind::Meshes;

@@ -1,14 +1,15 @@
-//! The table of formats that can be read and written.
+//! The table of formats to read and write.
 //!
-//! To add a format: a folder with its row, which [`FormatInfo::ALL`] lists, a feature, and fixtures with their origin.
-//! A row with `write` is a format that every door writes: each takes names, extensions and options from here.
+//! A new format needs a folder with its row, an entry in [`FormatInfo::ALL`], a feature, and fixtures with their
+//! origin. Every interface writes the formats whose row has `write`, and takes names, extensions and options from the
+//! row.
 //!
 //! A build without the feature of a format keeps its row, so that its files are recognised and the error names the
-//! feature. Only the reader and the writer are left out.
+//! feature. It omits only the reader and the writer.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
-// With fewer formats, parts of what formats share have no use.
+// With fewer formats, some shared code is unused.
 #![cfg_attr(
     not(all(feature = "all-formats", feature = "fbx", feature = "npz")),
     allow(dead_code)
@@ -112,11 +113,11 @@ pub use self::option::{WriteOption, words};
 pub use self::sidecar::Sidecar;
 pub use self::written::{Export, ExportFile};
 
-/// The error of a step of a reader. Boxed, so that the results of all steps are small.
+/// The error of a reader's step. It is boxed, so that results are small.
 #[doc(hidden)]
 pub type Failure = Box<Diagnostic>;
 
-/// The row of a format: its names, how it is recognised, how it is read and written, and what can be chosen of that.
+/// The row of a format: its names, its detection, its reader, its writer and its options.
 ///
 /// ```
 /// use mocap::{Format, FormatInfo};
@@ -127,97 +128,96 @@ pub type Failure = Box<Diagnostic>;
 /// ```
 #[non_exhaustive]
 pub struct FormatInfo {
-    /// Which format it is.
+    /// The format.
     pub format: Format,
-    /// Its name in a sentence, such as `glTF`.
+    /// The name in a sentence, such as `glTF`.
     pub name: &'static str,
-    /// What the letters stand for.
+    /// The meaning of the abbreviation.
     pub description: &'static str,
     /// Extensions in lower case, without the dot.
     pub extensions: &'static [&'static str],
-    /// How well it is read, with the grades of the README: excellent, good, fair or no.
+    /// The quality of its reader, by the grades of the README: excellent, good, fair or no.
     pub reading: &'static str,
-    /// How well it is written, with the same grades.
+    /// The quality of its writer, by the same grades.
     pub writing: &'static str,
     /// Whether the first bytes of a file look like this format.
     pub(crate) sniff: fn(&[u8]) -> bool,
-    /// Whether it can be read from [`Blocks`].
+    /// Whether its reader works with [`Blocks`].
     #[doc(hidden)]
     pub reads_blocks: bool,
-    /// The feature without which a build leaves the format out; `None` where every build has it.
+    /// The feature without which a build omits the format; `None` if every build has it.
     pub feature: Option<&'static str>,
-    /// Whether this build reads it. Where it does not, importing a file gives an error that says what to do instead.
+    /// Whether this build reads it. If not, importing a file gives an error with a remedy.
     pub reads: bool,
-    /// Reads a whole file, or says why it cannot be read.
+    /// Reads a whole file, or returns the reason why it cannot be read.
     pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
-    /// Makes the files of a scene; absent where the format is not written.
+    /// Makes the files of a scene; absent if the format cannot be written.
     pub(crate) write: Option<fn(&Scene, &WriteOptions) -> Result<Export>>,
-    /// The options that change its files; none where it is not written.
+    /// The options that change its files; empty if it cannot be written.
     pub options: &'static [WriteOption],
-    /// What becomes of each kind of data in its files; kinds that are not here are lost.
+    /// The treatment of each kind of data in its files. Kinds that are not listed are lost.
     pub(crate) carried: ledger::Carried,
-    /// The kinds of data that stay where a file of the format gets another motion.
+    /// The kinds of data that stay if a file of the format gets another motion.
     pub(crate) passed_through: &'static [DataKind],
-    /// Whether a file has one animation at most, and so only the first of a scene.
+    /// Whether a file has at most one animation, the first of a scene.
     pub has_one_clip: bool,
-    /// Whether a file has the meshes of the file that the motion was read from, with skins and textures. Where `false`
-    /// the meshes are those that show the skeleton, or none.
+    /// Whether a file has the meshes of the motion's source file, with skins and textures. If not, its meshes show the
+    /// skeleton, or it has none.
     pub has_file_meshes: bool,
-    /// Whether a written file states which joint is which bone of a humanoid.
+    /// Whether a written file states the humanoid bone of each joint.
     pub states_bones: bool,
-    /// Whether a written file says who wrote it and from which file: its [`Provenance`](gltf::report::Provenance).
+    /// Whether a written file states its writer and its source: its [`Provenance`](gltf::report::Provenance).
     pub states_origin: bool,
-    /// Whether a written file can have rotations in its rest pose. BVH has OFFSETs alone.
+    /// Whether a written file can have rotations in its rest pose. BVH has only OFFSETs.
     #[doc(hidden)]
     pub has_rest_rotations: bool,
-    /// Whether a file is written from rest transforms whose axes shear without losing that: where it has matrices, or
-    /// positions alone, or a rest pose of its own.
+    /// Whether a file keeps shear in rest transforms: it has matrices, or only positions, or a rest pose of its own.
     #[doc(hidden)]
     pub keeps_shear: bool,
-    /// What its files hold.
+    /// The contents of its files.
     #[doc(hidden)]
     pub contents: Contents,
-    /// Whether a file beside it can hold what the format cannot: [`Sidecar`].
+    /// Whether a sidecar file can hold data that the format cannot: [`Sidecar`].
     #[doc(hidden)]
     pub has_sidecar: bool,
-    /// Whether the file of a character in it is passed through, with the motion added.
+    /// Whether a character file in this format is passed through, with the motion added.
     #[doc(hidden)]
     pub keeps_characters: bool,
     /// Whether clips have names.
     #[doc(hidden)]
     pub names_clips: bool,
-    /// Whether keys have any times, which its reader keeps. Others have a pose for each frame.
+    /// Whether keys may have any times, which its reader keeps. Other formats have a pose for each frame.
     #[doc(hidden)]
     pub has_key_times: bool,
-    /// Whether all clips have one frame rate, which is whole where it is next to a whole one.
+    /// Whether all clips have one frame rate. A rate near a whole number is written as that number.
     #[doc(hidden)]
     pub has_one_rate: bool,
-    /// The frames a second of all of its files, where the format says it.
+    /// The frame rate in frames per second of all of its files, if the format fixes it.
     pub(crate) rate: Option<f64>,
-    /// Whether its files are packed clips: only this program writes them, their joints have the axes of the source, and
-    /// the bound on their error holds for positions.
+    /// Whether its files are packed clips. Only this program writes them, their joints have the axes of the source, and
+    /// their error bound applies to positions.
     #[doc(hidden)]
     pub is_packed: bool,
-    /// What a file of this program says of itself, where its bytes alone say it.
+    /// Reads the provenance of a file of this program, if its bytes alone state it.
     pub(crate) provenance: fn(&[u8]) -> Option<gltf::report::Provenance>,
-    /// What is wrong with a file that its reader takes all the same: an error, or a warning.
+    /// Checks a file for faults that its reader accepts. Returns an error or a warning.
     #[doc(hidden)]
     pub inspect: fn(&[u8], &Scene) -> Result<Option<Diagnostic>>,
 }
 
-/// What the files of a format hold.
+/// The contents of a format's files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Contents {
-    /// A skeleton, which may move.
+    /// A skeleton, with or without motion.
     Motion,
-    /// Points, which have no parents.
+    /// Points without parents.
     Points,
     /// The motion of a skeleton that is in another file.
     Keys,
     /// Arrays of numbers, whose points may have no names.
     Arrays,
-    /// A robot, which does not move.
+    /// A robot without motion.
     Robot,
 }
 
@@ -228,7 +228,7 @@ impl fmt::Debug for FormatInfo {
 }
 
 impl FormatInfo {
-    /// What the rows of most formats have; each row says what is otherwise.
+    /// The defaults of a row. Each format overrides what differs.
     #[doc(hidden)]
     pub const BASE: Self = Self {
         format: Format::Bvh,
@@ -273,7 +273,7 @@ impl FormatInfo {
         inspect: |_, _| Ok(None),
     };
 
-    /// The extensions of all written formats, in a sentence.
+    /// The extensions of all written formats, for a sentence.
     ///
     /// ```
     /// let known = mocap::FormatInfo::written_extensions();
@@ -285,7 +285,7 @@ impl FormatInfo {
         words(extensions.map(|extension| format!(".{extension}")), "or")
     }
 
-    /// Whether this build writes scenes in it.
+    /// Whether this build writes scenes in this format.
     pub fn writes(&self) -> bool {
         self.write.is_some() && !self.is_left_out()
     }
@@ -295,16 +295,16 @@ impl FormatInfo {
         self.feature.is_some() && !self.reads
     }
 
-    /// What a file of this program says of itself, where its bytes alone say it.
+    /// Reads the provenance of a file of this program, if its bytes alone state it.
     #[doc(hidden)]
     pub fn provenance(bytes: &[u8]) -> Option<gltf::report::Provenance> {
         FormatInfo::ALL.iter().find_map(|row| (row.provenance)(bytes))
     }
 
-    /// Reads a whole file. What it states of its length is within the limits, whatever its reader allows.
+    /// Reads a whole file. The stated length is checked against the limits, whatever the reader allows.
     ///
     /// # Errors
-    /// Those of the reader; [`Code::MissingFeature`] where this build leaves the format out.
+    /// The errors of the reader, and [`Code::MissingFeature`] if this build omits the format.
     #[doc(hidden)]
     pub fn read(&self, source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
         match self.is_left_out() {
@@ -318,10 +318,10 @@ impl FormatInfo {
         }
     }
 
-    /// Makes the files of a scene; `None` where the format is not written.
+    /// Makes the files of a scene; `None` if the format cannot be written.
     ///
     /// # Errors
-    /// Those of the writer; [`Code::MissingFeature`] where this build leaves the format out.
+    /// The errors of the writer, and [`Code::MissingFeature`] if this build omits the format.
     #[doc(hidden)]
     pub fn write(&self, scene: &Scene, options: &WriteOptions) -> Option<Result<Export>> {
         let write = self.write?;
@@ -333,8 +333,8 @@ impl FormatInfo {
         })
     }
 
-    /// The mesh with which a motion is read, to be written in this format: its own if the format stores meshes, else
-    /// one that shows the skeleton.
+    /// The mesh option for reading a motion that is then written in this format: its own meshes if the format stores
+    /// meshes, otherwise a mesh that shows the skeleton.
     #[doc(hidden)]
     pub fn mesh(&self, skeleton_only: bool) -> SkeletonMesh {
         match self.has_file_meshes {
@@ -344,52 +344,51 @@ impl FormatInfo {
         }
     }
 
-    /// Whether numbers keep the unit and the axes of the scene, because a file of the format states neither. Other
-    /// formats are in metres with +Y up, or state their unit and axes.
+    /// Whether numbers keep the unit and the axes of the scene, because the format states neither. Other formats are in
+    /// metres with +Y up, or state their unit and axes.
     pub fn keeps_units(&self) -> bool {
         self.takes(WriteOption::OutUnit)
     }
 }
 
-/// A large file that is read from its beginning to its end, so that a reader that needs most of it only once does not
-/// hold it in memory.
+/// A large file that is read from start to end. A reader that needs most of it only once does not hold it in memory.
 #[doc(hidden)]
 pub trait Blocks: Sync {
-    /// Appends the next bytes of the file, and returns how many; 0 at the end.
+    /// Appends the next bytes of the file, and returns their number; 0 at the end.
     fn read(&self, block: &mut Vec<u8>) -> Result<usize, Failure>;
 
-    /// All bytes of the file, read again: for a reader that has met something that it cannot read block by block.
+    /// All bytes of the file, read again, for a reader that meets a part that it cannot read block by block.
     fn whole(&self) -> Result<&[u8], Failure>;
 
-    /// How many bytes the file has.
+    /// The number of bytes in the file.
     fn size(&self) -> usize;
 }
 
 /// The input of a reader: the bytes of a file, and access to other files for formats that use several.
 ///
-/// A reader opens no file by itself. It uses these functions, so that the same code reads bytes from memory, and so
-/// that every file is checked against [`Limits::max_bytes`].
+/// A reader opens no file itself. It uses these functions, so that the same code reads bytes from memory, and so that
+/// every file is checked against [`Limits::max_bytes`].
 #[derive(Clone, Copy)]
 #[doc(hidden)]
 pub struct Source<'a> {
-    /// The whole file, or its beginning where there are `blocks`.
+    /// The whole file. With `blocks`, only its beginning.
     pub bytes: &'a [u8],
-    /// What follows `bytes`. Only formats that can use it get it.
+    /// The bytes after `bytes`. Only formats that can use blocks get them.
     pub blocks: Option<&'a dyn Blocks>,
-    /// The path of the file; [`Source::open`] and [`Source::list`] look in its folder.
+    /// The path of the file. [`Source::open`] and [`Source::list`] search its folder.
     pub name: &'a Path,
-    /// Is told of bytes that have been read, so that they are hashed while they are in the processor's caches.
+    /// Called with bytes that were read, so that they are hashed while they are in the processor's caches.
     pub release: &'a (dyn Fn(Range<usize>) + Sync),
-    /// Reads a file that this one refers to. Fails where the bytes come from memory, unless the caller has named that
+    /// Reads a file to which this one refers. Fails if the bytes come from memory, unless the caller has named the
     /// file, for example with `Importer::skeleton`.
     pub open: &'a dyn Fn(&Path) -> Result<Vec<u8>>,
-    /// The files with this extension that may belong to this one, sorted: the one that the caller has named, or else
-    /// all files in its folder.
+    /// The files with this extension that may belong to this one, sorted: the file that the caller named, or else all
+    /// files in its folder.
     pub list: &'a dyn Fn(&str) -> Vec<PathBuf>,
 }
 
 impl<'a> Source<'a> {
-    /// Bytes in memory, with no other file beside them.
+    /// Bytes in memory, without companion files.
     #[doc(hidden)]
     pub fn of_bytes(bytes: &'a [u8], name: &'a Path) -> Self {
         Self {
@@ -404,10 +403,10 @@ impl<'a> Source<'a> {
 }
 
 impl FormatInfo {
-    /// The formats, in the order in which detection by contents tries them.
+    /// The formats, in the order of detection by contents.
     pub const ALL: &[FormatInfo] = &[
         bvh::FORMAT,
-        // Before glTF, for it is glTF too.
+        // Before glTF, because it is also glTF.
         gltf::VRM_ANIMATION,
         gltf::FORMAT,
         asf_amc::FORMAT,
@@ -437,73 +436,73 @@ impl FormatInfo {
 pub struct ReadOptions {
     /// How the root's OFFSET and its position channels combine.
     pub root_offset: RootOffset,
-    /// Frames per second, instead of the file's own: the motion keeps its frames.
+    /// The playback rate in frames per second, instead of the file's own. The motion keeps its frames.
     pub retime: Option<f64>,
-    /// Frames per second at which curves are sampled, instead of the file's own.
+    /// The rate at which curves are sampled in frames per second, instead of the file's own.
     pub sampling_rate: Option<f64>,
-    /// Read every row of the motion, also those beyond the declared count.
+    /// Whether to read every row of the motion, including rows beyond the declared count.
     pub all_rows: bool,
-    /// Leave out the meshes of the file.
+    /// Whether to skip the meshes of the file.
     pub without_meshes: bool,
-    /// Read the meshes of a glTF file.
+    /// Whether to read the meshes of a glTF file.
     pub gltf_meshes: bool,
-    /// Read what only a comparison needs: the skeletons that this crate drew in USD, and both bind poses of an FBX
-    /// file.
+    /// Whether to read data that only a comparison needs: the skeletons that this crate drew in USD, and both bind
+    /// poses of an FBX file.
     pub for_comparison: bool,
-    /// Read the morph targets of meshes.
+    /// Whether to read the morph targets of meshes.
     pub morph_targets: bool,
-    /// Whether the file itself is not kept with the scene: [`Scene::original`].
+    /// Whether the scene omits its file: [`Scene::original`].
     pub without_original: bool,
-    /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.
+    /// Whether the rest pose of an animated glTF is the pose of its nodes, even if a skin has another bind pose.
     pub gltf_rest_of_nodes: bool,
-    /// Which of the persons of a file is read. Default: the one in most frames.
+    /// The person to read. Default: the person with the most frames.
     #[cfg(feature = "arrays")]
     pub person: Option<String>,
-    /// The body on which arrays of rotations are put.
+    /// The body for arrays of rotations.
     #[cfg(feature = "arrays")]
     pub body: Option<Arc<Body>>,
-    /// Keep the unit and the axes of a file that states them.
+    /// Whether to keep the unit and the axes that a file states.
     pub file_units: bool,
     /// Upper bounds.
     pub limits: Limits,
-    /// Threads that may read one file; `None` means the number of cores.
+    /// The largest number of threads that read one file; `None` means the number of cores.
     pub threads: Option<NonZeroUsize>,
 }
 
-/// Options of all writers; each takes those that its row names.
+/// Options of all writers. Each writer uses the options that its row lists.
 #[derive(Clone, Debug, Default)]
 #[doc(hidden)]
 pub struct WriteOptions {
-    /// The name of the file, without a folder. Its extension tells `.gltf` from `.glb`, and the files beside it are
-    /// named after it.
+    /// The name of the file, without a folder. Its extension distinguishes `.gltf` from `.glb`, and its companion files
+    /// are named after it.
     pub name: String,
-    /// How far joints may be from their positions. Default: that of the format.
+    /// The largest distance of joints from their positions. Default: the format's.
     pub error_bound: Option<ErrorBound>,
-    /// The distance of a shell, in metres, instead of the bound's.
+    /// The shell distance in metres, instead of the bound's.
     pub shell_distance: Option<f64>,
-    /// How glTF stores keys. Default: 16-bit integers within a bound, 32-bit floats without one.
+    /// The storage of glTF keys. Default: 16-bit integers with a bound, 32-bit floats without one.
     pub compression: Option<gltf::Compression>,
-    /// Write constant tracks of glTF as channels too.
+    /// Whether glTF has channels for constant tracks too.
     pub keep_constant: bool,
-    /// Where a `.gltf` has its buffer.
+    /// The place of a `.gltf`'s buffer.
     pub buffer: gltf::BufferPlace,
-    /// How BVH is written.
+    /// The BVH options.
     pub bvh: bvh::BvhOptions,
-    /// How FBX is written, but for its largest error.
+    /// The FBX options, except the largest error.
     pub fbx: fbx::FbxOptions,
-    /// Which joints are which bones. Default: they are found.
+    /// The joint of each bone. Default: the joints are found.
     pub humanoid: Option<Humanoid>,
-    /// The motion with other frames, which shows the T-pose. Default: that of the scene does.
+    /// The complete motion, which determines the T-pose. Default: the motion of the scene.
     pub whole: Option<Box<Scene>>,
 }
 
 impl WriteOptions {
-    /// The bound with its shell; `None` where none was asked for.
+    /// The bound with its shell; `None` if none was requested.
     pub(crate) fn bound(&self) -> Option<ErrorBound> {
         Some(self.with_shell(self.error_bound.clone()?))
     }
 
-    /// The bound, or the usual one where none was asked for.
+    /// The bound, or the usual one if none was requested.
     pub(crate) fn bound_or_usual(&self) -> ErrorBound {
         self.with_shell(self.error_bound.clone().unwrap_or_default())
     }
@@ -520,17 +519,17 @@ impl WriteOptions {
     }
 }
 
-/// What helps where a file states no valid frame rate.
+/// The help if a file states no valid frame rate.
 pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: {retime} 30";
 
 impl ReadOptions {
-    /// Frames per second: the caller's, or else the file's, if it is a possible rate.
+    /// The frame rate in frames per second: the caller's, or else the file's if it is possible.
     pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let rate = self.retime.unwrap_or(stated);
         limits::frame_rate(Code::FrameTime, rate).map_err(|diagnostic| Box::new(diagnostic.help(STATE_THE_RATE)))
     }
 
-    /// Frames per second at which curves are sampled: the file's, where that is a possible rate.
+    /// The sampling rate of curves in frames per second: the caller's, or else the file's if it is possible.
     #[cfg(feature = "fbx")]
     pub(crate) fn sampling_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let own = || limits::frame_rate(Code::FrameTime, stated).ok();
@@ -541,10 +540,10 @@ impl ReadOptions {
     }
 }
 
-/// The robot of a file; it has the warnings of its reader. `with_meshes` reads the surfaces of its meshes.
+/// The robot in a file, with the warnings of its reader. `with_meshes` also reads the surfaces of its meshes.
 ///
 /// # Errors
-/// Those of the reader; [`Code::MissingFeature`] where this build leaves the format out.
+/// The errors of the reader, and [`Code::MissingFeature`] if this build omits the format.
 #[doc(hidden)]
 #[cfg_attr(
     not(any(feature = "mjcf", feature = "urdf")),

@@ -1,4 +1,4 @@
-//! Which format a name, an extension or the contents of a file mean.
+//! Looks up a format by name, extension or file contents.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use crate::FormatInfo;
 impl FormatInfo {
     /// The row of a format.
     pub fn of(format: Format) -> &'static Self {
-        // A test sees to it that every format has its row.
+        // A test checks that every format has its row.
         FormatInfo::ALL
             .iter()
             .find(|row| row.format == format)
             .unwrap_or(&FormatInfo::ALL[0])
     }
 
-    /// The written format that the extension of `path` names, in any case; also one that this build leaves out.
+    /// The written format for the extension of `path`, in any case, including formats that this build omits.
     pub fn of_output(path: &Path) -> Option<&'static Self> {
         let extension = path.extension()?;
         let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
@@ -24,7 +24,7 @@ impl FormatInfo {
         written.find(|row| row.extensions.iter().any(is_its))
     }
 
-    /// The format that the contents of a file tell, from its first bytes, 64 KiB or all of them.
+    /// The format of a file's contents, from its first 64 KiB or all of its bytes.
     ///
     /// ```
     /// use mocap::{Format, FormatInfo};

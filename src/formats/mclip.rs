@@ -1,6 +1,6 @@
-//! Packed clips of this crate, which play without being unpacked. Here they are unpacked, to be a scene like any other.
+//! Packed clips of this crate. They play without unpacking. Here they are unpacked into a normal scene.
 //!
-//! `docs/packed-clip.md` has their bytes; [`PackedClip`] checks them.
+//! `docs/packed-clip.md` describes their bytes; [`PackedClip`] checks them.
 
 use mocap_compress::PackedClip;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -36,7 +36,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     ..FormatInfo::BASE
 };
 
-/// The files of the row, with the first animation.
+/// The files of this format, with the first animation.
 fn write(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let (clip, unpacked) = PackedClip::pack(scene, 0, options.bound_or_usual())?;
     let mut written = Export {
@@ -54,7 +54,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     check_limits(&clip, options)?;
     let ticks_per_second = options.frame_rate_or(clip.ticks_per_second())?;
     let mut scene = clip.unpack();
-    // Each number may be in bounds and their product not.
+    // Each number may be in bounds, but their product may not.
     let rest = Pose::rest(&scene);
     if let Some(index) = rest.node_to_world.iter().position(|matrix| !matrix.is_finite()) {
         let message = "the joint is farther from the origin at rest than can be computed with";
@@ -81,7 +81,7 @@ fn within(found: usize, most: usize, what: &str) -> Result<(), Failure> {
     )))
 }
 
-/// What is unpacked is within the limits, and in proportion to the bytes of the file.
+/// Checks that the unpacked size is within the limits, and in proportion to the bytes of the file.
 fn check_limits(clip: &PackedClip<'_>, options: &ReadOptions) -> Result<(), Failure> {
     let limits = &options.limits;
     within(clip.node_count(), limits.max_nodes, "nodes")?;
@@ -101,7 +101,7 @@ fn check_limits(clip: &PackedClip<'_>, options: &ReadOptions) -> Result<(), Fail
         )?;
         depths.push(depth);
     }
-    // What does not move takes no memory here, but has a value in every row of what is written.
+    // A static node takes no memory here, but has a value in every row of an output.
     let values_a_frame = clip.values_a_frame().max(clip.node_count());
     let last = (clip.frame_count() as f64 - 1.0).max(clip.duration());
     FrameBudget::stated_by(limits, clip.bytes().len() as u64).frames(last, values_a_frame)?;

@@ -1,4 +1,4 @@
-//! The mesh files that robots name: where they are, and the extent of binary STL and OBJ.
+//! The mesh files of robots: their paths, and the extent of binary STL and OBJ.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::named_file::{LEVELS, below, near};
 use crate::text::quote;
 use crate::warnings::Warnings;
 
-/// A mesh of a robot, of a file in `folder`, enlarged by `scale`.
+/// A robot mesh from a file in `folder`, scaled by `scale`.
 pub(super) fn mesh_shape(
     source: &Source<'_>,
     folder: &str,
@@ -65,10 +65,11 @@ pub(super) fn mesh_shape(
     }
 }
 
-/// The paths at which the file may be, and whether the robot may name it:
+/// The possible paths of the file, and whether the robot may refer to it:
 /// - the path as written
-/// - of a `package://` address the path within the package, or with it, in the robot's folder or in one above it
-/// - the name beside the robot, as files are dropped on a page
+/// - for a `package://` address, the path within the package, or including the package, in the robot's folder or a
+///   parent folder
+/// - the file name in the robot's folder, as for files dropped on a page
 pub fn candidates(folder: &str, file: &str) -> (Vec<PathBuf>, bool) {
     let mut paths = match file
         .strip_prefix("package://")
@@ -110,7 +111,7 @@ pub fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
     const TRIANGLE: usize = 50;
     let count = u32::from_le_bytes(*bytes.get(80..84)?.first_chunk::<4>()?) as usize;
     let triangles = &bytes[84..];
-    // The count is a claim.
+    // The count is only a claim.
     if triangles.len() / TRIANGLE < count {
         return None;
     }

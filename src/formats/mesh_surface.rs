@@ -1,8 +1,8 @@
-//! The triangles of the mesh files that robots name, for pictures.
+//! The triangles of a robot's mesh files, for pictures.
 //!
 //! Details that a picture does not show are dropped. In a mesh with many corners, corners within a fiftieth of its size
-//! become one ([Rossignac and Borrel 1993], vertex clustering). Corners whose faces look into one of six directions
-//! share a normal. A file that cannot be read is left out with a warning, and its link is drawn without a mesh.
+//! are merged ([Rossignac and Borrel 1993], vertex clustering). Corners whose faces have the same of six directions
+//! share a normal. A file that cannot be read is skipped with a warning, and its link is drawn without a mesh.
 
 mod collada;
 
@@ -17,16 +17,16 @@ use mocap_scene::limits::is_plausible;
 use mocap_scene::scene::Mesh;
 use mocap_scene::scene::robot::{Robot, ShapeKind};
 
-/// Corners of triangles, three for each.
+/// Corners of triangles, three each.
 type Corners = Vec<DVec3>;
 
-/// The most triangles that one file may have: few bytes of COLLADA may show a mesh many times.
+/// The largest number of triangles of one file. A short COLLADA file may show a mesh many times.
 const MOST_TRIANGLES: usize = 1_000_000;
 
-/// From so many triangles on a mesh is drawn with fewer.
+/// The number of triangles from which on a mesh is simplified.
 const MANY_TRIANGLES: usize = 3_000;
 
-/// The parts of a mesh's longest side that corners are told apart by, where it has many.
+/// The resolution at which corners of a large mesh are distinguished, in parts of its longest side.
 const PARTS: f64 = 50.0;
 
 /// Reads the surfaces of a robot's meshes. `open` reads a file.
@@ -112,7 +112,8 @@ fn text_stl(bytes: &[u8]) -> Option<Corners> {
     corners.filter(|corners| corners.len() % 3 == 0)
 }
 
-/// OBJ: `v x y z`, and `f` with vertices from 1, or from the last back; what stands behind a `/` is of other lists.
+/// OBJ: `v x y z`, and `f` with vertices from 1, or negative from the last one. Numbers after a `/` belong to other
+/// lists.
 fn obj(bytes: &[u8]) -> Option<Corners> {
     let text = std::str::from_utf8(bytes).ok()?;
     let mut vertices: Vec<DVec3> = Vec::new();
@@ -153,7 +154,7 @@ fn numbers<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
     Some(DVec3::new(number()?, number()?, number()?))
 }
 
-/// The mesh of these triangles; nothing where all of them are lines and points.
+/// The mesh of these triangles; `None` if none of them has an area.
 pub fn mesh_of(mut corners: Corners, scale: DVec3) -> Option<Mesh> {
     corners.iter_mut().for_each(|corner| *corner *= scale);
     if scale.element_product() < 0.0 {
@@ -183,7 +184,7 @@ pub fn mesh_of(mut corners: Corners, scale: DVec3) -> Option<Mesh> {
                     mesh.normals.push(Vec3::ZERO);
                     mesh.vertices.len() as u32 - 1
                 });
-            // Larger faces say more. Areas of millimetres are tiny numbers.
+            // Larger faces have more weight. Areas of millimetres are tiny numbers.
             mesh.normals[index as usize] += (direction * area.length().sqrt()).as_vec3();
             mesh.indices.push(index);
         }
@@ -194,13 +195,13 @@ pub fn mesh_of(mut corners: Corners, scale: DVec3) -> Option<Mesh> {
     (!mesh.indices.is_empty()).then_some(mesh)
 }
 
-/// Which of six directions is nearest.
+/// The nearest of six directions.
 fn side(direction: DVec3) -> u8 {
     let axis = direction.abs().max_position() as u8;
     2 * axis + u8::from(direction[axis as usize] < 0.0)
 }
 
-/// Corners within one cell of a grid become their mean.
+/// Replaces the corners within one grid cell by their mean.
 fn cluster(corners: &mut Corners) {
     let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);

@@ -1,4 +1,4 @@
-//! Joints that follow others: `mimic` of URDF and `equality/joint` of MJCF.
+//! Joints that follow others: `mimic` in URDF and `equality/joint` in MJCF.
 
 use std::collections::HashMap;
 
@@ -10,13 +10,14 @@ use super::text::quote;
 use super::warnings::Warnings;
 use super::xml::Element;
 
-/// The difference in radians or metres by which limits of a leader and its followers may miss each other: rounding.
+/// The largest difference in radians or metres between the limits of a leader and its followers that counts as
+/// rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A follower and its leader, as a file names them.
+/// A follower and its leader, by their names in a file.
 pub(super) struct MimicNames<'a, 'input> {
     pub(super) element: Element<'a, 'input>,
-    /// The attribute that names the leader.
+    /// The attribute with the leader's name.
     pub(super) attribute: &'static str,
     pub(super) follower: String,
     pub(super) leader: String,
@@ -31,8 +32,8 @@ impl MimicNames<'_, '_> {
             .in_joint(self.follower.as_str())
     }
 
-    /// Whether the file has the joint that this one follows. It warns where not: other readers of URDF do not look for
-    /// that joint, so the follower moves by itself.
+    /// Whether the file has the leader. Warns if not: other URDF readers do not look for the leader, so the follower
+    /// moves independently.
     pub(super) fn has_leader(&self, links: &[RobotLink], warnings: &mut Warnings) -> bool {
         let mut names = links.iter().map(|link| link.joint.name.as_str());
         let has_leader = names.any(|name| name == self.leader);
@@ -51,7 +52,7 @@ impl MimicNames<'_, '_> {
     }
 }
 
-/// Ties followers to joints that are free, chains of them resolved, and narrows the limits of these.
+/// Connects followers to free joints, resolves chains, and narrows the limits of the free joints.
 pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Result<(), Failure> {
     let moving = links.iter().enumerate().filter(|(_, link)| link.joint.moves());
     let by_name: HashMap<String, usize> = moving.map(|(index, link)| (link.joint.name.clone(), index)).collect();
@@ -75,7 +76,7 @@ pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Resu
     let mut followers: Vec<usize> = mimic_of.keys().copied().collect();
     followers.sort_unstable();
     for &first in &followers {
-        // The followers from this one to the nearest joint that is free or resolved.
+        // The followers from this one to the nearest free or resolved joint.
         let mut chain = vec![first];
         let mut end = first;
         while let Some(&(leader, mimic)) = mimic_of.get(&end) {
@@ -114,7 +115,7 @@ pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Resu
     Ok(())
 }
 
-/// Narrows the limits of a leader so that its follower keeps its own.
+/// Narrows the limits of a leader so that its follower stays within its own.
 fn narrow(links: &mut [RobotLink], follower: usize, mimic: &Mimic) -> Result<(), String> {
     let own = links[follower].joint.limits;
     let leader = &mut links[mimic.leader].joint;
@@ -130,7 +131,7 @@ fn narrow(links: &mut [RobotLink], follower: usize, mimic: &Mimic) -> Result<(),
         (ends[0].min(ends[1]), ends[0].max(ends[1]))
     };
     let (lower, upper) = (lower.max(leader.limits.lower), upper.min(leader.limits.upper));
-    // Rounding may cross limits that are one number.
+    // Rounding may swap limits that are one number.
     if lower > upper + ROUNDING {
         let name = quote(leader.name.as_bytes());
         return Err(format!(

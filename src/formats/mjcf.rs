@@ -1,4 +1,4 @@
-//! MJCF, the models of MuJoCo.
+//! MJCF, MuJoCo's model format.
 //!
 //! ```text
 //! <mujoco model>
@@ -13,15 +13,16 @@
 //!   <equality> <joint joint1 joint2 polycoef>
 //! ```
 //!
-//! Bodies are nested. Joints of a body are applied in their order, each about a point of the body. A body with several
-//! joints gets a link for each. A ball joint becomes three hinges about X, Y and Z. Attributes that an element lacks
-//! come from its class, else from the class of the body around it, else from the outermost `<default>`. Angles are
-//! degrees unless the compiler says `radian`. Quaternions are `w x y z`.
+//! Bodies are nested. The joints of a body are applied in order, each about a point of the body. A body with several
+//! joints gets a link for each. A ball joint becomes three hinges about X, Y and Z.
+//!
+//! Missing attributes of an element come from its class, else from the class of the surrounding body, else from the
+//! outermost `<default>`. Angles are in degrees unless the compiler states `radian`. Quaternions are `w x y z`.
 //!
 //! A body without `<inertial>` has the mass of its geoms, unless one of them is a mesh.
 //!
-//! `<include file>` may stand anywhere: the elements of that file, whose name is relative to the folder of the main
-//! one, stand there instead. What stands in a `<frame>` is placed by it.
+//! `<include file>` may occur anywhere: the elements of the included file replace it. File names are relative to the
+//! folder of the main file. A `<frame>` transforms its contents.
 
 #[cfg(feature = "mjcf")]
 mod read;
@@ -38,7 +39,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mjcf,
     name: "MJCF",
     description: "robot, for MuJoCo",
-    // `.xml` may be anything: the contents decide.
+    // `.xml` may be anything, so the contents decide.
     extensions: Format::Mjcf.extensions(),
     reading: "good: links, joints, limits and shapes of robots",
     writing: "no",

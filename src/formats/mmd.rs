@@ -1,20 +1,20 @@
-//! MikuMikuDance: `.pmx`, a model, and `.vmd`, a motion for models that have bones of these names.
+//! MikuMikuDance: `.pmx`, a model, and `.vmd`, a motion for models with matching bone names.
 //!
-//! A VMD has keys of bones and of morphs by name, and no skeleton. It is read with the PMX of its model, or onto the
-//! bones that most models have, with generic proportions. There are 30 frames a second.
+//! A VMD has keys of bones and morphs by name, and no skeleton. It is read with the PMX of its model. Without a model,
+//! it is applied to the bones that most models have, with generic proportions. The frame rate is 30 frames per second.
 //!
-//! | in the files | in the scene |
+//! | files | scene |
 //! |---|---|
 //! | bones of the model | nodes, without rotations at rest |
 //! | bones with the usual names | bones of a humanoid |
 //! | keys of bones, with their Bezier curves | rotations and positions at every frame |
-//! | IK of the model, as its loops, links and limits say | rotations of the links |
-//! | what a bone inherits of another | its rotation and position |
-//! | morphs | [`Node::face`](mocap_scene::scene::Node::face): expressions of VRM where they are such, else of their name |
+//! | IK of the model, with its loops, links and limits | rotations of the links |
+//! | rotation and position that a bone inherits | its rotation and position |
+//! | morphs | [`Node::face`](mocap_scene::scene::Node::face): VRM expressions if they match one, otherwise custom expressions with their name |
 //! | camera, lights, shadows | nothing, with an assumption |
 //! | meshes, materials, physics | nothing, with an assumption |
 //!
-//! MMD is left-handed with +Y up, and a model faces -Z: the mirror `diag(1, 1, -1)` makes it right-handed, facing +Z,
+//! MMD is left-handed with +Y up, and a model faces -Z. The mirror `diag(1, 1, -1)` makes it right-handed, facing +Z,
 //! with its left hand at +X. A unit is about 0.08 m. docs/mmd.md has the formulas.
 
 #[cfg(feature = "mmd")]
@@ -92,22 +92,22 @@ pub(super) const PMX: FormatInfo = FormatInfo {
     ..FormatInfo::BASE
 };
 
-/// How a motion begins.
+/// The first bytes of a motion.
 const MOTION_HEAD: &[u8] = b"Vocaloid Motion Data ";
 
-/// How a model begins.
+/// The first bytes of a model.
 const MODEL_HEAD: &[u8] = b"PMX ";
 
-/// Whether it is PMD, or PMX 1.0, which are refused with advice.
+/// Whether it is PMD, or PMX 1.0. These are refused with advice.
 fn is_old_model(bytes: &[u8]) -> bool {
     bytes.starts_with(b"Pmd") || bytes.starts_with(b"Pmx")
 }
 
-/// Metres of a unit: the usual choice, by which a model of 20 units is 1.6 m tall. Files state none.
+/// Metres per unit: the usual choice, with which a model of 20 units is 1.6 m tall. Files state no unit.
 const METRES_PER_UNIT: f64 = 0.08;
 
-/// Frames per second of every motion of MikuMikuDance.
+/// The frame rate in frames per second of every MikuMikuDance motion.
 const FRAME_RATE: f64 = 30.0;
 
-/// What helps where a file is broken.
+/// The help for a broken file.
 const EXPORT_AGAIN: &str = "export or download it again";

@@ -1,9 +1,9 @@
-//! What every writer of morph targets asks of them.
+//! The checks of morph targets that all writers share.
 
 use mocap_scene::limits::is_plausible;
 use mocap_scene::scene::{Mesh, MorphTarget};
 
-/// Refuses, in words, morph targets of a mesh whose numbers no program takes, or that move a vertex that is not there.
+/// Returns an error text for morph targets with invalid numbers, or with a vertex that does not exist.
 pub(crate) fn check(mesh: &Mesh) -> Result<(), String> {
     let is_sound = |target: &&MorphTarget| {
         let count = target.vertex_ids.len();

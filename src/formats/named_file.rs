@@ -1,18 +1,18 @@
-//! Which files a file may name: those in its folder, and for robots, whose packages have several folders, those around
-//! it. A path from the root is refused, because opening it may reach another machine: a share of Windows, a folder that
-//! the system mounts when it is asked for.
+//! The files to which a file may refer: those in its folder and its subfolders. Robots, whose packages have several
+//! folders, may also refer to nearby parent folders. An absolute path is refused, because opening it may reach another
+//! machine: a Windows share, or a folder that is mounted on access.
 
 use std::path::{Component, Path, PathBuf};
 
-/// How many folders above its own a robot may name: `package/urdf/left/arm.urdf` names `package/meshes`.
+/// The number of parent folders that a robot's path may use: `package/urdf/left/arm.urdf` refers to `package/meshes`.
 pub(crate) const LEVELS: usize = 6;
 
-/// A path to a file in the folder of the file that names it, or below; `None` where it leads elsewhere.
+/// A path to a file in the folder of the referring file, or in its subfolders; `None` if it leads elsewhere.
 pub fn below(path: impl AsRef<Path>) -> Option<PathBuf> {
     within(path.as_ref(), 0)
 }
 
-/// A path to a file of a robot, which may lead up as far as a robot may.
+/// A path to a file of a robot, which may lead up by [`LEVELS`] folders.
 pub fn near(path: impl AsRef<Path>) -> Option<PathBuf> {
     within(path.as_ref(), LEVELS)
 }
@@ -24,7 +24,7 @@ fn within(path: &Path, most: usize) -> Option<PathBuf> {
         match part {
             Component::Normal(_) => below += 1,
             Component::CurDir => continue,
-            // `meshes/../a.stl` is `a.stl`, also where `meshes` is a link.
+            // `meshes/../a.stl` is `a.stl`, even if `meshes` is a link.
             Component::ParentDir if below > 0 && most > 0 => {
                 below -= 1;
                 kept.pop();

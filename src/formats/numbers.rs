@@ -1,7 +1,7 @@
-//! The last check of what a reader has made of a file's numbers: none that kinematics cannot compute with.
+//! The last check of a reader's result: it must not have numbers that kinematics cannot compute with.
 //!
-//! Readers find such numbers where they can name the line of the file. What passes them, in whatever format, is found
-//! here.
+//! Readers detect such numbers where they can state the line of the file. This check finds the remaining ones, for
+//! every format.
 
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ use mocap_scene::limits::{self, FARTHEST, SMALLEST_SCALE, is_degenerate_scale, i
 use mocap_scene::scene::{Animation, Keys, Scene};
 
 /// # Errors
-/// [`Code::NumberRange`] or [`Code::FrameTime`] with the joint.
+/// [`Code::NumberRange`] or [`Code::FrameTime`], with the joint.
 pub fn check(scene: &Scene) -> Result<()> {
     for node in &scene.nodes {
         let numbers = node.transform.to_cols_array();
@@ -40,7 +40,7 @@ fn check_keys(animation: &Animation) -> Result<()> {
     Ok(())
 }
 
-/// The first number for which a test does not hold, and its tick.
+/// The first number that fails a test, and its tick.
 fn first_without(keys: &Keys<Vec3>, holds: impl Fn(f64) -> bool) -> Option<(f64, f32)> {
     let all_hold = |value: &Vec3| value.to_array().into_iter().all(|number| holds(number.into()));
     let key = keys.values.iter().position(|value| !all_hold(value))?;

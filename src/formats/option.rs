@@ -1,4 +1,4 @@
-//! What can be chosen of how a format is written, by the names that users type.
+//! The options of writing a format, by the names that users type.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use mocap_scene::error::{Code, Diagnostic};
 
 use super::FormatInfo;
 
-/// An option of writing. A format's row says which of them change its files.
+/// A writing option. The row of a format lists the options that change its files.
 ///
 /// ```
 /// use mocap::{Format, FormatInfo, WriteOption};
@@ -22,52 +22,52 @@ use super::FormatInfo;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum WriteOption {
-    /// A mesh that shows the skeleton of a file without meshes: `mesh`.
+    /// A mesh that shows the skeleton, for a file without meshes: `mesh`.
     Mesh,
-    /// Without the meshes, and all else, of a file that has them: `skeleton-only`.
+    /// Without the meshes and other contents of the input file: `skeleton-only`.
     SkeletonOnly,
-    /// Constant tracks as tracks: `keep-constant`.
+    /// Channels for constant tracks: `keep-constant`.
     KeepConstant,
     /// The buffer within a `.gltf`: `embed`.
     Embed,
-    /// How keys are stored: `compress`.
+    /// The storage of keys: `compress`.
     Compress,
     /// The largest distance of a joint from its position: `max-error`.
     MaxError,
-    /// The distance of a shell whose points keep the largest error too: `shell-distance`.
+    /// The radius of a shell whose points also keep the largest error: `shell-distance`.
     ShellDistance,
     /// The order of rotation channels: `order`.
     Order,
-    /// Decimals of every number: `digits`.
+    /// The number of decimals: `digits`.
     Digits,
-    /// Which joints have position channels: `channels`.
+    /// The joints with position channels: `channels`.
     Channels,
-    /// A file beside the output that says how it was made: `sidecar`.
+    /// A sidecar file that states how the output was made: `sidecar`.
     Sidecar,
     /// The version of an FBX file: `fbx-version`.
     FbxVersion,
-    /// Where the rotations of the rest pose are in FBX: `fbx-rest`.
+    /// The place of rest rotations in FBX: `fbx-rest`.
     FbxRest,
-    /// The program whose conventions the file has: `target`.
+    /// The program whose conventions the file follows: `target`.
     Target,
-    /// Where the images of textures are: `textures`.
+    /// The place of texture images: `textures`.
     Textures,
-    /// The axis of joints' frames that points along their bones: `bone-axis`.
+    /// The axis of joints that points along their bones: `bone-axis`.
     BoneAxis,
-    /// The unit of length of the file, for a format that states none: `out-unit`.
+    /// The unit of length of the file, for a format without a unit: `out-unit`.
     OutUnit,
-    /// The axis that points up in the file, for a format that states none: `out-up`.
+    /// The up axis of the file, for a format without an up axis: `out-up`.
     OutUp,
-    /// What joints are called: `names`.
+    /// The joint names: `names`.
     Names,
     /// The rest pose: `rest`.
     Rest,
-    /// The motion of the root over the ground on a node of its own: `root-motion`.
+    /// The root motion on a separate node: `root-motion`.
     RootMotion,
 }
 
 impl WriteOption {
-    /// Every option.
+    /// All options.
     pub const ALL: [Self; 21] = [
         Self::Mesh,
         Self::SkeletonOnly,
@@ -92,7 +92,7 @@ impl WriteOption {
         Self::RootMotion,
     ];
 
-    /// The name that users type, without dashes before it.
+    /// The name that users type, without leading dashes.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Mesh => "mesh",
@@ -119,10 +119,10 @@ impl WriteOption {
         }
     }
 
-    /// The one extension of its formats to which it applies; `None` where it applies to all of them.
+    /// The only extension of its formats to which it applies; `None` if it applies to all.
     fn extension(self) -> Option<&'static str> {
         match self {
-            // A .glb holds its buffer.
+            // A .glb contains its buffer.
             Self::Embed => Some("gltf"),
             _ => None,
         }
@@ -141,7 +141,7 @@ impl FormatInfo {
         self.options.contains(&option)
     }
 
-    /// Why an option has no effect on a file of this format with this extension; `None` where it has one.
+    /// The reason why an option has no effect on a file of this format with this extension; `None` if it has an effect.
     pub fn refusal(&self, option: WriteOption, extension: &str) -> Option<Diagnostic> {
         let only = option.extension();
         if self.takes(option) && only.is_none_or(|only| only.eq_ignore_ascii_case(extension)) {
@@ -165,7 +165,7 @@ impl FormatInfo {
     }
 }
 
-/// `.glb, .gltf or .bvh`.
+/// Joins words: `.glb, .gltf or .bvh`.
 #[doc(hidden)]
 pub fn words(items: impl Iterator<Item = String>, last: &str) -> String {
     let items: Vec<String> = items.collect();

@@ -15,11 +15,11 @@ pub(crate) struct Track {
     pub(crate) name: String,
     pub(crate) ticks: Vec<f64>,
     pub(crate) positions: Vec<Vec3>,
-    /// The frames in which zeros were taken as not seen.
+    /// The number of frames in which zeros count as not seen.
     pub(crate) zeros: usize,
 }
 
-/// What the points of a format are called.
+/// The names for the points of a format.
 #[derive(Clone, Copy)]
 pub(crate) struct Kind {
     /// The name of the group.
@@ -38,8 +38,8 @@ impl Kind {
     };
 }
 
-/// Adds one group with one node for each point, and the motion of all `frames` at `rate` frames a second, with warnings
-/// of names that occur twice and of gaps.
+/// Adds one group with one node for each point, and the motion of all `frames` at `rate` frames per second. Warns about
+/// duplicate names and about gaps.
 pub(crate) fn add(
     scene: &mut Scene,
     kind: Kind,
@@ -74,7 +74,7 @@ pub(crate) fn add(
     add_animation(scene, (frames, rate), channels, &kind.group.to_lowercase(), warnings);
 }
 
-/// The metres of a unit as capture files state it.
+/// The metres per unit, for the units in capture files.
 pub(crate) fn metres(unit: &str) -> Option<f64> {
     match unit.to_ascii_lowercase().as_str() {
         "mm" => Some(0.001),
@@ -106,8 +106,8 @@ fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
     }
 }
 
-/// Takes a marker at the origin as unseen if it is there in all frames, or would have jumped there. Capture systems
-/// write zeros for unseen markers.
+/// Treats a marker at the origin as unseen if it is there in all frames, or if it would have jumped there. Capture
+/// systems write zeros for unseen markers.
 pub(crate) fn leave_out_zeros(track: &mut Track) {
     let at_zero = |position: &&Vec3| **position == Vec3::ZERO;
     let zeros = track.positions.iter().filter(at_zero).count();
@@ -122,8 +122,8 @@ pub(crate) fn leave_out_zeros(track: &mut Track) {
 
 /// Whether all other positions are farther from the origin than a few of the longest steps between them.
 fn jumps_to_zero(positions: &[Vec3]) -> bool {
-    /// The number of longest steps by which all other positions must be farther from the origin: a marker does not jump
-    /// as far and back.
+    /// The number of longest steps by which all other positions must be farther from the origin. A marker does not jump
+    /// that far and back.
     const STEPS: f32 = 4.0;
     let others = positions.iter().filter(|position| **position != Vec3::ZERO);
     let nearest = others.map(|position| position.length()).fold(f32::INFINITY, f32::min);

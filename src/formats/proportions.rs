@@ -1,14 +1,14 @@
-//! A body of our own for files that have rotations and no lengths: 1.70 m tall, in a T-pose.
+//! A generic body for files with rotations but without bone lengths: 1.70 m tall, in a T-pose.
 //!
-//! Legs and arms are fractions of the height by Drillis and Contini, *Body Segment Parameters* (1966), as Winter prints
-//! them. Thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head and hands
-//! are round numbers. No model of a body was measured for it.
+//! Legs and arms are fractions of the height from Drillis and Contini, *Body Segment Parameters* (1966), as in Winter.
+//! They are thigh 0.245, shin 0.246, upper arm 0.186, forearm 0.146, ankle 0.039 above the ground. Trunk, head and
+//! hands are round numbers. No body model was measured for it.
 
 use glam::Vec3;
 
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
-/// The height of the generic body in metres: that of an average adult.
+/// The height of the generic body in metres: an average adult.
 pub(crate) const HEIGHT: f32 = 1.70;
 
 /// The height of an ankle in metres (Drillis and Contini, in Winter, Biomechanics and Motor Control of Human Movement).
@@ -20,7 +20,7 @@ const KNEE: f32 = ANKLE + 0.246 * HEIGHT;
 /// The height of a hip in metres, from the same source.
 const HIP: f32 = KNEE + 0.245 * HEIGHT;
 
-/// The distance in metres from the middle of the body to the joint of the hip.
+/// The distance in metres from the middle of the body to the hip joint.
 const HIP_X: f32 = 0.09;
 
 /// The distance in metres from the middle of the body to the shoulder.
@@ -35,7 +35,7 @@ const WRIST_X: f32 = ELBOW_X + 0.146 * HEIGHT;
 /// The height of the shoulder in metres, from the source of `ANKLE`.
 const ARM: f32 = 0.818 * HEIGHT;
 
-/// Where bones of the left side and of the middle are, in metres: left is +X, up +Y, forward +Z.
+/// The positions of bones on the left and in the middle, in metres: left is +X, up +Y, forward +Z.
 #[rustfmt::skip]
 const POSITIONS: &[(Bone, [f32; 3])] = &[
     (Bone::Hips, [0.0, HIP + 0.04, 0.0]),
@@ -71,7 +71,7 @@ const POSITIONS: &[(Bone, [f32; 3])] = &[
     (Bone::LeftLittleDistal, [WRIST_X + 0.128, ARM, -0.04]),
 ];
 
-/// Where a bone is in the T-pose.
+/// The position of a bone in the T-pose.
 pub(crate) fn position(bone: Bone) -> Vec3 {
     let found = POSITIONS.iter().find(|(own, _)| *own == bone.on(Side::Left));
     let position = Vec3::from(found.map_or([0.0; 3], |(_, position)| *position));

@@ -1,4 +1,4 @@
-//! The origin of a file and all decisions and changes, so that they can be read from the file alone.
+//! The provenance of a file: its origin, all decisions and all changes, readable from the file alone.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,8 +9,8 @@ use mocap_scene::scene::{Animation, Assumption, Format, Scene, UpAxis, format_na
 use crate::FormatInfo;
 use crate::ledger::LedgerOptions;
 
-/// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
-/// the file of a character, a property of the scene in FBX.
+/// The provenance in a written file: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to a
+/// character file, and a property of the scene in FBX.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -26,19 +26,19 @@ use crate::ledger::LedgerOptions;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Provenance {
-    /// Version of this crate.
+    /// The version of this crate.
     pub version: String,
-    /// The file that the scene was read from.
+    /// The file from which the scene was read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Origin>,
-    /// Its format. Absent where the scene comes from no file.
+    /// The format of that file. Absent if the scene does not come from a file.
     #[serde(with = "format_name")]
     pub format: Option<Format>,
-    /// Frames of the written scene.
+    /// The number of frames of the written scene.
     pub frames: u64,
-    /// Seconds between two of them.
+    /// The time between two frames in seconds.
     pub frame_time: f64,
-    /// Seconds between two frames of each animation, where they differ.
+    /// The time between two frames of each animation in seconds, if the animations differ.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[doc(hidden)]
     pub clip_frame_times: Vec<f64>,
@@ -48,16 +48,16 @@ pub struct Provenance {
     /// All other decisions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,
-    /// The axis that points up in the file, where it is not +Y: all joints are rotated with it.
+    /// The up axis of the file, if it is not +Y. All joints are rotated accordingly.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
     /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<AppliedStep>,
-    /// Where the motion comes from and what may be done with it.
+    /// The origin and licence of the motion.
     #[serde(skip_serializing_if = "Attribution::is_empty")]
     pub attribution: Attribution,
-    /// What the source has and the file has not.
+    /// Data that the source has and the file lacks.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub losses: Vec<DataLoss>,
 }
@@ -78,7 +78,7 @@ impl Provenance {
         }
     }
 
-    /// The provenance of `scene` in a file of a format, with what that file lacks.
+    /// The provenance of `scene` in a file of a format, including the losses of that format.
     pub(crate) fn in_file(scene: &Scene, format: Format) -> Self {
         Self {
             losses: FormatInfo::of(format).losses(scene, LedgerOptions::default()),
@@ -86,7 +86,7 @@ impl Provenance {
         }
     }
 
-    /// The provenance of one of the animations of `scene`; of several it says which one it is.
+    /// The provenance of one animation of `scene`. If there are several, it states which one.
     pub fn of_clip(scene: &Scene, index: usize) -> Self {
         let mut provenance = Self::of_animation(scene, scene.animations.get(index));
         if scene.animations.len() > 1 {
@@ -95,7 +95,8 @@ impl Provenance {
         provenance
     }
 
-    /// The provenance of an animation in the file that its scene was read from. Which one it is, the file says.
+    /// The provenance of an animation in the file from which its scene was read. The file itself shows which animation
+    /// it is.
     pub(crate) fn of_kept(scene: &Scene, index: usize) -> Self {
         Self {
             losses: FormatInfo::of(Format::Gltf).losses(scene, LedgerOptions::default()),
@@ -121,7 +122,7 @@ impl Provenance {
         }
     }
 
-    /// The decisions without their reasons, for files that are to be small.
+    /// The decisions without their reasons, for small files.
     pub(crate) fn without_reasons(mut self) -> Self {
         if let Some(used) = &mut self.root_offset {
             used.reason.clear();
@@ -132,8 +133,8 @@ impl Provenance {
         self
     }
 
-    /// Records in a scene that is written that its motion is the one of this provenance, put onto its skeleton. What
-    /// was done to the skeleton is a part of that.
+    /// Records in a written scene that its motion is the motion of this provenance, retargeted to its skeleton. The
+    /// steps that changed the skeleton are included.
     pub fn record(&self, scene: &mut Scene) {
         let metadata = &mut scene.metadata;
         let onto_steps = std::mem::replace(&mut metadata.steps, self.steps.clone());
@@ -150,7 +151,7 @@ impl Provenance {
         }
     }
 
-    /// The skeleton onto which the motion was put, where it is not that of the source.
+    /// The skeleton to which the motion was retargeted, if it is not the source's.
     #[doc(hidden)]
     pub fn onto(&self) -> Option<&SecondMotion> {
         self.steps.iter().rev().find_map(|step| match step {

@@ -1,8 +1,8 @@
-//! A file that its own reader refuses is not written.
+//! Refuses to write a file that its own reader would refuse.
 //!
-//! What a reader accepts stands in one place, [`Limits`] and [`numbers`]. A writer can leave it: few keys can make a
-//! long take, a name gets a number, lengths get another unit. Whether a scene is near one of the limits is cheap to
-//! say; only then is what was written read again, by its reader itself.
+//! [`Limits`] and [`numbers`] define what a reader accepts. A writer can exceed them: sparse keys can make a long take,
+//! a name gets a suffix, lengths get another unit. It is cheap to detect whether a scene is near a limit. Only then the
+//! written file is read again by its reader.
 
 use std::path::Path;
 
@@ -12,20 +12,21 @@ use mocap_scene::scene::{Animation, Node, Scene};
 
 use super::{ExportFile, ReadOptions, Source, numbers};
 
-/// How much a writer may change a number: units, rotations of axes, products of two transforms.
+/// The largest factor by which a writer may change a number: units, rotations of axes, products of two transforms.
 const ROOM: f64 = 1e4;
 
-/// By how many nodes, levels and bytes of a name a file may have more than its scene: groups, end sites, numbers.
+/// The largest number of nodes, levels and name bytes that a file may have beyond its scene: groups, end sites,
+/// suffixes.
 const MORE: usize = 64;
 
-/// The most values of a key: a position, a rotation and a scale.
+/// The largest number of values per key: a position, a rotation and a scale.
 const VALUES_OF_CHANNEL: u64 = 10;
 
-/// Refuses files, made of these nodes and animations, that `read` refuses. Without the files that they refer to beside
-/// them, nothing is said.
+/// Refuses files that `read` refuses, made from these nodes and animations. Files with references to missing companion
+/// files are not checked.
 ///
 /// # Errors
-/// Those of `read`, and of [`numbers::check`].
+/// The errors of `read`, and of [`numbers::check`].
 pub fn check<'a>(
     read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
     files: &[ExportFile],
@@ -53,7 +54,7 @@ pub fn check<'a>(
     }
 }
 
-/// Whether nothing moves in files that `read` reads.
+/// Whether files have no motion when `read` reads them.
 pub fn is_still(read: &dyn Fn(&Source<'_>, &ReadOptions) -> Result<Scene>, files: &[ExportFile]) -> bool {
     let options = ReadOptions {
         gltf_meshes: true,
@@ -129,7 +130,7 @@ fn is_near_in_animations<'a>(
     values > Limits::default().expanded_values(bytes as u64)
 }
 
-/// Whether one of these is large, or not a number.
+/// Whether a number is large, or NaN.
 fn is_far(numbers: &[f32]) -> bool {
     let are_near = numbers.iter().all(|number| f64::from(number.abs()) < FARTHEST / ROOM);
     !are_near

@@ -1,3 +1,3 @@
-//! How far written files are from their scene, and what had to change.
+//! The report about written files: their deviation from the scene, and necessary changes.
 
 pub use crate::written::{Deviation, NodeRename};

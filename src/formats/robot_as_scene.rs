@@ -1,4 +1,4 @@
-//! The scene of a robot: a skeleton without a motion.
+//! A robot as a scene: a skeleton without motion.
 
 use mocap_figure::robot_bones::robot_scene;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -10,7 +10,7 @@ use mocap_scene::scene::robot::{Robot, RobotLink};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
-/// Reads a robot as a scene, with the warning that it has no motion.
+/// Reads a robot as a scene, with a warning that it has no motion.
 pub(super) fn read(
     source: &Source<'_>,
     options: &ReadOptions,

@@ -1,6 +1,6 @@
-//! A file beside a file whose format has nothing to say of its origin: `walk.bvh.json` beside `walk.bvh`.
+//! The sidecar of a file whose format cannot state its origin: `walk.bvh.json` next to `walk.bvh`.
 //!
-//! It has what glTF has in `asset.extras`, and the SHA-256 of the file that it is about, so that it is about no other.
+//! It has the contents of `asset.extras` in glTF, and the SHA-256 of its file, so that it applies to no other file.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -16,11 +16,11 @@ use sha2::{Digest, Sha256};
 use super::provenance::Provenance;
 use super::{ExportFile, FormatInfo, WriteOptions};
 
-/// What the file says.
+/// The contents of a sidecar.
 #[derive(Serialize, Deserialize)]
 #[doc(hidden)]
 pub struct Sidecar {
-    /// How the file was made.
+    /// The provenance of the file.
     #[doc(hidden)]
     pub mocap: Provenance,
     /// The SHA-256 of the file, as `sha256sum` prints it.
@@ -28,7 +28,7 @@ pub struct Sidecar {
 }
 
 impl Sidecar {
-    /// The file beside the file of `options`, which has these bytes.
+    /// The sidecar of the file that `options` name, which has these bytes.
     pub(super) fn of(scene: &Scene, options: &WriteOptions, bytes: &[u8]) -> ExportFile {
         let sidecar = Self {
             mocap: Provenance {
@@ -44,7 +44,7 @@ impl Sidecar {
         )
     }
 
-    /// Its name beside `path`.
+    /// The sidecar's path for a file at `path`.
     #[doc(hidden)]
     pub fn path(path: &Path) -> PathBuf {
         let mut name = OsString::from(path);
@@ -52,25 +52,25 @@ impl Sidecar {
         name.into()
     }
 
-    /// What bytes say; nothing where they are another file, such as one that somebody else has put there.
+    /// Parses a sidecar; `None` if the bytes are another file, such as one from another program.
     #[doc(hidden)]
     pub fn read(bytes: &[u8]) -> Option<Self> {
         serde_json::from_slice(bytes).ok()
     }
 
-    /// Whether it is about a file with this SHA-256.
+    /// Whether it applies to a file with this SHA-256.
     #[doc(hidden)]
     pub fn is_about(&self, sha256: &str) -> bool {
         self.sha256 == sha256
     }
 
-    /// Whether it is about a file with these bytes.
+    /// Whether it applies to a file with these bytes.
     #[doc(hidden)]
     pub fn is_about_bytes(&self, bytes: &[u8]) -> bool {
         self.is_about(&sum(bytes))
     }
 
-    /// Tells a scene its unit, its up axis and where it comes from, where its file does not state them.
+    /// Sets the unit, the up axis and the origin of a scene, if its file does not state them.
     #[doc(hidden)]
     pub fn tell(&self, scene: &mut Scene) {
         let steps = self.mocap.steps.iter().rev();

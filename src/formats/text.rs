@@ -1,7 +1,7 @@
-//! What all text formats share: decoding, and a cursor over words and lines.
+//! Shared by all text formats: decoding, and a cursor over words and lines.
 //!
-//! The cursor holds a byte offset and nothing else. Lines and columns are counted only when a diagnostic is made, so
-//! that good files do not pay for them.
+//! The cursor holds only a byte offset. Lines and columns are counted only for a diagnostic, so that valid files do not
+//! pay for them.
 
 pub(crate) mod number;
 pub(crate) mod table;
@@ -12,10 +12,10 @@ use mocap_scene::error::{Code, Diagnostic, Location};
 
 use crate::Failure;
 
-/// Bytes of a text file as UTF-8 or as a superset of ASCII, without a byte order mark.
+/// The bytes of a text file as UTF-8 or as a superset of ASCII, without a byte order mark.
 ///
-/// UTF-16 is recognised by its mark, or by a NUL in every other one of the first bytes. Bytes that are not UTF-8 are
-/// kept: they matter only in names, where `decode_name` reads them as Latin-1.
+/// UTF-16 is recognised by its byte order mark, or by a NUL in every other one of the first bytes. Bytes that are not
+/// UTF-8 are kept: they matter only in names, which `decode_name` reads as Latin-1.
 pub fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
     let text = match bytes {
         [0xEF, 0xBB, 0xBF, rest @ ..] => Cow::Borrowed(rest),
@@ -33,7 +33,7 @@ pub fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
 
 /// Whether the first page has a NUL byte, and so is not text.
 pub(crate) fn is_binary(text: &[u8]) -> bool {
-    /// Bytes in which a NUL shows that a file is no text.
+    /// The number of bytes in which a NUL shows that a file is not text.
     const PAGE: usize = 4096;
     text[..text.len().min(PAGE)].contains(&0)
 }
@@ -46,7 +46,7 @@ fn decode_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
         .into_bytes()
 }
 
-/// Whether the outermost element of an XML file seems to have this name.
+/// Whether the outermost element of an XML file probably has this name.
 pub(crate) fn begins_with_element(bytes: &[u8], name: &str) -> bool {
     let Ok(text) = decode(&bytes[..bytes.len().min(64 << 10)]) else {
         return false;
@@ -72,7 +72,7 @@ pub(crate) fn begins_with_element(bytes: &[u8], name: &str) -> bool {
     })
 }
 
-/// A name as text: UTF-8 if valid, or else Latin-1, in which every byte is a character.
+/// A name as text: UTF-8 if valid, otherwise Latin-1, in which every byte is a character.
 pub(crate) fn decode_name(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(name) => name.to_owned(),
@@ -82,7 +82,7 @@ pub(crate) fn decode_name(bytes: &[u8]) -> String {
 
 /// Text of the file, quoted for a message and cut to a readable length.
 pub(crate) fn quote(bytes: &[u8]) -> String {
-    /// Letters of a quotation: a line of a terminal has room for them.
+    /// The largest number of characters in a quotation, which fit on a terminal line.
     const LONGEST: usize = 40;
     let text = decode_name(bytes);
     if text.chars().count() <= LONGEST {
@@ -116,12 +116,12 @@ impl Word<'_> {
     }
 }
 
-/// The separators of C's `isspace`.
+/// The white space of C's `isspace`.
 pub(crate) fn is_space(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t'..=b'\r')
 }
 
-/// Whether a line ends here.
+/// Whether the byte ends a line.
 pub(crate) fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
@@ -170,12 +170,12 @@ impl<'a> Cursor<'a> {
         self.take_while(is_space);
     }
 
-    /// Passes spaces and tabs, and stays on the line.
+    /// Skips spaces and tabs, and stays on the line.
     pub(crate) fn skip_blanks(&mut self) {
         self.take_while(|byte| is_space(byte) && !is_line_end(byte));
     }
 
-    /// The next word; a brace is a word by itself.
+    /// The next word. A brace is a separate word.
     pub fn next_word(&mut self) -> Option<Word<'a>> {
         self.skip_spaces();
         let offset = self.offset;
@@ -194,7 +194,7 @@ impl<'a> Cursor<'a> {
         self.clone().next_word()
     }
 
-    /// The rest of the line up to a brace, without the blanks around it: a name, which may hold spaces.
+    /// The rest of the line up to a brace, without surrounding spaces: a name, which may contain spaces.
     pub fn next_name(&mut self) -> Word<'a> {
         self.skip_blanks();
         let mut word = self.take_while(|byte| !is_line_end(byte) && !matches!(byte, b'{' | b'}'));
@@ -225,10 +225,10 @@ impl<'a> Cursor<'a> {
     /// The text around a position, and the column of its first character. A row of motion may be megabytes long, so it
     /// is cut.
     fn excerpt(&self, line_start: usize, offset: usize, column: usize) -> (String, usize) {
-        /// Bytes of an excerpt before the place of an error.
+        /// The number of bytes in an excerpt before the error.
         const BYTES_BEFORE: usize = 60;
 
-        /// Bytes of an excerpt after the place of an error.
+        /// The number of bytes in an excerpt after the error.
         const BYTES_AFTER: usize = 100;
         let is_continuation = |byte: &u8| byte & 0xC0 == 0x80;
         let near = &self.text[offset.saturating_sub(BYTES_BEFORE).max(line_start)..offset];
@@ -253,7 +253,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The offsets at which lines begin, for a reader that needs the line numbers of many positions.
+/// The offsets of line starts, for a reader that needs the line numbers of many positions.
 pub struct LineIndex {
     starts: Vec<usize>,
 }
@@ -274,7 +274,7 @@ impl LineIndex {
     }
 }
 
-/// The number of characters of UTF-8 text, or of bytes of any other.
+/// The number of characters in UTF-8 text, or of bytes in other text.
 fn char_count(bytes: &[u8]) -> usize {
     std::str::from_utf8(bytes).map_or(bytes.len(), |text| text.chars().count())
 }

@@ -1,6 +1,6 @@
-//! What formats with meshes share about images.
+//! Shared image helpers for formats with meshes.
 
-/// The type of an image by its first bytes, which are right where the file's word is not.
+/// The type of an image by its first bytes. They are reliable even if the file states another type.
 pub(crate) fn media_type(bytes: &[u8]) -> Option<&'static str> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => Some("image/png"),
@@ -10,11 +10,11 @@ pub(crate) fn media_type(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The name of a file that every system takes, without its extension; empty where nothing is left of it.
+/// A file name that is valid on every system, without its extension. Empty if no character remains.
 pub(crate) fn file_stem(name: &str) -> String {
-    /// Windows takes these for devices.
+    /// Windows reserves these names for devices.
     const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
-    /// Characters, of at most four bytes, where most systems have 255 bytes.
+    /// The largest number of characters, each of at most four bytes. Most systems allow 255 bytes.
     const MOST: usize = 50;
     let is_forbidden = |c: char| c.is_control() || ":*?\"<>|/\\".contains(c);
     let name: String = name
@@ -33,7 +33,7 @@ pub(crate) fn file_stem(name: &str) -> String {
     }
 }
 
-/// As [`file_stem`], or `instead` where nothing is left of it.
+/// Like [`file_stem`], or `instead` if no character remains.
 pub(crate) fn file_stem_or(name: &str, instead: &str) -> String {
     match file_stem(name) {
         stem if stem.is_empty() => instead.to_owned(),

@@ -1,20 +1,20 @@
-//! TRC: the positions of markers in text, as Motion Analysis and OpenSim have them.
+//! TRC: marker positions as text, in the form of Motion Analysis and OpenSim.
 //!
-//! | line | holds |
+//! | line | contents |
 //! |---|---|
 //! | 1 | `PathFileType`, a version, `(X/Y/Z)`, the name of the file |
-//! | 2, 3 | keys, and below each its value: `DataRate`, `NumFrames`, `NumMarkers`, `Units` and others |
+//! | 2, 3 | keys, and their values in the next line: `DataRate`, `NumFrames`, `NumMarkers`, `Units` and others |
 //! | 4 | `Frame#`, `Time`, and the name of each marker above the first of its three columns |
 //! | 5 | `X1`, `Y1`, `Z1`, `X2`, ... |
-//! | others | a frame: its number, its time, three numbers of each marker; empty cells where it was not seen |
+//! | others | a frame: its number, its time, three numbers of each marker; empty cells if it was not seen |
 //!
-//! Columns are separated by tabs; files of other programs have blanks, in the header alone or everywhere, and then no
-//! empty cells. Positions are in the unit of the file and keep their axes: it does not say which is up. A marker that
-//! jumps to 0, 0, 0 was not seen there.
+//! Columns are separated by tabs. Some programs write spaces, in the header or everywhere, and then there are no empty
+//! cells. Positions keep the unit and the axes of the file, which does not state its up axis. A marker that jumps to 0,
+//! 0, 0 was not seen there.
 //!
-//! Written are the positions of all joints, or of the markers of a file that has them, in millimetres. Each column has
-//! a name, each name once, with `_` for tabs and other control characters; an empty one is `Joint`.
-//! The format is described by OpenSim, *Marker (.trc) Files*.
+//! The writer writes the positions of all joints, or of the markers of a file that has them, in millimetres. Column
+//! names are unique, with `_` for tabs and other control characters. An empty name becomes `Joint`. The format is
+//! described by OpenSim, *Marker (.trc) Files*.
 
 #[cfg(feature = "trc")]
 mod read;
@@ -65,7 +65,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 const FIRST_WORD: &str = "PathFileType";
 
 fn sniff(bytes: &[u8]) -> bool {
-    /// Bytes in which the first word of a file stands.
+    /// The number of bytes in which the first word of a file must be.
     const NEAR: usize = 256;
     let start = decode(&bytes[..bytes.len().min(NEAR)]);
     start.is_ok_and(|text| {

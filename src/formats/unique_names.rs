@@ -1,4 +1,4 @@
-//! Names, each once.
+//! Unique names.
 
 use std::collections::{HashMap, HashSet};
 
@@ -30,8 +30,9 @@ impl UniqueNames {
         }
     }
 
-    /// The name of a node in a file, for a format that separates names by more than quotes. `_` replaces each character
-    /// that is not `allowed`. An empty name becomes `Joint`, `EndSite` or `Group`. A change is added to `renamed`.
+    /// The name of a node in a file, for a format in which quotes are not the only separators. `_` replaces each
+    /// character that is not `allowed`. An empty name becomes `Joint`, `EndSite` or `Group`. A change is added to
+    /// `renamed`.
     pub(crate) fn of_node(
         &mut self,
         scene: &Scene,
@@ -60,7 +61,7 @@ impl UniqueNames {
     }
 }
 
-/// Whether some reader ends a line or a column at a character, or shows nothing for it.
+/// Whether a reader may end a line or a column at the character, or show nothing for it.
 pub(crate) fn is_separator(c: char) -> bool {
     c.is_control() || matches!(c, '\u{2028}' | '\u{2029}')
 }

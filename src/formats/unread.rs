@@ -1,4 +1,4 @@
-//! Formats of motion that are recognised and not read: the error says what to export instead.
+//! Motion formats that are recognised but not read. The error states what to export instead.
 
 use std::path::Path;
 
@@ -49,7 +49,7 @@ const UNREAD: [Unread; 5] = [
     },
 ];
 
-/// The error of a file of such a format, by its contents or else by the extension of its name.
+/// The error for a file of such a format, recognised by its contents or else by its extension.
 #[doc(hidden)]
 pub fn unread(bytes: &[u8], name: &Path) -> Option<Diagnostic> {
     let extension = name.extension().unwrap_or_default();

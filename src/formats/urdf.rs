@@ -8,8 +8,9 @@
 //!     <mimic joint multiplier offset>
 //! ```
 //!
-//! Links and joints stand in any order, and make one tree. The frame of a link is the frame of the joint that carries
-//! it. `rpy` are rotations about the fixed axes X, Y and Z, in this order: `Rz Ry Rx`. Metres and radians, +Z up.
+//! Links and joints are in any order, and form one tree. The axes of a link are the axes of the joint to its parent.
+//! `rpy` are rotations about the fixed axes X, Y and Z, in this order: `Rz Ry Rx`. Units are metres and radians, +Z is
+//! up.
 
 #[cfg(feature = "urdf")]
 mod read;

@@ -1,10 +1,10 @@
-//! Universal Scene Description: a skeleton of UsdSkel with its animations, and the meshes that it moves.
+//! Universal Scene Description: a UsdSkel skeleton with its animations, and its skinned meshes.
 //!
-//! `write` makes the text form, `.usda`, and `.usdz`, the archive of it with its textures (`archive`). `read` makes a
-//! scene of the skeleton and the animations of either; `parse` reads the text. The binary form, `.usdc`, is refused
-//! with the command that makes text of it.
+//! `write` writes the text form, `.usda`, and `.usdz`, an archive of the text with its textures (`archive`). `read`
+//! reads the skeleton and the animations of both, and `parse` reads the text. The binary form, `.usdc`, is refused. The
+//! error names the command that converts it to text.
 //!
-//! Matrices of USD map row vectors, so a row in a file is a column of a scene.
+//! Matrices in USD map row vectors, so a row in a file is a column in a scene.
 
 #[cfg(feature = "usd")]
 pub(crate) mod archive;
@@ -54,22 +54,22 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 /// The first bytes of the binary form.
 const BINARY: &[u8] = b"PXR-USDC";
 
-/// What each joint of a skeleton is: `joint`, `end_site` or `group`.
+/// The kind of each joint of a skeleton: `joint`, `end_site` or `group`.
 const KINDS: &str = "mocap:kinds";
 
-/// Marks a mesh that is drawn of the skeleton, and is none of the character.
+/// Marks a mesh that draws the skeleton and does not belong to the character.
 const SKELETON_MESH: &str = "mocap:skeletonMesh";
 
-/// Frames per second of an animation, and its length in frames less one.
+/// The frame rate of an animation in frames per second. The second constant is its length in frames minus 1.
 const RATE: &str = "mocap:ticksPerSecond";
 const DURATION: &str = "mocap:duration";
 
-/// Whether the bytes are an archive of a stage, `.usdz`, and not one of arrays.
+/// Whether the bytes are an archive of a stage, `.usdz`, not an archive of arrays.
 pub fn is_archive(bytes: &[u8]) -> bool {
-    /// Bytes of the header of a file in an archive before the length of its name.
+    /// Bytes of an archive entry's header before the length of its name.
     const LENGTH: usize = 26;
 
-    /// Bytes of the header of a file in an archive before its name.
+    /// Bytes of an archive entry's header before its name.
     const NAME: usize = 30;
     let name = || {
         let length = bytes.get(LENGTH..LENGTH + 2)?.try_into().ok()?;

@@ -1,14 +1,14 @@
-//! The warnings of a reader, bounded in number, so that a hostile file cannot fill the memory.
+//! The warnings of a reader, limited in number, so that a hostile file cannot fill the memory.
 
 use mocap_scene::error::{Code, Diagnostic, Error, Location, Result};
 use mocap_scene::scene::Scene;
 
 use crate::Failure;
 
-/// How many warnings of one code are kept with their locations; further ones are only counted.
+/// The number of warnings per code that are kept with their locations. Further ones are only counted.
 const MOST_OF_A_CODE: usize = 32;
 
-/// The warning of a file with fewer frames than it states.
+/// The warning for a file with fewer frames than it states.
 pub(crate) fn missing_frames(stated: u64, found: u64) -> Diagnostic {
     let missing = stated.saturating_sub(found);
     let message = format!("{missing} of {stated} frames are missing: the file is cut off, or states a wrong number");
@@ -17,7 +17,7 @@ pub(crate) fn missing_frames(stated: u64, found: u64) -> Diagnostic {
         .help("the frames that are there were read; export or download the file again")
 }
 
-/// The warning of a file that is cut off in its last row.
+/// The warning for a file that is cut off in its last row.
 pub(crate) fn cut_row(row: Location) -> Diagnostic {
     Diagnostic::new(Code::RowLength, "the file ends inside its last row, which was dropped")
         .at(row)
@@ -41,8 +41,8 @@ impl Warnings {
         self.keep(code, 1, first);
     }
 
-    /// Keeps a warning, or counts it where a kept one has its code and message, of another place. Of a code at most as
-    /// many are kept as by [`push`](Self::push).
+    /// Keeps a warning. If a kept warning has the same code and message, only counts it. At most as many warnings of a
+    /// code are kept as by [`push`](Self::push).
     pub(crate) fn distinct(&mut self, warning: Diagnostic) {
         let is_equal = |kept: &&mut Diagnostic| kept.code == warning.code && kept.message == warning.message;
         match self.kept.iter_mut().find(is_equal) {
@@ -59,7 +59,7 @@ impl Warnings {
         }
     }
 
-    /// Whether there is a warning of this code.
+    /// Whether there is a warning with this code.
     pub(crate) fn has(&self, code: Code) -> bool {
         self.kept.iter().any(|kept| kept.code == code)
     }
@@ -68,12 +68,12 @@ impl Warnings {
         self.kept
     }
 
-    /// Removes a warning that is an error after all.
+    /// Removes a warning that turned out to be an error.
     pub(crate) fn forget(&mut self, code: Code) {
         self.kept.retain(|kept| kept.code != code);
     }
 
-    /// The value with the warnings, or the error that stopped the reader with them.
+    /// The value with the warnings, or the error with them.
     pub(crate) fn with<T>(self, read: Result<T, Failure>) -> Result<(T, Vec<Diagnostic>)> {
         match read {
             Ok(value) => Ok((value, self.kept)),
@@ -81,7 +81,7 @@ impl Warnings {
         }
     }
 
-    /// Moves the warnings to the scene, or to the error that stopped the reader.
+    /// Moves the warnings to the scene, or to the error.
     pub(crate) fn attach_to(self, read: Result<Scene, Failure>) -> Result<Scene> {
         match read {
             Ok(scene) => Ok(Scene {

@@ -1,4 +1,4 @@
-//! What a writer of a format gives: files in memory, and what there is to say about them.
+//! The result of a writer: files in memory, and a report about them.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,7 +12,7 @@ use mocap_scene::files::{OutputSet, ReplacePolicy};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::DataLoss;
 
-/// A scene in the files of a format, before they are written to a disk, and what there is to say about them.
+/// A scene as files of a format in memory, with a report about them.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -28,25 +28,25 @@ use mocap_scene::scene::report::DataLoss;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Export {
-    /// The files. The last is the one that was asked for; it refers to the others, which stand in its folder.
+    /// The files. The last one is the requested file. It refers to the others, which belong in its folder.
     pub files: Vec<ExportFile>,
-    /// What was left out or chosen, a sentence each.
+    /// Sentences about dropped data and decisions.
     pub notes: Vec<String>,
-    /// What a reader of the files may be wrong about, such as [`Code::UnknownUnit`].
+    /// Warnings about what a reader of the files may misinterpret, such as [`Code::UnknownUnit`].
     pub warnings: Vec<Diagnostic>,
-    /// What the scene, or the file that it was read from, has and the files have not. Each is a warning too:
+    /// Data that the scene, or its source file, has and the files lack. Each loss is also a warning:
     /// [`Code::NotCarriedOver`].
     pub losses: Vec<DataLoss>,
-    /// The nodes whose name had to change.
+    /// The renamed nodes.
     pub renamed: Vec<NodeRename>,
-    /// How far the files are from the scene, the largest error of all animations. Absent where every key was kept
+    /// The deviation of the files from the scene, the largest of all animations. Absent if every key was kept
     /// unchanged.
     pub error: Option<Deviation>,
-    /// Nodes of the skeleton in the files, end sites included.
+    /// The number of skeleton nodes in the files, including end sites.
     pub nodes: usize,
 }
 
-/// One file of an output that no row has made, such as a character with further animations.
+/// An output of a single file that no format row made, such as a character with added animations.
 impl From<Vec<u8>> for Export {
     fn from(bytes: Vec<u8>) -> Self {
         Self::of(vec![ExportFile::new("", bytes)])
@@ -54,7 +54,7 @@ impl From<Vec<u8>> for Export {
 }
 
 impl Export {
-    /// Files without anything to say about them.
+    /// Files without a report.
     #[doc(hidden)]
     pub fn of(files: Vec<ExportFile>) -> Self {
         Self {
@@ -63,20 +63,20 @@ impl Export {
         }
     }
 
-    /// Bytes of all files together.
+    /// The size of all files in bytes.
     pub fn len(&self) -> usize {
         self.files.iter().map(ExportFile::len).sum()
     }
 
-    /// Whether the files have no bytes, which no format's have.
+    /// Whether the files have no bytes. Every format writes some.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The bytes of an output that is one file.
+    /// The bytes of an output that is a single file.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where other files stand beside it.
+    /// [`Code::InvalidValue`] if there are other files.
     pub fn into_bytes(mut self) -> Result<Vec<u8>> {
         match (self.files.pop(), self.files.as_slice()) {
             (Some(file), []) => Ok(file.into_bytes()),
@@ -91,29 +91,30 @@ impl Export {
         }
     }
 
-    /// Checks what [`save`](Self::save) checks, and writes nothing. Returns the paths of the files, the named one last.
+    /// Makes the checks of [`save`](Self::save), and writes nothing. Returns the paths of the files, the requested one
+    /// last.
     ///
     /// # Errors
-    /// [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says.
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`], by the rules of [`ReplacePolicy`].
     pub fn check(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<Vec<PathBuf>> {
         let set = self.output_set(path)?;
         set.check(policy)?;
         Ok(set.files().map(|(path, _)| path.to_owned()).collect())
     }
 
-    /// Writes the files to `path` and into its folder, all of them or none, where `policy` lets them replace what is
-    /// there. `path` has the name for which they were made.
+    /// Writes the files to `path` and into its folder: all or none, if `policy` allows them to replace existing files.
+    /// `path` must have the name for which they were made.
     ///
     /// # Errors
-    /// As [`check`](Self::check); [`Code::Io`].
+    /// The errors of [`check`](Self::check), and [`Code::Io`].
     pub fn save(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<()> {
         self.output_set(path)?.save(policy)
     }
 
-    /// The files at `path` and in its folder.
+    /// The files, with their paths at `path` and in its folder.
     ///
     /// # Errors
-    /// As [`OutputSet::add_beside`].
+    /// The errors of [`OutputSet::add_beside`].
     #[doc(hidden)]
     pub fn output_set(&self, path: impl AsRef<Path>) -> Result<OutputSet<'_>> {
         let mut set = OutputSet::new();
@@ -121,10 +122,10 @@ impl Export {
         Ok(set)
     }
 
-    /// Adds the files at `path` and in its folder to those of an output.
+    /// Adds the files, at `path` and in its folder, to an output.
     ///
     /// # Errors
-    /// As [`OutputSet::add_beside`].
+    /// The errors of [`OutputSet::add_beside`].
     #[doc(hidden)]
     pub fn add_to<'a>(&'a self, set: &mut OutputSet<'a>, path: &Path) -> Result<()> {
         let Some((main, beside)) = self.files.split_last() else {
@@ -138,13 +139,13 @@ impl Export {
     }
 }
 
-/// One of the files of [`Export`].
+/// A file of an [`Export`].
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExportFile {
     name: String,
-    /// The bytes in the parts in which they were made, so that a large buffer is never copied.
+    /// The bytes in parts, so that a large buffer is never copied.
     parts: Vec<Vec<u8>>,
 }
 
@@ -166,7 +167,7 @@ impl ExportFile {
         &self.name
     }
 
-    /// How many bytes it has.
+    /// The number of bytes.
     pub fn len(&self) -> usize {
         self.parts.iter().map(Vec::len).sum()
     }
@@ -176,7 +177,7 @@ impl ExportFile {
         self.len() == 0
     }
 
-    /// The bytes; copied where they are in several parts.
+    /// The bytes. They are copied if they are in several parts.
     pub fn bytes(&self) -> Cow<'_, [u8]> {
         match self.parts.as_slice() {
             [bytes] => Cow::Borrowed(bytes),
@@ -184,12 +185,12 @@ impl ExportFile {
         }
     }
 
-    /// The bytes, one part after the other; a large buffer is a part of its own.
+    /// The bytes, part by part. A large buffer is a separate part.
     pub fn parts(&self) -> impl Iterator<Item = &[u8]> {
         self.parts.iter().map(Vec::as_slice)
     }
 
-    /// The bytes; copied where they are in several parts.
+    /// The bytes. They are copied if they are in several parts.
     pub fn into_bytes(mut self) -> Vec<u8> {
         match self.parts.as_mut_slice() {
             [bytes] => std::mem::take(bytes),
@@ -198,11 +199,11 @@ impl ExportFile {
     }
 }
 
-/// A node whose name had to change.
+/// A renamed node.
 ///
-/// Clients find animated nodes by name or by a path of names, so a duplicate animates the wrong node. three.js removes
-/// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. Other characters stay as they are, but
-/// `/`, at which Unity separates the names of a path, and control characters, which become `_`.
+/// Clients find animated nodes by name or by a path of names, so a duplicate name animates the wrong node. three.js
+/// removes `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. `/`, which separates the names
+/// of a path in Unity, and control characters become `_`. Other characters stay.
 ///
 /// [`Export`](crate::Export) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -214,7 +215,7 @@ pub struct NodeRename {
     pub from: String,
     /// The name in the file.
     pub to: String,
-    /// Whether somebody asked for the name, and the file can have the one before too.
+    /// Whether the name was requested, and the file could also have the old name.
     pub is_asked_for: bool,
 }
 
@@ -235,7 +236,7 @@ impl fmt::Display for NodeRename {
 pub struct Deviation {
     /// The largest distance of a joint or end site from its position in the scene, in metres.
     pub max_error: f64,
-    /// The root of the mean square of all distances, in metres.
+    /// The RMS of all distances in metres.
     pub rms_error: f64,
     /// The name of the node with the largest distance.
     pub joint: String,
@@ -246,7 +247,7 @@ pub struct Deviation {
 }
 
 impl Deviation {
-    /// Adds the error of one more animation, whose lengths are in units of `metres`.
+    /// Adds the error of another animation, whose lengths are in units of `metres`.
     pub(super) fn add(sum: &mut Option<Self>, scene: &Scene, clip: &CompressedClip, metres: f64) {
         let achieved = sum.get_or_insert_default();
         achieved.keys += clip.key_count();
@@ -266,7 +267,7 @@ pub(super) fn millimetres(metres: f64) -> String {
     format!("{:.4}", metres * 1000.0)
 }
 
-/// Says so where the lengths of `scene` are not known to be in metres, for a format that is in metres.
+/// A warning if the lengths of `scene` are not known to be metres, for a format in metres.
 pub(super) fn unit_warning(scene: &Scene, format: &str) -> Option<Diagnostic> {
     let message = match scene.metadata.metres_per_unit {
         Some(1.0) => return None,

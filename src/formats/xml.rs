@@ -1,4 +1,4 @@
-//! What the formats in XML share: elements with their locations, and numbers in attributes.
+//! Shared by the XML formats: elements with their locations, and numbers in attributes.
 
 use std::collections::HashSet;
 
@@ -9,7 +9,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 use crate::Failure;
 use crate::text::{Cursor, Word, decode, decode_name, is_binary, quote};
 
-/// Elements for each node that a scene may have: a link has a dozen elements.
+/// The largest number of elements per node of a scene: a link has a dozen elements.
 const ELEMENTS_PER_NODE: usize = 64;
 
 /// The text of a file.
@@ -26,7 +26,7 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, Failure> {
     ))))
 }
 
-/// Puts blanks for a declaration of XML that stands behind white space, where other readers take it. Places stay.
+/// Replaces an XML declaration after white space by spaces. Other readers accept it there. Positions in the text stay.
 fn without_late_declaration(mut text: String) -> String {
     let start = text.len() - text.trim_start().len();
     if start > 0
@@ -40,8 +40,8 @@ fn without_late_declaration(mut text: String) -> String {
     text
 }
 
-/// Makes `prefix_name` of `prefix:name` where the file declares no such prefix, so that the parser does not refuse it:
-/// files have elements of other programs with such names. Places of the text stay.
+/// Replaces `prefix:name` by `prefix_name` if the file does not declare the prefix, so that the parser does not refuse
+/// it: files have such elements of other programs. Positions in the text stay.
 fn without_undeclared_prefixes(text: String) -> String {
     let declared: HashSet<&str> = (text.match_indices("xmlns:"))
         .map(|(at, mark)| {
@@ -87,7 +87,7 @@ fn without_undeclared_prefixes(text: String) -> String {
     }
     let mut bytes = text.into_bytes();
     colons.into_iter().for_each(|colon| bytes[colon] = b'_');
-    // A colon of ASCII became a letter of ASCII.
+    // A colon in ASCII became another ASCII character.
     String::from_utf8(bytes).unwrap_or_default()
 }
 
@@ -133,7 +133,7 @@ pub(super) fn parse<'a>(text: &'a str, roots: &[&str], limits: &Limits) -> Resul
 
 /// Refuses deep nesting before a parser meets it, by counting opening and closing tags.
 fn check_depth(text: &str, limits: &Limits) -> Result<(), Failure> {
-    // A link of the deepest robot, and what is within it.
+    // A link of the deepest robot, and its contents.
     let most = limits.max_depth.saturating_add(8);
     let bytes = text.as_bytes();
     let mut depth = 0_usize;
@@ -178,7 +178,7 @@ fn quote_name(name: &str) -> String {
     quote(name.as_bytes()).trim_matches('"').to_owned()
 }
 
-/// A file whose elements stand where `<include file="NAME">` names it.
+/// A file whose elements replace `<include file="NAME">`.
 pub(super) struct IncludedFile<'input> {
     pub(super) name: String,
     pub(super) document: Document<'input>,
@@ -190,11 +190,11 @@ pub(super) struct Element<'a, 'input> {
     node: Node<'a, 'input>,
     /// The files that may be included.
     included: &'a [IncludedFile<'input>],
-    /// That in which the element stands, where it is not the main one.
+    /// The included file of the element; `None` in the main file.
     file: Option<&'a IncludedFile<'input>>,
 }
 
-/// The children of an element, those of included files too.
+/// The children of an element, including children from included files.
 struct Children<'a, 'input> {
     open: Vec<(roxmltree::Children<'a, 'input>, Option<&'a IncludedFile<'input>>)>,
     included: &'a [IncludedFile<'input>],
@@ -248,7 +248,7 @@ impl<'a, 'input> Element<'a, 'input> {
         self.included.iter().find(|file| file.name == name)
     }
 
-    /// Every element at or below this one, in the order of the file.
+    /// This element and all its descendants, in the order of the file.
     pub(super) fn descendants(&self) -> impl Iterator<Item = Self> + use<'a, 'input> {
         let this = *self;
         let elements = self.node.descendants().filter(Node::is_element);
@@ -266,12 +266,12 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    /// The children of this name.
+    /// The children with this name.
     pub(super) fn all(&self, name: &'static str) -> impl Iterator<Item = Self> + use<'a, 'input> {
         self.children().filter(move |child| child.name() == name)
     }
 
-    /// The first child in a namespace whose address ends so, or with this prefix where that is not declared.
+    /// The first child in a namespace whose address has this end, or with this prefix if the namespace is not declared.
     pub(super) fn child_of_namespace(&self, end: &str) -> Option<Self> {
         let is_of = |element: &Self| {
             let tag = element.node.tag_name();
@@ -295,12 +295,12 @@ impl<'a, 'input> Element<'a, 'input> {
             .map(|attribute| (attribute.name(), attribute.value()))
     }
 
-    /// Where it begins in the text of the main file; `None` in another.
+    /// The start of the element in the text of the main file; `None` in an included file.
     pub(super) fn offset(&self) -> Option<usize> {
         self.file.is_none().then(|| self.node.range().start)
     }
 
-    /// A diagnostic at the element, which names it.
+    /// A diagnostic at the element, with its name.
     pub(super) fn diagnostic(&self, code: Code, message: impl Into<String>) -> Diagnostic {
         let start = self.node.range().start;
         // The bracket and the name.
@@ -322,7 +322,7 @@ impl<'a, 'input> Element<'a, 'input> {
         let location = locate(self.node.document().input_text(), start, length);
         match self.file {
             None => Diagnostic::new(code, message).at(location),
-            // A location is one of the main file.
+            // Locations refer to the main file only.
             Some(file) => {
                 let (name, line) = (quote(file.name.as_bytes()), location.line);
                 Diagnostic::new(code, format!("{message}, in {name}, which is included, at line {line}"))
@@ -330,7 +330,7 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    /// An attribute that must be there.
+    /// An attribute that must exist.
     pub(super) fn required(&self, name: &str) -> Result<&'a str, Failure> {
         self.attribute(name).ok_or_else(|| {
             let tag = quote_name(self.name());
@@ -341,7 +341,7 @@ impl<'a, 'input> Element<'a, 'input> {
         })
     }
 
-    /// A name within the limits.
+    /// A name, checked against the limits.
     pub(super) fn checked_name(&self, attribute: &str, name: &str, limits: &Limits) -> Result<String, Failure> {
         if name.len() > limits.max_name_bytes {
             let message = format!(
@@ -354,7 +354,7 @@ impl<'a, 'input> Element<'a, 'input> {
         Ok(name.to_owned())
     }
 
-    /// The numbers of an attribute whose value is `value`: between `least` and `most` of them.
+    /// The numbers of an attribute with the value `value`: between `least` and `most` of them.
     pub(super) fn parse_numbers(
         &self,
         name: &str,
@@ -405,7 +405,7 @@ impl<'a, 'input> Element<'a, 'input> {
         Ok(numbers)
     }
 
-    /// One number of an attribute, where it is there.
+    /// One number of an attribute, if it exists.
     pub(super) fn number(&self, name: &str) -> Result<Option<f64>, Failure> {
         let Some(value) = self.attribute(name) else {
             return Ok(None);
@@ -413,7 +413,7 @@ impl<'a, 'input> Element<'a, 'input> {
         Ok(self.parse_numbers(name, value, 1, 1)?.first().copied())
     }
 
-    /// Three numbers of an attribute, where it is there.
+    /// Three numbers of an attribute, if it exists.
     pub(super) fn vector(&self, name: &str) -> Result<Option<glam::DVec3>, Failure> {
         let Some(value) = self.attribute(name) else {
             return Ok(None);

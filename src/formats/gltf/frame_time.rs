@@ -74,7 +74,8 @@ pub(super) fn keys<T>(values: Vec<T>, ticks: Vec<f64>) -> Keys<T> {
     }
 }
 
-/// Whether keys can have the frame time that the file states. A motion shorter than one frame was changed since.
+/// Whether keys can have the frame time that the file states. If the motion is shorter than one frame, the file was
+/// changed since.
 pub(super) fn fits(step: f64, tracks: &[Track]) -> bool {
     /// The rounding of times, as a fraction of a frame.
     const ROUNDING: f64 = 1e-3;

@@ -1,6 +1,6 @@
 //! The triangles of a COLLADA file (1.4 and 1.5).
 //!
-//! As in the viewers of ROS, lengths are brought to metres by `<unit>`, and `<up_axis>` is not regarded.
+//! As in the viewers of ROS, `<unit>` converts lengths to metres, and `<up_axis>` is ignored.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,13 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::{Corners, push_polygon};
 
-/// Nodes within one another at most.
+/// The largest nesting depth of nodes.
 const DEEPEST: usize = 64;
 
-/// Elements at most: a mesh has a few dozen.
+/// The largest number of elements. A mesh has a few dozen.
 const MOST_ELEMENTS: u32 = 1 << 20;
 
-/// The corners of all that is shown, at most so many.
+/// The corners of everything shown, at most `most`.
 pub(super) fn corners(bytes: &[u8], most: usize) -> Option<Corners> {
     let text = std::str::from_utf8(bytes).ok()?;
     let options = ParsingOptions {
@@ -48,7 +48,7 @@ pub(super) fn corners(bytes: &[u8], most: usize) -> Option<Corners> {
     Some(reader.corners)
 }
 
-/// COLLADA has a namespace, and some files another or none.
+/// COLLADA has a namespace, but some files have another one or none.
 trait TagNameOf {
     fn has_tag_name_of(&self, name: &str) -> bool;
 }
@@ -73,7 +73,7 @@ fn whole(node: Node<'_, '_>) -> Option<Vec<usize>> {
     words.map(|word| word.parse().ok()).collect()
 }
 
-/// What is read of a file.
+/// The parts of a file that are read.
 struct Reader<'a, 'i> {
     by_id: HashMap<&'a str, Node<'a, 'i>>,
     most: usize,
@@ -85,7 +85,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         self.by_id.get(node.attribute(attribute)?.strip_prefix('#')?).copied()
     }
 
-    /// What a node shows, and those below it.
+    /// Adds the geometry of a node and its descendants.
     fn node(&mut self, node: Node<'a, 'i>, above: DMat4, depth: usize) -> Option<()> {
         if depth > DEEPEST {
             return None;
@@ -156,7 +156,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         (self.corners.len() <= self.most).then_some(())
     }
 
-    /// The positions that the corners of faces count.
+    /// The positions that the corners of faces index.
     fn places(&self, faces: Node<'a, 'i>, matrix: DMat4) -> Option<Vec<DVec3>> {
         let input = |node: Node<'a, 'i>, semantic: &str| {
             let mut inputs = node.children().filter(|node| node.has_tag_name_of("input"));
@@ -179,7 +179,7 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 }
 
-/// Which number of a corner is that of the vertex, and how many numbers a corner has.
+/// The position of the vertex index among a corner's numbers, and the count of numbers per corner.
 fn layout(faces: Node<'_, '_>) -> Option<(usize, usize)> {
     let inputs = faces.children().filter(|node| node.has_tag_name_of("input"));
     let offset = |input: &Node<'_, '_>| input.attribute("offset").unwrap_or("0").parse::<usize>().ok();

@@ -1,4 +1,4 @@
-//! Reads a robot of MJCF.
+//! Reads a robot from MJCF.
 
 mod attributes;
 mod body;
@@ -25,7 +25,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     crate::robot_as_scene::read(source, options, read_robot)
 }
 
-/// Sections of what drives and measures a model, and of its poses.
+/// Sections for actuators, sensors and poses of a model.
 const OTHERS: [&str; 8] = [
     "actuator",
     "sensor",
@@ -37,7 +37,7 @@ const OTHERS: [&str; 8] = [
     "extension",
 ];
 
-/// How many elements of a name stand in bodies and frames below a body.
+/// The number of elements with a name in the descendants of a body.
 fn count_below(body: Element<'_, '_>, name: &str) -> usize {
     let (mut count, mut open) = (0, vec![body]);
     while let Some(element) = open.pop() {
@@ -51,12 +51,12 @@ fn count_below(body: Element<'_, '_>, name: &str) -> usize {
     count
 }
 
-/// The joints of a body and of all bodies below it.
+/// The number of joints of a body and its descendants.
 fn joints_of(body: Element<'_, '_>) -> usize {
     count_below(body, "joint") + count_below(body, "freejoint")
 }
 
-/// The robot of a file: the body with the most joints, of several that which has a free joint, else the first one.
+/// The robot of a file: the body with the most joints. On a tie, the body with a free joint, or else the first one.
 pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Warnings) -> Result<Robot, Failure> {
     let text = xml::text(source.bytes)?;
     let included = include::texts(source, &text, limits)?;

@@ -1,15 +1,15 @@
-//! The curves between keys.
+//! The interpolation curves between keys.
 
-/// A curve from (0, 0) to (1, 1) by two points between: `[ax, ay, bx, by]`, each from 0 to 127.
+/// A curve from (0, 0) to (1, 1) with two control points: `[ax, ay, bx, by]`, each from 0 to 127.
 pub(super) type Curve = [u8; 4];
 
 /// The largest coordinate of a point, a number of 7 bits, as MikuMikuDance stores it.
 const LARGEST: f64 = 127.0;
 
-/// Halvings of the interval: 2^-40 is far below what 32 bits hold.
+/// The number of interval halvings: 2^-40 is far below the precision of 32 bits.
 const HALVINGS: usize = 40;
 
-/// How much of a change is made after the fraction `time` of its time.
+/// The completed fraction of a change at the fraction `time` of its duration.
 pub fn ease(curve: Curve, time: f64) -> f64 {
     let [ax, ay, bx, by] = curve.map(|coordinate| f64::from(coordinate.min(127)) / LARGEST);
     if ax == ay && bx == by {

@@ -1,4 +1,4 @@
-//! Numbers and texts of a file, one after the other, little-endian.
+//! Reads consecutive little-endian numbers and texts of a file.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic};
@@ -6,13 +6,13 @@ use mocap_scene::error::{Code, Diagnostic};
 use super::EXPORT_AGAIN;
 use crate::Failure;
 
-/// What is not read yet.
+/// The unread bytes.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     offset: usize,
 }
 
-/// An error of a file that is not what its beginning says.
+/// The error for a file whose contents contradict its first bytes.
 pub(super) fn invalid(message: impl Into<String>) -> Failure {
     Diagnostic::new(Code::InvalidMmd, message.into())
         .help(EXPORT_AGAIN)
@@ -75,7 +75,7 @@ impl<'a> Cursor<'a> {
         self.array().map(f32::from_le_bytes).map(f64::from)
     }
 
-    /// The number of `what` that follow, each of so many bytes at least: a count is held against what is there.
+    /// The number of following `what`, each of at least `each` bytes. The count is checked against the remaining bytes.
     pub(super) fn count(&mut self, what: &str, each: usize) -> Result<usize, Failure> {
         let at = self.offset;
         let count = self.long()?;
@@ -92,17 +92,17 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Three numbers, as they are.
+    /// Three unchanged numbers.
     pub(super) fn numbers(&mut self) -> Result<DVec3, Failure> {
         Ok(DVec3::new(self.real()?, self.real()?, self.real()?))
     }
 
-    /// A position, right-handed.
+    /// A right-handed position.
     pub(super) fn position(&mut self) -> Result<DVec3, Failure> {
         Ok(self.numbers()? * DVec3::new(1.0, 1.0, -1.0))
     }
 
-    /// A rotation, right-handed.
+    /// A right-handed rotation.
     pub(super) fn rotation(&mut self) -> Result<DQuat, Failure> {
         let [x, y, z, w] = [self.real()?, self.real()?, self.real()?, self.real()?];
         Ok(DQuat::from_xyzw(-x, -y, z, w))

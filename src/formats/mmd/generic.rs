@@ -1,5 +1,5 @@
-//! The bones that nearly all models have, for a motion without its model: those of MMD's first models with the usual
-//! additions, on a body of generic proportions.
+//! The bones that nearly all models have, for a motion without its model: the bones of MMD's first models with the
+//! usual additions, and generic body proportions.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::scene::{HumanoidBone as B, Side};
@@ -9,39 +9,39 @@ use super::model::{Bone, Ik, Inherits, Link, Model};
 use super::names::{LEFT, RIGHT};
 use crate::proportions;
 
-/// How far the arms hang below the horizontal, in degrees: in most models 35 to 40.
+/// The angle of the arms below the horizontal, in degrees: 35 to 40 in most models.
 pub const ARMS: f64 = 37.0;
 
-/// Loops of the IK of legs, as MMD's first models have them.
+/// The number of loops of the leg IK, as in MMD's first models.
 const LEG_LOOPS: usize = 40;
 
-/// The largest step of the IK of legs in radians, as MMD's first models have it.
+/// The largest step of the leg IK in radians, as in MMD's first models.
 const LEG_STEP: f64 = 2.0;
 
-/// Loops of the IK of toes, as MMD's first models have them.
+/// The number of loops of the toe IK, as in MMD's first models.
 const TOE_LOOPS: usize = 3;
 
-/// The largest step of the IK of toes in radians, as MMD's first models have it.
+/// The largest step of the toe IK in radians, as in MMD's first models.
 const TOE_STEP: f64 = 4.0;
 
-/// The limits of knees in degrees, as MMD has them.
+/// The limits of knees in degrees, as in MMD.
 const KNEE: [f64; 2] = [0.5, 180.0];
 
-/// The name of the model, as the motion of no certain one has it.
+/// The model name in a motion for no specific model.
 pub(super) const NAME: &str = "標準";
 
-/// Where a bone is.
+/// The position of a bone.
 #[derive(Clone, Copy)]
 enum BonePlace {
-    /// Where a bone of the body is.
+    /// The position of a humanoid bone.
     Bone(B),
-    /// So far from one bone to another.
+    /// This fraction of the way from one bone to another.
     Between(B, B, f64),
 }
 
 use BonePlace::{Between, Bone as Of};
 
-/// Names, what they hang on, and where they are: the middle.
+/// Names, parents and positions of the bones in the middle.
 #[rustfmt::skip]
 const MIDDLE: &[(&str, &str, BonePlace)] = &[
     ("センター", "全ての親", Between(B::LeftFoot, B::Hips, 0.65)),
@@ -55,7 +55,7 @@ const MIDDLE: &[(&str, &str, BonePlace)] = &[
     ("両目", "頭", Between(B::LeftEye, B::LeftEye, 0.0)),
 ];
 
-/// Those of a side, without the letter of the side. One that hangs on the middle says so by the name.
+/// The bones of a side, without the side's letter. A parent in the middle is stated by its full name.
 #[rustfmt::skip]
 const SIDE: &[(&str, &str, BonePlace)] = &[
     ("目", "頭", Of(B::LeftEye)),
@@ -91,7 +91,7 @@ const SIDE: &[(&str, &str, BonePlace)] = &[
     ("つま先ＩＫ", "足ＩＫ", Of(B::LeftToes)),
 ];
 
-/// The model of all of them.
+/// The model with all these bones.
 pub fn model() -> Model {
     let mut model = Model {
         name: NAME.to_owned(),
@@ -137,7 +137,7 @@ fn add_side(model: &mut Model, side: Side, letter: char) {
     };
     let (eye, eyes) = (index(model, "目"), model.find("両目").unwrap_or(0));
     model.bones[eye].inherits = Some(inherits(eyes, 1.0));
-    // The arm keeps its direction where the whole shoulder turns.
+    // The arm keeps its direction while the whole shoulder rotates.
     let (cancel, whole) = (index(model, "肩C"), index(model, "肩P"));
     model.bones[cancel].inherits = Some(inherits(whole, -1.0));
     let free = |bone: usize| Link { bone, limits: None };
@@ -165,7 +165,7 @@ fn add_side(model: &mut Model, side: Side, letter: char) {
 }
 
 impl BonePlace {
-    /// Where it is in the rest pose, in units.
+    /// The rest position, in units.
     fn position(self, side: Side) -> DVec3 {
         let of = |bone: B| rest(bone.on(side));
         match self {
@@ -175,7 +175,7 @@ impl BonePlace {
     }
 }
 
-/// Where a bone of the body is with hanging arms, in units.
+/// The rest position of a humanoid bone with lowered arms, in units.
 fn rest(bone: B) -> DVec3 {
     let at = |bone: B| proportions::position(bone).as_dvec3() / METRES_PER_UNIT;
     let Some(side) = bone.side().filter(|_| is_of_arm(bone)) else {
@@ -191,12 +191,12 @@ pub(super) fn leg() -> f64 {
     hip.distance(knee) + knee.distance(foot)
 }
 
-/// Whether a bone hangs on the upper arm, or is it.
+/// Whether a bone is the upper arm or a descendant of it.
 pub(super) fn is_of_arm(bone: B) -> bool {
     std::iter::successors(Some(bone), |bone| bone.parent()).any(|above| above.on(Side::Left) == B::LeftUpperArm)
 }
 
-/// From the T-pose to hanging arms.
+/// The rotation from the T-pose to lowered arms.
 pub(super) fn hanging(side: Side) -> DQuat {
     let sense = if side == Side::Left { -1.0 } else { 1.0 };
     DQuat::from_rotation_z(sense * ARMS.to_radians())

@@ -1,4 +1,4 @@
-//! The bones and the names of morphs of a `.pmx` file.
+//! Reads the bones and morph names of a `.pmx` file.
 //!
 //! ```text
 //! file     := "PMX ", version f32, u8, and as many bytes: encoding (0 UTF-16, 1 UTF-8), further texture coordinates,
@@ -12,7 +12,7 @@
 //! morph    := name, English name, panel u8, kind u8, i32, and as many offsets, whose bytes follow from the kind
 //! ```
 //!
-//! The format is described by its author, Kyokuhoku P, in the file of its specification, PMX 2.1.
+//! The format is described by its author, Kyokuhoku P, in the PMX 2.1 specification.
 
 use glam::DVec3;
 use mocap_scene::error::{Code, Diagnostic};
@@ -32,46 +32,46 @@ const HAS_LOCAL_AXES: u16 = 0x0800;
 const IS_AFTER_PHYSICS: u16 = 0x1000;
 const HAS_EXTERNAL_PARENT: u16 = 0x2000;
 
-/// Bytes of a bone at least: empty texts and no options.
+/// The smallest size of a bone in bytes: empty texts and no options.
 const BONE_BYTES: usize = 8 + 12 + 1 + 4 + 2 + 1;
 
-/// Bytes of a morph at least.
+/// The smallest size of a morph in bytes.
 const MORPH_BYTES: usize = 8 + 1 + 1 + 4;
 
-/// Bytes of a texture at least: an empty text.
+/// The smallest size of a texture in bytes: an empty text.
 const TEXT_BYTES: usize = 4;
 
-/// Bytes of a material at least.
+/// The smallest size of a material in bytes.
 const MATERIAL_BYTES: usize = 8 + MATERIAL_NUMBERS;
-/// Colours, flags, and the edge of a material.
+/// The size in bytes of a material's colours, flags and edge.
 const MATERIAL_NUMBERS: usize = 16 + 12 + 4 + 12 + 1 + 16 + 4;
 
-/// A model, right-handed, in its own unit.
+/// A right-handed model, in its own unit.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     pub(super) name: String,
     pub bones: Vec<Bone>,
     pub(super) morphs: Vec<String>,
-    /// Vertices of its mesh, which is not read.
+    /// The number of vertices of its mesh, which is not read.
     pub(super) vertices: usize,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Bone {
     pub name: String,
-    /// In the model, at rest.
+    /// The model-space position at rest.
     pub position: DVec3,
     pub parent: Option<usize>,
-    /// Bones of a lower layer are posed before; those after the physics come last.
+    /// Bones of lower layers are posed first. Bones after the physics come last.
     pub(super) layer: i32,
     pub(super) is_after_physics: bool,
-    /// The one axis about which it turns, of length 1.
+    /// The unit axis of a bone with a single rotation axis.
     pub(super) axis: Option<DVec3>,
     pub(super) inherits: Option<Inherits>,
     pub(super) ik: Option<Ik>,
 }
 
-/// What a bone has of the rotation and the position of another.
+/// The share of another bone's rotation and position that a bone inherits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inherits {
     pub(super) source: usize,
@@ -80,12 +80,12 @@ pub(super) struct Inherits {
     pub(super) position: bool,
 }
 
-/// The bone brings another to itself, by rotations of links.
+/// Rotates links so that the target bone reaches this bone.
 #[derive(Clone, Debug)]
 pub(super) struct Ik {
     pub(super) target: usize,
     pub(super) loops: usize,
-    /// Radians.
+    /// In radians.
     pub(super) step: f64,
     /// From the target to the root.
     pub(super) links: Vec<Link>,
@@ -94,11 +94,11 @@ pub(super) struct Ik {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Link {
     pub(super) bone: usize,
-    /// The least and the largest angles about x, y and z, in radians.
+    /// The smallest and the largest angles about x, y and z, in radians.
     pub(super) limits: Option<[DVec3; 2]>,
 }
 
-/// The most loops that MMD makes.
+/// The largest number of loops in MMD.
 const MOST_LOOPS: i32 = 255;
 
 impl Model {
@@ -156,7 +156,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Model, Failure> {
     Ok(model)
 }
 
-/// Refuses bones that hang below themselves, and chains that are too long.
+/// Refuses bones that are their own ancestors, and chains that are too long.
 fn check_parents(bones: &[Bone], limits: &Limits) -> Result<(), Failure> {
     let mut depths: Vec<usize> = vec![0; bones.len()];
     let mut chain = Vec::new();
@@ -186,22 +186,22 @@ fn check_parents(bones: &[Bone], limits: &Limits) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The place of the size of an index of vertices in the header.
+/// The header position of the vertex index size.
 const VERTEX: usize = 0;
 
-/// The place of the size of an index of textures.
+/// The header position of the texture index size.
 const TEXTURE: usize = 1;
 
-/// The place of the size of an index of materials.
+/// The header position of the material index size.
 const MATERIAL: usize = 2;
 
-/// The place of the size of an index of bones.
+/// The header position of the bone index size.
 const BONE: usize = 3;
 
-/// The place of the size of an index of morphs.
+/// The header position of the morph index size.
 const MORPH: usize = 4;
 
-/// The place of the size of an index of rigid bodies.
+/// The header position of the rigid body index size.
 const BODY: usize = 5;
 
 struct Reader<'a> {
@@ -216,7 +216,7 @@ impl<'a> Reader<'a> {
         let mut cursor = Cursor::new(bytes);
         cursor.take(MODEL_HEAD.len())?;
         let version = cursor.real()?;
-        // 2.0 and 2.1, as 32-bit numbers.
+        // 2.0 and 2.1, as 32-bit floats.
         if !(1.99..2.2).contains(&version) {
             let message = format!("PMX {version} is not read");
             return Err(Diagnostic::new(Code::UnreadableFormat, message)
@@ -238,7 +238,7 @@ impl<'a> Reader<'a> {
                 "an index has 1, 2 or 4 bytes, and the header says {wrong}"
             )));
         }
-        // Four at most, in every version.
+        // At most four, in every version.
         if encoding > 1 || further > 4 {
             return Err(invalid(format!(
                 "the header of the model is broken: encoding {encoding}, {further} further texture coordinates"
@@ -273,7 +273,7 @@ impl<'a> Reader<'a> {
             .collect())
     }
 
-    /// An index of a bone or another part; `None` for -1, which stands for no part.
+    /// An index of a bone or another item; `None` for -1, which means no item.
     fn index(&mut self, of: usize) -> Result<Option<usize>, Failure> {
         let index = match self.size(of) {
             1 => i64::from(self.cursor.byte()?.cast_signed()),
@@ -298,7 +298,7 @@ impl<'a> Reader<'a> {
 
     fn pass_vertices(&mut self) -> Result<usize, Failure> {
         let bone = self.size(BONE);
-        // Position, normal, coordinates; the weights follow.
+        // Position, normal and coordinates. The weights follow.
         let fixed = 12 + 12 + 8 + 16 * self.further_coordinates;
         let count = self.cursor.count("vertices", fixed + 1 + bone + 4)?;
         for _ in 0..count {
@@ -314,7 +314,7 @@ impl<'a> Reader<'a> {
                     )));
                 }
             };
-            // The scale of the edge, 4 bytes, follows the weights.
+            // The edge scale, 4 bytes, follows the weights.
             self.cursor.take(weights + 4)?;
         }
         Ok(count)
@@ -368,7 +368,7 @@ impl<'a> Reader<'a> {
             });
         }
         if has(HAS_FIXED_AXIS) {
-            // The axis of a turn: in the mirror of z its x and y change their sign.
+            // A rotation axis: mirroring z changes the signs of x and y.
             let axis = self.cursor.numbers()? * DVec3::new(-1.0, -1.0, 1.0);
             bone.axis = axis.try_normalize();
         }
@@ -407,7 +407,7 @@ impl<'a> Reader<'a> {
         }))
     }
 
-    /// A name, with the English one behind it.
+    /// A name, followed by the English name.
     fn name(&mut self, limits: &Limits) -> Result<String, Failure> {
         let name = self.text()?;
         self.pass_text()?;
@@ -437,7 +437,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Angles about x and y change their sense in the mirror of z.
+/// Mirroring z reverses the angles about x and y.
 fn right_handed([least, largest]: [DVec3; 2]) -> [DVec3; 2] {
     [
         DVec3::new(-largest.x, -largest.y, least.z),

@@ -1,4 +1,4 @@
-//! The tables of a `.vmd` file.
+//! Reads the tables of a `.vmd` file.
 //!
 //! ```text
 //! file   := "Vocaloid Motion Data 0002" in 30 bytes, the name of the model in 20, bones, morphs, cameras, lights,
@@ -10,10 +10,10 @@
 //! states := u32, then for each key: frame u32, is shown u8, u32, and as many: name of an IK in 20 bytes, is on u8
 //! ```
 //!
-//! Names are Shift-JIS, up to the first NUL. The 64 bytes of curves are four rows of 16: each row is the first one,
-//! begun a byte later. The first begins with the X of the first point of the four curves, of x, y, z and the rotation.
-//! Then come its Y, then X and Y of the second point. Programs put other numbers into the third and the fourth byte, so
-//! every curve is read from the row that begins with it.
+//! Names are Shift-JIS, up to the first NUL. The 64 bytes of curves are four rows of 16. Each row is the first row,
+//! shifted by one byte more. The first row begins with the X of the first control point of four curves: x, y, z and the
+//! rotation. Then come its Y, and X and Y of the second control point. Programs write other numbers into the third and
+//! the fourth byte, so every curve is read from the row that begins with it.
 
 use std::collections::BTreeMap;
 
@@ -30,57 +30,57 @@ use crate::warnings::Warnings;
 
 const OLD: &[u8] = b"Vocaloid Motion Data file";
 
-/// Bytes of the mark at the beginning of a file.
+/// The size in bytes of the mark at the beginning of a file.
 const HEADER_BYTES: usize = 30;
 
-/// Bytes of the name of the model in the older version.
+/// The size in bytes of the model name in the older version.
 const OLD_MODEL_NAME_BYTES: usize = 10;
 
-/// Bytes of the curves of interpolation of a key of a bone.
+/// The size in bytes of a bone key's interpolation curves.
 const CURVE_BYTES: usize = 64;
 
-/// Bytes of a key of a bone: name, frame, seven numbers, curves.
+/// The size in bytes of a bone key: name, frame, seven numbers, curves.
 const BONE_BYTES: usize = NAME_BYTES + 4 + 7 * 4 + CURVE_BYTES;
 
-/// Bytes of a key of a morph: name, frame, weight.
+/// The size in bytes of a morph key: name, frame, weight.
 const MORPH_BYTES: usize = NAME_BYTES + 4 + 4;
 
-/// Bytes of a key of the camera.
+/// The size in bytes of a camera key.
 const CAMERA_BYTES: usize = 61;
 
-/// Bytes of a key of the light.
+/// The size in bytes of a light key.
 const LIGHT_BYTES: usize = 28;
 
-/// Bytes of a key of the shadow.
+/// The size in bytes of a shadow key.
 const SHADOW_BYTES: usize = 9;
 
-/// What a file has. Names are the bytes that the file has for them.
+/// The contents of a file. Names are the bytes in the file.
 #[derive(Default)]
 pub(super) struct Motion {
     pub(super) model: String,
     pub(super) bones: BTreeMap<Vec<u8>, Vec<BoneKey>>,
     pub(super) morphs: BTreeMap<Vec<u8>, Vec<(u32, f64)>>,
-    /// At which frames which IK is on.
+    /// The states of each IK, by frame.
     pub(super) states: Vec<(u32, BTreeMap<Vec<u8>, bool>)>,
-    /// Keys of cameras, lights and shadows.
+    /// The number of camera, light and shadow keys.
     pub(super) others: usize,
-    /// Cameras and lights that have keys: a motion has one of each.
+    /// The number of cameras and lights with keys. A motion has at most one of each.
     pub(super) cameras: usize,
     pub(super) lights: usize,
 }
 
-/// Where a bone is at a frame, against its rest pose, and how it gets there from the key before.
+/// The offset of a bone from its rest pose at a frame, and the curves from the previous key.
 #[derive(Clone, Copy)]
 pub(super) struct BoneKey {
     pub(super) frame: u32,
     pub(super) position: DVec3,
     pub(super) rotation: DQuat,
-    /// Of x, y, z and the rotation.
+    /// The curves of x, y, z and the rotation.
     pub(super) curves: [Curve; 4],
 }
 
 impl Motion {
-    /// The frame of the last key; none where there is no key.
+    /// The frame of the last key; `None` without keys.
     pub(super) fn last(&self) -> Option<u32> {
         let bones = self.bones.values().filter_map(|keys| keys.last()).map(|key| key.frame);
         let morphs = self.morphs.values().filter_map(|keys| keys.last()).map(|key| key.0);
@@ -174,7 +174,7 @@ fn bone_key(cursor: &mut Cursor<'_>) -> Result<(Vec<u8>, Option<BoneKey>), Failu
 }
 
 fn curves_of(bytes: &[u8; CURVE_BYTES]) -> [Curve; 4] {
-    // Some programs write the first row alone.
+    // Some programs write only the first row.
     let has_rows = bytes[16..].iter().any(|byte| *byte != 0);
     [0, 1, 2, 3].map(|curve| {
         let begin = if has_rows { 16 * curve } else { curve };
@@ -201,7 +201,7 @@ fn left_out(warnings: &mut Warnings, name: &[u8], at: usize) {
     });
 }
 
-/// Puts keys in the order of time. Of several at one frame the last counts.
+/// Sorts keys by time. Of several keys at one frame, the last counts.
 fn in_order(motion: &mut Motion) {
     fn sort<K>(keys: &mut Vec<K>, frame: impl Fn(&K) -> u32) {
         keys.reverse();

@@ -1,12 +1,12 @@
-//! Names of bones and morphs: their bytes in Shift-JIS, and what they mean.
+//! Names of bones and morphs: their Shift-JIS bytes, and their meaning.
 
 use encoding_rs::SHIFT_JIS;
 
 use mocap_scene::scene::{Face, HumanoidBone as Bone, Side};
 
-/// Bytes of the name of a bone or of a morph in a motion.
+/// The size in bytes of a bone or morph name in a motion.
 pub const NAME_BYTES: usize = 15;
-/// Bytes of the names of its model and of an IK.
+/// The size in bytes of the model name and of an IK name.
 pub(super) const LONG_NAME_BYTES: usize = 20;
 
 /// The bytes before the first NUL.
@@ -17,24 +17,25 @@ pub fn until_nul(bytes: &[u8]) -> &[u8] {
 
 pub fn decode(bytes: &[u8]) -> String {
     let (name, _) = SHIFT_JIS.decode_without_bom_handling(bytes);
-    // Half of a letter, where a name was cut.
+    // Half of a character, if a name was cut.
     name.trim_end_matches(char::REPLACEMENT_CHARACTER).to_owned()
 }
 
-/// The bytes of a name; `None` where it has letters that Shift-JIS lacks.
+/// The bytes of a name; `None` if Shift-JIS lacks a character.
 pub fn encode(name: &str) -> Option<Vec<u8>> {
     let (bytes, _, is_lossy) = SHIFT_JIS.encode(name);
     (!is_lossy).then(|| bytes.into_owned())
 }
 
-/// What a motion calls a bone or a morph: a name that is too long is cut.
+/// The name of a bone or morph in a motion. Long names are cut.
 pub fn key(name: &str) -> Option<Vec<u8>> {
     let mut bytes = encode(name)?;
     bytes.truncate(NAME_BYTES);
     Some(bytes)
 }
 
-/// Bones by the names that nearly all models have, without the side. The first of a bone counts that a model has.
+/// Bones by the names that nearly all models have, without the side. For each bone, the first name that a model has
+/// counts.
 #[rustfmt::skip]
 pub(super) const BONES: &[(&str, Bone)] = &[
     ("上半身", Bone::Spine), ("上半身2", Bone::Chest), ("上半身3", Bone::UpperChest),
@@ -53,7 +54,8 @@ pub(super) const BONES: &[(&str, Bone)] = &[
 pub(super) const LEFT: char = '左';
 pub(super) const RIGHT: char = '右';
 
-/// The bone that a joint of this name is. The hips follow from the others: no name means what is above legs and trunk.
+/// The humanoid bone of a joint with this name. The hips follow from the other bones, because no name means the common
+/// parent of legs and trunk.
 pub fn bone(name: &str) -> Option<Bone> {
     let name = in_ascii(name);
     let (side, rest) = match name.chars().next()? {
@@ -69,9 +71,9 @@ pub fn bone(name: &str) -> Option<Bone> {
     }
 }
 
-/// A name with the wide digits and letters of ASCII as those of ASCII: models have both.
+/// A name with full-width digits and letters converted to ASCII. Models use both.
 pub fn in_ascii(name: &str) -> String {
-    /// From a wide form to the letter.
+    /// The code point distance from a full-width character to its ASCII character.
     const WIDE: u32 = '！' as u32 - '!' as u32;
     let narrow = |letter: char| match letter {
         '！'..='～' => char::from_u32(letter as u32 - WIDE).unwrap_or(letter),
@@ -80,8 +82,7 @@ pub fn in_ascii(name: &str) -> String {
     name.chars().map(narrow).collect()
 }
 
-/// Expressions of VRM by the names of morphs that nearly all models have. The first of an expression is the one that is
-/// written.
+/// VRM expressions by the morph names that nearly all models have. The first name of an expression is the one to write.
 #[rustfmt::skip]
 const EXPRESSIONS: &[(&str, &str)] = &[
     ("あ", "aa"), ("い", "ih"), ("う", "ou"), ("え", "ee"), ("お", "oh"),
@@ -89,13 +90,13 @@ const EXPRESSIONS: &[(&str, &str)] = &[
     ("笑い", "happy"), ("怒り", "angry"), ("困る", "sad"), ("なごみ", "relaxed"), ("びっくり", "surprised"),
 ];
 
-/// The morph that is an expression of VRM.
+/// The morph name of a VRM expression.
 pub(super) fn morph(preset: &str) -> Option<&'static str> {
     let found = EXPRESSIONS.iter().find(|(_, own)| *own == preset);
     found.map(|(name, _)| *name)
 }
 
-/// What a morph is on a face.
+/// The face role of a morph.
 pub(super) fn face(morph: &str) -> Face {
     match EXPRESSIONS.iter().find(|(name, _)| *name == morph) {
         Some((_, preset)) => Face::Preset((*preset).to_owned()),

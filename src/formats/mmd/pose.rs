@@ -1,8 +1,8 @@
-//! The pose of a model at a frame, as MMD makes it: what the motion says, then bone for bone what is inherited and IK.
+//! Poses a model at a frame like MMD: first the motion, then inheritance and IK, bone by bone.
 //!
-//! A bone's rotation is `IK x own x inherited`, as rotations that are done from the right; its place against its
-//! parent is that at rest, and what it is moved by. Bones are posed by layer and then in their order; those after the
-//! physics come last. A bone inherits the whole rotation of another, with what that has by IK and inherits itself.
+//! A bone's rotation is `IK x own x inherited`, applied from right to left. Its position relative to its parent is the
+//! rest position plus its displacement. Bones are posed by layer and then in order. Bones after the physics come last.
+//! A bone inherits the whole rotation of another bone, including IK and inherited rotation.
 
 mod ik;
 
@@ -13,7 +13,7 @@ use self::ik::Solver;
 use super::model::Model;
 use crate::Failure;
 
-/// The rotation and the translation of a bone against its parent; the translation is from its place at rest.
+/// The rotation and the translation of a bone relative to its parent. The translation is relative to its rest position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Local {
     pub(super) translation: DVec3,
@@ -34,9 +34,9 @@ pub(super) struct ModelPose<'m> {
     pub(super) model: &'m Model,
     order: Vec<usize>,
     solvers: Vec<Option<Solver<'m>>>,
-    /// What the motion says.
+    /// The pose from the motion.
     pub(super) own: Vec<Local>,
-    /// The rotations of IK.
+    /// The rotations from IK.
     pub(super) ik: Vec<DQuat>,
     inherited: Vec<Local>,
 }
@@ -56,8 +56,8 @@ impl<'m> ModelPose<'m> {
         }
     }
 
-    /// Poses all bones by [`own`](Self::own). `is_on` says which IK is done; `budget` is how many steps of IK are
-    /// left.
+    /// Poses all bones from [`own`](Self::own). `is_on` states which IK is enabled. `budget` is the remaining number of
+    /// IK steps.
     pub(super) fn pose(&mut self, is_on: &[bool], budget: &mut u64) -> Result<(), Failure> {
         self.ik.fill(DQuat::IDENTITY);
         self.inherited.fill(Local::default());
@@ -96,7 +96,7 @@ impl<'m> ModelPose<'m> {
         self.own[bone].rotation * self.inherited[bone].rotation
     }
 
-    /// Where a bone is at rest, from its parent.
+    /// The rest position of a bone relative to its parent.
     fn offset(&self, bone: usize) -> DVec3 {
         let bone = &self.model.bones[bone];
         bone.position
@@ -105,7 +105,7 @@ impl<'m> ModelPose<'m> {
                 .map_or(DVec3::ZERO, |parent| self.model.bones[parent].position)
     }
 
-    /// The position and the rotation of a bone in the model.
+    /// The position and the rotation of a bone in model space.
     pub(super) fn world(&self, bone: usize) -> (DVec3, DQuat) {
         let (mut position, mut rotation) = (DVec3::ZERO, DQuat::IDENTITY);
         let mut at = Some(bone);
@@ -118,7 +118,7 @@ impl<'m> ModelPose<'m> {
         (position, rotation)
     }
 
-    /// The rotation of what a bone hangs on.
+    /// The rotation of a bone's parent.
     pub(super) fn parent_rotation(&self, bone: usize) -> DQuat {
         let parent = self.model.bones[bone].parent;
         parent.map_or(DQuat::IDENTITY, |parent| self.world(parent).1)

@@ -1,4 +1,4 @@
-//! From the bytes of a motion, or of a model, to a scene.
+//! Reads a motion or a model into a scene.
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ pub(super) fn model(source: &Source<'_>, options: &ReadOptions) -> Result<Scene>
     warnings.attach_to(read)
 }
 
-/// A motion, on the skeleton of a model.
+/// A motion on the skeleton of a model.
 pub(super) fn motion(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
     let motion = motions::read(source.bytes, &mut warnings);
@@ -38,8 +38,8 @@ pub(super) fn motion(source: &Source<'_>, options: &ReadOptions) -> Result<Scene
     warnings.attach_to(read)
 }
 
-/// The model of a motion: the one that was named, or whose file or model has the name, or the only one beside it; else
-/// generic proportions. With the bytes of its file.
+/// The model of a motion, with the size of its file. It is the named model, or else a model in the same folder whose
+/// file or model name matches, or the only one there. Otherwise it has generic proportions.
 fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Result<(Skeleton, usize)> {
     let candidates = (source.list)("pmx");
     let read = |path: &Path| -> Result<(Model, usize)> {
@@ -89,7 +89,7 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
 
 type Named<'p> = Option<(Model, usize, &'p PathBuf, String)>;
 
-/// Of several models the one whose file begins the name of the motion's, or whose name the motion has.
+/// The model whose file name begins the motion's name, or whose model name is in the motion.
 fn named<'p>(
     motion_file: &Path,
     motion: &Motion,
@@ -106,7 +106,7 @@ fn named<'p>(
             "its file has the name of the motion's".to_owned(),
         )));
     }
-    // A broken file beside the motion is no reason to read nothing.
+    // A broken file next to the motion is no reason to read nothing.
     let of_name = several.iter().find_map(|path| {
         let (model, size) = read(path).ok()?;
         (!motion.model.is_empty() && model.name == motion.model).then_some((model, size, path))

@@ -1,4 +1,4 @@
-//! Nodes of bones and morphs, and the motion at every frame.
+//! Makes nodes from bones and morphs, and computes the motion at every frame.
 
 use std::collections::HashMap;
 
@@ -21,7 +21,7 @@ use crate::depth_first::{depth_first, sorted};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// A model, and why it is the one.
+/// A model, and the reason for its choice.
 pub(super) struct Skeleton {
     model: Model,
     choice: String,
@@ -91,7 +91,7 @@ pub(super) fn of_motion(
     };
     check_moves(motion, model, &tracks)?;
     let moving = moving(model, &tracks);
-    // Every bone is posed at every frame, whether it moves or not.
+    // Every bone is posed at every frame, even a static one.
     let posed = model.bones.len() + motion.morphs.len();
     let frames = FrameBudget::stated_by(&options.limits, bytes).frames(last.into(), posed)? as u64;
     let most = options.limits.expanded_values(bytes);
@@ -118,13 +118,13 @@ pub(super) fn of_motion(
     Ok(scene)
 }
 
-/// The bone that turns the legs, in every model.
+/// The bone that rotates the legs, in every model.
 pub(super) const LOWER: &str = "下半身";
 const UPPER: &str = "上半身";
 
-/// A bone that hangs on another in the scene than in the model: the trunk on the hips.
+/// A bone with another parent in the scene than in the model: the trunk, a child of the hips.
 ///
-/// In MMD trunk and hips hang side by side, and turn each by itself. A humanoid has its trunk on its hips.
+/// In MMD trunk and hips are siblings and rotate independently. In a humanoid the trunk is a child of the hips.
 #[derive(Clone, Copy)]
 struct BoneParent {
     trunk: usize,
@@ -137,7 +137,7 @@ impl BoneParent {
         (model.bones[trunk].parent == model.bones[hips].parent).then_some(Self { trunk, hips })
     }
 
-    /// The trunk against the hips, with its translation from where it is at rest.
+    /// The trunk relative to the hips. Its translation is relative to its rest position.
     fn local(self, posed: &ModelPose<'_>) -> Local {
         let (trunk, hips) = (posed.world(self.trunk), posed.world(self.hips));
         let rest = posed.model.bones[self.trunk].position - posed.model.bones[self.hips].position;
@@ -148,7 +148,7 @@ impl BoneParent {
     }
 }
 
-/// The nodes of a model, and which is which bone's.
+/// The nodes of a model, and the node of each bone.
 fn bones(model: &Model, format: Format) -> (Scene, Vec<usize>) {
     let rehung = BoneParent::of(model);
     let nodes: Vec<Node> = (model.bones.iter().enumerate())
@@ -199,7 +199,7 @@ fn bones(model: &Model, format: Format) -> (Scene, Vec<usize>) {
     (scene, node_of)
 }
 
-/// What a motion for the model must know of it.
+/// The properties of the model that its motions depend on.
 fn told(model: &Model) -> MmdModel {
     let name = |bone: usize| model.bones[bone].name.clone();
     let inherits = model.bones.iter().filter_map(|bone| {
@@ -224,7 +224,7 @@ fn told(model: &Model) -> MmdModel {
     }
 }
 
-/// Says which nodes are which bones, by their names. The hips are what the legs and the trunk hang on.
+/// Sets the humanoid bones of the nodes by name. The hips are the common parent of legs and trunk.
 fn state_bones(nodes: &mut [Node]) {
     let mut found: HashMap<HumanoidBone, usize> = HashMap::new();
     for (index, node) in nodes.iter().enumerate() {
@@ -254,10 +254,10 @@ fn state_bones(nodes: &mut [Node]) {
     }
 }
 
-/// The node of a morph; its weight is X of its translation. Returns its index.
+/// Adds the node of a morph. Its weight is X of its translation. Returns its index.
 fn add_face(scene: &mut Scene, morph: &str) -> usize {
     let own = names::face(morph);
-    // Names of an author's own may repeat.
+    // Custom names may repeat.
     let is_preset = matches!(own, Face::Preset(_));
     let is_taken = is_preset && scene.nodes.iter().any(|node| node.face.as_ref() == Some(&own));
     scene.nodes.push(Node {
@@ -271,7 +271,7 @@ fn add_face(scene: &mut Scene, morph: &str) -> usize {
 }
 
 impl BoneKey {
-    /// The pose at a frame from here to the next key.
+    /// The pose at a frame between this key and the next.
     fn to(&self, next: &Self, frame: u32) -> Local {
         let time = f64::from(frame - self.frame) / f64::from(next.frame - self.frame);
         let [x, y, z, turn] = next.curves.map(|curve| ease(curve, time));
@@ -283,7 +283,7 @@ impl BoneKey {
     }
 }
 
-/// Which bones may move: those with keys, and those that IK turns or that inherit.
+/// The bones that may move: bones with keys, bones that IK rotates, and bones that inherit.
 fn moving(model: &Model, tracks: &[Option<&[BoneKey]>]) -> Vec<bool> {
     let mut moving: Vec<bool> = tracks.iter().map(Option::is_some).collect();
     for (index, bone) in model.bones.iter().enumerate() {
@@ -298,10 +298,10 @@ fn moving(model: &Model, tracks: &[Option<&[BoneKey]>]) -> Vec<bool> {
     moving
 }
 
-/// A step of IK takes as long as so many values: the links are posed anew, from the root on.
+/// The cost of an IK step in values, because the links are posed again, from the root on.
 const STEP: u64 = 4;
 
-/// The pose of each bone at each frame; of one that does not move, at the first.
+/// The pose of each bone at each frame. A static bone has only the first frame.
 fn rows(
     motion: &Motion,
     model: &Model,
@@ -355,8 +355,8 @@ fn rows(
     Ok(rows)
 }
 
-/// The rotation about an axis by the angle of another rotation, in its sense about the axis. Twist bones turn about one
-/// axis, whatever their keys are.
+/// The rotation about an axis with the angle of another rotation and its sense about the axis. Twist bones rotate about
+/// one axis, whatever their keys.
 fn about(axis: DVec3, rotation: DQuat) -> DQuat {
     let turn = rotation.to_scaled_axis();
     let angle = if turn.dot(axis) < 0.0 {
@@ -396,7 +396,7 @@ fn channel(scene: &Scene, node: NodeId, rows: &[Local]) -> Channel {
     }
 }
 
-/// The morphs that are ever seen, with their weights, which change evenly between keys.
+/// Adds the morphs that are ever visible. Their weights are linear between keys.
 fn add_morphs(scene: &mut Scene, motion: &Motion, last: u32, channels: &mut Vec<Channel>) {
     for (name, keys) in &motion.morphs {
         if keys.iter().all(|(_, weight)| *weight == 0.0) {

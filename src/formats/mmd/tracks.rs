@@ -1,4 +1,4 @@
-//! The keys of a motion by the bones of a model.
+//! Matches the keys of a motion to the bones of a model.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use super::names;
 use crate::Failure;
 use crate::warnings::Warnings;
 
-/// The keys of each bone of the model, with a warning of those that no bone has.
+/// The keys of each bone of the model, with a warning about keys without a bone.
 pub(super) fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warnings) -> Vec<Option<&'k [BoneKey]>> {
     let mut tracks: Vec<Option<&[BoneKey]>> = vec![None; model.bones.len()];
     let mut by_key: HashMap<Vec<u8>, usize> = HashMap::new();
@@ -35,13 +35,13 @@ pub(super) fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warni
     tracks
 }
 
-/// Refuses a motion of which only bones move that the model does not have: its figure would stand still.
+/// Refuses a motion that moves only bones that the model lacks: its figure would not move.
 pub(super) fn check_moves(motion: &Motion, model: &Model, tracks: &[Option<&[BoneKey]>]) -> Result<(), Failure> {
     let moves = |keys: &[BoneKey]| keys.iter().any(BoneKey::moves);
     if tracks.iter().flatten().any(|keys| moves(keys)) || motion.morphs.values().any(|keys| keys.len() > 1) {
         return Ok(());
     }
-    /// Bones that a message names at most.
+    /// The largest number of bones in a message.
     const NAMED: usize = 8;
     let moving = motion.bones.iter().filter(|(_, keys)| moves(keys));
     let unknown: Vec<String> = moving.map(|(name, _)| names::decode(name)).take(NAMED).collect();
@@ -57,7 +57,7 @@ pub(super) fn check_moves(motion: &Motion, model: &Model, tracks: &[Option<&[Bon
 }
 
 impl BoneKey {
-    /// Whether it is not the rest pose.
+    /// Whether it differs from the rest pose.
     fn moves(&self) -> bool {
         self.position != DVec3::ZERO || self.rotation.w.abs() < 1.0
     }

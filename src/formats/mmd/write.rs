@@ -1,9 +1,8 @@
-//! Writes `.vmd`: the keys of bones and morphs, 30 frames a second, for models that have these names.
+//! Writes `.vmd`: keys of bones and morphs at 30 frames per second, for models with these names.
 //!
-//! A scene on the skeleton of a model is written for that model. The motion of any other humanoid is written for the
-//! bones that nearly all models have, as a model of generic proportions shows it. In both the IK of legs is turned
-//! off, so that legs turn by their own keys. Between keys everything changes evenly; a key that both its neighbours
-//! repeat is left out.
+//! A scene on the skeleton of an MMD model is written for that model. The motion of any other humanoid is written for
+//! the bones that nearly all models have, with generic proportions. In both cases the leg IK is turned off, so that
+//! legs rotate by their own keys. Values are linear between keys. A key that equals both neighbours is dropped.
 
 mod bones;
 mod bytes;
@@ -23,10 +22,10 @@ use crate::ledger::{joints_left_out, positions_left_out};
 use crate::written::unit_warning;
 use crate::{Export, ExportFile, WriteOptions, numbers};
 
-/// Differences below this, of quaternions and in units, are roundings.
+/// The largest rounding difference, of quaternion components and in units.
 const ROUNDED: f64 = 1e-6;
 
-/// The keys of a bone at every frame, right-handed: its offset from its place at rest, in units, and its rotation.
+/// The right-handed keys of a bone at every frame: its offset from its rest position, in units, and its rotation.
 pub(super) struct BoneTrack {
     pub(super) name: String,
     pub(super) keys: Vec<(DVec3, DQuat)>,
@@ -83,7 +82,7 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     Ok(written)
 }
 
-/// Whether the nodes are bones of a model of MMD.
+/// Whether the nodes are bones of an MMD model.
 fn is_on_model(scene: &Scene) -> bool {
     matches!(scene.metadata.format, Some(Format::Vmd | Format::Pmx))
 }
@@ -98,7 +97,7 @@ fn for_usual_models() -> Diagnostic {
         .help("write it for a certain model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")
 }
 
-/// Whether a name can stand in the file, which has `taken` others; of one that cannot a note is made.
+/// Whether a name can be written next to the `taken` names. Adds a note if not.
 fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Export) -> bool {
     let reason = match names::key(name) {
         Some(key) if key.is_empty() => "it is empty",
@@ -116,20 +115,20 @@ fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Export) -
     false
 }
 
-/// Refuses a motion that has few keys hours apart, as at another frame rate.
+/// Refuses a motion with sparse keys hours apart, as from a wrong frame rate.
 fn check_length(animation: &Animation, bones: usize) -> Result<()> {
     let keys = |channel: &Channel| (channel.rotation_keys.len() + channel.position_keys.len()) as u64;
     let stated: u64 = animation.channels.iter().map(keys).sum();
     let seconds = animation.duration / animation.ticks_per_second;
-    // A frame has seven numbers of each bone.
+    // A frame has seven numbers for each bone.
     FrameBudget::stated_by(&Limits::default(), stated).frames((seconds * FRAME_RATE).ceil(), 7 * bones)?;
     Ok(())
 }
 
-/// The ticks of the frames of the file, the end of the motion included.
+/// The ticks of the frames of the file, including the end of the motion.
 fn ticks(animation: &Animation) -> impl Iterator<Item = f64> + use<> {
     let per_frame = animation.ticks_per_second / FRAME_RATE;
-    // A motion that ends within a thousandth of a frame ends at it.
+    // A motion that ends within a thousandth of a frame ends at that frame.
     let last = (animation.duration / per_frame - 1e-3).ceil().max(0.0) as u64;
     (0..=last).map(move |frame| frame as f64 * per_frame)
 }
@@ -159,7 +158,7 @@ fn bone_tracks(scene: &Scene, bones: &Bones) -> Vec<BoneTrack> {
     tracks
 }
 
-/// Whether two keys are equal but for roundings.
+/// Whether two keys are equal except for rounding.
 pub(super) fn is_near((p, q): (DVec3, DQuat), (p2, q2): (DVec3, DQuat)) -> bool {
     p.abs_diff_eq(p2, ROUNDED) && (q.abs_diff_eq(q2, ROUNDED) || q.abs_diff_eq(-q2, ROUNDED))
 }

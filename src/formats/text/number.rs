@@ -2,19 +2,19 @@
 
 use mocap_scene::limits::is_plausible;
 
-/// A number that a word begins with.
+/// A number at the start of a word.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Number {
-    /// NaN for every spelling of "not a number", infinite for those of infinity and for numbers beyond those that
-    /// kinematics can compute with.
+    /// NaN for every spelling of "not a number". Infinite for infinity, and for numbers that are too large for
+    /// kinematics.
     pub value: f64,
-    /// Its length in bytes.
+    /// The length in bytes.
     pub length: usize,
-    /// Whether its decimals follow a comma.
+    /// Whether the decimal separator is a comma.
     pub(crate) comma: bool,
 }
 
-/// Infinities and values that are no numbers, as Microsoft's C runtime prints them: the marks of `printf`.
+/// Infinities and NaN as Microsoft's C runtime prints them with `printf`.
 const MICROSOFT: [(&str, f64); 4] = [
     ("1.#QNAN", f64::NAN),
     ("1.#IND", f64::NAN),
@@ -24,7 +24,7 @@ const MICROSOFT: [(&str, f64); 4] = [
 
 /// The number at the start of `word`, correctly rounded.
 ///
-/// More of the word may follow: the caller decides whether that is another number (`0.0-5.0`) or an error.
+/// The rest of the word may follow. The caller decides whether it is another number (`0.0-5.0`) or an error.
 pub fn parse(word: &[u8]) -> Option<Number> {
     let digits = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word);
     let sign = word.len() - digits.len();
@@ -54,7 +54,7 @@ pub fn parse(word: &[u8]) -> Option<Number> {
 }
 
 fn parse_point(word: &[u8]) -> Option<Number> {
-    // The parser takes no plus sign.
+    // The parser accepts no plus sign.
     let plus = usize::from(word.first() == Some(&b'+') && word.get(1) != Some(&b'-'));
     let (value, length) = fast_float2::parse_partial::<f64, _>(&word[plus..]).ok()?;
     let length = length + plus;
@@ -71,7 +71,7 @@ fn parse_point(word: &[u8]) -> Option<Number> {
 }
 
 fn parse_comma(word: &[u8]) -> Option<Number> {
-    // No number of a motion file is longer, so a longer word is not a number.
+    // The largest number of bytes of a number in a motion file. A longer word is not a number.
     const LONGEST: usize = 64;
     let mut buffer = [0; LONGEST];
     let copy = buffer.get_mut(..word.len())?;

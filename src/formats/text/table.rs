@@ -1,4 +1,4 @@
-//! The lines of a text in columns: its header, and then a row of numbers for each frame.
+//! Reads text in columns: a header, and then a row of numbers for each frame.
 
 use mocap_scene::error::{Code, Diagnostic};
 
@@ -6,7 +6,7 @@ use super::{Cursor, Word, is_line_end, is_space, number, quote};
 use crate::Failure;
 use crate::warnings::{Warnings, missing_frames};
 
-/// Goes through the lines of a text.
+/// Iterates over the lines of a text.
 pub(crate) struct Table<'a> {
     pub(crate) cursor: Cursor<'a>,
 }
@@ -32,14 +32,14 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Whether a row is cut off. The text ends with it, without a line end. It lacks some of its cells, or frames that
-    /// the header states are missing after it. Its last number may be cut off too.
+    /// Whether a row is cut off: the text ends with it, without a line end. Either the row lacks some cells, or frames
+    /// that the header states are missing after it. Its last number may be cut off too.
     pub(crate) fn is_cut_off(&self, row: Word<'_>, is_short: bool, frame: usize, stated: f64) -> bool {
         let is_last = row.offset + row.bytes.len() == self.cursor.text().len();
         is_last && frame > 0 && (is_short || frame as f64 + 1.0 < stated)
     }
 
-    /// Warns where the file has another number of frames than its header states.
+    /// Warns if the number of frames differs from the header.
     pub(crate) fn check_frames(&self, found: usize, stated: f64, warnings: &mut Warnings) {
         if stated > found as f64 {
             warnings.push(Code::MissingFrames, || missing_frames(stated as u64, found as u64));
@@ -52,7 +52,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The next line of the header, which must be there.
+    /// The next line of the header, which must exist.
     pub(crate) fn header_line(&mut self, expected: &str) -> Result<Word<'a>, Failure> {
         self.next_line().ok_or_else(|| {
             Box::new(
@@ -64,7 +64,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The error of a word that is not what its place needs.
+    /// The error for an unexpected word.
     pub(crate) fn refused(&self, word: Word<'_>, message: &str, expected: &str) -> Failure {
         Box::new(
             Diagnostic::new(Code::MissingKeyword, message)
@@ -74,7 +74,7 @@ impl<'a> Table<'a> {
         )
     }
 
-    /// The number of a cell; NaN where it is empty or says so. `what` is what the number is.
+    /// The number in a cell; NaN if it is empty or states NaN. `what` describes the number.
     pub(crate) fn number(&self, cell: Word<'_>, what: &str) -> Result<f64, Failure> {
         if cell.bytes.is_empty() {
             return Ok(f64::NAN);
@@ -91,14 +91,14 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The words of a line. Where it has tabs, names may have blanks.
+/// The words of a line. If it has tabs, names may contain spaces.
 pub(crate) fn words(line: Word<'_>) -> Vec<Word<'_>> {
     let mut found = cells(line);
     found.retain(|cell| !cell.bytes.is_empty());
     found
 }
 
-/// The cells of a line: between tabs, or where it has none, between blanks.
+/// The cells of a line: between tabs, or if it has none, between spaces.
 pub(crate) fn cells(line: Word<'_>) -> Vec<Word<'_>> {
     let has_tabs = line.bytes.contains(&b'\t');
     let is_end = |byte: &u8| if has_tabs { *byte == b'\t' } else { is_space(*byte) };

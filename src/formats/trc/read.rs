@@ -12,7 +12,7 @@ use crate::text::{Cursor, Word, decode, decode_name, is_binary, number};
 use crate::warnings::{Warnings, cut_row};
 use crate::{Failure, ReadOptions, Source};
 
-/// The columns before those of the first marker: the number of the frame, and the time.
+/// The number of columns before the first marker: the frame number and the time.
 const BEFORE: usize = 2;
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> mocap_scene::error::Result<Scene> {
@@ -21,7 +21,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> mocap_scene::e
     warnings.attach_to(read)
 }
 
-/// What the lines before the motion state.
+/// The statements before the motion.
 struct Header {
     rate: f64,
     frames: f64,
@@ -38,7 +38,7 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
         table: Table::new(&text),
     };
     let first = lines.table.next_line().unwrap_or(Word { bytes: b"", offset: 0 });
-    // The word after it may follow blanks where tabs separate the others.
+    // The second word may follow spaces even if tabs separate the others.
     if !Cursor::new(first.bytes)
         .next_word()
         .is_some_and(|word| word.is(FIRST_WORD))
@@ -86,7 +86,7 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
     Ok(scene)
 }
 
-/// The words of a line, between blanks as between tabs.
+/// The words of a line, separated by spaces or tabs.
 fn all_words<'a>(line: Word<'a>) -> Vec<Word<'a>> {
     let mut cursor = Cursor::new(line.bytes);
     std::iter::from_fn(|| cursor.next_word()).collect()
@@ -103,7 +103,7 @@ impl<'a> Lines<'a> {
         let line = self.table.header_line("the values of the header")?;
         let (mut keys_found, mut values) = (words(keys), words(line));
         if !keys_found.iter().any(|word| word.is("NumMarkers")) {
-            // Blanks separate some of the keys, and tabs others.
+            // Spaces separate some of the keys, and tabs others.
             (keys_found, values) = (all_words(keys), all_words(line));
         }
         let value = |key: &str| {
@@ -129,7 +129,7 @@ impl<'a> Lines<'a> {
         })
     }
 
-    /// The names of the markers; the line of `X1 Y1 Z1` below them is passed.
+    /// Reads the marker names, and skips the following line `X1 Y1 Z1`.
     fn names(
         &mut self,
         header: &Header,
@@ -180,13 +180,13 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// The name of a marker without one, by its index.
+/// The default name of a marker, by its index.
 fn unnamed(marker: usize) -> String {
     format!("Unnamed_{}", marker + 1)
 }
 
-/// The names where each stands above the first of its three columns, so that a marker may have none; `None` where the
-/// names follow each other.
+/// The names if each is above the first of its three columns, so that a marker may have none. `None` if the names are
+/// consecutive.
 fn spread_names(line: Word<'_>) -> Option<Vec<String>> {
     let cells = cells(line);
     let columns = cells.get(BEFORE..)?;
@@ -206,15 +206,15 @@ fn spread_names(line: Word<'_>) -> Option<Vec<String>> {
 struct Motion {
     tracks: Vec<Track>,
     frames: usize,
-    /// The first time and the last.
+    /// The first and the last time.
     times: Vec<f64>,
     limit: u64,
     most_nodes: usize,
 }
 
 impl Motion {
-    /// Whether a row lacks cells. Empty cells at its end may be left out, but not within a marker, and not where blanks
-    /// separate.
+    /// Whether a row lacks cells. Empty cells at its end may be missing, but not within a marker, and not if spaces are
+    /// the separators.
     fn is_short(&self, line: Word<'_>) -> bool {
         let given = cells(line).len().saturating_sub(BEFORE);
         let has_tabs = line.bytes.contains(&b'\t');
@@ -276,7 +276,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Adds markers for columns behind those of the names, of which a row has all three numbers.
+    /// Adds markers for columns after the named ones, if a row has all three numbers.
     fn add_unnamed(&mut self, lines: &Table<'_>, cells: &[Word<'_>], warnings: &mut Warnings) -> Result<(), Failure> {
         let beyond = cells.get(BEFORE + self.tracks.len() * 3..).unwrap_or_default();
         let is_whole = |cells: &[Word<'_>]| cells.iter().all(|cell| !cell.bytes.is_empty());
@@ -309,7 +309,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Warns of numbers behind the last marker.
+    /// Warns about numbers after the last marker.
     fn report_beyond(&self, lines: &Table<'_>, beyond: &[Word<'_>], warnings: &mut Warnings) {
         let mut filled = beyond.iter().filter(|cell| !cell.bytes.is_empty());
         if let Some(first) = filled.next() {
@@ -326,7 +326,7 @@ impl Motion {
         }
     }
 
-    /// Frames per second: those of the header, or else of the times.
+    /// The frame rate in frames per second, from the header, or else from the times.
     fn rate(&self, stated: f64) -> f64 {
         if stated.is_finite() && stated > 0.0 {
             return stated;

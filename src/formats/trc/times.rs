@@ -1,12 +1,13 @@
-//! The columns of TRC that its reader does not need: the number and the time of each frame. Other readers go by them.
+//! Checks the columns of TRC that its reader does not need but other readers use: the number and the time of each
+//! frame.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 
-/// How far a time may be from that of its frame, in frames.
+/// The largest difference between a row's time and its frame's time, in frames.
 const SAME_FRAME: f64 = 0.5;
 
-/// Says where a row has another time than its frame. Frames count from 1, or from 0; a part of a take may begin later.
+/// Reports a row whose time differs from its frame's. Frames count from 1 or 0, and a cut take may begin later.
 pub(super) fn inspect(bytes: &[u8], scene: &Scene) -> Result<Option<Diagnostic>> {
     let clip = scene.animations.first();
     Ok(clip.and_then(|clip| wrong_time(bytes, clip.ticks_per_second)))
@@ -14,7 +15,7 @@ pub(super) fn inspect(bytes: &[u8], scene: &Scene) -> Result<Option<Diagnostic>>
 
 fn wrong_time(bytes: &[u8], frame_rate: f64) -> Option<Diagnostic> {
     let text = String::from_utf8_lossy(bytes);
-    // The lines before hold the name of the file, the header, and the names.
+    // The lines before contain the file name, the header and the names.
     let rows = text.lines().enumerate().skip(3).filter_map(|(line, row)| {
         let mut cells = row.split('\t').map(str::trim);
         let (frame, time): (f64, f64) = (cells.next()?.parse().ok()?, cells.next()?.parse().ok()?);

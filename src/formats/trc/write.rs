@@ -12,7 +12,7 @@ use crate::unique_names::{UniqueNames, is_separator};
 use crate::written::unit_warning;
 use crate::{Export, ExportFile, WriteOptions};
 
-/// Millimetres in a metre: scenes come in metres.
+/// Millimetres per metre, because scenes are in metres.
 const MILLIMETRES: f32 = 1000.0;
 
 pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
@@ -20,7 +20,7 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let nodes: Vec<usize> = (0..scene.nodes.len())
         .filter(|node| scene.nodes[*node].kind != NodeKind::Group)
         .collect();
-    // OpenSim refuses columns of one name.
+    // OpenSim refuses columns with equal names.
     let (mut unique, mut renamed) = (UniqueNames::default(), Vec::new());
     let is_allowed = |c: char| !is_separator(c);
     let names: Vec<String> = (nodes.iter())
@@ -35,7 +35,7 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     })
 }
 
-/// The smallest length that a file can state, in millimetres.
+/// The smallest length in the file, in millimetres.
 const LAST_DIGIT: f32 = 1e-4;
 
 fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String {
@@ -70,7 +70,7 @@ fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String 
                 continue;
             }
             let mut position = pose.node_to_world[node].w_axis.truncate() * MILLIMETRES;
-            // Three zeros stand for a marker that was not seen.
+            // Three zeros mean that a marker was not seen.
             if position.abs().max_element() < 0.5 * LAST_DIGIT {
                 position.x = LAST_DIGIT;
             }
@@ -81,7 +81,7 @@ fn text(scene: &Scene, nodes: &[usize], names: &[String], file: &str) -> String 
     text
 }
 
-/// The name of the file without what separates columns and rows.
+/// The file name without column and row separators.
 fn cell(name: &str) -> String {
     name.replace(is_separator, " ")
 }

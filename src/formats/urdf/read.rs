@@ -1,4 +1,4 @@
-//! Reads a robot of URDF.
+//! Reads a robot from URDF.
 
 use std::collections::HashMap;
 
@@ -19,7 +19,7 @@ use crate::warnings::Warnings;
 use crate::xml::{self, Element};
 use crate::{Failure, ReadOptions, Source};
 
-/// The elements of a robot itself.
+/// The elements that describe the robot itself.
 const PARTS: [&str; 3] = ["link", "joint", "material"];
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
@@ -66,7 +66,7 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     mimics.retain(|mimic| mimic.has_leader(&links, warnings));
     mimic::tie(&mut links, &mimics)?;
     let name = root.attribute("name").unwrap_or_default();
-    // `<gazebo>`, `<transmission>`, `<ros2_control>`, ... are of programs that drive or draw the robot.
+    // `<gazebo>`, `<transmission>`, `<ros2_control>`, ... belong to programs that drive or draw the robot.
     let others = root.children().filter(|child| !PARTS.contains(&child.name()));
     let materials = root.descendants().filter(|element| element.name() == "material");
     Ok(Robot {
@@ -81,7 +81,7 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     })
 }
 
-/// Whether a file with elements of xacro is a template from which a robot is made first. It has no joint, or an
+/// Whether a file with xacro elements is a template that must first be expanded to a robot. It has no joint, or an
 /// expression such as `${length}` in place of a value.
 fn is_template(root: &Element<'_, '_>) -> bool {
     let parts = || root.children().filter(|child| matches!(child.name(), "link" | "joint"));
@@ -238,7 +238,7 @@ impl Reader<'_> {
     }
 }
 
-/// `<origin>` of an element; none is no motion.
+/// The `<origin>` of an element. Without one, the identity.
 fn origin(element: &Element<'_, '_>) -> Result<Placement, Failure> {
     let Some(origin) = element.child("origin") else {
         return Ok(Placement::IDENTITY);
@@ -346,7 +346,7 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
     Ok(joint)
 }
 
-/// `<mimic>` of a joint that moves.
+/// The `<mimic>` of a moving joint.
 fn read_mimic<'a, 'input>(tie: &JointElement<'a, 'input>) -> Result<Option<MimicNames<'a, 'input>>, Failure> {
     let Some(element) = tie.element.child("mimic").filter(|_| tie.joint.moves()) else {
         return Ok(None);
@@ -361,7 +361,7 @@ fn read_mimic<'a, 'input>(tie: &JointElement<'a, 'input>) -> Result<Option<Mimic
     }))
 }
 
-/// The links depth-first, each with its joint.
+/// The links in depth-first order, each with its joint.
 fn tree(
     root: &Element<'_, '_>,
     mut links: Vec<RobotLink>,
@@ -408,7 +408,7 @@ fn tree(
     let count = links.len();
     let mut ties: Vec<Option<JointElement<'_, '_>>> = ties.into_iter().map(Some).collect();
     let mut ordered: Vec<RobotLink> = Vec::with_capacity(count);
-    // The link, its parent among the ordered ones, its joint, and how deep it is.
+    // The link, the new index of its parent, its joint, and its depth.
     let mut waiting = vec![(base, None, None, 1_usize)];
     while let Some((link, parent, joint, depth)) = waiting.pop() {
         if depth > limits.max_depth {
@@ -442,7 +442,7 @@ fn tree(
     Ok(without_world(ordered))
 }
 
-/// Without a base that only carries the robot by a floating joint.
+/// Removes a base that only carries the robot by a floating joint.
 fn without_world(mut links: Vec<RobotLink>) -> Vec<RobotLink> {
     let floats = links.get(1).is_some_and(|link| link.joint.kind == JointKind::Floating);
     let carries_one = links.iter().skip(2).all(|link| link.parent != Some(0));

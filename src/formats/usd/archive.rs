@@ -1,5 +1,5 @@
-//! `.usdz`: a ZIP archive of stored files, each of which begins at a multiple of 64 bytes, so that it can be mapped.
-//! The first is the stage. (Pixar, Usdz File Format Specification.)
+//! `.usdz`: a ZIP archive of stored files. Each file begins at a multiple of 64 bytes, so that it can be mapped into
+//! memory. The first file is the stage. (Pixar, Usdz File Format Specification.)
 
 use std::collections::HashMap;
 
@@ -8,16 +8,16 @@ use mocap_scene::files::ZIP_HEAD;
 
 use crate::Failure;
 
-/// Where the bytes of a file may begin.
+/// The alignment of a file's bytes.
 pub const ALIGNMENT: usize = 64;
 
 const CENTRAL: &[u8] = b"PK\x01\x02";
 const END: &[u8] = b"PK\x05\x06";
 
-/// Bytes of the header of a file before its name (the specification of ZIP, 4.3.7).
+/// Bytes of a file's header before its name (ZIP specification, 4.3.7).
 const LOCAL_LENGTH: usize = 30;
 
-/// Bytes of the entry of a file in the directory before its name (4.3.12).
+/// Bytes of a file's directory entry before its name (4.3.12).
 const CENTRAL_LENGTH: usize = 46;
 
 /// Bytes of the end of the directory without its comment (4.3.16).
@@ -26,19 +26,19 @@ const END_LENGTH: usize = 22;
 /// Bytes of the longest comment at the end of an archive.
 const LONGEST_COMMENT: usize = 65_535;
 
-/// The extra field that fills up: its number is that of Pixar's writer.
+/// The id of the padding extra field, as in Pixar's writer.
 const PADDING: u16 = 0x1986;
 
 /// 1 January 1980, so that equal files give equal bytes.
 const DATE: u16 = 0x0021;
 
-/// The archive of these files; `None` where it would be larger than 4 GiB, which the format has no field for.
+/// The archive of these files; `None` if it would exceed 4 GiB, the largest size that the format can state.
 pub fn write(files: &[(String, &[u8])]) -> Option<Vec<u8>> {
     let (mut out, mut central) = (Vec::new(), Vec::new());
     for (name, bytes) in files {
         let offset = u32::try_from(out.len()).ok()?;
         let size = u32::try_from(bytes.len()).ok()?;
-        // What both headers have: version 1.0, no flags, stored, the date, the sum, the sizes.
+        // Shared by both headers: version 1.0, no flags, stored, the date, the check sum, the sizes.
         let mut shared = Vec::new();
         for number in [10, 0, 0, 0, DATE] {
             shared.extend(number.to_le_bytes());
@@ -87,7 +87,7 @@ pub fn stage(archive: &[u8]) -> Result<&[u8], Failure> {
         .bytes()
 }
 
-/// The files of an archive by their names.
+/// The files of an archive by name.
 pub(super) fn files(archive: &[u8]) -> Result<HashMap<&[u8], Entry<'_>>, Failure> {
     entries(archive)?
         .map(|entry| entry.map(|entry| (entry.name, entry)))
@@ -102,7 +102,7 @@ fn broken(what: &str) -> Failure {
 /// A file of an archive.
 pub(super) struct Entry<'a> {
     name: &'a [u8],
-    /// Its own bytes, and what the list says of their sum.
+    /// The stored bytes, and the check sum in the directory.
     stored: Option<&'a [u8]>,
     sum: u32,
     is_stored: bool,
@@ -121,7 +121,7 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// The list of files at the end of an archive.
+/// The directory at the end of an archive.
 fn entries(archive: &[u8]) -> Result<impl Iterator<Item = Result<Entry<'_>, Failure>>, Failure> {
     let last = archive.len().checked_sub(END_LENGTH);
     let last = last.ok_or_else(|| broken("its end is missing"))?;
@@ -146,7 +146,7 @@ fn entries(archive: &[u8]) -> Result<impl Iterator<Item = Result<Entry<'_>, Fail
     }))
 }
 
-/// An entry of the list, and where the next begins.
+/// An entry of the directory, and the position of the next one.
 fn entry(archive: &[u8], at: usize) -> Option<(Entry<'_>, usize)> {
     let rest = archive.get(at..).filter(|rest| rest.starts_with(CENTRAL))?;
     let number = |place: usize| u32_at(rest, place).map(|number| number as usize);

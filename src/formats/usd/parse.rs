@@ -1,4 +1,4 @@
-//! The text form of USD: prims within prims, with attributes, relationships and metadata.
+//! Parses the text form of USD: nested prims with attributes, relationships and metadata.
 //!
 //! ```text
 //! layer     := "#usda 1.0" metadata? prim*
@@ -7,8 +7,8 @@
 //! metadata  := "(" (name "=" value)* ")"
 //! ```
 //!
-//! A value is kept as its numbers, or as its texts, in the order of the file: what a list or a tuple is follows from
-//! the attribute. Nothing here recurses, so that no file is too deep.
+//! A value is kept as its numbers, or as its texts, in the order of the file. The attribute determines whether they are
+//! a list or a tuple. Nothing here recurses, so that no file is too deep.
 
 mod tokens;
 mod variants;
@@ -23,38 +23,38 @@ use self::variants::Open;
 use crate::Failure;
 use crate::text::Word;
 
-/// Values by their names.
+/// Values by name.
 pub(super) type Metadata = HashMap<String, Value>;
 
-/// What an attribute holds.
+/// The value of an attribute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Value {
     pub(super) numbers: Vec<f64>,
-    /// Texts, tokens, paths and names of files.
+    /// Texts, tokens, paths and file names.
     pub(super) texts: Vec<String>,
-    /// The offset in the text: of the time, where it is the value at one.
+    /// The offset in the text. For a time sample, the offset of the time.
     pub(super) offset: usize,
 }
 
 #[derive(Debug, Default)]
 pub(super) struct Attribute {
     pub(super) value: Option<Value>,
-    /// The values at times, in the order of the times.
+    /// The time samples, sorted by time.
     pub(super) samples: Vec<(f64, Value)>,
-    /// Whether its type is of texture coordinates.
+    /// Whether its type is texture coordinates.
     pub(super) is_of_texture: bool,
-    /// Its metadata, of the prims of meshes alone.
+    /// The metadata. Only prims of meshes keep it.
     pub(super) metadata: Metadata,
 }
 
 impl Attribute {
-    /// The value that does not change, or else the first one.
+    /// The constant value, or else the first sample.
     pub(super) fn first(&self) -> Option<&Value> {
         let sampled = || self.samples.first().map(|(_, value)| value);
         self.value.as_ref().or_else(sampled)
     }
 
-    /// What each value of a mesh belongs to, where the attribute says so.
+    /// The interpolation of a mesh attribute, if it is stated.
     pub(super) fn interpolation(&self) -> Option<&str> {
         self.metadata.get("interpolation")?.texts.first().map(String::as_str)
     }
@@ -70,36 +70,36 @@ pub(super) struct Prim {
 }
 
 impl Prim {
-    /// The texts of an attribute; none where the prim does not have it.
+    /// The texts of an attribute; empty if the prim lacks it.
     pub(super) fn texts(&self, name: &str) -> &[String] {
         let value = self.attributes.get(name).and_then(|attribute| attribute.value.as_ref());
         value.map_or(&[], |value| &value.texts)
     }
 
-    /// The numbers of an attribute; of one that changes the first ones.
+    /// The numbers of an attribute. For an animated one, the first numbers.
     pub(super) fn numbers(&self, name: &str) -> &[f64] {
         let value = self.attributes.get(name).and_then(Attribute::first);
         value.map_or(&[], |value| &value.numbers)
     }
 
-    /// The name that a user sees.
+    /// The display name.
     pub(super) fn display_name(&self) -> Option<&String> {
         self.metadata.get("displayName")?.texts.first()
     }
 }
 
-/// The prims of a layer, a parent before its children.
+/// The prims of a layer, parents before children.
 #[derive(Debug, Default)]
 pub(super) struct Layer<'a> {
     pub(super) text: &'a [u8],
     pub(super) metadata: Metadata,
     pub(super) prims: Vec<Prim>,
-    /// The sets of variants of which the layer selects none, as the prim and the set.
+    /// The variant sets without a selection, as prim and set.
     pub(super) unselected: Vec<(usize, String)>,
 }
 
 impl Layer<'_> {
-    /// Where a value stands.
+    /// The location of a value.
     pub(super) fn locate(&self, value: &Value) -> Location {
         Tokens::locate(self.text, value.offset)
     }
@@ -116,7 +116,7 @@ impl Layer<'_> {
     }
 }
 
-/// Attributes by which a mesh is found to have a skin, and which it may have from a prim above it.
+/// Attributes that show that a mesh has a skin. It may inherit them from an ancestor.
 const INHERITED: [&str; 4] = [
     "skel:animationSource",
     "skel:skeleton",
@@ -124,14 +124,14 @@ const INHERITED: [&str; 4] = [
     "material:binding",
 ];
 
-/// The layer; of the attributes, only those that this crate reads: those of meshes where they are asked for.
+/// Parses a layer. Of the attributes, it keeps only those that this crate reads; those of meshes only on request.
 pub(super) fn parse<'a>(text: &'a [u8], limits: &'a Limits, with_meshes: bool) -> Result<Layer<'a>, Failure> {
     let mut parser = Parser::new(text, limits);
     parser.with_meshes = with_meshes;
     parser.layer(text)
 }
 
-/// The metadata of a layer alone.
+/// Only the metadata of a layer.
 pub(super) fn metadata(text: &[u8], limits: &Limits) -> Result<Metadata, Failure> {
     Parser::new(text, limits).metadata_of_layer()
 }
@@ -140,7 +140,7 @@ struct Parser<'a> {
     tokens: Tokens<'a>,
     with_meshes: bool,
     limits: &'a Limits,
-    /// How many more values may be kept.
+    /// The remaining number of values that may be kept.
     values: u64,
 }
 
@@ -154,8 +154,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Whether an attribute is read: those of skeletons and their animations, and transforms of any prim. The points of
-    /// meshes need not be kept.
+    /// Whether an attribute is read: attributes of skeletons and their animations, and transforms of any prim. The
+    /// points of meshes need not be kept.
     fn is_read(&self, kind: &str, name: &str) -> bool {
         matches!(kind, "Skeleton" | "SkelAnimation")
             || name.starts_with("xformOp")
@@ -163,7 +163,7 @@ impl<'a> Parser<'a> {
             || self.is_of_mesh(kind)
     }
 
-    /// Whether a prim is a part of a mesh, and meshes are read.
+    /// Whether a prim belongs to a mesh, and meshes are read.
     fn is_of_mesh(&self, kind: &str) -> bool {
         self.with_meshes && matches!(kind, "Mesh" | "GeomSubset" | "BlendShape" | "Material" | "Shader")
     }
@@ -212,7 +212,7 @@ impl<'a> Parser<'a> {
                         }
                         (b"reorder", Some(_)) => self.skip_statement()?,
                         (_, Some(&Open::Variant(prim))) => {
-                            // What the prim itself states is stronger.
+                            // Statements of the prim itself are stronger.
                             let mut weaker = Prim {
                                 kind: layer.prims[prim].kind.clone(),
                                 ..Prim::default()
@@ -240,7 +240,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A prim up to its brace.
+    /// Reads a prim up to its brace.
     fn prim(&mut self, parent: Option<usize>) -> Result<Prim, Failure> {
         let mut prim = Prim {
             parent,
@@ -272,9 +272,9 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// An attribute or a relationship, whose first word was read.
+    /// Reads an attribute or a relationship, whose first word was read.
     fn property(&mut self, first: Word<'a>, prim: &mut Prim) -> Result<(), Failure> {
-        // Qualifiers and the type stand before the name, which is the last word before `=`, `(` or the next statement.
+        // Qualifiers and the type precede the name, which is the last word before `=`, `(` or the next statement.
         let mut name = first;
         let mut kind = first;
         loop {
@@ -328,7 +328,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// `{ 0: value, 1: value, }`.
+    /// Reads `{ 0: value, 1: value, }`.
     fn samples(&mut self, is_read: bool) -> Result<Vec<(f64, Value)>, Failure> {
         let mut samples: Vec<(f64, Value)> = Vec::new();
         self.tokens.expect(b'{')?;
@@ -354,7 +354,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Holds a value that is kept against the limit; one without numbers counts too.
+    /// Counts a kept value against the limit. A value without numbers counts too.
     fn count(&mut self, value: &Value) -> Result<(), Failure> {
         let count = 1 + value.numbers.len() as u64 + value.texts.len() as u64;
         match self.values.checked_sub(count) {
@@ -369,7 +369,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A value: a number, a text, or a list of them, with all lists within it.
+    /// Reads a value: a number, a text, or a list of them with all nested lists.
     fn value(&mut self) -> Result<Value, Failure> {
         self.tokens.peek();
         let mut value = Value {
@@ -407,7 +407,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// `( name = value ... )`; a text alone is a comment.
+    /// Reads `( name = value ... )`. A single text is a comment.
     fn metadata(&mut self) -> Result<Metadata, Failure> {
         let mut found = Metadata::new();
         self.tokens.expect(b'(')?;
@@ -440,7 +440,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// What this reader has no use for, up to the end of its braces.
+    /// Skips an unused statement, up to the end of its braces.
     fn skip_statement(&mut self) -> Result<(), Failure> {
         let mut depth = 0_usize;
         loop {

@@ -1,17 +1,17 @@
 //! Reads the skeleton of a layer, and its animations.
 //!
-//! | in the file | in the scene |
+//! | file | scene |
 //! |---|---|
 //! | the first `Skeleton`; a further one gives a warning | nodes |
 //! | `joints`, `jointNames` | the graph, and the names |
 //! | `restTransforms`, or else `bindTransforms` | the rest pose |
-//! | transforms of the prims above the skeleton | a node above its roots, which moves where they move |
+//! | transforms of the skeleton's ancestor prims | a parent node of its roots, which moves if they move |
 //! | each `SkelAnimation` with a joint of the skeleton | an animation; the one that is bound comes first |
 //! | time codes | ticks, of `timeCodesPerSecond`, or of the rate that a file of this crate states |
-//! | meshes that joints move, with their materials | meshes |
-//! | blend shapes, and their weights in animations | morph targets, where they are asked for |
-//! | meshes that no joint of the skeleton moves | nothing, with an assumption in the scene |
-//! | the selected variant of a set | as if it stood in its prim |
+//! | skinned meshes, with their materials | meshes |
+//! | blend shapes, and their weights in animations | morph targets, on request |
+//! | meshes without a joint of the skeleton | nothing, with an assumption in the scene |
+//! | the selected variant of a set | part of its prim |
 //! | references, payloads, sets of variants without a selection | nothing, with a warning |
 
 mod above;
@@ -43,7 +43,7 @@ pub(crate) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     warnings.attach_to(read)
 }
 
-/// What a file of this crate says of itself.
+/// The provenance in a file of this crate.
 pub(super) fn provenance(bytes: &[u8]) -> Option<Provenance> {
     if !super::sniff(bytes) {
         return None;
@@ -51,7 +51,7 @@ pub(super) fn provenance(bytes: &[u8]) -> Option<Provenance> {
     stated(&parse::metadata(text(bytes).ok()?, &Limits::default()).ok()?)
 }
 
-/// What the metadata of a layer has of that.
+/// The provenance in the metadata of a layer.
 fn stated(metadata: &parse::Metadata) -> Option<Provenance> {
     // `{ string mocap = "..." }`
     let mut texts = metadata.get("customLayerData")?.texts.iter();
@@ -114,14 +114,14 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     Ok(scene)
 }
 
-/// How many prims are such.
+/// The number of prims for which `is_it` holds.
 fn count(layer: &Layer<'_>, is_it: impl Fn(&Prim) -> bool) -> usize {
     layer.prims.iter().filter(|prim| is_it(prim)).count()
 }
 
-/// Warns of samples behind the end that the layer states: other programs do not play them.
+/// Warns about samples after the end that the layer states, because other programs do not play them.
 fn check_end(layer: &Layer, warnings: &mut Warnings) {
-    /// A part of a frame by which a rounded end may be before its time code.
+    /// The largest rounding of the stated end, in frames.
     const ROUNDING: f64 = 1e-3;
     let attributes = layer
         .prims
@@ -144,13 +144,13 @@ fn check_end(layer: &Layer, warnings: &mut Warnings) {
     }
 }
 
-/// End sites are tips that do not move: what the file marks as one, and moves or has below it a joint, is a joint.
+/// End sites are static tips. A marked end site with motion, or with a descendant joint, becomes a joint.
 fn joints_that_are_no_tips(scene: &mut Scene) {
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
     for node in channels.filter_map(|channel| channel.node).collect::<Vec<NodeId>>() {
         make_joint(scene, node);
     }
-    // Children stand after their parents, so that a joint reaches all above it.
+    // Children follow their parents, so a joint affects all its ancestors.
     for index in (0..scene.nodes.len()).rev() {
         let node = &scene.nodes[index];
         if let Some(parent) = node.parent.filter(|_| node.kind != NodeKind::EndSite) {
@@ -170,9 +170,9 @@ fn metadata_number(layer: &Layer<'_>, name: &str) -> Option<f64> {
     layer.metadata.get(name)?.numbers.first().copied()
 }
 
-/// Metres in a unit: the centimetre where the layer states none, as USD has it.
+/// Metres per unit: the centimetre if the layer states none, USD's default.
 fn metres(layer: &Layer<'_>) -> Result<f64, Failure> {
-    /// Metres in a unit where the layer states none: USD's default, the centimetre.
+    /// Metres per unit if the layer states none: USD's default, the centimetre.
     const DEFAULT: f64 = 0.01;
     let stated = metadata_number(layer, "metersPerUnit").unwrap_or(DEFAULT);
     Ok(mocap_scene::limits::positive(
@@ -182,7 +182,7 @@ fn metres(layer: &Layer<'_>) -> Result<f64, Failure> {
     )?)
 }
 
-/// The axis that points up: +Y where the layer states none, as USD has it.
+/// The up axis: +Y if the layer states none, USD's default.
 fn up(layer: &Layer<'_>) -> Result<UpAxis, Failure> {
     let stated = layer.metadata.get("upAxis").and_then(|value| value.texts.first());
     match stated.map(String::as_str) {

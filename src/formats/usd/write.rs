@@ -6,16 +6,16 @@
 //! | nodes | the `joints` of one `Skeleton`: paths of identifiers |
 //! | their names and kinds | `jointNames`, `mocap:kinds` |
 //! | the rest pose | `restTransforms` |
-//! | the bind pose of bones, else the rest pose | `bindTransforms` |
-//! | an animation | a `SkelAnimation` of the joints that it drives; the skeleton is bound to the first |
-//! | keys | time samples at the ticks of any joint, in frames of the first animation; one value where no joint moves |
-//! | scales | halves, as the schema has them; a note says where that is not exact |
+//! | the bind pose of bones, or else the rest pose | `bindTransforms` |
+//! | an animation | a `SkelAnimation` of the driven joints; the skeleton is bound to the first animation |
+//! | keys | time samples at the ticks of all joints, in frames of the first animation; one value if no joint moves |
+//! | scales | 16-bit floats, as the schema requires; a note reports inexact values |
 //! | metres, up axis, frame rate | `metersPerUnit`, `upAxis`, `timeCodesPerSecond` |
 //! | a name | an identifier; `displayName` has the name of the scene |
-//! | a mesh with bones | a `Mesh` with its joints and weights, whose `geomBindTransform` leads to the bind pose |
+//! | a mesh with bones | a `Mesh` with its joints and weights; its `geomBindTransform` leads to the bind pose |
 //! | a mesh without bones | a `Mesh` that follows the joint of its node |
 //! | a morph target | a `BlendShape` of its mesh, and its weights in each animation |
-//! | a material with a surface | a `UsdPreviewSurface`, with its texture beside the file, or in the archive |
+//! | a material with a surface | a `UsdPreviewSurface`, with its texture in the same folder, or in the archive |
 //! | points | nothing |
 //! | metadata | `customLayerData.mocap`: a [`Provenance`], as JSON |
 
@@ -41,14 +41,14 @@ use crate::provenance::Provenance;
 use crate::written::unit_warning;
 use crate::{Export, ExportFile, WriteOptions, texture};
 
-/// The name of the default prim, and of the skeleton in it.
+/// The name of the default prim, and of its skeleton.
 const ROOT: &str = "Character";
 const SKELETON: &str = "Skeleton";
 
-/// A texture of the output: its path from the stage, and its index in the scene.
+/// An output texture: its path relative to the stage, and its index in the scene.
 type Image = (String, usize);
 
-/// The files of the row.
+/// The files of this format.
 pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let is_archive = options.has_extension("usdz");
     let mut stage = Stage::new(scene, is_archive)?;
@@ -96,24 +96,24 @@ fn too_large() -> Error {
     .into()
 }
 
-/// What cannot be written, with the joint.
+/// The error for data that cannot be written, with the joint.
 fn unrepresentable(joint: &str, message: impl Into<String>) -> Error {
     Diagnostic::new(Code::Unrepresentable, message.into())
         .in_joint(joint)
         .into()
 }
 
-/// A stage that grows prim by prim.
+/// Builds a stage prim by prim.
 struct Stage<'a> {
     scene: &'a Scene,
     skeleton: Skeleton,
     shapes: Shapes,
     text: Text,
-    /// Names of prims below the root.
+    /// The names of the root's children.
     names: Names,
-    /// Frames per second of the layer: those of the first animation.
+    /// The frame rate of the layer in frames per second, from the first animation.
     rate: f64,
-    /// Whether textures are in a folder of an archive, not beside the file.
+    /// Whether textures are in a folder of an archive, not next to the file.
     is_archive: bool,
     images: Vec<Image>,
     notes: Vec<String>,

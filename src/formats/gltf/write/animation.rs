@@ -1,4 +1,5 @@
-//! Writes channels: animated tracks become samplers, constant tracks part of the node where it has their value at rest.
+//! Writes channels: animated tracks become samplers. Constant tracks become part of the node if they have its rest
+//! value.
 
 use std::sync::Arc;
 
@@ -21,19 +22,19 @@ use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, wit
 use super::{GltfOptions, GltfReport};
 use crate::report::Deviation;
 
-/// What becomes of the nodes of the file.
+/// The treatment of the file's nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Nodes {
-    /// They take up the constant tracks of the only animation. A skin keeps the rest pose.
+    /// They take the constant tracks of the only animation. A skin keeps the rest pose.
     OfOneSkinnedAnimation,
-    /// They take up the constant tracks of the only animation that are as in the rest pose.
+    /// They take those constant tracks of the only animation that equal the rest pose.
     OfOneAnimation,
-    /// They have taken up what several animations have in common: [`rest::of_all`](super::rest::of_all).
+    /// They have taken the tracks that several animations share: [`rest::of_all`](super::rest::of_all).
     OfAllAnimations,
-    /// They stand in the T-pose of a VRM animation, and all but the root keep their positions.
+    /// They have the T-pose of a VRM animation. All nodes but the root keep their positions.
     TPose,
-    /// They belong to a file that is passed through, and stay as they are. Rotations are channels even where they are
-    /// constant: another clip of the file may have rotated the joint.
+    /// They belong to a file that is passed through, and stay unchanged. Even constant rotations are channels, because
+    /// another clip of the file may have rotated the joint.
     PassedThrough,
 }
 
@@ -52,17 +53,16 @@ struct Writer<'a> {
     channels: Vec<Channel>,
 }
 
-/// One accessor of times, shared by all tracks that have keys at the same ticks.
+/// One accessor of times, shared by all tracks with keys at the same ticks.
 struct Clock<'a> {
     ticks: Option<&'a [f64]>,
     len: usize,
     accessor: Index<Accessor>,
-    /// The keys that remain where 32-bit floats cannot tell all times apart.
+    /// The remaining keys, if 32-bit floats cannot distinguish all times.
     kept: Option<Vec<usize>>,
 }
 
-/// Writes `animation`. Constant tracks move to `rest`, the rest transforms of the scene's nodes, where `nodes` take
-/// them up.
+/// Writes `animation`. Constant tracks move to `rest`, the rest transforms of the scene's nodes, if `nodes` take them.
 ///
 /// Returns `None` if no node of the scene has a key.
 pub(super) fn write(
@@ -114,7 +114,7 @@ pub(super) fn write(
                 rest.rotation = writer.track(node, Property::Rotation, rotation_keys, rest.rotation)?;
             }
         }
-        // A constant scale is part of the node even where constant tracks are kept, if it can be.
+        // A constant scale becomes part of the node if possible, even if constant tracks are kept.
         let nearly = compressed
             .as_ref()
             .and_then(|_| nearly_constant_scale(&channel.scaling_keys));
@@ -132,7 +132,7 @@ pub(super) fn write(
         is_driven[node] = true;
     }
     if let Some(clip) = compressed.as_ref().filter(|_| writer.takes_constants()) {
-        // A node that nothing drives is rounded as the others are.
+        // A node without a channel is rounded like the others.
         for (node, track) in clip.tracks.iter().enumerate().filter(|(node, _)| !is_driven[*node]) {
             if let (Track::Constant(translation), Track::Constant(rotation)) = (&track.translation, &track.rotation) {
                 rest[node] = Rest {
@@ -161,7 +161,7 @@ pub(super) fn write(
     }))
 }
 
-/// The animation compressed as `options` say; `None` where they do not ask for it.
+/// The animation, compressed by `options`; `None` if they request no compression.
 fn compressed(
     scene: &Scene,
     animation: &scene::Animation,
@@ -171,7 +171,7 @@ fn compressed(
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
         return Err(meshopt::missing().into());
     }
-    // A node that stays as it is has all decimals, and the bound has to hold with them.
+    // An unchanged node has all decimals, and the bound must hold with them.
     let encoding = match nodes {
         Nodes::PassedThrough => options.compression.encoding_with_exact_constants(),
         _ => options.compression.encoding(),
@@ -183,14 +183,14 @@ fn compressed(
 }
 
 impl GltfReport {
-    /// Adds the error of one more animation.
+    /// Adds the error of another animation.
     fn add_error(&mut self, scene: &Scene, clip: &CompressedClip) {
         Deviation::add(&mut self.achieved, scene, clip, 1.0);
     }
 }
 
 impl<'a> Writer<'a> {
-    /// Whether a constant track becomes the value of its node. One that is not as in the rest pose stays a track.
+    /// Whether a constant track becomes the value of its node. A track that differs from the rest pose stays a track.
     fn sets_rest<T: Value<N>, const N: usize>(&self, property: Property, value: T, rest: T) -> bool {
         match self.nodes {
             Nodes::OfOneSkinnedAnimation => true,
@@ -199,12 +199,12 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Whether nodes take up constant tracks.
+    /// Whether nodes take constant tracks.
     fn takes_constants(&self) -> bool {
         matches!(self.nodes, Nodes::OfOneAnimation | Nodes::OfOneSkinnedAnimation)
     }
 
-    /// Whether a constant track is a channel even where the node has its value.
+    /// Whether a constant track is a channel even if the node has its value.
     fn keeps_constant(&self, property: Property) -> bool {
         let is_kept = self.nodes == Nodes::PassedThrough && property == Property::Rotation;
         self.options.keep_constant || is_kept
@@ -248,13 +248,13 @@ impl<'a> Writer<'a> {
         Ok(rest)
     }
 
-    /// A constant track, so that a take without motion keeps its length and a pose stays an animation: of the first
-    /// property of the node that has no track yet.
+    /// Writes a constant track, so that a take without motion keeps its length and a pose stays an animation. It
+    /// belongs to the node's first property without a track.
     fn hold(&mut self, node: usize, rest: &Rest, duration: f64) {
         let end = (duration / self.ticks_per_second) as f32;
-        // A time that 32 bits cannot tell from 0 would be a second key at the time of the first.
+        // A time that 32 bits cannot distinguish from 0 would be a second key at the same time.
         let times = if end > 0.0 { vec![[0.0], [end]] } else { vec![[0.0]] };
-        // Plain, so that a file without any motion needs no extension.
+        // Uncompressed, so that a file without motion needs no extension.
         let input = self.buffer.push_times(Compression::None, &times);
         let has = |property| {
             let is_it = |channel: &Channel| {
@@ -278,7 +278,7 @@ impl<'a> Writer<'a> {
         self.sampler(node, property, input, output);
     }
 
-    /// The clock for keys at `ticks`, one for all tracks that have them.
+    /// The clock for keys at `ticks`, shared by all tracks with these ticks.
     fn clock(&mut self, ticks: Option<&'a [f64]>, len: usize) -> usize {
         if let Some(known) = self
             .clocks
@@ -383,7 +383,7 @@ impl<'a> Writer<'a> {
         array: [f32; N],
     ) {
         self.report.constant_tracks += 1;
-        // A position that was rounded is still that of the rest pose.
+        // A rounded position still equals the rest pose.
         let is_bone = self.scene.nodes[node].face.is_none();
         if self.nodes == Nodes::TPose && property == Property::Translation && node > 0 && is_bone {
             return;

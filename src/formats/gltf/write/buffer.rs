@@ -1,4 +1,4 @@
-//! The one buffer of a file, and the accessors into it.
+//! Builds the buffer of a file, and the accessors into it.
 
 use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Target, View};
@@ -13,7 +13,7 @@ use super::super::meshopt::{self, Filter};
 /// The use of values. In glTF a view has one use, and only views of vertex data state it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Usage {
-    /// Times and values of animation tracks; all of them share one view.
+    /// Times and values of animation tracks, which share one view.
     Keys,
     /// Inverse bind matrices.
     BindMatrices,
@@ -21,11 +21,11 @@ pub(super) enum Usage {
     Vertices,
     /// Vertex indices.
     Indices,
-    /// The file of an image.
+    /// An image file.
     Image,
 }
 
-/// A number that a buffer can hold.
+/// A number type of a buffer.
 pub(super) trait Component: Copy + PartialOrd + Into<f64> {
     const TYPE: ComponentType;
     fn append(self, bytes: &mut Vec<u8>);
@@ -43,10 +43,10 @@ macro_rules! components {
 }
 components!(f32 => F32, u8 => U8, i16 => I16, u16 => U16, u32 => U32);
 
-/// What a file has already, before the buffer is built.
+/// The contents of a file before the buffer is built.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Base {
-    /// The index of the buffer that gets the bytes, and how many it has, a multiple of four.
+    /// The index of the buffer that gets the bytes, and its present length, a multiple of four.
     pub(super) buffer: usize,
     pub(super) bytes: usize,
     /// The index of the [placeholder] that streams need.
@@ -56,7 +56,7 @@ pub(super) struct Base {
 }
 
 impl Base {
-    /// Nothing: the file begins with what is built.
+    /// An empty file.
     const NONE: Self = Self {
         buffer: 0,
         bytes: 0,
@@ -72,12 +72,12 @@ impl Default for Base {
     }
 }
 
-/// What a file gets.
+/// The finished parts of a file.
 pub(super) struct Parts {
     pub(super) accessors: Vec<Accessor>,
     pub(super) views: Vec<View>,
     pub(super) bytes: Vec<u8>,
-    /// The buffer that streams need beside that with the bytes, and the extension that the file then requires.
+    /// The additional buffer that streams need, and the extension that the file then requires.
     pub(super) streams: Option<(gltf_json::Buffer, &'static str)>,
 }
 
@@ -85,29 +85,29 @@ pub(super) struct Parts {
 #[derive(Default)]
 pub(super) struct Buffer {
     base: Base,
-    /// The accessor that has a number that is not finite.
+    /// An accessor with a number that is not finite.
     not_finite: Option<usize>,
     bytes: Vec<u8>,
     views: Vec<View>,
     last_usage: Option<Usage>,
     accessors: Vec<Accessor>,
     streams: [Stream; STREAMS.len()],
-    /// The times of keys that are in the buffer already.
+    /// The key times that are already in the buffer.
     times: Vec<(Vec<[f32; 1]>, Index<Accessor>)>,
-    /// Accessors of times that begin those of another accessor: the same bytes, fewer elements.
+    /// Accessors of times that are a prefix of another accessor: the same bytes, fewer elements.
     beginnings: Vec<(usize, usize)>,
 }
 
-/// The elements of one stream: those of all tracks with the same filter, because a stream and its view take some 200
+/// The elements of one stream. All tracks with the same filter share it, because a stream and its view take some 200
 /// bytes.
 #[derive(Default)]
 struct Stream {
-    /// Before any filter.
+    /// The bytes before any filter.
     bytes: Vec<u8>,
     accessors: Vec<usize>,
 }
 
-/// The streams of a buffer: their filters, and bytes of an element.
+/// The streams of a buffer: their filters, and the bytes of an element.
 const STREAMS: [(Filter, usize); 4] = [
     (Filter::Quaternion, 8),
     (Filter::Exponential, 12),
@@ -116,7 +116,7 @@ const STREAMS: [(Filter, usize); 4] = [
 ];
 
 impl Buffer {
-    /// For a file that has something already.
+    /// Starts a buffer for a file with contents.
     pub(super) fn after(base: Base) -> Self {
         Self {
             base,
@@ -124,22 +124,22 @@ impl Buffer {
         }
     }
 
-    /// Where the next byte will be in the buffer of the file.
+    /// The position of the next byte in the buffer of the file.
     fn end(&self) -> usize {
         self.base.bytes + self.bytes.len()
     }
 
-    /// The index in the file of one of [`Self::accessors`].
+    /// The file index of one of [`Self::accessors`].
     fn index(&self, accessor: usize) -> Index<Accessor> {
         Index::new((self.base.accessors + accessor) as u32)
     }
 
-    /// The accessor with this index in the file.
+    /// The accessor with this file index.
     fn accessor_at(&mut self, index: Index<Accessor>) -> &mut Accessor {
         &mut self.accessors[index.value() - self.base.accessors]
     }
 
-    /// Appends elements of `N` components. The slice is never empty: glTF has no empty accessor.
+    /// Appends elements of `N` components. The slice must not be empty, because glTF has no empty accessors.
     pub(super) fn push<T: Component, const N: usize>(&mut self, usage: Usage, elements: &[[T; N]]) -> Index<Accessor> {
         let start = self.end();
         self.look_at(elements);
@@ -155,7 +155,7 @@ impl Buffer {
         self.index(accessor)
     }
 
-    /// Appends the file of an image, as a view of its own.
+    /// Appends an image file, with its own view.
     pub(super) fn push_image(&mut self, bytes: &[u8]) -> Index<View> {
         let start = self.end();
         self.bytes.extend_from_slice(bytes);
@@ -164,7 +164,7 @@ impl Buffer {
         Index::new((self.base.views + view) as u32)
     }
 
-    /// Notes a number that is not finite, for [`Buffer::finish`]: whatever made it, it is not written.
+    /// Notes a number that is not finite, for [`Buffer::finish`]. It is never written, whatever made it.
     fn look_at<T: Component, const N: usize>(&mut self, elements: &[[T; N]]) {
         let is_finite = elements.iter().flatten().all(|&number| number.into().is_finite());
         if !is_finite {
@@ -173,7 +173,7 @@ impl Buffer {
         }
     }
 
-    /// An accessor without an offset yet.
+    /// An accessor without an offset.
     fn accessor(&mut self, component: ComponentType, components: usize, count: usize) -> usize {
         self.accessors.push(Accessor {
             buffer_view: None,
@@ -205,8 +205,8 @@ impl Buffer {
         accessor.byte_offset = Some(USize64::from(offset)).filter(|offset| offset.0 > 0);
     }
 
-    /// Appends elements of `N` numbers to the stream with `filter`, before filtering. `component` is the type that a
-    /// reader decodes, if it is another.
+    /// Appends elements of `N` numbers, before filtering, to the stream with `filter`. `component` is the type after
+    /// decoding, if it differs.
     pub(super) fn push_stream<T: Component, const N: usize>(
         &mut self,
         filter: Filter,
@@ -234,8 +234,8 @@ impl Buffer {
         }
     }
 
-    /// Appends the times of keys, in a stream if `compression` has streams. Times that another animation has as well,
-    /// or begins with, are not written twice.
+    /// Appends key times, in a stream if `compression` has streams. Times that equal another animation's times, or a
+    /// prefix of them, are not stored twice.
     pub(super) fn push_times(&mut self, compression: Compression, times: &[[f32; 1]]) -> Index<Accessor> {
         if let Some((_, same)) = self.times.iter().find(|(known, _)| known == times) {
             return *same;
@@ -250,7 +250,7 @@ impl Buffer {
         } else {
             self.push(Usage::Keys, times)
         };
-        // Times increase: the first is the smallest.
+        // Times increase, so the first is the smallest.
         let bound = |time: Option<&[f32; 1]>| time.map(|time| json!(time.map(f64::from)));
         self.accessor_at(accessor).min = bound(times.first());
         self.accessor_at(accessor).max = bound(times.last());
@@ -258,7 +258,7 @@ impl Buffer {
         accessor
     }
 
-    /// As [`Self::push`], with bounds: the exact decimal value of the smallest and the largest stored number.
+    /// Like [`Self::push`], with bounds: the exact decimal values of the smallest and the largest stored number.
     pub(super) fn push_bounded<const N: usize>(&mut self, usage: Usage, elements: &[[f32; N]]) -> Index<Accessor> {
         let index = self.push(usage, elements);
         let bound = |pick: fn(f32, f32) -> f32, start: f32| -> Option<Value> {
@@ -273,7 +273,7 @@ impl Buffer {
         index
     }
 
-    /// As [`Self::push`], where the largest integer means 1.
+    /// Like [`Self::push`], for normalized integers: the largest integer means 1.
     pub(super) fn push_normalized<T: Component, const N: usize>(
         &mut self,
         usage: Usage,
@@ -284,7 +284,7 @@ impl Buffer {
         index
     }
 
-    /// The view for the bytes from `start` on: the last one for consecutive keys, otherwise a new one.
+    /// The view for the bytes from `start` on: for consecutive keys the last view, otherwise a new one.
     fn view(&mut self, usage: Usage, start: usize) -> usize {
         if usage != Usage::Keys || self.last_usage != Some(Usage::Keys) {
             self.views.push(View {
@@ -310,7 +310,7 @@ impl Buffer {
         last
     }
 
-    /// Compresses the streams. Their views refer to an uncompressed buffer that is not written: it is marked as the
+    /// Compresses the streams. Their views refer to an uncompressed buffer that is not written. It is marked as the
     /// fallback, which only readers without the extension need.
     fn finish_streams(&mut self, extension: &'static str) -> Result<Option<(gltf_json::Buffer, &'static str)>> {
         let version = i32::from(extension == KHR);
@@ -355,10 +355,10 @@ impl Buffer {
         Ok((fallback > 0).then(|| (placeholder(fallback, extension), extension)))
     }
 
-    /// What the file gets.
+    /// Returns the finished parts.
     ///
     /// # Errors
-    /// Where a number is not finite, and where the streams cannot be encoded.
+    /// A number is not finite, or the streams cannot be encoded.
     pub(super) fn finish(mut self, compression: Compression) -> Result<Parts> {
         if let Some(accessor) = self.not_finite {
             let message = format!("a number of accessor {accessor} would not be finite");
@@ -382,7 +382,7 @@ impl Buffer {
 }
 
 impl Parts {
-    /// Moves all but the bytes to a file that has nothing yet, and returns the bytes.
+    /// Moves everything but the bytes to an empty file, and returns the bytes.
     pub(super) fn into_root(self, root: &mut Root) -> Vec<u8> {
         root.accessors = self.accessors;
         root.buffer_views = self.views;
@@ -398,7 +398,7 @@ impl Parts {
     }
 }
 
-/// A buffer of so many bytes.
+/// A buffer of this length.
 pub(super) fn buffer(length: usize, uri: Option<String>) -> gltf_json::Buffer {
     gltf_json::Buffer {
         byte_length: USize64::from(length),

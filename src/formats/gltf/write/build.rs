@@ -1,4 +1,4 @@
-//! A scene as the tree of objects that glTF writes as JSON.
+//! Converts a scene to the tree of objects that glTF writes as JSON.
 
 use glam::Vec3;
 use gltf_json::image::MimeType;
@@ -34,14 +34,14 @@ struct Builder<'a> {
     options: &'a GltfOptions,
     content: Content,
     root: Root,
-    /// Of each clip of the scene; none where nothing of it is written.
+    /// For each clip of the scene; `None` if nothing of it is written.
     animations: Vec<Option<Animation>>,
-    /// Nodes of the file with morph targets, each with the mesh of the scene.
+    /// File nodes with morph targets, each with the mesh of the scene.
     morphed: Vec<(usize, usize)>,
     buffer: Buffer,
     names: Names,
     report: GltfReport,
-    /// The skin that was written last, with its inverse bind matrices: that of many meshes is one.
+    /// The last written skin with its inverse bind matrices, because many meshes share one skin.
     last_skin: Option<(Vec<[f32; 16]>, Index<Skin>)>,
 }
 
@@ -104,7 +104,7 @@ impl Builder<'_> {
         };
     }
 
-    /// The materials, if a face uses them, and their textures.
+    /// Writes the materials that a face uses, and their textures.
     fn materials(&mut self) {
         if self.root.meshes.is_empty() {
             return;
@@ -191,13 +191,13 @@ impl Builder<'_> {
         })
     }
 
-    /// Whether a skin keeps the rest pose. One that was asked for stands in the nodes too.
+    /// Whether a skin keeps the rest pose. A requested rest pose is also in the nodes.
     fn has_bind_pose(&self) -> bool {
         let is_skinned = self.scene.meshes.iter().any(|mesh| !mesh.bones.is_empty());
         is_skinned && !self.scene.metadata.steps.iter().any(AppliedStep::takes_new_axes)
     }
 
-    /// The node graph with its motion, and the scene that holds its roots.
+    /// Writes the node graph with its motion, and the scene with its roots.
     fn nodes(&mut self) -> Result<()> {
         let scene = self.scene;
         let mut rest = Vec::with_capacity(scene.nodes.len());
@@ -205,7 +205,7 @@ impl Builder<'_> {
             rest.push(rest_of(node)?);
         }
         let nodes = match (self.content, scene.animations.len()) {
-            // The rest pose of a VRM animation is the T-pose, whatever does not move.
+            // The rest pose of a VRM animation is always the T-pose, even for static nodes.
             (Content::VrmAnimation, _) => Nodes::TPose,
             (Content::Scene, 1) if self.has_bind_pose() => Nodes::OfOneSkinnedAnimation,
             (Content::Scene, 1) => Nodes::OfOneAnimation,
@@ -214,7 +214,7 @@ impl Builder<'_> {
                 Nodes::OfAllAnimations
             }
         };
-        // glTF takes several animations; the names of clips and their order stay.
+        // glTF allows several animations. Clip names and their order stay.
         for take in &scene.animations {
             let written = animation::write(
                 scene,
@@ -236,7 +236,7 @@ impl Builder<'_> {
         let mut children = vec![Vec::new(); scene.nodes.len()];
         let mut roots = Vec::new();
         for (index, node) in scene.nodes.iter().enumerate() {
-            // A weight in a VRM animation is no part of the body.
+            // A weight in a VRM animation does not belong to the body.
             let is_apart = self.content == Content::VrmAnimation && node.face.is_some();
             match node.parent.filter(|_| !is_apart) {
                 Some(parent) => children[parent.index()].push(Index::new(index as u32)),
@@ -271,7 +271,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// States which node is which bone, and what nodes are on the face.
+    /// Writes the humanoid bones of nodes, and the face roles of nodes.
     fn humanoid(&mut self) {
         let nodes = self.scene.nodes.iter().enumerate();
         let bone = |(index, node): (usize, &scene::Node)| {
@@ -306,7 +306,7 @@ impl Builder<'_> {
         self.root.extensions_used.push(VRM_ANIMATION.to_owned());
     }
 
-    /// Writes the meshes without bones, on their nodes. Returns those with bones.
+    /// Writes the meshes without bones, on their nodes. Returns the meshes with bones.
     fn rigid_meshes(&mut self) -> Result<Vec<usize>> {
         let mut skinned = Vec::new();
         for (index, node) in self.scene.nodes.iter().enumerate() {
@@ -335,7 +335,7 @@ impl Builder<'_> {
         Ok(skinned)
     }
 
-    /// A mesh, with the morph targets of a mesh of the scene.
+    /// Adds a mesh, with the morph targets of a mesh of the scene.
     fn mesh(&mut self, primitives: Vec<Primitive>, name: Option<&str>, source: Option<usize>) -> Option<Index<Mesh>> {
         let targets = source.map_or(&[][..], |mesh| &self.scene.meshes[mesh].morph_targets);
         let names: Vec<&str> = targets.iter().map(|target| target.name.as_str()).collect();
@@ -352,7 +352,7 @@ impl Builder<'_> {
         })
     }
 
-    /// The curves of morph targets, in the animations.
+    /// Writes the curves of morph targets into the animations.
     fn weights(&mut self) {
         for &(node, mesh) in &self.morphed {
             let targets = &self.scene.meshes[mesh].morph_targets;
@@ -378,7 +378,7 @@ impl Builder<'_> {
 
 /// The rest transform of a node, as translation, rotation and scale.
 fn rest_of(node: &scene::Node) -> Result<Rest> {
-    // In double precision: of axes that shear, rounding would choose between two rotations.
+    // In double precision: for axes with shear, rounding would choose between two rotations.
     let (scale, rotation, _) = node.transform.as_dmat4().to_scale_rotation_translation();
     let (scale, translation) = (
         scale.as_vec3() + Vec3::ZERO,

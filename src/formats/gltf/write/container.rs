@@ -15,27 +15,28 @@ impl Document {
     /// The bytes of a `.glb` file.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] beyond the 4 GiB that the container can hold.
+    /// [`Code::LimitExceeded`] beyond the container's 4 GiB.
     pub fn to_glb(&self) -> Result<Vec<u8>> {
         Ok(self.glb()?.around(&self.bin))
     }
 
-    /// The number of bytes of [`Self::to_glb`], without making them.
+    /// The length of [`Self::to_glb`] in bytes, without making the file.
     ///
     /// # Errors
-    /// As [`Self::to_glb`].
+    /// The errors of [`Self::to_glb`].
     pub fn glb_len(&self) -> Result<usize> {
         let glb = self.glb()?;
         Ok(glb.head.len() + self.bin.len() + glb.tail.len())
     }
 
-    /// A `.glb` file; its buffer is not copied.
+    /// A `.glb` file. Its buffer is not copied.
     pub(in crate::gltf) fn into_glb_file(self, name: &str) -> Result<ExportFile> {
         let glb = self.glb()?;
         Ok(ExportFile::of_parts(name, vec![glb.head, self.bin, glb.tail]))
     }
 
-    /// A `.gltf` file after the `.bin` of its buffer, which has the same name, and is absent where it is empty.
+    /// A `.gltf` file, preceded by the `.bin` of its buffer. The `.bin` has the same name, and is absent if the buffer
+    /// is empty.
     pub(in crate::gltf) fn into_text_and_bin_files(self, name: &str) -> Result<Vec<ExportFile>> {
         let bin_name = bin_name(name);
         let text = ExportFile::new(name, self.to_text_and_bin(&bin_name)?.0);
@@ -56,8 +57,8 @@ impl Document {
         self.with_uri(|| uri_of_buffer(None, &self.bin))
     }
 
-    /// The bytes of a `.gltf` file, and those of the file `bin_name` beside it, which are empty if the scene has
-    /// neither meshes nor motion.
+    /// The bytes of a `.gltf` file, and of its companion file `bin_name`. The latter is empty if the scene has neither
+    /// meshes nor motion.
     ///
     /// # Errors
     /// None is known for a document of this crate.
@@ -73,7 +74,7 @@ impl Document {
         self.text(&root)
     }
 
-    /// The JSON text, with `root` instead of the document's own.
+    /// The JSON text, with `root` instead of the document's own root.
     fn text(&self, root: &Root) -> Result<Vec<u8>> {
         text::write(root, &self.animations).map_err(|error| unwritable(&error))
     }
@@ -83,12 +84,12 @@ pub(super) fn unwritable(error: &dyn std::error::Error) -> Error {
     Diagnostic::new(Code::Unrepresentable, error.to_string()).into()
 }
 
-/// The name of the buffer beside a `.gltf` file.
+/// The name of the buffer file of a `.gltf`.
 pub(super) fn bin_name(name: &str) -> String {
     Path::new(name).with_extension("bin").to_string_lossy().into_owned()
 }
 
-/// The URI of a buffer: the name of the file beside, or the bytes themselves.
+/// The URI of a buffer: the name of its file, or the bytes themselves.
 pub(super) fn uri_of_buffer(beside: Option<&str>, bytes: &[u8]) -> String {
     beside.map_or_else(|| data_uri("application/octet-stream", bytes), percent_encoded)
 }
@@ -98,7 +99,7 @@ pub(super) fn data_uri(media_type: &str, bytes: &[u8]) -> String {
     format!("data:{media_type};base64,{}", STANDARD.encode(bytes))
 }
 
-/// A file name as a relative URI: all but RFC 3986's unreserved characters as `%` and two digits.
+/// A file name as a relative URI. All but RFC 3986's unreserved characters become `%` and two hexadecimal digits.
 fn percent_encoded(name: &str) -> String {
     let mut uri = String::with_capacity(name.len());
     for byte in name.bytes() {

@@ -1,8 +1,7 @@
-//! Indices that point at nothing, in a file that is passed through.
+//! Removes invalid indices from a file that is passed through.
 //!
-//! Most of such a file is not read, and other programs refuse an index that points at nothing, or stop at it. What
-//! names it is taken out: the smallest part that a valid file may lack. A list whose items others name by their numbers
-//! keeps a stand-in.
+//! Most of such a file is not read, and other programs refuse an invalid index, or stop at it. The smallest member with
+//! the index that a valid file may lack is removed. A list whose items are referred to by number keeps a stand-in.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,8 +16,8 @@ use super::indices::Done::{self, Broken, Hidden, Out, StandIn, White};
 use super::indices::{INDICES, MAY_BE_NEGATIVE, NO_IMAGE};
 use crate::warnings::Warnings;
 
-/// The file without indices that point at nothing, and a warning for each; the file itself where it has none. What is
-/// no JSON is left to those who read it.
+/// The file without invalid indices, with a warning for each. If there are none, the file itself. Bytes that are not
+/// JSON are left for the reader to report.
 pub(in super::super) fn without(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Vec<Diagnostic>)> {
     let (text, bin) = json::split(bytes)?;
     let Ok(json @ Value::Object(_)) = serde_json::from_slice::<Value>(text) else {
@@ -42,12 +41,12 @@ pub(in super::super) fn without(bytes: &[u8]) -> Result<(Cow<'_, [u8]>, Vec<Diag
     Ok((glb.around(bin.unwrap_or_default()).into(), warnings))
 }
 
-/// Where a value is: the keys and the numbers that lead to it.
+/// The path of a value: keys and indices.
 type JsonPath = Vec<String>;
 
 struct File {
     json: Value,
-    /// The items of each list that are not what the file says.
+    /// For each list, the items that differ from the file's statements.
     broken: BTreeMap<&'static str, BTreeSet<usize>>,
     warnings: Warnings,
 }
@@ -65,7 +64,8 @@ impl File {
             for path in &found {
                 self.warn(path, list, done);
             }
-            // From the last to the first, so that no number before it changes; and what names several, once.
+            // From the last to the first, so that earlier indices stay valid. An item with several faults is removed
+            // once.
             if let Out(levels) = done {
                 found.iter_mut().for_each(|path| path.truncate(path.len() - levels));
                 found.dedup();
@@ -78,7 +78,7 @@ impl File {
         self.pointers_of_animations();
     }
 
-    /// The length of a list of the file.
+    /// The length of a list in the file.
     fn length(&self, list: &str) -> usize {
         let list = self.json.pointer(&format!("/{list}"));
         list.and_then(Value::as_array).map_or(0, Vec::len)
@@ -97,7 +97,7 @@ impl File {
         }
     }
 
-    /// Says what is wrong, and what is done.
+    /// Warns about a fault and its repair.
     fn warn(&mut self, path: &JsonPath, list: &'static str, done: Done) {
         let owner = match self.json.pointer(&pointer(&path[..2.min(path.len())])) {
             Some(Value::Object(item)) => item.get("name").and_then(Value::as_str),
@@ -116,7 +116,7 @@ impl File {
         let is_there = index_of(value).is_some_and(|index| index < count);
         let condition = "where the file is written as glTF";
         let message = match is_there {
-            // What follows from another fault is said once.
+            // A consequence of another fault is reported once.
             true => format!("{what} {value} is not sound, so what names it is left out {condition}"),
             false => format!("{owner}there is no {what} {value}, so {gone} {condition}"),
         };
@@ -127,7 +127,7 @@ impl File {
         self.warnings.distinct(warning);
     }
 
-    /// `path` is what is taken out, or an index of the item that is changed.
+    /// `path` is removed, or it is an index in the item that is changed.
     fn take_out(&mut self, path: &JsonPath, done: Done) {
         match done {
             Out(_) => remove(&mut self.json, path),
@@ -149,7 +149,7 @@ impl File {
                 }
             }
             Hidden => {
-                // Without a mesh it would be a joint.
+                // Without a mesh the node would be a joint.
                 let primitives = self.nothing();
                 let mesh = self.append("meshes", json!({ "primitives": primitives }));
                 if let Some(Value::Object(node)) = self.json.pointer_mut(&pointer(&path[..2])) {
@@ -161,7 +161,7 @@ impl File {
         }
     }
 
-    /// Remembers that the item in which `path` is stands for nothing.
+    /// Marks the item that contains `path` as invalid.
     fn mark(&mut self, path: &JsonPath) {
         let list = INDICES.iter().map(|(_, list, _)| *list).find(|list| *list == path[0]);
         if let (Some(list), Ok(index)) = (list, path[1].parse()) {
@@ -169,7 +169,7 @@ impl File {
         }
     }
 
-    /// Puts a triangle without area for the primitives of meshes that have lost all of them: a mesh must have one.
+    /// Adds a triangle without area to meshes that have lost all primitives, because a mesh must have one.
     fn empty_meshes(&mut self) {
         let meshes = self.json["meshes"].as_array().map_or(&[][..], Vec::as_slice);
         let is_empty = |mesh: &Value| mesh.is_object() && mesh.get("primitives").is_none();
@@ -184,7 +184,7 @@ impl File {
         self.broken.insert("meshes", empty);
     }
 
-    /// The primitives of a mesh that shows nothing.
+    /// Primitives of an invisible mesh.
     fn nothing(&mut self) -> Value {
         let corners = json!({"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]});
         let corners = self.append("accessors", corners);
@@ -200,7 +200,7 @@ impl File {
         self.length(list) - 1
     }
 
-    /// Samplers of animations, which are read, but for those that no channel of a joint uses.
+    /// Checks the samplers of animations. They are read, except those that no joint channel uses.
     fn samplers_of_animations(&mut self) {
         for animation in 0..self.length("animations") {
             let at: JsonPath = ["animations", &animation.to_string(), "samplers"]
@@ -223,7 +223,7 @@ impl File {
                 channels.retain(|channel| !dead.contains(&channel["sampler"].to_string()));
             }
             for index in &dead {
-                // Numbers of samplers stay.
+                // Sampler indices stay.
                 let path = [&at[..], std::slice::from_ref(index)].concat();
                 if let Some(sampler) = self.json.pointer_mut(&pointer(&path)) {
                     *sampler = sound.clone();
@@ -232,13 +232,13 @@ impl File {
         }
     }
 
-    /// Channels of KHR_animation_pointer whose pointer leads to an item of a list that is not there.
+    /// Checks KHR_animation_pointer channels whose pointer leads to a missing list item.
     fn pointers_of_animations(&mut self) {
         let pattern = "animations/*/channels/*/target/extensions/KHR_animation_pointer/pointer";
         let pattern: Vec<&str> = pattern.split('/').collect();
         let mut found = Vec::new();
         matching(&self.json, &pattern, &mut Vec::new(), &mut found);
-        // From the last to the first, so that no number before it changes.
+        // From the last to the first, so that earlier indices stay valid.
         for path in found.iter().rev() {
             let target = self.json.pointer(&pointer(path)).and_then(Value::as_str);
             let Some(target) = target.filter(|target| !self.leads_to_an_item(target)) else {
@@ -256,7 +256,7 @@ impl File {
         }
     }
 
-    /// Whether the first list that a pointer names has its item. What the item has is not looked for: members have
+    /// Whether the first list in a pointer has the item. Members of the item are not checked, because members have
     /// defaults.
     fn leads_to_an_item(&self, target: &str) -> bool {
         let is_number = |part: &str| part.parse::<usize>().is_ok();
@@ -268,7 +268,7 @@ impl File {
     }
 }
 
-/// All values that a pattern leads to.
+/// All values that match a pattern.
 fn matching(value: &Value, pattern: &[&str], at: &mut JsonPath, found: &mut Vec<JsonPath>) {
     let Some((first, rest)) = pattern.split_first() else {
         found.push(at.clone());
@@ -307,7 +307,7 @@ fn matching(value: &Value, pattern: &[&str], at: &mut JsonPath, found: &mut Vec<
     }
 }
 
-/// Whether a name is as a part of a pattern says.
+/// Whether a name matches a segment of a pattern.
 fn is_match(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         Some((_, "*")) => true,
@@ -316,7 +316,7 @@ fn is_match(pattern: &str, name: &str) -> bool {
     }
 }
 
-/// Takes a value out of its object or array; a list that has nothing else, too.
+/// Removes a value from its object or array. Also removes a list that becomes empty.
 fn remove(json: &mut Value, path: &[String]) {
     let Some((last, above)) = path.split_last() else {
         return;
@@ -351,7 +351,7 @@ fn index_of(value: &Value) -> Option<usize> {
     value.as_u64().and_then(|number| usize::try_from(number).ok())
 }
 
-/// What an item of a list is called.
+/// The singular noun for an item of a list.
 fn singular(list: &str) -> &str {
     match list {
         "bufferViews" => "buffer view",

@@ -1,4 +1,4 @@
-//! Changes of the text of a glTF file, each of a part of it, so that all else keeps its bytes.
+//! Local edits of a glTF file's text, so that everything else keeps its bytes.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use serde_json::value::RawValue;
 use super::super::invalid::invalid;
 use crate::Failure;
 
-/// What is looked at of a node.
+/// The members of a node that are examined.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Node<'a> {
@@ -19,7 +19,7 @@ struct Node<'a> {
     matrix: Option<&'a RawValue>,
 }
 
-/// Changes of a text, each of a part of it.
+/// Edits of a text.
 pub(super) struct Edits<'a> {
     text: &'a str,
     edits: Vec<(Range<usize>, String)>,
@@ -33,7 +33,7 @@ impl<'a> Edits<'a> {
         }
     }
 
-    /// Where a part of the text is.
+    /// The position of a slice of the text.
     fn range(&self, part: &str) -> Range<usize> {
         let start = part.as_ptr() as usize - self.text.as_ptr() as usize;
         start..start + part.len()
@@ -50,7 +50,7 @@ impl<'a> Edits<'a> {
         self.edits.push((at..at, member));
     }
 
-    /// Names an extension in a list, unless it stands there already.
+    /// Adds an extension to a list, unless it is already there.
     pub(super) fn extension(&mut self, name: &str, section: Option<&'a RawValue>, extension: &str) -> Result<()> {
         let known: Vec<String> = section.map_or(Ok(Vec::new()), |section| parse(section.get()))?;
         if known.iter().any(|known| known == extension) {
@@ -59,7 +59,7 @@ impl<'a> Edits<'a> {
         self.append(name, section, &[json!(extension).to_string()])
     }
 
-    /// Appends items to an array of the root, which is added where the file lacks it.
+    /// Appends items to an array of the root. Adds the array if the file lacks it.
     pub(super) fn append(&mut self, name: &str, section: Option<&'a RawValue>, items: &[String]) -> Result<()> {
         if items.is_empty() {
             return Ok(());
@@ -79,8 +79,8 @@ impl<'a> Edits<'a> {
         Ok(())
     }
 
-    /// Puts items behind those of an array of the root. Of those that are there, the ones that `is_freed` names are
-    /// gone at the end of the array; elsewhere `stand_in` keeps their number.
+    /// Appends items to an array of the root. Present items for which `is_freed` holds are removed from the end of the
+    /// array. Elsewhere `stand_in` replaces them, so that indices stay.
     pub(super) fn exchange(
         &mut self,
         name: &str,
@@ -110,7 +110,7 @@ impl<'a> Edits<'a> {
         Ok(())
     }
 
-    /// Writes the matrix of a node that is animated as its three parts: glTF demands it.
+    /// Replaces the matrix of an animated node by translation, rotation and scale, as glTF requires.
     pub(super) fn matrices(&mut self, nodes: Option<&'a RawValue>, driven: &mut Vec<(usize, Trs)>) -> Result<()> {
         driven.sort_by_key(|(node, _)| *node);
         driven.dedup_by_key(|(node, _)| *node);
@@ -136,7 +136,7 @@ impl<'a> Edits<'a> {
     }
 
     pub(super) fn finish(mut self) -> String {
-        // Those at one offset stay in their order.
+        // A stable sort: edits at one offset keep their order.
         self.edits.sort_by_key(|(range, _)| range.start);
         let mut text = String::with_capacity(self.text.len() + 1024);
         let mut at = 0;

@@ -1,7 +1,7 @@
-//! What of a glTF file only those animations need that give way to others: accessors, buffer views, bytes.
+//! Frees the data of a glTF file that only replaced animations need: accessors, buffer views, bytes.
 //!
-//! Numbers of accessors and views stay, for extensions may refer to them. What is freed is gone at the end of a list;
-//! elsewhere the smallest valid item keeps its number.
+//! Indices of accessors and views stay, because extensions may refer to them. Freed items at the end of a list are
+//! removed. Elsewhere the smallest valid item replaces them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -13,31 +13,31 @@ use serde_json::value::RawValue;
 
 use super::edits::{Edits, parse};
 
-/// What stands for an accessor that is freed: one zero, without bytes.
+/// The stand-in for a freed accessor: one zero, without bytes.
 pub(super) const NO_ACCESSOR: &str = r#"{"componentType":5126,"count":1,"type":"SCALAR"}"#;
-/// What stands for a view that is freed.
+/// The stand-in for a freed view.
 pub(super) const NO_VIEW: &str = r#"{"buffer":0,"byteLength":1}"#;
 
-/// The multiple of bytes by which what stays is moved, so that every number keeps its alignment.
+/// The unit in bytes by which remaining data is moved, so that every number keeps its alignment.
 const ALIGNMENT: usize = 4;
 
-/// The extensions whose numbers are known not to be accessors, by how their names begin.
+/// The prefixes of extensions whose numbers are known not to be accessors.
 const WITHOUT_ACCESSORS: [&str; 5] = ["VRM", "KHR_materials", "KHR_texture", "KHR_lights", "EXT_texture"];
 
-/// The extensions of a view that holds a stream.
+/// The extensions of views with streams.
 const STREAMS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Which animations of a file give way to those that are added.
+/// The animations of a file that the added ones replace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Replaced {
     None,
     All,
-    /// The one with this index.
+    /// The animation with this index.
     One(usize),
 }
 
 impl Replaced {
-    /// Whether the animation with this index gives way.
+    /// Whether the animation with this index is replaced.
     fn takes(self, animation: usize) -> bool {
         match self {
             Self::None => false,
@@ -47,17 +47,17 @@ impl Replaced {
     }
 }
 
-/// What is freed.
+/// The freed data.
 pub(super) struct FreedSpace {
     pub(super) accessors: Vec<bool>,
     pub(super) views: Vec<bool>,
-    /// The parts of the binary chunk that stay, and where they begin then.
+    /// The remaining ranges of the binary chunk, and their new positions.
     parts: Vec<(Range<usize>, usize)>,
 }
 
 impl FreedSpace {
-    /// What is freed where `replaced` animations are gone from a file of this text; `chunk` is the length of the binary
-    /// chunk that is its first buffer.
+    /// The data that is freed if the `replaced` animations are removed from the file with this text. `chunk` is the
+    /// length of the binary chunk, which is its first buffer.
     pub(super) fn by(text: &str, replaced: Replaced, chunk: usize) -> Result<Self> {
         let file: Value = parse(text)?;
         let list = |name: &str| file[name].as_array().map_or(&[][..], Vec::as_slice);
@@ -99,9 +99,9 @@ impl FreedSpace {
         Ok(freed)
     }
 
-    /// The parts of the chunk that no freed view has alone.
+    /// The ranges of the chunk that not only freed views use.
     fn parts_that_stay(&self, views: &[Value], chunk: usize) -> Vec<(Range<usize>, usize)> {
-        // How many more freed views, and others, there are from a byte on.
+        // The changes in the number of freed views, and of other views, at each byte.
         let mut changes: BTreeMap<usize, [i64; 2]> = BTreeMap::from([(0, [0; 2]), (chunk, [0; 2])]);
         for (view, is_freed) in std::iter::zip(views, &self.views) {
             for range in ranges_of(view).filter(|range| range.end <= chunk) {
@@ -130,12 +130,12 @@ impl FreedSpace {
         parts
     }
 
-    /// The number of accessors that stay before those that are added.
+    /// The number of remaining accessors, which precede the added ones.
     pub(super) fn first_accessor(&self) -> usize {
         kept(&self.accessors)
     }
 
-    /// The number of views that stay before those that are added.
+    /// The number of remaining views, which precede the added ones.
     pub(super) fn first_view(&self) -> usize {
         kept(&self.views)
     }
@@ -145,7 +145,7 @@ impl FreedSpace {
         self.parts.last().map_or(0, |(range, begin)| begin + range.len())
     }
 
-    /// The binary chunk without what is freed.
+    /// The binary chunk without the freed ranges.
     pub(super) fn chunk(&self, bin: &[u8]) -> Vec<u8> {
         let mut chunk = vec![0; self.chunk_length()];
         for (range, begin) in &self.parts {
@@ -154,7 +154,7 @@ impl FreedSpace {
         chunk
     }
 
-    /// Writes where the bytes of views that stay are now.
+    /// Writes the new byte positions of the remaining views.
     pub(super) fn move_views<'a>(&self, edits: &mut Edits<'a>, section: Option<&'a RawValue>) -> Result<()> {
         let views: Vec<&RawValue> = section.map_or(Ok(Vec::new()), |section| parse(section.get()))?;
         for (view, _) in std::iter::zip(views, &self.views).filter(|(_, is_freed)| !**is_freed) {
@@ -181,7 +181,7 @@ impl FreedSpace {
     }
 }
 
-/// A view, or a stream in it, as it is written.
+/// A view, or its stream, in the form in which it is written.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct View<'a> {
@@ -201,7 +201,7 @@ struct Extensions<'a> {
     khr: Option<Box<View<'a>>>,
 }
 
-/// How many items stay up to the last that does.
+/// The number of items up to the last remaining one.
 fn kept(is_freed: &[bool]) -> usize {
     is_freed
         .iter()
@@ -209,7 +209,7 @@ fn kept(is_freed: &[bool]) -> usize {
         .map_or(0, |last| last + 1)
 }
 
-/// The bytes of the first buffer that a view names, itself and as a stream.
+/// The bytes of the first buffer that a view uses, directly and by its stream.
 fn ranges_of(view: &Value) -> impl Iterator<Item = Range<usize>> {
     let streams = STREAMS.into_iter().filter_map(|name| view.get("extensions")?.get(name));
     let ranges = streams
@@ -235,7 +235,7 @@ fn of_samplers(animation: &Value, found: &mut BTreeSet<usize>) {
     }));
 }
 
-/// The accessors of what is not an extension.
+/// The accessors that are used outside of extensions.
 fn of_meshes_and_skins(file: &Value, found: &mut BTreeSet<usize>) {
     let items = |value: &Value| value.as_array().cloned().unwrap_or_default();
     for primitive in items(&file["meshes"])
@@ -251,7 +251,7 @@ fn of_meshes_and_skins(file: &Value, found: &mut BTreeSet<usize>) {
     }
 }
 
-/// Every number of the extensions that may mean accessors.
+/// All numbers in extensions that may mean accessors.
 fn of_extensions(value: &Value, found: &mut BTreeSet<usize>) {
     match value {
         Value::Array(items) => items.iter().for_each(|item| of_extensions(item, found)),
@@ -272,7 +272,7 @@ fn of_extensions(value: &Value, found: &mut BTreeSet<usize>) {
     }
 }
 
-/// Every whole number in a value.
+/// All integers in a value.
 fn all_numbers(value: &Value, found: &mut BTreeSet<usize>) {
     match value {
         Value::Array(items) => items.iter().for_each(|item| all_numbers(item, found)),
@@ -281,7 +281,7 @@ fn all_numbers(value: &Value, found: &mut BTreeSet<usize>) {
     }
 }
 
-/// Every number called `bufferView` in a value.
+/// All numbers named `bufferView` in a value.
 fn views_in(value: &Value, found: &mut BTreeSet<usize>) {
     match value {
         Value::Array(items) => items.iter().for_each(|item| views_in(item, found)),

@@ -1,5 +1,4 @@
-//! The one assembler of `.glb` files:
-//! <https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html#glb-file-format-specification>
+//! Assembles `.glb` files: <https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html#glb-file-format-specification>
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 
@@ -8,21 +7,21 @@ use super::super::json::{CHUNK_HEADER, HEADER, MAGIC};
 /// The version of the container.
 const VERSION: u32 = 2;
 
-/// A `.glb` file around its buffer, which may be large and is not copied.
+/// A `.glb` file without its buffer, which may be large and is not copied.
 pub(super) struct Glb {
-    /// The header, the text and the header of the buffer.
+    /// The header, the JSON text and the header of the buffer.
     pub(super) head: Vec<u8>,
-    /// What follows the buffer: its padding, and chunks that only extensions know.
+    /// The bytes after the buffer: padding, and chunks that only extensions use.
     pub(super) tail: Vec<u8>,
 }
 
 impl Glb {
-    /// For a text, a buffer of so many bytes, and further chunks with their headers.
+    /// Makes the file from a JSON text, the length of a buffer, and further chunks with their headers.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] beyond the 4 GiB that the container can hold.
+    /// [`Code::LimitExceeded`] beyond the container's 4 GiB.
     pub(super) fn new(mut json: Vec<u8>, bin: Option<usize>, further: &[u8]) -> Result<Self> {
-        // Both are padded to a multiple of four bytes: the text with blanks, the buffer with zeros.
+        // Both are padded to a multiple of four bytes: the text with spaces, the buffer with zeros.
         json.resize(json.len().next_multiple_of(4), b' ');
         let padded = bin.map(|bin| bin.next_multiple_of(4));
         let bin_chunk = padded.map_or(0, |padded| CHUNK_HEADER + padded);
@@ -31,7 +30,7 @@ impl Glb {
             let message = "the file would be larger than the 4 GiB that a .glb can hold";
             Diagnostic::new(Code::LimitExceeded, message).help("write .gltf, or write fewer frames")
         })?;
-        // The whole file fits into 32 bits, and so does a chunk of it.
+        // The length of the file fits into 32 bits, and so does the length of a chunk.
         let number = |length: usize| (length as u32).to_le_bytes();
         let mut head = Vec::with_capacity(HEADER + 2 * CHUNK_HEADER + json.len());
         head.extend(MAGIC);

@@ -1,28 +1,29 @@
-//! Where a glTF file has indices, and which list each is of.
+//! The places of indices in a glTF file, and the list for each.
 
 use self::Done::{Broken, Hidden, Out, StandIn, White};
 use super::freed::{NO_ACCESSOR, NO_VIEW};
 
-/// What stands for an image that has no bytes: one white pixel, which leaves the colour of a material as it is.
+/// The stand-in for an image without bytes: one white pixel, which does not change the colour of a material.
 pub(super) const NO_IMAGE: &str = r#"{"mimeType":"image/png","uri":"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg=="}"#;
 
-/// What is done about an index that points at nothing.
+/// The repair for an invalid index.
 #[derive(Clone, Copy)]
 pub(super) enum Done {
-    /// So many levels above the index a member of an object, or an item of an array, is taken out.
+    /// Removes a member of an object, or an item of an array, this many levels above the index.
     Out(usize),
-    /// The index is taken out, and what names the item that it belongs to is treated as if it named nothing.
+    /// Removes the index. References to its item are then treated as invalid.
     Broken,
-    /// The same, and this stands for the item.
+    /// The same, with this stand-in for the item.
     StandIn(&'static str),
-    /// The texture is of [`NO_IMAGE`], and what names it is treated as if it named nothing.
+    /// The texture gets [`NO_IMAGE`], and references to it are treated as invalid.
     White,
-    /// The node has a mesh that shows nothing.
+    /// The node gets an invisible mesh.
     Hidden,
 }
 
-/// Where a file has indices, which list they are of, and what is done where there is no such item. `*` is any item or
-/// member, also within a name, and `**` any number of levels. Lists stand behind those whose items they name.
+/// The places of indices in a file, the list that each refers to, and the repair for a missing item. `*` matches any
+/// item or member, also within a name, and `**` any number of levels. A list follows the lists whose items it refers
+/// to.
 pub(super) const INDICES: &[(&str, &str, Done)] = &[
     ("bufferViews/*/buffer", "buffers", StandIn(NO_VIEW)),
     ("bufferViews/*/extensions/*/buffer", "buffers", StandIn(NO_VIEW)),
@@ -132,5 +133,5 @@ pub(super) const INDICES: &[(&str, &str, Done)] = &[
     ),
 ];
 
-/// VRM 0 writes a negative number where it means nothing.
+/// VRM 0 writes a negative number for no reference.
 pub(super) const MAY_BE_NEGATIVE: &str = "extensions/VRM/";

@@ -1,4 +1,4 @@
-//! A scene in the file with meshes that it was read from: everything of that file stays, but for its animations.
+//! Writes a scene into the file with meshes from which it was read. Everything but the animations stays.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -17,7 +17,7 @@ use super::{BufferPlace, GltfOptions, morphs};
 use crate::provenance::Provenance;
 use crate::{Export, ExportFile, WriteOptions};
 
-/// The lists of what may stand in files of its own.
+/// The lists of items that may be in separate files.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Lists<'a> {
@@ -36,7 +36,7 @@ struct Item<'a> {
     mime_type: Option<String>,
 }
 
-/// The channels of animations, as far as they say what they move.
+/// The channels of animations, with their targets.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Animations {
@@ -59,11 +59,11 @@ struct Target {
     node: Option<usize>,
 }
 
-/// The files of a scene in its original: `.gltf` where the name has that extension, otherwise `.glb`.
+/// The files of a scene in its original file: `.gltf` if the name has that extension, otherwise `.glb`.
 pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, gltf: &GltfOptions) -> Result<Export> {
     original.check(scene)?;
     let file = &*original.file;
-    // The clips go where the nodes are, which a scene whose joints stand in the bind pose does not know.
+    // Clips refer to the transforms of the file's nodes. A scene with a bind pose has other ones.
     let in_file = Scene {
         nodes: file.in_file.clone(),
         ..Scene::default()
@@ -109,8 +109,8 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
     Ok(written)
 }
 
-/// Warns how many channels are lost with the animation that is replaced, or with all. A scene has none for pointers,
-/// and none for morph targets that the file does not have.
+/// Warns about channels that are lost with the replaced animations. A scene has no channels for pointers, and none for
+/// morph targets that the file lacks.
 fn left_out(original: &Original) -> Result<Option<Diagnostic>> {
     let Animations { animations } = parse(utf8(json::split(&original.file.bytes)?.0)?)?;
     let gone = animations.iter().enumerate();
@@ -137,7 +137,7 @@ fn left_out(original: &Original) -> Result<Option<Diagnostic>> {
     Ok((count > 0).then(diagnostic))
 }
 
-/// The file with what it refers to in it, as data URIs: an output in another folder does not find the files.
+/// The file with its companion files embedded as data URIs, because an output in another folder would not find them.
 fn with_files_beside(bytes: &[u8], beside: &[(String, Vec<u8>)]) -> Result<Vec<u8>> {
     if beside.is_empty() || bytes.starts_with(MAGIC) {
         return Ok(bytes.to_vec());
@@ -158,7 +158,7 @@ fn with_files_beside(bytes: &[u8], beside: &[(String, Vec<u8>)]) -> Result<Vec<u
     Ok(edits.finish().into_bytes())
 }
 
-/// The media type of a file by its name.
+/// The media type of a file from its name.
 fn kind_of(name: &str) -> &'static str {
     let extension = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {
@@ -187,7 +187,7 @@ fn text_and_bin(name: &str, glb: &[u8], embedded: BufferPlace) -> Result<Vec<Exp
     Ok(beside.into_iter().chain([text]).collect())
 }
 
-/// A `.glb` of a text whose buffers are data URIs.
+/// A `.glb` from a text whose buffers are data URIs.
 fn glb_of_text(text: &[u8]) -> Result<Vec<u8>> {
     let (text, _) = json::split(text)?;
     Ok(Glb::new(text.to_vec(), None, &[])?.around(&[]))

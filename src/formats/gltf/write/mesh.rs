@@ -1,5 +1,5 @@
-//! Writes meshes as glTF primitives: equal vertices are joined, and normals are written only where they differ from
-//! those of the faces.
+//! Writes meshes as glTF primitives. Equal vertices are merged, and normals are written only if they differ from the
+//! face normals.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -16,22 +16,22 @@ use crate::morph_targets;
 /// The largest number of joints with 8-bit joint indices.
 const JOINTS_IN_8_BITS: usize = 256;
 
-/// The cosine between a vertex normal and its face's normal above which the two count as equal.
+/// The cosine of the angle between a vertex normal and its face's normal above which both count as equal.
 const SAME_DIRECTION: f32 = 0.999;
 
-/// From the middle of a [`marker`] to its tips, in metres.
+/// The distance from the centre of a [`marker`] to its tips, in metres.
 const MARKER_RADIUS: f32 = 0.01;
 
-/// The joints in one attribute of a vertex.
+/// The number of joints in one attribute of a vertex.
 const SET: usize = 4;
 
 /// The joints of each vertex, as indices into the skin, and their weights.
 struct Influences {
-    /// How many attributes there are.
+    /// The number of attributes.
     sets: usize,
-    /// What the weights of a vertex sum to.
+    /// The sum of a vertex's weights.
     whole: u16,
-    /// For each vertex all of its sets, the strongest joint first; those without a weight are 0.
+    /// All sets of each vertex, the strongest joint first. Entries without weight are 0.
     ties: Vec<(u16, u16)>,
 }
 
@@ -42,9 +42,9 @@ impl Influences {
     }
 }
 
-/// Writes `mesh`; with `joints`, the index of every node in the skin, as a skinned mesh.
+/// Writes `mesh`. With `joints`, the skin index of every node, writes a skinned mesh.
 ///
-/// Returns the primitive and the number of its vertices, or `None` if no face has an area.
+/// Returns the primitive and its number of vertices, or `None` if no face has an area.
 pub(super) fn write(
     mesh: &Mesh,
     joints: Option<&[Option<u16>]>,
@@ -73,7 +73,7 @@ pub(super) fn write(
                 normals.map(|normals| bits(normals[vertex])),
                 coords.map(|coords| bits_of_two(coords[vertex])),
                 influences.as_ref().map(|influences| influences.of(vertex)),
-                // Vertices at one place may be moved to others.
+                // Targets may move coincident vertices differently.
                 (!mesh.morph_targets.is_empty()).then_some(vertex),
             );
             *known.entry(key).or_insert_with(|| {
@@ -179,7 +179,7 @@ pub(super) fn write(
     Ok(Some((primitive, sources.len())))
 }
 
-/// What a target adds to the vertices `sources` of a mesh of so many.
+/// The offsets of a target for the vertices `sources` of a mesh with `count` vertices.
 fn target(own: &MorphTarget, count: usize, sources: &[usize], has_normals: bool, buffer: &mut Buffer) -> JsonTarget {
     let mut added = |offsets: &[Vec3]| {
         let mut all = vec![Vec3::ZERO; count];
@@ -199,7 +199,8 @@ fn target(own: &MorphTarget, count: usize, sources: &[usize], has_normals: bool,
     }
 }
 
-/// An octahedron around `centre`, for a skeleton without extent: several clients refuse a skin that no mesh uses.
+/// An octahedron around `centre`, for a skeleton without extent, because several clients refuse a skin that no mesh
+/// uses.
 pub(super) fn marker(centre: Vec3, material_index: usize) -> Mesh {
     let tips = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
     #[rustfmt::skip]
@@ -215,8 +216,8 @@ pub(super) fn marker(centre: Vec3, material_index: usize) -> Mesh {
     }
 }
 
-/// The joints of each vertex, with weights that sum to 1; a vertex without weights follows the first joint. Weights
-/// have 8 bits where four joints are enough for every vertex, or else 16.
+/// The joints of each vertex, with weights that sum to 1. A vertex without weights follows the first joint. Weights
+/// have 8 bits if four joints suffice for every vertex, otherwise 16.
 fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Influences {
     let mut all: Vec<Vec<(f32, u16)>> = vec![Vec::new(); mesh.vertices.len()];
     for bone in &mesh.bones {
@@ -243,7 +244,7 @@ fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Influences {
     }
 }
 
-/// Weights that sum to `whole`, the strongest first, without those that are nearer to 0 than to 1.
+/// Integer weights that sum to `whole`, the strongest first. Weights that round to 0 are dropped.
 fn rounded(mut ties: Vec<(f32, u16)>, whole: u16) -> Vec<(u16, u16)> {
     ties.sort_by(|a, b| b.0.total_cmp(&a.0));
     let sum: f32 = ties.iter().map(|tie| tie.0).sum();
@@ -260,13 +261,13 @@ fn rounded(mut ties: Vec<(f32, u16)>, whole: u16) -> Vec<(u16, u16)> {
     std::iter::once(first).chain(others).collect()
 }
 
-/// The normal of a triangle that is counter-clockwise seen from outside, as long as twice its area.
+/// The normal of a triangle that is counter-clockwise from outside. Its length is twice the area.
 fn face_normal(mesh: &Mesh, face: &[u32]) -> Vec3 {
     let [a, b, c] = [0, 1, 2].map(|corner| mesh.vertices[face[corner] as usize]);
     (b - a).cross(c - a)
 }
 
-/// Whether the normals show that a face is clockwise, as in Assimp's skeleton mesh; glTF needs counter-clockwise faces.
+/// Whether the normals show that a face is clockwise, as in Assimp's skeleton mesh. glTF needs counter-clockwise faces.
 fn faces_inward(mesh: &Mesh, face: &[u32]) -> bool {
     mesh.normals.len() == mesh.vertices.len() && face_normal(mesh, face).dot(mesh.normals[face[0] as usize]) < 0.0
 }

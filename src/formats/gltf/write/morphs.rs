@@ -9,13 +9,13 @@ use super::GltfReport;
 use super::buffer::{Buffer, Usage};
 use super::text::{Animation, Channel, Sampler, Target};
 
-/// The tracks of the morph targets of a file that is passed through, in an animation of its scene.
+/// The morph target tracks of a file that is passed through, in an animation of its scene.
 pub(super) fn tracks(original: &Original, animation: usize) -> Vec<MorphTrack> {
     let curves = original.morphs.iter();
     curves.filter_map(|curves| track(curves, animation)).collect()
 }
 
-/// The track of the morph targets of a node in an animation; `None` where they stay at rest.
+/// The morph target track of a node in an animation; `None` if the weights stay at rest.
 pub(super) fn track(curves: &MorphCurves, animation: usize) -> Option<MorphTrack> {
     let keys = |animations: &Vec<Keys<f32>>| animations.get(animation).cloned().unwrap_or_default();
     let targets: Vec<Keys<f32>> = curves.targets.iter().map(keys).collect();
@@ -38,7 +38,7 @@ pub(super) fn track(curves: &MorphCurves, animation: usize) -> Option<MorphTrack
     })
 }
 
-/// Adds the weights of the morph targets of one node to an animation.
+/// Adds the morph target weights of one node to an animation.
 pub(super) fn write(
     animation: &mut Animation,
     track: &MorphTrack,

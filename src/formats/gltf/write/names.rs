@@ -1,14 +1,14 @@
-//! Node names as the file has them, as far as clients take them: each client finds every node.
+//! Node names in the file. They are unique for every client, so that each client finds every node.
 
 use mocap_scene::scene::Scene;
 
 use super::NodeRename;
 use crate::unique_names::UniqueNames;
 
-/// What separates the names of a path in Unity, which finds animated nodes by it.
+/// The separator of path segments in Unity, which finds animated nodes by path.
 const SEPARATOR: char = '/';
 
-/// Characters that three.js removes from names when it loads them.
+/// Characters that three.js removes from names while loading.
 const REMOVED_BY_THREE_JS: [char; 5] = ['[', ']', '.', ':', '/'];
 
 /// Makes unique names.
@@ -21,7 +21,7 @@ impl Names {
         self.0.first_free(wanted.to_owned(), as_three_js_sees_it)
     }
 
-    /// A name for every node of `scene`, in its order, and the changed ones.
+    /// A name for every node of `scene`, in order, and the changed names.
     pub(super) fn of_nodes(&mut self, scene: &Scene) -> (Vec<String>, Vec<NodeRename>) {
         let mut renamed = Vec::new();
         let is_allowed = |c: char| c != SEPARATOR && !c.is_control();
@@ -35,8 +35,8 @@ impl Names {
     }
 }
 
-/// three.js gives nodes, and the tracks that it binds to them by name, names in which `_` replaces white space and some
-/// characters are missing.
+/// The name of a node in three.js, and of the tracks that it binds by name: `_` replaces white space, and some
+/// characters are removed.
 fn as_three_js_sees_it(name: &str) -> String {
     let kept = name.chars().filter(|c| !REMOVED_BY_THREE_JS.contains(c));
     kept.map(|c| if c.is_whitespace() { '_' } else { c }).collect()

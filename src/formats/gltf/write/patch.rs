@@ -1,4 +1,4 @@
-//! Adds animations to a glTF file that is there, as edits of its text: everything else keeps its bytes.
+//! Adds animations to an existing glTF file by editing its text: everything else keeps its bytes.
 
 use gltf_json::Index;
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -22,7 +22,7 @@ use super::{BufferPlace, GltfOptions, GltfReport, morphs, text};
 use crate::ExportFile;
 use crate::provenance::Provenance;
 
-/// The sections of a file that may change, as they are written there.
+/// The sections of a file that may change, as they are written.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Sections<'a> {
@@ -61,7 +61,7 @@ struct Image {
     uri: Option<String>,
 }
 
-/// What the file refers to and does not hold.
+/// The external files to which the file refers.
 pub(in super::super) fn external_files(bytes: &[u8]) -> Result<Vec<String>> {
     let (text, _) = json::split(bytes)?;
     let text = utf8(text)?;
@@ -88,7 +88,7 @@ fn list(section: Option<&RawValue>) -> Result<Vec<&RawValue>> {
     section.map_or(Ok(Vec::new()), |section| parse(section.get()))
 }
 
-/// The file with a node above one of its roots, and the index of the new node.
+/// The file with a new parent node for one of its roots, and the index of the new node.
 pub(in super::super) fn with_root(bytes: &[u8], root: usize, name: &str) -> Result<(Vec<u8>, usize)> {
     let (text, bin) = json::split(bytes)?;
     let text = utf8(text)?;
@@ -111,21 +111,21 @@ pub(in super::super) fn with_root(bytes: &[u8], root: usize, name: &str) -> Resu
     Ok((glb.around(bin.unwrap_or_default()), count))
 }
 
-/// The nodes of a file as a scene: the index in the file of each node of the scene.
+/// The nodes of a file as a scene, with the file index of each scene node.
 pub(in super::super) struct Skeleton<'a> {
     pub(in super::super) scene: &'a Scene,
     pub(in super::super) nodes: &'a [Option<usize>],
 }
 
-/// An animation that is added.
+/// An added animation.
 pub(in super::super) struct Clip<'a> {
     pub(in super::super) animation: &'a Animation,
     pub(in super::super) provenance: Option<&'a Provenance>,
     pub(in super::super) morphs: &'a [MorphTrack],
 }
 
-/// The file with animations of a skeleton; each with its provenance, where that is known. What only those need that
-/// are replaced is gone.
+/// The file with animations of a skeleton, each with its provenance if known. Data that only replaced animations need
+/// is removed.
 pub(in super::super) fn with_animations(
     bytes: &[u8],
     skeleton: &Skeleton<'_>,
@@ -141,8 +141,8 @@ pub(in super::super) fn with_animations(
     let buffers: Vec<Buffer<'_>> = sections
         .buffers
         .map_or(Ok(Vec::new()), |section| parse(section.get()))?;
-    // The binary chunk of a .glb is its first buffer. Where that is another file, or a placeholder, the keys are a
-    // buffer of their own.
+    // The binary chunk of a .glb is its first buffer. If the first buffer is another file, or a placeholder, the keys
+    // get a separate buffer.
     let in_chunk = is_glb && buffers.first().is_none_or(|first| first.uri.is_none() && bin.is_some());
     let freed = FreedSpace::by(text, replaced, bin.filter(|_| in_chunk).map_or(0, <[u8]>::len))?;
     let base = match in_chunk {
@@ -234,7 +234,7 @@ pub(in super::super) fn with_animations(
     Ok((files, report))
 }
 
-/// Puts animations where those that give way stand, or behind those of the file.
+/// Inserts animations at the place of the replaced ones, or after the animations of the file.
 fn replace_animations<'a>(
     edits: &mut Edits<'a>,
     section: Option<&'a RawValue>,
@@ -251,7 +251,7 @@ fn replace_animations<'a>(
     Ok(())
 }
 
-/// The text of each item.
+/// The JSON text of each item.
 fn items<T: Serialize>(items: &[T]) -> Result<Vec<String>> {
     items
         .iter()
@@ -259,14 +259,14 @@ fn items<T: Serialize>(items: &[T]) -> Result<Vec<String>> {
         .collect()
 }
 
-/// The animations that are added, and their keys.
+/// The added animations, and their keys.
 struct AddedAnimations<'a> {
     skeleton: &'a Skeleton<'a>,
-    /// The rest transforms of the nodes, which stay as they are.
+    /// The rest transforms of the nodes, which stay unchanged.
     rest: Vec<Rest>,
     animations: Vec<text::Animation>,
     buffer: writer::Buffer,
-    /// The nodes of the file that move, with their transforms at rest.
+    /// The animated nodes of the file, with their rest transforms.
     driven: Vec<(usize, Trs)>,
     report: GltfReport,
 }
@@ -292,7 +292,7 @@ impl<'a> AddedAnimations<'a> {
     }
 
     /// # Errors
-    /// Where it moves no node of the file, or a value is not finite, or the error bound cannot be kept.
+    /// The clip moves no node of the file, or a value is not finite, or the error bound cannot be kept.
     fn clip(&mut self, clip: &Clip<'_>, options: &GltfOptions) -> Result<()> {
         let Clip {
             animation,

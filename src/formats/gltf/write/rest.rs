@@ -1,4 +1,4 @@
-//! The rest transforms of nodes, which take up what no animation moves.
+//! The rest transforms of nodes, which take the constant tracks.
 
 use std::collections::HashMap;
 
@@ -33,8 +33,8 @@ impl Rest {
     }
 }
 
-/// Moves constant tracks to `rest` where all animations have the same constant value, and it is that of the rest pose
-/// or a skin keeps the rest pose. Other constant tracks are written as one key, because the node has only one rest
+/// Moves a constant track to `rest` if all animations have the same constant value, and if the value equals the rest
+/// pose or a skin keeps the rest pose. Other constant tracks are written as one key, because a node has only one rest
 /// transform.
 pub(super) fn of_all(scene: &Scene, rest: &mut [Rest], has_bind_pose: bool) {
     let Some((first, others)) = scene.animations.split_first() else {
@@ -86,7 +86,7 @@ impl ConstantValues {
         }
     }
 
-    /// The values that both have.
+    /// The values that both share.
     fn and(self, other: Self) -> Self {
         fn same<T: Value<N>, const N: usize>(a: Option<T>, b: Option<T>) -> Option<T> {
             a.filter(|a| b.is_some_and(|b| a.is_same(b)))

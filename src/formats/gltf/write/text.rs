@@ -1,5 +1,4 @@
-//! The JSON text of a document, without what a reader assumes anyway: all samplers are linear, and whole numbers have
-//! no decimals.
+//! The JSON text of a document, without defaults: all samplers are linear, and integers have no decimals.
 
 use std::io::{self, Write};
 
@@ -17,13 +16,13 @@ pub struct Animation {
     pub name: Option<String>,
     pub channels: Vec<Channel>,
     pub samplers: Vec<Sampler>,
-    /// Where it is from, if the file does not say that of all animations.
+    /// The provenance, if the file does not state it for all animations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extras: Option<Value>,
 }
 
 impl Animation {
-    /// Without channels.
+    /// An animation without channels.
     pub(super) fn empty() -> Self {
         Self {
             name: None,
@@ -41,7 +40,7 @@ pub struct Sampler {
     pub output: Index<Accessor>,
 }
 
-/// What a sampler drives.
+/// The target of a sampler.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Channel {
     /// The index of the sampler.
@@ -57,7 +56,7 @@ pub struct Target {
     pub path: &'static str,
 }
 
-/// All of a document.
+/// The whole document.
 #[derive(Serialize)]
 struct DocumentText<'a> {
     #[serde(flatten)]
@@ -66,17 +65,17 @@ struct DocumentText<'a> {
     animations: &'a [Animation],
 }
 
-/// The text of an item of an array, for a file that is there already.
+/// The text of an array item, for an existing file.
 ///
 /// # Errors
-/// None is known for what this crate makes.
+/// None is known for items of this crate.
 pub(super) fn item(item: &impl Serialize) -> serde_json::Result<String> {
     let mut text = Vec::new();
     item.serialize(&mut Serializer::with_formatter(&mut text, ShortNumbers::default()))?;
     Ok(String::from_utf8(text).expect("JSON is UTF-8"))
 }
 
-/// The text of `root`, which has no animations of its own, with `animations`.
+/// The text of `root`, which has no animations, with `animations`.
 ///
 /// # Errors
 /// None is known for a document of this crate.
@@ -87,10 +86,10 @@ pub fn write(root: &Root, animations: &[Animation]) -> serde_json::Result<Vec<u8
     Ok(text)
 }
 
-/// JSON without spaces, in which a float that is a whole number is written as one: `0` and not `0.0`.
+/// JSON without spaces. A float that is an integer is written as an integer: `0`, not `0.0`.
 #[derive(Default)]
 pub struct ShortNumbers {
-    /// The number that is written.
+    /// The text of the present number.
     number: Vec<u8>,
 }
 

@@ -1,4 +1,4 @@
-//! The values of tracks: equal ones, constant ones, and rotations as unit quaternions.
+//! Prepares track values for the file. Finds equal and constant values, and normalizes rotations.
 
 use glam::{Quat, Vec3};
 
@@ -6,22 +6,22 @@ use mocap_compress::at_rest::{is_rotation_of_rest, is_translation_of_rest};
 use mocap_scene::math::quaternion::unit;
 use mocap_scene::scene::Keys;
 
-/// The difference between scales that programs make where they take a matrix apart: a few roundings of 32-bit floats. A
-/// compressed clip has one scale at all frames anyway, up to 200 times this.
+/// The difference between scales from a program's matrix decomposition: a few roundings of 32-bit floats. A compressed
+/// clip has one scale for all frames anyway, for differences up to 200 times this one.
 const SCALE_NOISE: f32 = 5e-7;
 
-/// A value of a track: `N` floats in the file.
+/// A track value: `N` floats in the file.
 pub(super) trait Value<const N: usize>: Copy {
     /// Whether two values give the same transform.
     fn is_same(self, other: Self) -> bool;
 
-    /// Whether a value that stays constant is that of the rest pose.
+    /// Whether a constant value equals the rest pose.
     fn is_of_rest(self, rest: Self) -> bool;
 
     /// The values for the file; `None` if one is not finite.
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
 
-    /// A value in the units of the file.
+    /// A value from its form in the file.
     fn from(array: [f32; N]) -> Self;
 }
 
@@ -35,7 +35,7 @@ impl Value<3> for Vec3 {
     }
 
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 3]>> {
-        // Adding zero makes -0 a plain 0.
+        // Adding zero turns -0 into 0.
         values
             .map(|value| value.is_finite().then(|| (value + Vec3::ZERO).to_array()))
             .collect()
@@ -55,7 +55,8 @@ impl Value<4> for Quat {
         is_rotation_of_rest(self, rest)
     }
 
-    /// Unit quaternions, each in the hemisphere of the one before: some clients blend component by component.
+    /// Unit quaternions, each in the hemisphere of the previous one, because some clients interpolate component by
+    /// component.
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 4]>> {
         let mut previous = None;
         let continuous = values.map(|value| {
@@ -77,10 +78,10 @@ pub(super) fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
     keys.values.windows(2).all(|pair| pair[0].is_same(pair[1]))
 }
 
-/// The keys, with a new one in the middle of every two that are half a turn apart and have a frame between them. Such a
-/// turn can go either way: rounding and the signs of the two quaternions decide. `None` if no key is added.
+/// The keys, with a new key in the middle of every two that are half a turn apart and have a frame between them. Such a
+/// turn is ambiguous: rounding and the signs of the quaternions would decide its direction. `None` if no key is added.
 pub fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
-    /// The cosine of half the angle between the two: within 0.01 degrees of half a turn.
+    /// The largest cosine of half the angle between the two: within 0.01 degrees of half a turn.
     const HALF_A_TURN: f32 = 1e-4;
     let ticks = keys.ticks.as_ref()?;
     let is_open = |pair: usize| {
@@ -101,7 +102,7 @@ pub fn with_middles(keys: &Keys<Quat>) -> Option<Keys<Quat>> {
     Some(Keys::at_ticks(values, ticks))
 }
 
-/// A rotation of a compressed clip with its few decimals, where its length is 1 but for their rounding.
+/// A rotation of a compressed clip with its few decimals, if its length is 1 except for their rounding.
 pub(super) fn rounded_unit(rotation: Quat) -> Quat {
     if (rotation.length_squared() - 1.0).abs() < 1e-5 {
         Quat::from_array(rotation.to_array().map(|c| c + 0.0))
@@ -110,14 +111,14 @@ pub(super) fn rounded_unit(rotation: Quat) -> Quat {
     }
 }
 
-/// The one scale of a track whose values are all equal but for the rounding of 32-bit floats.
+/// The scale of a track whose values are equal except for rounding of 32-bit floats.
 pub(super) fn nearly_constant_scale(keys: &Keys<Vec3>) -> Option<Vec3> {
     let first = *keys.values.first()?;
     let is_near = |value: &Vec3| value.abs_diff_eq(first, SCALE_NOISE * first.abs().max_element().max(1.0));
     (first.is_finite() && keys.values.iter().all(is_near)).then(|| without_noise(first))
 }
 
-/// A scale with 1 instead of what is 1 but for rounding.
+/// Replaces scale components that are 1 except for rounding by 1.
 pub(super) fn without_noise(scale: Vec3) -> Vec3 {
     Vec3::from_array(
         scale

@@ -1,4 +1,4 @@
-//! Settings of the compiler, classes of defaults, and the attributes that an element has by them.
+//! Compiler settings, default classes, and the attributes of an element with its class applied.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -12,13 +12,13 @@ use crate::Failure;
 use crate::text::quote;
 use crate::xml::Element;
 
-/// The class of everything that names no other.
+/// The class of everything without a stated class.
 const MAIN: &str = "main";
 
-/// Classes that may be nested in each other.
+/// The largest nesting depth of classes.
 const DEEPEST_CLASS: usize = 64;
 
-/// What the reader uses of a class: others are not kept.
+/// The kinds of elements whose defaults the reader uses. Others are dropped.
 const KINDS: [&str; 2] = ["joint", "geom"];
 const USED: [&str; 20] = [
     "actuatorfrcrange",
@@ -43,7 +43,7 @@ const USED: [&str; 20] = [
     "zaxis",
 ];
 
-/// Where masses come from.
+/// The source of masses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum InertiaFromGeoms {
     Auto,
@@ -54,7 +54,7 @@ pub(super) enum InertiaFromGeoms {
 /// The attributes of a kind of element.
 type Values = HashMap<String, String>;
 
-/// A class: for each kind of element its attributes. Shared with the classes within it as long as they change nothing.
+/// A class: the attributes for each kind of element. Nested classes share them until they change something.
 type Class = HashMap<String, Rc<Values>>;
 
 /// A mesh asset.
@@ -63,17 +63,17 @@ pub(super) struct MeshAsset {
     pub(super) scale: DVec3,
 }
 
-/// What stands outside the bodies.
+/// The settings outside the bodies.
 pub(super) struct Settings {
-    /// Radians for an angle of 1.
+    /// The factor from an angle in the file to radians.
     pub(super) angle: f64,
     euler: [DVec3; 3],
-    /// Whether Euler angles rotate about the axes of the parent, not of the body.
+    /// Whether Euler angles rotate about the parent's axes, not the body's.
     euler_is_extrinsic: bool,
     pub(super) auto_limits: bool,
-    /// Whether masses are those of geoms: where no `<inertial>` states them, always, or never.
+    /// Whether masses come from geoms: if `<inertial>` is missing, always, or never.
     pub(super) inertia_from_geoms: InertiaFromGeoms,
-    /// The groups of geoms that have a mass.
+    /// The groups of geoms with a mass.
     pub(super) inertia_groups: [f64; 2],
     pub(super) total_mass: Option<f64>,
     pub(super) mesh_folder: String,
@@ -172,7 +172,7 @@ impl Settings {
         Ok(())
     }
 
-    /// A `<default>`: its class is that of the one around it, changed.
+    /// Reads a `<default>`. Its class is the surrounding class with changes.
     fn read_class(
         &mut self,
         element: &Element<'_, '_>,
@@ -230,7 +230,7 @@ impl Settings {
     }
 }
 
-/// An element with what its class adds.
+/// An element with the attributes of its class.
 pub(super) struct Attributes<'a, 'input> {
     settings: &'a Settings,
     defaults: Option<&'a Values>,
@@ -254,7 +254,7 @@ impl<'a> Attributes<'a, '_> {
         Ok(numbers.map(|numbers| DVec3::from_slice(&numbers)))
     }
 
-    /// `pos`, and the rotation by whichever attribute states it.
+    /// `pos`, and the rotation from whichever attribute states it.
     pub(super) fn origin(&self) -> Result<Placement, Failure> {
         Ok(Placement {
             rotation: self.rotation()?.unwrap_or(DQuat::IDENTITY),
@@ -267,7 +267,7 @@ impl<'a> Attributes<'a, '_> {
             let message = format!("{name} has no direction: its length is 0");
             Box::new(self.element.at_attribute(name, Code::InvalidRobot, message))
         };
-        // MuJoCo allows one of them.
+        // MuJoCo allows only one of them.
         if let Some(quat) = self.numbers("quat", 4, 4)? {
             let quat = DQuat::from_xyzw(quat[1], quat[2], quat[3], quat[0]);
             return match quat.length() > 1e-12 {

@@ -1,4 +1,4 @@
-//! Bodies with their joints and geometry.
+//! Reads bodies with their joints and geometry.
 
 use std::collections::HashSet;
 
@@ -30,7 +30,7 @@ pub(super) struct Bodies<'a> {
     names: HashSet<String>,
 }
 
-/// A body that is still to be read.
+/// A body that is not read yet.
 struct Waiting<'a, 'input> {
     body: BodyElement<'a, 'input>,
     parent: Option<usize>,
@@ -92,7 +92,7 @@ impl<'a> Bodies<'a> {
         Ok(self.links.len() - 1)
     }
 
-    /// Adds the links of a body, one for each joint, and returns the last, which is the body itself.
+    /// Adds the links of a body, one for each joint. Returns the last link, which is the body itself.
     fn body(
         &mut self,
         waiting: &Waiting<'_, '_>,
@@ -100,7 +100,7 @@ impl<'a> Bodies<'a> {
         warnings: &mut Warnings,
     ) -> Result<usize, Failure> {
         let body = &waiting.body.element;
-        // Of what is included, the line in this file is not known.
+        // The line of an included element in the main file is unknown.
         let line = body.offset().map_or(0, |offset| self.lines.line(offset));
         let unnamed = || format!("body_{}", self.links.len());
         let name = body.attribute("name").map_or_else(unnamed, str::to_owned);
@@ -120,7 +120,7 @@ impl<'a> Bodies<'a> {
             let attributes = self.settings.of(inner.element, inner.child_class)?;
             self.joints(&attributes, &name, waiting.parent.is_none(), inner.frame, &mut joints)?;
         }
-        // The base is where its root position says, not where the model was drawn; it stands upright as it was drawn.
+        // The base is at its root position, not where the model was drawn. It keeps the orientation of the drawing.
         if waiting.parent.is_none() {
             origin.translation = DVec3::ZERO;
         }
@@ -299,7 +299,7 @@ impl<'a> Bodies<'a> {
         if let Some(ends) = attributes.numbers("fromto", 6, 6)? {
             let (from, to) = (DVec3::from_slice(&ends), DVec3::from_slice(&ends[3..]));
             origin.translation = 0.5 * (from + to);
-            // MuJoCo lets Z point from the end to the start.
+            // In MuJoCo, Z points from the end to the start.
             if let Some(axis) = (from - to).try_normalize() {
                 origin.rotation = DQuat::from_rotation_arc(DVec3::Z, axis);
             }

@@ -1,4 +1,4 @@
-//! Equalities of joints, of which those that are linear make a joint follow another.
+//! Joint equalities. A linear one makes a joint follow another.
 
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use crate::mimic::{self, MimicNames};
 use crate::warnings::Warnings;
 use crate::xml::Element;
 
-/// Ties joints by `equality/joint`: the position of joint1 is a polynomial of the position of joint2.
+/// Connects joints by `equality/joint`: the position of joint1 is a polynomial of the position of joint2.
 pub(super) fn tie_joints(
     root: &Element<'_, '_>,
     links: &mut [RobotLink],
@@ -44,7 +44,7 @@ pub(super) fn tie_joints(
         }
         let is_known = |name: &str| names.contains(name);
         if !is_known(follower) {
-            // It may be that of a body that was not read.
+            // The joint may belong to a body that was not read.
             if has_other_bodies {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! `<frame>`: a placement of what stands within it, which is no body of its own.
+//! `<frame>`: a transform for its contents, which is not a body.
 
 use mocap_scene::error::Code;
 use mocap_scene::limits::Limits;
@@ -8,17 +8,17 @@ use super::attributes::Settings;
 use crate::Failure;
 use crate::xml::Element;
 
-/// An element of a body, which may stand within frames.
+/// An element of a body, possibly within frames.
 #[derive(Clone, Copy)]
 pub(super) struct BodyElement<'a, 'input> {
     pub(super) element: Element<'a, 'input>,
-    /// From the frames around it to the body.
+    /// The transform from the surrounding frames to the body.
     pub(super) frame: Placement,
-    /// The class of what names none.
+    /// The class of elements without a stated class.
     pub(super) child_class: Option<&'a str>,
 }
 
-/// What stands in a body, in the order of the file.
+/// The elements of a body, in the order of the file.
 pub(super) fn within<'a, 'input>(
     body: Element<'a, 'input>,
     child_class: Option<&'a str>,

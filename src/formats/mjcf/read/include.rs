@@ -1,4 +1,4 @@
-//! `<include>`: files whose elements stand where a file names them, as in every `scene.xml` of a robot.
+//! `<include>`: files whose elements replace the reference to the file, as in every `scene.xml` of a robot.
 
 use std::path::{Path, PathBuf};
 
@@ -10,14 +10,14 @@ use crate::text::quote;
 use crate::xml::{self, Element, IncludedFile};
 use crate::{Failure, Source};
 
-/// Files that a model may include.
+/// The largest number of included files.
 const MOST_FILES: usize = 64;
 
-/// What the outermost element of an included file may be.
+/// The allowed outermost elements of an included file.
 const ROOTS: &[&str] = &["mujoco", "mujocoinclude"];
 
-/// The names and the texts of all files that the file of `text` includes, and that those include. Names are relative to
-/// the folder of the main file, also in the others, or else to the file that has them. MuJoCo includes a file once.
+/// The names and texts of all files that the text includes, directly or indirectly. Names are relative to the folder of
+/// the main file, even in included files, or else to the folder of the including file. MuJoCo includes a file once.
 pub(super) fn texts(source: &Source<'_>, text: &str, limits: &Limits) -> Result<Vec<(String, String)>, Failure> {
     let mut found: Vec<(String, String)> = Vec::new();
     let mut waiting = names((text, Path::new("")), &["mujoco"], &mut found, source, limits)?;
@@ -30,7 +30,7 @@ pub(super) fn texts(source: &Source<'_>, text: &str, limits: &Limits) -> Result<
     Ok(found)
 }
 
-/// What is wrong in an included file, whose lines are not those of the main one.
+/// An error in an included file, whose lines differ from the main file's.
 fn in_included(mut failure: Diagnostic, name: &str) -> Failure {
     let line = failure
         .location
@@ -41,7 +41,7 @@ fn in_included(mut failure: Diagnostic, name: &str) -> Failure {
     Box::new(failure)
 }
 
-/// The trees of these texts.
+/// Parses the trees of these texts.
 pub(super) fn parse<'a>(texts: &'a [(String, String)], limits: &Limits) -> Result<Vec<IncludedFile<'a>>, Failure> {
     let file = |(name, text): &'a (String, String)| {
         Ok(IncludedFile {
@@ -52,8 +52,8 @@ pub(super) fn parse<'a>(texts: &'a [(String, String)], limits: &Limits) -> Resul
     texts.iter().map(file).collect()
 }
 
-/// Reads the files that a text in a folder includes, and returns their indices among those that were found, and their
-/// paths. All folders are seen from that of the main file.
+/// Reads the files that a text in a folder includes. Returns their indices among the found files, and their paths. All
+/// folders are relative to the main file's folder.
 fn names(
     (text, folder): (&str, &Path),
     roots: &[&str],

@@ -1,5 +1,5 @@
-//! The mass of a body by its geoms, where no `<inertial>` states it: each of even density, 1,000 kg/m3 unless it says
-//! another, or of the mass that it states.
+//! The mass of a body from its geoms, if `<inertial>` is missing. Each geom has a uniform density, 1,000 kg/m3 unless
+//! it states another, or a stated mass.
 
 use std::f64::consts::PI;
 
@@ -10,14 +10,14 @@ use super::attributes::{Attributes, Settings};
 use crate::warnings::Warnings;
 use crate::{Failure, inertial};
 
-/// Of water, in kilograms per cubic metre: MuJoCo's default.
+/// The density of water in kilograms per cubic metre: MuJoCo's default.
 const DENSITY: f64 = 1000.0;
 
-/// The geoms of a body that have a mass.
+/// The geoms of a body with a mass.
 #[derive(Default)]
 pub(super) struct Geoms {
     solids: Vec<SolidShape>,
-    /// Whether one is a mesh, whose volume is not known here.
+    /// Whether a geom is a mesh, whose volume is unknown here.
     has_mesh: bool,
 }
 
@@ -29,7 +29,7 @@ struct SolidShape {
 }
 
 impl Geoms {
-    /// Adds a geom in the frame of its body.
+    /// Adds a geom, relative to its body.
     pub(super) fn add(
         &mut self,
         attributes: &Attributes<'_, '_>,
@@ -63,7 +63,7 @@ impl Geoms {
         Ok(())
     }
 
-    /// What the geoms weigh together; `None` where it is not known.
+    /// The total mass and inertia of the geoms; `None` if unknown.
     pub(super) fn inertial(&self) -> Option<Inertial> {
         let mass: f64 = self.solids.iter().map(|solid| solid.mass).sum();
         if self.has_mesh || !(mass.is_finite() && mass > 0.0) {
@@ -97,7 +97,7 @@ impl Geoms {
     }
 }
 
-/// The volume of a shape, and its moments of inertia about its axes, each for a mass of 1; `None` for a mesh.
+/// The volume of a shape, and its moments of inertia about its axes for a mass of 1; `None` for a mesh.
 fn solid(kind: &ShapeKind) -> Option<(f64, DVec3)> {
     let about_z = |across: f64, along: f64| DVec3::new(across, across, along);
     Some(match *kind {
@@ -109,7 +109,7 @@ fn solid(kind: &ShapeKind) -> Option<(f64, DVec3)> {
             let (square, length) = (radius * radius, 2.0 * half_length);
             let (tube, ball) = (PI * square * length, 4.0 / 3.0 * PI * square * radius);
             let (tube_part, ball_part) = (tube / (tube + ball), ball / (tube + ball));
-            // The centre of half a ball is 3/8 of the radius from its middle.
+            // The centre of half a ball is at 3/8 of the radius from the ball's centre.
             let of_ball = 0.4 * square + 0.25 * length * length + 0.375 * length * radius;
             let across = tube_part * (3.0 * square + length * length) / 12.0 + ball_part * of_ball;
             (
@@ -138,7 +138,7 @@ fn solid(kind: &ShapeKind) -> Option<(f64, DVec3)> {
     })
 }
 
-/// Makes the robot weigh `total` together, as the compiler's `settotalmass` says.
+/// Scales the masses of the robot to the sum `total`, as the compiler's `settotalmass` requires.
 pub(super) fn set_total<'a>(inertials: impl Iterator<Item = &'a mut Inertial>, total: f64) {
     let inertials: Vec<&mut Inertial> = inertials.collect();
     let sum: f64 = inertials.iter().map(|inertial| inertial.mass).sum();

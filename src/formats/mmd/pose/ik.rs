@@ -1,10 +1,10 @@
 //! IK of a model: cyclic coordinate descent, with the loops, the largest step and the limits that the model states.
 //!
-//! In each loop each link, from the target on, turns the target towards the goal. The n-th link turns n times the
-//! stated step at most. A link with limits that turns about one axis alone, such as a knee, turns about that axis in
-//! the first half of the loops. There an angle beyond a limit is reflected, while that stays within the limits. So a
-//! straight knee bends to the right side. Angles of limits are Euler angles in the order whose middle axis stays within
-//! 90 degrees. Facts by the authors of MMD's runtimes for browsers, who compared them with MMD.
+//! In each loop each link, starting next to the target, rotates the target towards the goal. The n-th link rotates by
+//! at most n times the stated step. In the first half of the loops, a link whose limits allow a single axis, such as a
+//! knee, rotates about that axis. There an angle beyond a limit is reflected, if the reflected angle is within the
+//! limits. So a straight knee bends to the correct side. Limit angles are Euler angles in the order whose middle axis
+//! stays within 90 degrees. These facts come from the authors of browser runtimes for MMD, who compared them with MMD.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,20 +15,20 @@ use super::ModelPose;
 use crate::Failure;
 use crate::mmd::model::{Ik, Model};
 
-/// Where target and goal are so near, in squared units, there is nothing to do.
+/// The squared distance in units between target and goal below which the IK is done.
 const NEAR: f64 = 1e-8;
 
-/// The squared length of the axis of a turn below which it has no direction: rounding of unit vectors.
+/// The squared length of a rotation axis below which it has no direction: rounding of unit vectors.
 const NO_AXIS: f64 = 1e-14;
 
-/// An IK, and how its links may turn.
+/// An IK, and the limits of its links.
 pub(super) struct Solver<'m> {
     goal: usize,
     ik: &'m Ik,
     links: Vec<IkLimit>,
 }
 
-/// How a link may turn.
+/// The rotation limits of a link.
 #[derive(Clone, Copy)]
 enum IkLimit {
     Freely,
@@ -36,7 +36,7 @@ enum IkLimit {
     Within {
         limits: [DVec3; 2],
         order: EulerRot,
-        /// The one axis about which it turns, where there is one.
+        /// The single rotation axis, if there is one.
         only: Option<DVec3>,
     },
 }
@@ -74,7 +74,7 @@ impl IkLimit {
     }
 }
 
-/// Turns the links so that the target comes to the goal. Each step takes one from the budget.
+/// Rotates the links so that the target reaches the goal. Each step takes one from the budget.
 pub(super) fn solve(solver: &Solver<'_>, posed: &mut ModelPose<'_>, budget: &mut u64) -> Result<(), Failure> {
     for link in &solver.ik.links {
         posed.ik[link.bone] = DQuat::IDENTITY;
@@ -101,7 +101,7 @@ fn too_many_steps() -> Failure {
         .into()
 }
 
-/// Turns one link.
+/// Rotates one link.
 fn turn(solver: &Solver<'_>, place: usize, goal: DVec3, is_early: bool, posed: &mut ModelPose<'_>) {
     let bone = solver.ik.links[place].bone;
     let turning = solver.links[place];
@@ -135,7 +135,7 @@ fn turn(solver: &Solver<'_>, place: usize, goal: DVec3, is_early: bool, posed: &
 
 /// The rotation with its angles within the limits.
 fn limited(rotation: DQuat, [least, largest]: [DVec3; 2], order: EulerRot, reflects: bool) -> DQuat {
-    // The places of the angles about x, y and z in what glam gives.
+    // The positions of the angles about x, y and z in glam's result.
     let axes = match order {
         EulerRot::YXZ => [1, 0, 2],
         EulerRot::ZYX => [2, 1, 0],

@@ -1,8 +1,8 @@
-//! Which bone of MMD a node is, and its keys.
+//! The MMD bone of each node, and its keys.
 //!
-//! A bone of MMD has no rotation at rest, so its rotation in the model is `Q = G W^-1 C^-1`. `G` is the rotation of the
-//! node in the pose, and `W` at rest. `C` leads from the node's rest pose to the model's: arms of the model may hang
-//! where those of the node are horizontal. A key is `Q` relative to the parent's `Q`.
+//! An MMD bone has no rotation at rest, so its model-space rotation is `Q = G W^-1 C^-1`. `G` is the node's rotation in
+//! the pose, and `W` its rotation at rest. `C` leads from the node's rest pose to the model's: the model's arms may be
+//! lowered while the node's arms are horizontal. A key is `Q` relative to the parent's `Q`.
 
 use std::collections::HashMap;
 
@@ -17,16 +17,16 @@ use super::BoneTrack;
 /// The bone that carries the body.
 const CENTRE: &str = "センター";
 
-/// The bones that are written, each after its parent.
+/// The written bones, each after its parent.
 pub(super) struct Bones {
     /// The name of the model.
     pub(super) model: String,
     /// The IK that is turned off.
     pub(super) ik: Vec<String>,
     bones: Vec<Bone>,
-    /// The bone that has the motion of the hips, and the hips, where that is another.
+    /// The bone with the motion of the hips, and the hips, if they differ.
     carried: Option<[usize; 2]>,
-    /// What the lengths of the scene are multiplied by, so that its legs are as long as those of the model.
+    /// The factor for lengths of the scene that makes its legs as long as the model's.
     scale: f64,
 }
 
@@ -34,9 +34,9 @@ struct Bone {
     name: String,
     node: usize,
     parent: Option<usize>,
-    /// From the rest pose of the model to that of the node.
+    /// From the rest pose of the model to the rest pose of the node.
     to_node_rest: DQuat,
-    /// Whether it has an offset of its own, and whether it turns.
+    /// Whether it has its own offset, and whether it rotates.
     moves: bool,
     turns: bool,
     inherits: Option<Inherited>,
@@ -49,11 +49,11 @@ struct Inherited {
     position: bool,
 }
 
-/// Positions in units and rotations of the bones in the model.
+/// Model-space positions in units, and rotations, of the bones.
 pub(super) struct Placed(Vec<(DVec3, DQuat)>);
 
 impl Bones {
-    /// Every joint, for the model that the scene is on.
+    /// Every joint, for the model of the scene.
     pub(super) fn of_model(scene: &Scene, model: &MmdModel) -> Self {
         let is_bone = |index: &usize| {
             let node = &scene.nodes[*index];
@@ -78,7 +78,7 @@ impl Bones {
             .collect();
         let find = |bones: &[Bone], name: &str| bones.iter().position(|bone| bone.name == name);
         let (hips, centre) = (find(&bones, scene::LOWER), find(&bones, CENTRE));
-        // What the reader has hung on the hips hangs beside them.
+        // The reader made the trunk a child of the hips. In the model they are siblings.
         if let (Some(hips), Some(trunk)) = (hips, find(&bones, &model.trunk))
             && bones[trunk].parent == Some(hips)
         {
@@ -104,7 +104,7 @@ impl Bones {
         }
     }
 
-    /// The usual bones, by a humanoid in the T-pose.
+    /// The usual bones, for a humanoid in its T-pose.
     pub(super) fn of_humanoid(humanoid: &Scene) -> Self {
         let node = |bone: HumanoidBone| humanoid.nodes.iter().position(|node| node.humanoid_bone == Some(bone));
         let generic = generic::model();
@@ -114,12 +114,12 @@ impl Bones {
             let parent = std::iter::successors(bone.parent, |above| generic.bones[*above].parent);
             let parent = parent.into_iter().find_map(|above| place.get(&above).copied());
             let (own, moves) = match bone.name.as_str() {
-                // The waist, about which the hips turn.
+                // The waist, about which the hips rotate.
                 CENTRE => (Some(HumanoidBone::Spine), true),
                 scene::LOWER => (Some(HumanoidBone::Hips), false),
                 name => (names::bone(name), false),
             };
-            // The last of the trunk.
+            // The last trunk bone.
             let last = own
                 .filter(|own| *own == HumanoidBone::Chest)
                 .and(node(HumanoidBone::UpperChest));
@@ -136,7 +136,7 @@ impl Bones {
                     None => DQuat::IDENTITY,
                 },
                 moves,
-                // The centre moves, and does not turn.
+                // The centre moves, but does not rotate.
                 turns: !moves,
                 inherits: None,
             });
@@ -163,7 +163,7 @@ impl Bones {
         self.bones.iter().map(track).collect()
     }
 
-    /// The bones in a pose.
+    /// The placement of the bones in a pose.
     pub(super) fn placed(&self, pose: &Pose, units: f64) -> Placed {
         let place = |bone: &Bone| {
             let (_, rotation, position) = pose.node_to_world[bone.node].as_dmat4().to_scale_rotation_translation();
@@ -198,7 +198,7 @@ impl Bones {
         keys
     }
 
-    /// Moves the centre as the hips move, for models do not move theirs.
+    /// Moves the centre with the hips, because models do not move their hips.
     fn carry(&self, keys: &mut [(DVec3, DQuat)], in_model: &[DQuat]) {
         let Some([centre, hips]) = self.carried else { return };
         let above = |bone: usize| {
@@ -213,7 +213,7 @@ impl Bones {
         let offset = std::mem::take(&mut keys[hips].0);
         let in_world = above(hips) * offset;
         keys[centre].0 += above(centre).inverse() * in_world;
-        // What hangs beside them has gone with them.
+        // The siblings of the hips have moved with the hips.
         let beside = |bone: &usize| *bone != hips && self.bones[*bone].parent == self.bones[hips].parent;
         for bone in (0..keys.len()).filter(beside) {
             let is_trunk = names::bone(&self.bones[bone].name) == Some(HumanoidBone::Spine);
@@ -223,7 +223,7 @@ impl Bones {
         }
     }
 
-    /// Takes away what the model adds.
+    /// Subtracts the inherited motion, which the model adds.
     fn leave_inherited(&self, keys: &mut [(DVec3, DQuat)]) {
         let whole = keys.to_vec();
         for (index, bone) in self.bones.iter().enumerate() {
@@ -240,7 +240,7 @@ impl Bones {
     }
 }
 
-/// Whether the motion turns or moves a node away from its rest pose.
+/// Whether the motion moves or rotates a node away from its rest pose.
 fn is_driven(scene: &Scene, node: usize) -> bool {
     let (_, rotation, position) = scene.nodes[node].transform.to_scale_rotation_translation();
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
@@ -260,10 +260,10 @@ fn is_driven(scene: &Scene, node: usize) -> bool {
     })
 }
 
-/// The difference of numbers of the model below which they are the same: rounding.
+/// The largest difference between equal numbers of the model: rounding.
 const ROUNDED: f32 = 1e-6;
 
-/// The length of a leg of a humanoid in metres, in units.
+/// The leg length of a humanoid in metres, converted to units.
 fn leg(humanoid: &Scene) -> Option<f64> {
     let rest = Pose::rest(humanoid);
     let at = |bone: HumanoidBone| {

@@ -1,4 +1,4 @@
-//! The bytes of a `.vmd` file; `motion.rs` has the format.
+//! Writes the bytes of a `.vmd` file. `motion.rs` describes the format.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -8,7 +8,7 @@ use super::{BoneTrack, MorphTrack, is_near};
 
 const HEADER: &[u8; 30] = b"Vocaloid Motion Data 0002\0\0\0\0\0";
 
-/// Curves that are straight, as MMD writes them: points at 20 and 107 of 127.
+/// The control point of straight curves in MMD: points at 20 and 107 of 127.
 const NEAR_POINT: u8 = 20;
 const FAR_POINT: u8 = 107;
 
@@ -40,10 +40,10 @@ pub(super) fn file(model: &str, bones: &[BoneTrack], morphs: &[MorphTrack], ik: 
         }
     }
     section.end()?;
-    // No cameras, no lights, no shadows.
+    // No cameras, lights and shadows.
     bytes.extend([0; 3 * 4]);
     let mut section = Section::begin(&mut bytes);
-    // At frame 0 the model is shown.
+    // The model is visible from frame 0.
     let mut state = [0_u32.to_le_bytes().as_slice(), &[1], &(ik.len() as u32).to_le_bytes()].concat();
     for name in ik {
         state.extend(field(name, LONG_NAME_BYTES));
@@ -77,14 +77,14 @@ fn bone(name: &str, frame: usize, (offset, rotation): (DVec3, DQuat)) -> Vec<u8>
     key
 }
 
-/// A name, cut or filled to its field.
+/// A name, cut or padded to its field.
 fn field(name: &str, length: usize) -> Vec<u8> {
     let mut bytes = names::encode(name).unwrap_or_default();
     bytes.resize(length, 0);
     bytes
 }
 
-/// Keys with their number before them.
+/// Keys, preceded by their number.
 struct Section<'b> {
     bytes: &'b mut Vec<u8>,
     at: usize,

@@ -1,4 +1,4 @@
-//! The words of a layer: names, numbers, texts and single bytes, between which spaces and comments stand.
+//! The words of a layer: names, numbers, texts and single bytes, separated by spaces and comments.
 
 use mocap_scene::error::{Code, Diagnostic, Location};
 
@@ -23,7 +23,7 @@ impl<'a> Tokens<'a> {
         self.cursor.peek()
     }
 
-    /// Where the next word begins, for [`Self::back_to`].
+    /// The start of the next word, for [`Self::back_to`].
     pub(super) fn offset(&self) -> usize {
         self.cursor.offset()
     }
@@ -84,7 +84,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// A text between quotes, single or triple, with escapes.
+    /// A text in quotes, single or triple, with escapes.
     pub(super) fn string(&mut self) -> Result<String, Failure> {
         let quote = self.peek().filter(|byte| matches!(byte, b'"' | b'\''));
         let quote = quote.ok_or_else(|| self.unexpected("a text in quotes"))?;
@@ -117,7 +117,7 @@ impl<'a> Tokens<'a> {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    /// The text up to a byte, of a path or the name of a file.
+    /// The text up to a byte, for a path or a file name.
     pub(super) fn delimited(&mut self, end: u8) -> Result<String, Failure> {
         self.pass(1);
         let word = self.cursor.take_while(|byte| byte != end && byte != b'\n');
@@ -130,18 +130,18 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The name of a file between `@` and `@`, or between `@@@` and `@@@`, where it may have an `@`.
+    /// A file name between `@` and `@`, or between `@@@` and `@@@`, in which it may contain an `@`.
     pub(super) fn asset(&mut self) -> Result<String, Failure> {
         let rest = &self.cursor.text()[self.cursor.offset()..];
         let Some(name) = rest.strip_prefix(b"@@@") else {
             return self.delimited(b'@');
         };
-        // A backslash makes `@@@` a part of the name.
+        // A backslash makes `@@@` part of the name.
         let is_mark = |at: &usize| *at == 0 || name[at - 1] != b'\\';
         let Some(mut end) = memchr::memmem::find_iter(name, b"@@@").find(is_mark) else {
             return Err(self.unexpected("@@@"));
         };
-        // An `@` right before the mark is of the name.
+        // An `@` directly before the mark belongs to the name.
         while name.get(end + 3) == Some(&b'@') {
             end += 1;
         }
@@ -149,12 +149,12 @@ impl<'a> Tokens<'a> {
         Ok(String::from_utf8_lossy(&name[..end]).replace("\\@@@", "@@@"))
     }
 
-    /// The word at an offset of a text.
+    /// The location of the word at an offset of a text.
     pub(super) fn locate(text: &[u8], offset: usize) -> Location {
         let mut cursor = Cursor::new(text);
         cursor.set_offset(offset);
         let word = cursor.take_while(|byte| is_word(byte) || matches!(byte, b'+' | b'-'));
-        // The colon behind a time is of no number.
+        // The colon after a time does not belong to the number.
         let bytes = word.bytes.strip_suffix(b":").unwrap_or(word.bytes);
         cursor.locate(Word { bytes, ..word })
     }
@@ -202,7 +202,7 @@ pub(super) fn text_of(word: Word<'_>) -> String {
     String::from_utf8_lossy(word.bytes).into_owned()
 }
 
-/// The byte that follows a backslash, as in C, and how many bytes stand for it.
+/// The byte for an escape sequence, as in C, and the length of the sequence.
 fn escaped(rest: &[u8]) -> (Option<u8>, usize) {
     let digits = |radix: u32, from: usize, most: usize| {
         let digits = rest.iter().skip(from).take(most);

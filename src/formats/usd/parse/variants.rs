@@ -1,15 +1,15 @@
-//! Sets of variants within a prim: the selected variant is read as if it stood in the prim.
+//! Reads variant sets of a prim: the selected variant is read as part of the prim.
 
 use super::{Layer, Parser};
 use crate::Failure;
 
-/// What a closing brace ends.
+/// The construct that a closing brace ends.
 #[derive(Clone)]
 pub(super) enum Open {
     Prim(usize),
-    /// A set of variants of a prim, and which of them is selected.
+    /// A variant set of a prim, and its selected variant.
     Set(usize, Option<String>),
-    /// The selected variant, which is read as if it stood in the prim.
+    /// The selected variant, which is read as part of the prim.
     Variant(usize),
 }
 
@@ -21,7 +21,7 @@ impl Open {
 }
 
 impl<'a> Parser<'a> {
-    /// `variantSet "model" = {`, of which the prim selects one by `variants = { string model = "high" }`.
+    /// Reads `variantSet "model" = {`. The prim selects a variant by `variants = { string model = "high" }`.
     pub(super) fn variant_set(&mut self, prim: usize, layer: &mut Layer<'a>) -> Result<Open, Failure> {
         let set = self.tokens.string()?;
         self.tokens.expect(b'=')?;
@@ -37,7 +37,7 @@ impl<'a> Parser<'a> {
         Ok(Open::Set(prim, selected))
     }
 
-    /// The next variant of a set, up to its brace; one that is not selected is passed.
+    /// Reads the next variant of a set, up to its brace. Skips variants that are not selected.
     pub(super) fn variant(&mut self, prim: usize, selected: Option<&str>) -> Result<Option<Open>, Failure> {
         let name = self.tokens.string()?;
         if self.tokens.peek() == Some(b'(') {

@@ -1,4 +1,4 @@
-//! The transforms of the prims above a skeleton, and its own, which may move.
+//! The transforms of a skeleton and its ancestor prims, which may be animated.
 
 use glam::{DMat4, DQuat, DVec3, DVec4, Mat4};
 use mocap_scene::error::{Code, Diagnostic};
@@ -14,7 +14,7 @@ pub(super) struct Placement<'l> {
 }
 
 impl<'l> Placement<'l> {
-    /// The operations that are known; a warning names the others.
+    /// The known operations. A warning lists the others.
     pub(super) fn of(layer: &'l Layer<'_>, skeleton: usize, warnings: &mut Warnings) -> Self {
         let mut prims = Vec::new();
         let mut next = Some(skeleton);
@@ -24,7 +24,7 @@ impl<'l> Placement<'l> {
             let mut own = Vec::new();
             for name in prim.texts("xformOpOrder") {
                 if name == "!resetXformStack!" {
-                    // The prims above do not move this one.
+                    // The ancestors do not move this prim.
                     next = None;
                     continue;
                 }
@@ -47,8 +47,8 @@ impl<'l> Placement<'l> {
         }
     }
 
-    /// The time codes at which the transform has keys, where it moves. Whole time codes between keys of rotations are
-    /// keys too, because USD interpolates the angles and a scene the rotations.
+    /// The time codes of the keys, if the transform is animated. Whole time codes between rotation keys become keys
+    /// too, because USD interpolates the angles and a scene interpolates the rotations.
     pub(super) fn times(&self, options: &ReadOptions, bytes: usize) -> Result<Vec<f64>, Failure> {
         let is_moving = |(_, attribute): &&(&str, &Attribute)| {
             let mut values = attribute.samples.windows(2);
@@ -71,7 +71,7 @@ impl<'l> Placement<'l> {
         Ok(times)
     }
 
-    /// The transform at a time code, or without one the first.
+    /// The transform at a time code, or the first one.
     pub(super) fn at(&self, time: Option<f64>) -> Result<Mat4, Failure> {
         let matrices = self.operations.iter().filter_map(|(name, attribute)| {
             let numbers = value_at(attribute, time)?;
@@ -89,7 +89,7 @@ impl<'l> Placement<'l> {
     }
 }
 
-/// The numbers of an attribute at a time, linear between samples; without a time, the first.
+/// The numbers of an attribute at a time, linear between samples. Without a time, the first numbers.
 fn value_at(attribute: &Attribute, time: Option<f64>) -> Option<Vec<f64>> {
     let samples = attribute.samples.as_slice();
     let (Some(time), [_, _, ..]) = (time, samples) else {
@@ -112,7 +112,7 @@ fn value_at(attribute: &Attribute, time: Option<f64>) -> Option<Vec<f64>> {
     {
         let from = DQuat::from_xyzw(*x, *y, *z, *w).normalize();
         let to = DQuat::from_xyzw(end[1], end[2], end[3], end[0]).normalize();
-        // The shorter way: of a rotation and its negative, the nearer one.
+        // The shorter arc: a rotation and its negative are the same, so take the nearer one.
         let between = from.slerp(to, fraction);
         return Some(vec![between.w, between.x, between.y, between.z]);
     }
@@ -120,7 +120,7 @@ fn value_at(attribute: &Attribute, time: Option<f64>) -> Option<Vec<f64>> {
     Some(pairs.map(|(from, to)| from + (to - from) * fraction).collect())
 }
 
-/// The matrix of a transform operation; `None` for one that is not known.
+/// The matrix of a transform operation; `None` if it is unknown.
 fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
     let (name, is_inverse) = match name.strip_prefix("!invert!") {
         Some(name) => (name, true),
@@ -134,11 +134,11 @@ fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
         b'Z' => Some(DMat4::from_rotation_z(degrees.to_radians())),
         _ => None,
     };
-    // The axes stay; the first that is named turns first.
+    // The axes are fixed. The first named axis rotates first.
     let turned = |axes: &str| {
         let mut matrix = DMat4::IDENTITY;
         for axis in axes.bytes() {
-            // One angle of one axis; else the angles of X, Y and Z.
+            // One angle for one axis; otherwise the angles of X, Y and Z.
             let index = if axes.len() == 1 {
                 0
             } else {
@@ -162,9 +162,9 @@ fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
     Some(if is_inverse { matrix.inverse() } else { matrix })
 }
 
-/// A matrix of 32 bits, where its last row is 0 0 0 1 up to rounding.
+/// A 32-bit matrix, if its last row is 0 0 0 1 except for rounding.
 pub(super) fn transform(matrix: DMat4) -> Option<Mat4> {
-    /// The fraction of a number that products and inverses in 64 bits leave of it.
+    /// The relative error of products and inverses in 64 bits.
     const ROUNDING: f64 = 1e-9;
     let is_affine = matrix.row(3).abs_diff_eq(DVec4::W, ROUNDING);
     is_affine.then(|| {

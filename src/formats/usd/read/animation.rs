@@ -16,16 +16,16 @@ use crate::usd::{DURATION, RATE};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
-/// Time codes a second where the layer states none, as USD has it.
+/// Time codes per second if the layer states none: USD's default.
 const DEFAULT_RATE: f64 = 24.0;
 
-/// How far a tick may be from a whole one and count as it: time codes are rounded.
+/// The largest difference between a tick and a whole one that count as equal, because time codes are rounded.
 const WHOLE: f64 = 1e-9;
 
 /// The weights of an animation by the names of blend shapes.
 pub(super) type Weights = HashMap<String, Keys<f32>>;
 
-/// The animations that drive the skeleton or the shapes of meshes, the bound one first.
+/// The animations of the skeleton or of the blend shapes of meshes, the bound one first.
 pub(super) fn read(
     layer: &Layer<'_>,
     skeleton: &Skeleton,
@@ -58,13 +58,13 @@ pub(super) fn read(
         let animation = times.with_path(skeleton, Animation::default());
         found.push((true, animation, Weights::new()));
     }
-    // Stable: the others stay in the order of the file.
+    // A stable sort: the others keep the order of the file.
     found.sort_by_key(|(is_other, ..)| *is_other);
     let found = found.into_iter().map(|(_, animation, weights)| (animation, weights));
     Ok(found.unzip())
 }
 
-/// How many blend shapes change their weight in any animation.
+/// The number of blend shapes whose weight changes in any animation.
 pub(super) fn moving_shapes(layer: &Layer<'_>) -> usize {
     let animations = layer.prims.iter().filter(|prim| prim.kind == "SkelAnimation");
     let moving = animations.flat_map(|prim| {
@@ -80,7 +80,7 @@ pub(super) fn moving_shapes(layer: &Layer<'_>) -> usize {
     moving.collect::<HashSet<_>>().len()
 }
 
-/// The values of all attributes at times.
+/// The time samples of all attributes.
 fn samples(prim: &Prim) -> impl Iterator<Item = &(f64, Value)> {
     prim.attributes.values().flat_map(|attribute| &attribute.samples)
 }
@@ -92,12 +92,12 @@ fn attribute_value<'a>(prim: &'a Prim, name: &str) -> Option<&'a Value> {
 /// The ticks of an attribute, and its numbers at each, N for every joint.
 type Track<const N: usize> = (Vec<f64>, Vec<Vec<[f32; N]>>);
 
-/// Time codes as ticks.
+/// Converts time codes to ticks.
 struct Times {
-    /// Ticks in a time code, and the time code of the first tick.
+    /// Ticks per time code, and the time code of the first tick.
     ticks: f64,
     start: f64,
-    /// Ticks a second.
+    /// Ticks per second.
     rate: f64,
     duration: Option<f64>,
 }
@@ -130,7 +130,8 @@ impl Times {
         })
     }
 
-    /// Holds the length of an animation against the limits. An error says where the value stands that makes it so long.
+    /// Checks the length of an animation against the limits. An error states the location of the value that makes it so
+    /// long.
     fn check(&self, layer: &Layer<'_>, prim: &Prim, nodes: usize, budget: &mut FrameBudget) -> Result<(), Failure> {
         let by_time = |a: &&(f64, Value), b: &&(f64, Value)| a.0.total_cmp(&b.0).then(a.1.offset.cmp(&b.1.offset));
         let mut stated = Vec::new();
@@ -181,7 +182,7 @@ impl Times {
         let positions = self.track::<3>(attribute("translations"), joints, "translations")?;
         let rotations = self.track::<4>(attribute("rotations"), joints, "rotations")?;
         let scales = self.track::<3>(attribute("scales"), joints, "scales")?;
-        // Also of weights of blend shapes, which may go on alone.
+        // Weights of blend shapes count too, because they may last longer.
         let last = samples(prim).map(|(time, _)| self.tick(*time)).fold(0.0, f64::max);
         let mut channels = Vec::new();
         let mut free = skeleton.joints.clone();
@@ -195,7 +196,7 @@ impl Times {
                 continue;
             };
             let mut rest = Trs::from_matrix(skeleton.nodes[node].transform);
-            // A transform that shears has no rotation of unit length.
+            // A transform with shear has no rotation of unit length.
             rest.rotation = unit(rest.rotation).unwrap_or(Quat::IDENTITY);
             channels.push(Channel {
                 node_name: skeleton.nodes[node].name.clone(),
@@ -207,7 +208,7 @@ impl Times {
                     joints.len(),
                     rest.rotation,
                     |[w, x, y, z]: [f32; 4]| {
-                        // What is no rotation is the rest pose's.
+                        // An invalid rotation is replaced by the rest rotation.
                         unit(Quat::from_xyzw(x, y, z, w)).unwrap_or(rest.rotation)
                     },
                 ),
@@ -228,8 +229,8 @@ impl Times {
         Ok(Some(self.with_path(skeleton, animation)))
     }
 
-    /// The weights of blend shapes. Those that do not fit their names are left out with a warning, for they are of
-    /// meshes, and the skeleton moves without them.
+    /// The weights of blend shapes. Weights that do not match their names are skipped with a warning, because they
+    /// belong to meshes, and the skeleton moves without them.
     fn weights(&self, layer: &Layer<'_>, index: usize, warnings: &mut Warnings) -> Weights {
         let prim = &layer.prims[index];
         let names = prim.texts("blendShapes");
@@ -257,7 +258,7 @@ impl Times {
         }
     }
 
-    /// The animation with the motion of the prims above the skeleton, which is that of the first node.
+    /// The animation with the motion of the skeleton's ancestor prims, which becomes the motion of the first node.
     fn with_path(&self, skeleton: &Skeleton, mut animation: Animation) -> Animation {
         animation.ticks_per_second = self.rate;
         let Some((last, _)) = skeleton.path.last() else {
@@ -337,7 +338,7 @@ impl Times {
     }
 }
 
-/// Keys at ticks; one where no value differs.
+/// Keys at ticks; a single key if all values are equal.
 fn changing<T: Copy + PartialEq>(values: impl Iterator<Item = T>, ticks: &[f64]) -> Keys<T> {
     let values: Vec<T> = values.collect();
     match values.first() {
@@ -346,7 +347,7 @@ fn changing<T: Copy + PartialEq>(values: impl Iterator<Item = T>, ticks: &[f64])
     }
 }
 
-/// The keys of one joint; its value at rest where it has no keys.
+/// The keys of one joint, or its rest value if it has no keys.
 fn keys<T: Copy + PartialEq, const N: usize>(
     (ticks, rows): &(Vec<f64>, Vec<Vec<[f32; N]>>),
     column: usize,

@@ -1,7 +1,7 @@
-//! Blend shapes as morph targets.
+//! Reads blend shapes as morph targets.
 //!
-//! Shapes between the points at rest and a blend shape are counted as lost. Weights are those of the animations: a file
-//! has none at rest, so a weight that is the same in all of them is that.
+//! In-between shapes count as lost. Weights come from the animations. A file has no rest weights, so a weight that is
+//! equal in all animations becomes the rest weight.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,17 +14,17 @@ use super::index::Index;
 use crate::ReadOptions;
 use crate::usd::parse::Prim;
 
-/// What may be read of shapes yet.
+/// The remaining budget for shapes, and their weights.
 pub(super) struct Shapes<'a> {
     index: &'a Index<'a>,
     are_read: bool,
-    /// In each animation the weights by the names of shapes.
+    /// The weights by shape name in each animation.
     weights: &'a [Weights],
     /// The prims of shapes that were read.
     read: HashSet<usize>,
-    /// Values of shapes; a point may be many vertices.
+    /// The remaining number of shape values. A point may be many vertices.
     left: u64,
-    /// Targets of meshes for which there were too many.
+    /// The number of targets that exceeded the budget.
     left_out: usize,
 }
 
@@ -40,7 +40,7 @@ impl<'a> Shapes<'a> {
         }
     }
 
-    /// The targets of the points of a mesh.
+    /// The targets of a mesh's points.
     pub(super) fn of_mesh(&mut self, mesh: usize, points: &[Vec3]) -> Vec<MorphTarget> {
         let index = self.index;
         let prims = &index.layer.prims;
@@ -60,7 +60,7 @@ impl<'a> Shapes<'a> {
             let prim = &prims[shape];
             let keys = self.weights.iter().filter_map(|weights| weights.get(name));
             let keys: usize = keys.map(Keys::len).sum();
-            // Many meshes may have one shape, and shapes of many one weight.
+            // Many meshes may share one shape, and many shapes may share one weight.
             if !self.take(prim.numbers("offsets").len() + keys) {
                 continue;
             }
@@ -72,7 +72,7 @@ impl<'a> Shapes<'a> {
         targets
     }
 
-    /// Whether there is room for so many values of a target, which it then takes.
+    /// Takes the values of a target from the budget, if possible.
     fn take(&mut self, values: usize) -> bool {
         let left = self.left.checked_sub(1 + values as u64);
         self.left = left.unwrap_or(self.left);
@@ -100,7 +100,7 @@ impl<'a> Shapes<'a> {
         target
     }
 
-    /// The targets of a mesh whose vertices are these points.
+    /// The targets of a mesh with these points as vertices.
     pub(super) fn on(&mut self, targets: &[MorphTarget], points: impl Iterator<Item = u32>) -> Vec<MorphTarget> {
         if targets.is_empty() {
             return Vec::new();
@@ -134,7 +134,7 @@ impl<'a> Shapes<'a> {
         found
     }
 
-    /// How many shapes of the layer were not read, with those between.
+    /// The number of shapes of the layer that were not read, including in-between shapes.
     pub(super) fn unread(&self) -> usize {
         let between = |prim: &Prim| {
             let names = prim
@@ -150,7 +150,7 @@ impl<'a> Shapes<'a> {
     }
 }
 
-/// What a shape adds to points; `None` where its numbers do not fit them.
+/// The offsets of a shape for points; `None` if its numbers do not match them.
 fn target(prim: &Prim, points: &[Vec3]) -> Option<MorphTarget> {
     let vectors = |name: &str| -> Option<Vec<Vec3>> {
         let (vectors, rest) = prim.numbers(name).as_chunks::<3>();
@@ -163,7 +163,7 @@ fn target(prim: &Prim, points: &[Vec3]) -> Option<MorphTarget> {
     let (offsets, normals) = (vectors("offsets")?, vectors("normalOffsets")?);
     let stated = prim.numbers("pointIndices");
     let ids: Vec<u32> = match stated.is_empty() {
-        // One for each point.
+        // One offset for each point.
         true => (0..offsets.len() as u32).collect(),
         false => stated.iter().map(|id| *id as u32).collect(),
     };

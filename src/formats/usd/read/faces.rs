@@ -1,4 +1,4 @@
-//! The faces of a mesh: the corners of triangles, and the values of normals and texture coordinates at them.
+//! Reads the faces of a mesh: the corners of triangles, and their normals and texture coordinates.
 
 use std::collections::HashMap;
 
@@ -8,10 +8,10 @@ use mocap_scene::limits::is_plausible;
 use super::index::Index;
 use crate::usd::parse::Prim;
 
-/// Faces with one material: the index of its prim, and those of the faces.
+/// The faces with one material: the index of its prim, and the indices of the faces.
 type Part = (Option<usize>, Vec<usize>);
 
-/// The faces of a mesh by their materials: those of each subset, and the others.
+/// The faces of a mesh by material: the faces of each subset, and the others.
 pub(super) fn parts(index: &Index<'_>, mesh: usize, faces: &Faces) -> Vec<Part> {
     let mut is_free = vec![true; faces.faces.len()];
     let mut parts: Vec<Part> = Vec::new();
@@ -35,7 +35,7 @@ pub(super) fn parts(index: &Index<'_>, mesh: usize, faces: &Faces) -> Vec<Part> 
     parts
 }
 
-/// A corner of a face: its point, and where its normal and its texture coordinates are.
+/// A corner of a face: its point, and the positions of its normal and texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Corner {
     pub(super) point: u32,
@@ -48,13 +48,13 @@ pub(super) struct Faces {
     pub(super) points: Vec<Vec3>,
     /// The point of each corner.
     corners: Vec<u32>,
-    /// The first corner of each face, and how many it has: 0 of a hole.
+    /// The first corner of each face, and its number of corners; 0 for a hole.
     faces: Vec<(usize, usize)>,
     is_left_handed: bool,
 }
 
 impl Faces {
-    /// The faces of a prim, or a sentence on what is wrong with them.
+    /// The faces of a prim, or a sentence about the error.
     pub(super) fn of(prim: &Prim) -> Result<Self, &'static str> {
         let (points, _) = prim.numbers("points").as_chunks::<3>();
         if !points.iter().flatten().all(|number| is_plausible(*number)) {
@@ -92,7 +92,7 @@ impl Faces {
         })
     }
 
-    /// The places of the corners of the triangles of a face, in the order in which its front is seen.
+    /// The positions of the corners of a face's triangles, in the orientation of its front.
     fn triangles(&self, face: usize) -> impl Iterator<Item = [usize; 3]> {
         let (begin, count) = self.faces[face];
         let is_left_handed = self.is_left_handed;
@@ -102,8 +102,8 @@ impl Faces {
         })
     }
 
-    /// The corners of the triangles of faces, each once, and three indices for each triangle. A whole mesh whose points
-    /// have one normal and one place on the texture keeps its points, in their order.
+    /// The corners of the triangles of faces, each once, and three indices for each triangle. A whole mesh with one
+    /// normal and one texture coordinate per point keeps its points, in their order.
     pub(super) fn corners(
         &self,
         faces: &[usize],
@@ -143,12 +143,12 @@ impl Faces {
     }
 }
 
-/// A whole number that is not below 0.
+/// A whole number of at least 0.
 fn whole(number: f64) -> Option<usize> {
     Some(number as usize).filter(|index| *index as f64 == number)
 }
 
-/// What a value belongs to.
+/// The elements to which values belong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place {
     Point,
@@ -157,17 +157,17 @@ enum Place {
     Whole,
 }
 
-/// The values of an attribute of a mesh.
+/// The values of a mesh attribute.
 pub(super) struct Numbers<'a> {
     numbers: &'a [f64],
     columns: usize,
-    /// Which value each place has; empty where each has its own.
+    /// The value index of each element; empty if each element has its own value.
     indices: Vec<usize>,
     place: Place,
 }
 
 impl<'a> Numbers<'a> {
-    /// `None` where there are fewer values than places.
+    /// `None` if there are fewer values than elements.
     pub(super) fn of(prim: &'a Prim, name: &str, columns: usize, faces: &Faces) -> Option<Self> {
         let attribute = prim.attributes.get(name)?;
         let numbers = prim.numbers(name);
@@ -180,7 +180,7 @@ impl<'a> Numbers<'a> {
             Some("uniform") => Place::Face,
             Some("faceVarying") => Place::Corner,
             Some(_) => Place::Point,
-            // The number of values says which it is.
+            // The number of values determines the element.
             None if count == faces.corners.len() && count != faces.points.len() => Place::Corner,
             None => Place::Point,
         };
@@ -199,7 +199,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// Where the value of a corner is, by its face, its place among all corners, and its point.
+    /// The index of a corner's value, from its face, its position among all corners, and its point.
     fn index(&self, face: usize, corner: usize, point: u32) -> usize {
         let place = match self.place {
             Place::Point => point as usize,
@@ -218,7 +218,7 @@ impl<'a> Numbers<'a> {
 /// The normals of a mesh.
 pub(super) struct Normals<'a> {
     stated: Option<Numbers<'a>>,
-    /// Of each point, where the file states none.
+    /// A normal for each point, if the file states none.
     computed: Vec<Vec3>,
 }
 
@@ -232,7 +232,7 @@ impl<'a> Normals<'a> {
             for triangle in (0..faces.faces.len()).flat_map(|face| faces.triangles(face)) {
                 let points = triangle.map(|corner| faces.corners[corner] as usize);
                 let [a, b, c] = points.map(|point| faces.points[point]);
-                // As long as twice the area, so that large faces weigh more.
+                // Its length is twice the area, so that large faces weigh more.
                 let normal = (b - a).cross(c - a);
                 points.into_iter().for_each(|point| computed[point] += normal);
             }
@@ -240,7 +240,7 @@ impl<'a> Normals<'a> {
         Self { stated, computed }
     }
 
-    /// A normal of length 0 is replaced by +Y.
+    /// The normal at an index. A normal of length 0 becomes +Y.
     pub(super) fn at(&self, index: usize) -> Vec3 {
         let normal = match &self.stated {
             Some(stated) => {

@@ -1,5 +1,5 @@
-//! The prims of a layer by their paths, and what they have from prims above them. One pass finds both, so that many
-//! prims far below each other take no more time and memory than their text.
+//! The prims of a layer by path, and their inherited properties. One pass finds both, so that many deeply nested prims
+//! take no more time and memory than their text.
 
 use std::collections::HashMap;
 
@@ -8,15 +8,15 @@ use crate::usd::parse::{Layer, Prim};
 /// The prims of a layer.
 pub(super) struct Index<'l> {
     pub(super) layer: &'l Layer<'l>,
-    /// Each prim by the prim above it and its name.
+    /// Each prim by its parent and its name.
     children: HashMap<(Option<usize>, &'l str), usize>,
     /// The subsets of each mesh.
     pub(super) subsets: HashMap<usize, Vec<&'l Prim>>,
-    /// Of each prim the skeleton that it or the nearest prim above it names; `Some(None)` where that is not there.
+    /// The skeleton that each prim, or its nearest ancestor, states; `Some(None)` if that skeleton does not exist.
     pub(super) skeletons: Vec<Option<Option<usize>>>,
-    /// The material likewise.
+    /// The material that each prim, or its nearest ancestor, states.
     pub(super) materials: Vec<Option<Option<usize>>>,
-    /// Of each prim the nearest one that states an order of joints, itself among them.
+    /// For each prim, the nearest one that states an order of joints: the prim itself or an ancestor.
     pub(super) orders: Vec<Option<usize>>,
 }
 
@@ -25,7 +25,7 @@ impl<'l> Index<'l> {
         let mut children = HashMap::new();
         let mut subsets: HashMap<usize, Vec<&Prim>> = HashMap::new();
         for (index, prim) in layer.prims.iter().enumerate() {
-            // Of two prims of one path the first is meant.
+            // Of two prims with one path, the first counts.
             children.entry((prim.parent, prim.name.as_str())).or_insert(index);
             if let Some(mesh) = prim.parent.filter(|_| prim.kind == "GeomSubset") {
                 subsets.entry(mesh).or_default().push(prim);
@@ -51,7 +51,7 @@ impl<'l> Index<'l> {
         found
     }
 
-    /// The index of the prim at a path, which may begin at `from`; a property behind the prim is passed over.
+    /// The index of the prim at a path, which may be relative to `from`. A property after the prim is ignored.
     pub(super) fn find(&self, path: &str, from: usize) -> Option<usize> {
         let (path, mut found) = match path.strip_prefix('/') {
             Some(path) => (path, None),
@@ -65,7 +65,7 @@ impl<'l> Index<'l> {
     }
 }
 
-/// What each prim states itself, or has from the nearest prim above it.
+/// The value that each prim states, or inherits from its nearest ancestor with one.
 fn inherited<T: Copy>(layer: &Layer<'_>, stated: impl Fn(usize) -> Option<T>) -> Vec<Option<T>> {
     let mut found: Vec<Option<T>> = Vec::with_capacity(layer.prims.len());
     for (index, prim) in layer.prims.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Materials: the colour of a `UsdPreviewSurface`, its texture, and what alpha means.
+//! Reads materials: the colour of a `UsdPreviewSurface`, its texture, and the meaning of alpha.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -16,15 +16,15 @@ use crate::usd::parse::{Prim, Value};
 use crate::usd::{SKELETON_MESH, archive, is_archive};
 use crate::warnings::Warnings;
 
-/// What the material of a mesh without one is called.
+/// The name of the material for meshes without one.
 const PLAIN: &str = "MeshMaterial";
 
-/// What a mesh has for a material.
+/// The material of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Key {
-    /// The index of its prim.
+    /// The index of the material's prim.
     Prim(usize),
-    /// None, because it is drawn of the skeleton.
+    /// No material, because the mesh draws the skeleton.
     DrawnSkeleton,
     None,
 }
@@ -33,15 +33,15 @@ enum Key {
 pub(super) struct Materials<'a> {
     source: &'a Source<'a>,
     index: &'a Index<'a>,
-    /// The place in `read` of each material by its prim, and of what a mesh without one has.
+    /// The index in `read` of each material, by its key.
     known: HashMap<Key, usize>,
-    /// Each with the name of its texture coordinates.
+    /// Materials, each with the name of its texture coordinates.
     read: Vec<(Material, Option<String>)>,
-    /// The files of the archive, where the source is one.
+    /// The files of the archive, if the source is one.
     archive: Option<HashMap<&'a [u8], archive::Entry<'a>>>,
-    /// The place of each texture by the path of its file; none for one that cannot be read.
+    /// The index of each texture by file path; `None` if it cannot be read.
     images: HashMap<PathBuf, Option<usize>>,
-    /// The files of textures that were not read.
+    /// The texture files that were not read.
     unread: BTreeSet<String>,
     textures: Vec<Texture>,
 }
@@ -60,7 +60,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The index of a material, by that of its prim, for a mesh; without one, of a plain one.
+    /// The index of the material for a mesh, from the index of its prim. Without a material, the index of a plain one.
     pub(super) fn index_of(&mut self, material: Option<usize>, mesh: &Prim) -> usize {
         let index = self.index;
         let prims = &index.layer.prims;
@@ -93,12 +93,12 @@ impl<'a> Materials<'a> {
         place
     }
 
-    /// The name of the texture coordinates that a material takes.
+    /// The name of the texture coordinates that a material uses.
     pub(super) fn coords(&self, index: usize) -> Option<&str> {
         self.read[index].1.as_deref()
     }
 
-    /// The shader that an input of a prim is connected to.
+    /// The shader that is connected to an input of a prim.
     fn connected(&self, prim: usize, input: &str) -> Option<usize> {
         let prims = &self.index.layer.prims;
         let output = prims[prim].texts(&format!("{input}.connect")).first()?;
@@ -125,7 +125,7 @@ impl<'a> Materials<'a> {
         let image = image.map(|image| &prims[image]);
         let image = image.filter(|image| !image.texts("inputs:file").is_empty());
         let texture = image.and_then(|image| self.texture(&image.texts("inputs:file")[0]));
-        // A texture that cannot be read leaves its scale as the colour.
+        // Without its texture, the scale is the colour.
         let color = match image {
             Some(image) => image.numbers("inputs:scale"),
             None => surface.numbers("inputs:diffuseColor"),
@@ -163,7 +163,8 @@ impl<'a> Materials<'a> {
         (material, coords)
     }
 
-    /// The index of the texture in a file: of the archive, or beside the file, where it says or by its name alone.
+    /// The index of the texture in a file: in the archive, at the stated path, or by its name in the folder of the
+    /// source.
     fn texture(&mut self, file: &str) -> Option<usize> {
         let stated = below(file.replace('\\', "/"));
         let alone = Path::new(file).file_name().filter(|_| self.archive.is_none());
@@ -175,7 +176,7 @@ impl<'a> Materials<'a> {
         found
     }
 
-    /// The same of the file of a name, which is read once.
+    /// The index of the texture at a path, which is read once.
     fn image(&mut self, path: PathBuf) -> Option<usize> {
         if let Some(known) = self.images.get(&path) {
             return *known;
@@ -200,12 +201,12 @@ impl<'a> Materials<'a> {
         };
         let name = path.to_string_lossy().replace('\\', "/");
         let bytes = archive.get(name.as_bytes())?.bytes().ok()?;
-        // Entries of a broken archive may share their bytes, so that few of them would be many textures.
+        // Entries of a broken archive may share bytes, so that a small file would give many textures.
         let read: usize = self.textures.iter().map(|texture| texture.bytes.len()).sum();
         (read + bytes.len() <= self.source.bytes.len()).then(|| bytes.to_vec())
     }
 
-    /// Gives the scene the materials and the textures that were read, and counts the others.
+    /// Adds the materials and textures to the scene, and counts the others.
     pub(super) fn give(self, scene: &mut Scene, warnings: &mut Warnings) {
         for name in &self.unread {
             let message = format!("the texture \"{name}\" is not there, or neither PNG, JPEG nor WebP");

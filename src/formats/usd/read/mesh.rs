@@ -1,7 +1,7 @@
-//! The meshes of a layer that joints of the skeleton move, with their materials and their blend shapes.
+//! Reads the meshes of a layer that are bound to joints of the skeleton, with their materials and blend shapes.
 //!
-//! Points are kept where they are, before `geomBindTransform`, which is a part of each bone's offset matrix. A point
-//! whose faces have several normals or texture coordinates becomes several vertices. A mesh with subsets of materials
+//! Points keep their coordinates before `geomBindTransform`, which becomes part of each bone's offset matrix. A point
+//! whose faces have several normals or texture coordinates becomes several vertices. A mesh with material subsets
 //! becomes a mesh for each of them.
 
 use std::collections::{BTreeMap, HashMap};
@@ -25,13 +25,13 @@ use crate::{ReadOptions, Source};
 /// The joints of each point.
 const INDICES: &str = "primvars:skel:jointIndices";
 
-/// The joints that may move all vertices of a mesh alike: one moves a rigid mesh.
+/// The largest number of joints that may move all vertices of a mesh in the same way. One joint moves a rigid mesh.
 const MOST_FOR_ALL: usize = 8;
 
-/// Names of texture coordinates where a material names none, the most usual first.
+/// Names of texture coordinates if a material states none, the most usual first.
 const USUAL_COORDS: [&str; 4] = ["st", "UVMap", "map1", "uv"];
 
-/// Adds the meshes whose numbers fit each other. Others are left out with a warning, and what is left out is counted.
+/// Adds the meshes with consistent numbers. Others are skipped with a warning, and counted.
 pub(super) fn add(
     index: &Index<'_>,
     skeleton: &Skeleton,
@@ -63,7 +63,7 @@ pub(super) fn add(
                 scene.lose(DataKind::Meshes, 1);
                 scene.lose(DataKind::Skins, usize::from(has_skin));
                 scene.lose(DataKind::UvSets, coords);
-                // Many files have props beside the figure, which are counted alone.
+                // Many files have props in addition to the figure. They are only counted.
                 if has_skin {
                     let message = format!("the mesh \"{}\" was left out: {reason}", prim.name);
                     warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message));
@@ -88,15 +88,15 @@ pub(super) fn add(
     }
 }
 
-/// The joints of a skeleton in its own order.
+/// The joints of a skeleton, in its order.
 struct Joints<'a> {
     index: &'a Index<'a>,
     skeleton: &'a Skeleton,
-    /// The node of each, and its matrix in the bind pose.
+    /// The node of each joint, and its bind matrix.
     all: Vec<(usize, DMat4)>,
-    /// The place in `all` of each joint by its path.
+    /// The index in `all` of each joint path.
     places: HashMap<&'a str, usize>,
-    /// The places of the joints that a prim states in an order of its own.
+    /// The joint indices of prims that state their own order.
     orders: HashMap<usize, Vec<Option<usize>>>,
 }
 
@@ -125,14 +125,14 @@ impl<'a> Joints<'a> {
         })
     }
 
-    /// Whether a mesh is bound to this skeleton. One that names none is: its file has one skeleton.
+    /// Whether a mesh is bound to this skeleton. A mesh that names no skeleton is, because the file has one skeleton.
     fn moves(&self, mesh: usize) -> bool {
         let bound = self.index.skeletons[mesh];
         bound.is_none_or(|prim| prim == Some(self.skeleton.prim))
             && self.index.layer.prims[mesh].attributes.contains_key(INDICES)
     }
 
-    /// A mesh, once for each of its materials.
+    /// A mesh for each material.
     fn meshes(
         &mut self,
         mesh: usize,
@@ -158,7 +158,8 @@ impl<'a> Joints<'a> {
             }
             let texture = |corner: &Corner| {
                 let coords = coords.as_ref()?.at(corner.coords);
-                // USD begins at the lower left corner of an image, a scene at the upper left.
+                // Texture coordinates start at the lower left corner of an image in USD, and at the upper left in a
+                // scene.
                 Some(Vec2::new(coords[0] as f32, 1.0 - coords[1] as f32)).filter(|coords| coords.is_finite())
             };
             let texture_coords: Vec<Vec2> = corners.iter().filter_map(texture).collect();
@@ -186,7 +187,7 @@ impl<'a> Joints<'a> {
         }
     }
 
-    /// The joints of each point with weights that sum to 1, each as its place in `all`.
+    /// The joints of each point, with weights that sum to 1, as indices into `all`.
     fn ties(&mut self, mesh: usize, count: usize) -> Result<Vec<Vec<(usize, f32)>>, &'static str> {
         let index = self.index;
         let prim = &index.layer.prims[mesh];
@@ -238,7 +239,7 @@ impl<'a> Joints<'a> {
         let mut weights: BTreeMap<usize, Vec<VertexWeight>> = BTreeMap::new();
         for (vertex_id, corner) in (0_u32..).zip(corners) {
             let own = &ties[corner.point as usize];
-            // A point without a weight follows the first joint.
+            // A point without weights follows the first joint.
             let first = own.is_empty().then_some((0, 1.0));
             for (joint, weight) in own.iter().copied().chain(first) {
                 let of_joint = weights.entry(joint).or_default();
@@ -264,7 +265,7 @@ impl<'a> Joints<'a> {
     }
 }
 
-/// The name of the texture coordinates of a mesh: the one that a material states, or else a usual one, or else any.
+/// The name of a mesh's texture coordinates: the one that the material states, or else a usual one, or else any.
 fn coords<'a>(prim: &'a Prim, stated: Option<&str>) -> Option<&'a String> {
     let of = |name: &str| prim.attributes.get_key_value(&format!("primvars:{name}"));
     let usual = || USUAL_COORDS.into_iter().find_map(of);

@@ -19,11 +19,11 @@ pub(super) struct Skeleton {
     /// The index of its prim.
     pub(super) prim: usize,
     pub(super) nodes: Vec<Node>,
-    /// The node of each joint, by its path.
+    /// The node of each joint, by path.
     pub(super) joints: HashMap<String, usize>,
-    /// The path of the animation that it is bound to.
+    /// The path of the bound animation.
     pub(super) source: Option<String>,
-    /// The transforms of the first node at time codes, where prims above the skeleton move.
+    /// The transforms of the first node at time codes, if ancestor prims of the skeleton are animated.
     pub(super) path: Vec<(f64, Mat4)>,
 }
 
@@ -106,7 +106,7 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
     Ok(skeleton)
 }
 
-/// The animation that is bound to a skeleton, or to a prim above it.
+/// The animation that is bound to a skeleton, or to an ancestor prim.
 fn bound_source(layer: &Layer<'_>, skeleton: usize) -> Option<String> {
     let mut prim = Some(skeleton);
     while let Some(index) = prim {
@@ -135,7 +135,7 @@ fn nodes(prim: &Prim, options: &ReadOptions) -> Result<Vec<Node>, Failure> {
     let mut depths: Vec<usize> = Vec::with_capacity(paths.len());
     let mut nodes: Vec<Node> = Vec::with_capacity(paths.len());
     for (index, path) in paths.iter().enumerate() {
-        // The nearest joint above; a path may have names between that are no joints.
+        // The nearest ancestor joint. A path may contain names that are not joints.
         let mut rest = path.as_str();
         let mut parent = None;
         while let Some((above, _)) = rest.rsplit_once('/') {
@@ -218,7 +218,7 @@ fn set_transforms(prim: &Prim, nodes: &mut [Node]) -> Result<(), Failure> {
 }
 
 impl Skeleton {
-    /// Puts a group above the roots.
+    /// Adds a group as the parent of the roots.
     fn put_below(&mut self, name: String, transform: Mat4) {
         for node in &mut self.nodes {
             node.parent = Some(node.parent.map_or(NodeId(0), |parent| NodeId(parent.0 + 1)));

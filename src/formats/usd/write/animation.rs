@@ -1,4 +1,4 @@
-//! Animations: the translations, rotations and scales of the joints that move.
+//! Writes animations: translations, rotations and scales of the moving joints.
 
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Result};
@@ -10,7 +10,8 @@ use super::text;
 use super::{Stage, unrepresentable};
 use crate::usd::{DURATION, RATE};
 
-/// What a scale may differ from its half without a note: the rounding of a decomposed matrix.
+/// The largest relative difference between a scale and its 16-bit value without a note: the rounding of a decomposed
+/// matrix.
 const ROUNDING: f32 = 1e-5;
 
 /// A joint that an animation drives.
@@ -21,7 +22,7 @@ struct AnimatedJoint<'a> {
 }
 
 impl Stage<'_> {
-    /// An animation of the scene, as a prim with this name.
+    /// Writes an animation of the scene, as a prim with this name.
     pub(super) fn clip(&mut self, index: usize, name: &str) -> Result<()> {
         let animation = &self.scene.animations[index];
         let rate = limits::frame_rate(Code::FrameTime, animation.ticks_per_second)?;
@@ -74,7 +75,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The joints that an animation drives, in the order of the skeleton; the first joint where it drives none.
+    /// The joints that an animation drives, in the order of the skeleton. If it drives none, the first joint.
     fn driven<'a>(&self, animation: &'a Animation) -> Result<Vec<AnimatedJoint<'a>>> {
         const NOTHING: &Channel = &Channel {
             node_name: String::new(),
@@ -112,7 +113,7 @@ impl Stage<'_> {
         Ok(driven.collect())
     }
 
-    /// Says where a scale is not that of the scene.
+    /// Adds a note if a scale differs from the scene's.
     fn note_scales(&mut self, animation: &Animation, driven: &[AnimatedJoint<'_>]) {
         let worst = |driven: &AnimatedJoint<'_>| {
             let keys = driven.channel.scaling_keys.values.iter().copied();
@@ -139,7 +140,7 @@ impl Stage<'_> {
     }
 }
 
-/// Refuses values that are no transform.
+/// Refuses values that are not a transform.
 fn check(channel: &Channel) -> Result<()> {
     let is_sound = |value: &Vec3| value.to_array().into_iter().all(|number| is_plausible(number.into()));
     let is_rotation = |value: &Quat| value.is_finite() && value.length_squared() > f32::EPSILON;
@@ -164,7 +165,7 @@ fn check(channel: &Channel) -> Result<()> {
     }
 }
 
-/// The ticks at which any of these has a key, where one of them moves; else the first.
+/// The ticks at which any of these has a key, if one of them moves; otherwise the first tick.
 pub(super) fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f64> {
     let moving = keys.filter(|keys| keys.len() > 1);
     let mut ticks: Vec<f64> = moving
@@ -178,7 +179,8 @@ pub(super) fn ticks<'a, T: 'a>(keys: impl Iterator<Item = &'a Keys<T>>) -> Vec<f
     ticks
 }
 
-/// The half that is nearest to a scale, and not 0 unless the scale is: an axis of no length has no direction.
+/// The 16-bit float nearest to a scale. It is 0 only if the scale is 0, because an axis without length has no
+/// direction.
 pub fn half_of_scale(scale: f32) -> f32 {
     match half(scale) {
         0.0 if scale != 0.0 => STEP.copysign(scale),
@@ -186,15 +188,15 @@ pub fn half_of_scale(scale: f32) -> f32 {
     }
 }
 
-/// The least half that is not 0, and the step between those next to it.
+/// The smallest number of a 16-bit float above 0, which is also the step between the smallest ones.
 pub const STEP: f32 = 5.960_464_5e-8;
 
-/// The half (IEEE 754 binary16) that is nearest, as USD has it.
+/// The nearest 16-bit float (IEEE 754 binary16), USD's `half`.
 pub fn half(value: f32) -> f32 {
-    /// The least number that a half has with all of its digits: 2^-14.
+    /// The smallest number that a 16-bit float holds with full precision: 2^-14.
     const NORMAL: f32 = 6.103_515_6e-5;
 
-    /// The largest number of a half: (2 - 2^-10) 2^15.
+    /// The largest 16-bit float as a number: (2 - 2^-10) 2^15.
     const LARGEST: f32 = 65_504.0;
     if value.abs() < NORMAL {
         return (value / STEP).round_ties_even() * STEP;

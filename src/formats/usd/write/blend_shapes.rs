@@ -1,7 +1,7 @@
-//! Morph targets: blend shapes of meshes, and their weights in animations.
+//! Writes morph targets: blend shapes of meshes, and their weights in animations.
 //!
-//! An animation has one weight for each name of a shape, for all meshes. So targets of one name share it where they
-//! move alike, and get names of their own where not.
+//! An animation has one weight for each shape name, for all meshes. So targets with one name share it if they move in
+//! the same way. Otherwise they get separate names.
 
 use mocap_scene::error::Result;
 use mocap_scene::scene::{MorphTarget, Scene};
@@ -17,9 +17,9 @@ use crate::unique_names::UniqueNames;
 /// The shapes of a scene.
 #[derive(Default)]
 pub(super) struct Shapes {
-    /// Of each mesh the place of each of its targets in `moved`.
+    /// For each mesh, the index in `moved` of each target.
     of_mesh: Vec<Vec<usize>>,
-    /// The names by which animations move targets, each with the mesh and the index of one of them.
+    /// The names by which animations move targets, each with the mesh and the index of one target.
     moved: Vec<(String, usize, usize)>,
 }
 
@@ -36,7 +36,7 @@ impl Shapes {
                     let is_alike = other.name == target.name
                         && other.weight == target.weight
                         && other.weight_keys == target.weight_keys;
-                    // A mesh that has a name twice has two shapes.
+                    // A mesh with two targets of one name has two shapes.
                     is_alike && !of_mesh.contains(&at)
                 };
                 let known = shapes.moved.iter().enumerate().find(|known| is_it(*known));
@@ -62,7 +62,7 @@ fn quoted(out: &mut String, name: &str) {
 }
 
 impl Stage<'_> {
-    /// The blend shapes of a mesh, at the end of its prim.
+    /// Writes the blend shapes of a mesh, at the end of its prim.
     pub(super) fn shapes(&mut self, index: usize, prim: &str) -> Result<()> {
         let mesh = &self.scene.meshes[index];
         if mesh.morph_targets.is_empty() {
@@ -96,7 +96,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The weights of all shapes in the animation `index`, whose ticks last `codes` time codes.
+    /// Writes the weights of all shapes in the animation `index`, whose ticks last `codes` time codes.
     pub(super) fn weights(&mut self, index: usize, codes: f64) {
         let targets: Vec<&MorphTarget> = self
             .shapes
@@ -121,7 +121,7 @@ impl Stage<'_> {
         self.text.list("uniform token[] blendShapes", names, quoted);
         self.text
             .samples("float[] blendShapeWeights", &times, at, |out, weight: f32| {
-                // -0 is 0.
+                // Turns -0 into 0.
                 out.push_str(&(weight + 0.0).to_string());
             });
     }

@@ -1,6 +1,6 @@
-//! Materials: the preview surface that every renderer of USD has, with a texture of colour.
+//! Writes materials: the preview surface that every USD renderer supports, with a colour texture.
 //!
-//! Colours are fractions of light, as in a scene; the bytes of an image are those of a screen.
+//! Colours are linear, as in a scene. The bytes of an image are in screen colours (sRGB).
 
 use mocap_scene::scene::{AlphaMode, Material, Scene, Surface};
 
@@ -12,10 +12,10 @@ use crate::texture::file_stem_or;
 /// The scope of all materials.
 const SCOPE: &str = "Materials";
 
-/// The folder of the images in an archive.
+/// The folder of images in an archive.
 const FOLDER: &str = "textures";
 
-/// The identifiers of the materials that have a surface and are used.
+/// The identifiers of the used materials with a surface.
 pub(super) struct Materials(Vec<Option<String>>);
 
 impl Materials {
@@ -108,7 +108,7 @@ impl Stage<'_> {
         out.close();
     }
 
-    /// The path of a texture from the stage; it becomes a file of the output.
+    /// The path of a texture relative to the stage. The texture becomes a file of the output.
     fn image(&mut self, index: usize) -> Option<String> {
         let known = self.images.iter().find(|(_, texture)| *texture == index);
         if let Some((path, _)) = known {

@@ -1,4 +1,4 @@
-//! Meshes: their shape, and the joints that move them.
+//! Writes meshes: their geometry, and the joints that move them.
 
 use std::borrow::Cow;
 
@@ -14,17 +14,17 @@ use super::text;
 use super::{ROOT, SKELETON, Stage, unrepresentable};
 use crate::usd::SKELETON_MESH;
 
-/// How far a bind pose may be from that of another mesh, in the unit of the scene, without a note.
+/// The largest difference between the bind poses of two meshes without a note, in the unit of the scene.
 const SAME_POSE: f64 = 1e-3;
 
-/// A mesh that is written: its index, and its transform into the bind pose of the skeleton.
+/// A written mesh: its index, and its transform to the bind pose of the skeleton.
 pub(super) struct Bound {
     mesh: usize,
     node: usize,
     to_bind: DMat4,
 }
 
-/// Finds the bind pose of the skeleton. A skeleton of USD has one, to which each mesh has its own transform.
+/// Finds the bind pose of the skeleton. A USD skeleton has one bind pose, and each mesh has its own transform to it.
 pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<String>) -> Result<Vec<Bound>> {
     let mut found = Vec::new();
     let placed = scene.nodes.iter().enumerate();
@@ -44,7 +44,7 @@ pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<Strin
         let shared = offsets
             .iter()
             .find_map(|(joint, offset)| Some(skeleton.bind[*joint]? * *offset));
-        // Vertices are in the space of the first mesh that is bound.
+        // Vertices are in the space of the first bound mesh.
         let to_bind = match offsets.is_empty() {
             true => skeleton.bound(node),
             false => shared.unwrap_or(DMat4::IDENTITY),
@@ -70,7 +70,7 @@ pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<Strin
         });
     }
     complete_bind_pose(&scene.nodes, &skeleton.rest, &mut skeleton.bind);
-    // Those without bones are placed when every bind pose is known.
+    // Place meshes without bones after all bind poses are known.
     for bound in &mut found {
         if scene.meshes[bound.mesh].bones.is_empty() {
             bound.to_bind = skeleton.bound(bound.node);
@@ -79,7 +79,7 @@ pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<Strin
     Ok(found)
 }
 
-/// Points are no faces.
+/// Points are not faces.
 pub(super) fn is_written(mesh: &Mesh) -> bool {
     mesh.primitive == Primitive::Triangles && !mesh.indices.is_empty()
 }
@@ -95,7 +95,7 @@ impl Stage<'_> {
     fn mesh(&mut self, bound: &Bound, materials: &Materials) -> Result<()> {
         let mesh = &self.scene.meshes[bound.mesh];
         check(mesh)?;
-        // Animations have the weights of shapes; without one the shape at rest stays.
+        // Animations have the weights of shapes. Without animation, bake the rest shape.
         let vertices = match self.scene.animations.is_empty() {
             true => Cow::Borrowed(mesh.vertices.as_slice()),
             false => mesh.vertices_without_targets(),
@@ -126,7 +126,7 @@ impl Stage<'_> {
             within(out, &["interpolation = \"vertex\""]);
         }
         if mesh.texture_coords.len() == mesh.vertices.len() {
-            // USD begins at the lower left corner of an image, a scene at the upper left.
+            // Texture coordinates start at the lower left corner of an image in USD, and at the upper left in a scene.
             let coords = mesh
                 .texture_coords
                 .iter()
@@ -152,7 +152,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The joints and the weights of each vertex, the heaviest first; a mesh without bones follows its node.
+    /// Writes the joints and the weights of each vertex, the heaviest first. A mesh without bones follows its node.
     fn ties(&mut self, mesh: &Mesh, node: usize) -> Result<()> {
         let mut ties: Vec<Vec<(usize, f32)>> = vec![Vec::new(); mesh.vertices.len()];
         for bone in &mesh.bones {
@@ -172,11 +172,11 @@ impl Stage<'_> {
             Some(first) => {
                 for own in &mut ties {
                     own.sort_by(|a, b| b.1.total_cmp(&a.1));
-                    // A vertex without a weight follows the first bone.
+                    // A vertex without weights follows the first bone.
                     if own.is_empty() {
                         own.push((first.node.index(), 1.0));
                     }
-                    // USD adds up what is there, and files round: 1.0001 in all moves a head by 0.1 mm.
+                    // USD sums the stated weights, and files round: a sum of 1.0001 moves a head by 0.1 mm.
                     let sum: f64 = own.iter().map(|tie| f64::from(tie.1)).sum();
                     own.iter_mut().for_each(|tie| tie.1 = (f64::from(tie.1) / sum) as f32);
                 }
@@ -210,7 +210,7 @@ impl Stage<'_> {
     }
 }
 
-/// The metadata of the attribute that was written last.
+/// The metadata of the last attribute.
 fn within(out: &mut text::Text, metadata: &[&str]) {
     out.continue_line(" (");
     metadata.iter().for_each(|line| out.line(&format!("    {line}")));

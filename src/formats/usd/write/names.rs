@@ -1,4 +1,4 @@
-//! Identifiers: letters, digits and `_` of ASCII, which every version of USD takes, each once.
+//! Unique identifiers of ASCII letters, digits and `_`, which every version of USD accepts.
 
 use crate::unique_names::UniqueNames;
 
@@ -6,7 +6,7 @@ use crate::unique_names::UniqueNames;
 pub struct Names(UniqueNames);
 
 impl Names {
-    /// The identifier of a name, or of `instead` where nothing of it is left; with a suffix where it is taken.
+    /// The identifier for a name, or for `instead` if no character remains. It gets a suffix if it is taken.
     pub fn unique(&mut self, wanted: &str, instead: &str) -> String {
         self.0.first_free(identifier(wanted, instead), str::to_owned)
     }

@@ -1,4 +1,4 @@
-//! The skeleton: all nodes of a scene as joints.
+//! Writes the skeleton: all nodes of a scene as joints.
 
 use glam::DMat4;
 use mocap_scene::error::Result;
@@ -11,11 +11,11 @@ use super::{ROOT, SKELETON, unrepresentable};
 use crate::usd::KINDS;
 
 pub(super) struct Skeleton {
-    /// The path of each joint: identifiers from the root joint to it.
+    /// The path of each joint: identifiers from the root joint on.
     pub(super) joints: Vec<String>,
-    /// From each joint to the skeleton, at rest.
+    /// The rest matrix from each joint to the skeleton.
     pub(super) rest: Vec<DMat4>,
-    /// The matrices of the bind pose, where a mesh or a joint above states them.
+    /// The bind matrices, if a mesh or an ancestor joint states them.
     pub(super) bind: Vec<Option<DMat4>>,
 }
 
@@ -54,7 +54,7 @@ impl Skeleton {
         Ok(Self { joints, rest, bind })
     }
 
-    /// The bind pose, with the rest pose where no mesh is bound.
+    /// The bind matrix, or the rest matrix if no mesh is bound.
     pub(super) fn bound(&self, joint: usize) -> DMat4 {
         self.bind[joint].unwrap_or(self.rest[joint])
     }

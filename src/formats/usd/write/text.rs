@@ -1,4 +1,4 @@
-//! Lines of a layer, with their indentation, and numbers with the fewest digits that are read as the same.
+//! Writes the lines of a layer with indentation, and numbers with the fewest digits that read back exactly.
 
 use std::fmt::Write;
 
@@ -23,7 +23,7 @@ impl Text {
         self.text.push('\n');
     }
 
-    /// Adds to the line that was written last.
+    /// Appends to the last line.
     pub(super) fn continue_line(&mut self, more: &str) {
         self.text.pop();
         self.text.push_str(more);
@@ -48,13 +48,13 @@ impl Text {
         self.depth += 1;
     }
 
-    /// Ends the prim that was begun last.
+    /// Ends the last open prim.
     pub(super) fn close(&mut self) {
         self.depth -= 1;
         self.line("}");
     }
 
-    /// `name = [a, b, ...]`.
+    /// Writes `name = [a, b, ...]`.
     pub(super) fn list<T>(&mut self, name: &str, items: impl IntoIterator<Item = T>, write: impl Fn(&mut String, T)) {
         self.indent();
         self.text.push_str(name);
@@ -74,7 +74,7 @@ impl Text {
         self.text.push(']');
     }
 
-    /// `name.timeSamples = { time: [a, b, ...], ... }`; one value where there is one time.
+    /// Writes `name.timeSamples = { time: [a, b, ...], ... }`. With a single time, writes one value.
     pub(super) fn samples<T>(
         &mut self,
         name: &str,
@@ -98,17 +98,17 @@ impl Text {
     }
 }
 
-/// `(a, b, c)`. Writing to a text cannot fail.
+/// Writes `(a, b, c)`. Writing to a string cannot fail.
 pub(super) fn tuple<const N: usize>(out: &mut String, numbers: [f32; N]) {
     for (index, number) in numbers.into_iter().enumerate() {
         let separator = if index == 0 { "(" } else { ", " };
-        // -0 is 0.
+        // Turns -0 into 0.
         let _ = write!(out, "{separator}{}", number + 0.0);
     }
     out.push(')');
 }
 
-/// A matrix of USD: a column of this one is a row of it.
+/// Writes a USD matrix: a column of this matrix is a row there.
 pub(super) fn matrix(out: &mut String, matrix: DMat4) {
     let rows = matrix.to_cols_array_2d().map(|row| {
         let numbers = row.map(|number| (number + 0.0).to_string());
@@ -136,7 +136,7 @@ pub(super) fn quoted(text: &str) -> String {
     out
 }
 
-/// `displayName = "..."`, where an identifier is not the name of the scene.
+/// Writes `displayName = "..."` if an identifier differs from the scene's name.
 pub(super) fn display_name(name: &str, identifier: &str) -> Option<String> {
     (name != identifier).then(|| format!("displayName = {}", quoted(name)))
 }

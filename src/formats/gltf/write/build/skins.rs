@@ -1,4 +1,4 @@
-//! The skins of a document, and the meshes that are bound to them.
+//! Writes the skins of a document, and the meshes that are bound to them.
 
 use glam::{Affine3A, Mat4};
 use gltf_json::accessor::Accessor;
@@ -12,9 +12,9 @@ use super::super::{Compression, mesh};
 use super::Builder;
 
 impl Builder<'_> {
-    /// The skin, and a mesh node at the scene's root for every mesh with bones. A scene with only rigid meshes has no
-    /// skin: optimisers drop an unused skin, and validators report it. If the scene's meshes have no area, as those of
-    /// a single joint, a marker replaces them.
+    /// Writes the skin, and a mesh node at the scene's root for every mesh with bones. A scene with only rigid meshes
+    /// has no skin: optimisers drop an unused skin, and validators report it. If the scene's meshes have no area, as
+    /// for a single joint, a marker replaces them.
     pub(super) fn skins(&mut self, skinned: &[usize]) -> Result<()> {
         let scene = self.scene;
         let mut joints = Vec::new();
@@ -40,7 +40,7 @@ impl Builder<'_> {
             }
         }
         if self.root.skins.is_empty() && scene.meshes.is_empty() && self.options.compression != Compression::None {
-            // Nothing is bound to the joints, so that 64 bytes for each would say nothing.
+            // Nothing is bound to the joints, so 64 bytes for each would be useless.
             self.skin_with(&joints, None);
         } else if self.root.skins.is_empty() {
             let skin = self.skin(&joints, &[]);
@@ -77,12 +77,12 @@ impl Builder<'_> {
         self.morphed.extend(source.map(|mesh| (node.value(), mesh)));
     }
 
-    /// Adds a skin of all joints. A mesh with the bind matrices of the mesh before shares its skin. A joint with a bone
-    /// has the bind pose of the bone. Another joint follows the nearest bone above it, or keeps its rest pose.
+    /// Adds a skin of all joints. A mesh with the same bind matrices as the previous mesh shares its skin. A joint with
+    /// a bone has the bone's bind pose. Another joint follows its nearest ancestor with a bone, or keeps its rest pose.
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
-        // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
-        // Where a scale of 0 makes all positions one, any matrix will do.
+        // As affine maps, because the last row of an inverse bind matrix must be exactly 0 0 0 1. With a scale of 0 all
+        // positions coincide, so any matrix works.
         let inverse = |matrix: &Mat4| match Mat4::from(Affine3A::from_mat4(*matrix).inverse()) {
             inverse if inverse.is_finite() => inverse,
             _ => Mat4::from_translation(-matrix.w_axis.truncate()),
@@ -100,7 +100,7 @@ impl Builder<'_> {
         for bone in bones {
             inverse_bind[bone.node.index()] = bone.offset_matrix;
         }
-        // Adding zero makes -0 a plain 0.
+        // Adding zero turns -0 into 0.
         let matrices: Vec<_> = joints
             .iter()
             .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))
