@@ -134,10 +134,10 @@ impl ErrorBound {
     pub(super) fn of_nodes(&self, scene: &Scene) -> Result<Vec<f64>> {
         for (name, bound) in &self.per_joint {
             if !scene.nodes.iter().any(|node| node.name == *name) {
-                let message = format!("there is no joint \"{name}\", which has an error bound of its own");
+                let message = format!("an error bound names the joint \"{name}\", which does not exist");
                 return Err(Diagnostic::new(Code::InvalidValue, message)
                     .expected_found("the name of a joint or end site", format!("\"{name}\""))
-                    .help("`mocap info` lists the joints; a VRM animation has only those that are bones of a humanoid")
+                    .help("`mocap info` lists the joints; a VRM animation has only humanoid bones")
                     .into());
             }
             if !(bound.is_finite() && *bound > 0.0) {
@@ -152,7 +152,7 @@ impl ErrorBound {
             return Ok(Vec::new());
         }
         if !(self.max_error.is_finite() && self.max_error > 0.0) {
-            let message = "beside error bounds of single joints the largest error of the others must be above 0";
+            let message = "with error bounds for single joints, the largest error of the other joints must be above 0";
             return Err(Diagnostic::new(Code::InvalidValue, message)
                 .expected_found("a length in metres, such as 0.001", self.max_error.to_string())
                 .into());

@@ -152,7 +152,7 @@ fn compress_once(
         .map(|tick| encoding.time(*tick, animation.ticks_per_second))
         .collect();
     if !times.is_sorted_by(|a, b| a < b) {
-        let message = "two frames have one time as 32-bit floats, so that no error bound can be kept";
+        let message = "two frames have the same time as 32-bit floats, so no error bound can be guaranteed";
         return Err(Diagnostic::new(Code::LimitExceeded, message).into());
     }
     let farthest = |track: &ObjectSpaceTrack| track.positions.iter().map(|p| p.length()).fold(0.0, f32::max);

@@ -96,7 +96,7 @@ impl Refinement<'_> {
         let millimetres = |metres: f64| format!("{:.6} mm", metres * 1000.0);
         Err(Diagnostic::new(
             Code::ErrorBound,
-            "the numbers of this kind of compression are too coarse for the largest error that is allowed",
+            "this compression is too coarse for the allowed largest error",
         )
         .in_joint(&scene.nodes[best.node].name)
         .expected_found(

@@ -86,7 +86,7 @@ impl<'a> Movie<'a> {
             if !(value.is_finite() && value > 0.0) {
                 let diagnostic = Diagnostic::new(
                     Code::InvalidValue,
-                    format!("the {what} of a film must be finite and above 0"),
+                    format!("the {what} of a movie must be finite and above 0"),
                 );
                 return Err(diagnostic.expected_found("a number above 0", format!("{value}")).into());
             }
@@ -94,7 +94,7 @@ impl<'a> Movie<'a> {
         super::raster::check_size(options.width, options.height, Code::InvalidValue)?;
         let pictures = clip.seconds() / options.speed * options.frames_per_second + 1.0;
         if pictures > Self::MOST_PICTURES {
-            return Err(Diagnostic::new(Code::LimitExceeded, "the film has too many pictures")
+            return Err(Diagnostic::new(Code::LimitExceeded, "the movie has too many pictures")
                 .expected_found(
                     format!("at most {} pictures", Self::MOST_PICTURES),
                     format!("{pictures:.0}"),

@@ -143,7 +143,7 @@ fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
         }
     }
     if figure.humanoid.sides == Sides::Opposite {
-        facts.push(("names of left and right are opposite".to_owned(), theme::RIGHT));
+        facts.push(("the names of left and right are swapped".to_owned(), theme::RIGHT));
     }
     let missing = figure.humanoid.missing();
     facts.extend(

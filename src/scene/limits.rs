@@ -134,7 +134,7 @@ impl FrameBudget {
 }
 
 /// The remedy for a motion that is too long.
-const SHORTER: &str = "correct the time or the frame rate, or take a part of the motion";
+const SHORTER: &str = "correct the time or the frame rate, or trim the motion";
 
 /// The largest distance of a joint from its parent, in the file's unit. Kinematics squares and adds such numbers, and
 /// the results must still be finite in 32 bits.

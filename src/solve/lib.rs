@@ -79,7 +79,7 @@ impl JointSet {
         scene.warnings.append(&mut points.warnings);
         let lengths = match self.lengths {
             Lengths::Median => "lengths are medians",
-            Lengths::Moving => "lengths are those of each frame",
+            Lengths::Moving => "lengths are taken from each frame",
         };
         write(scene, self, &points, &rest, rotations, up, lengths);
         Ok(())
@@ -90,10 +90,10 @@ impl JointSet {
 fn check_finite(set: &JointSet, rotations: &[Vec<Quat>]) -> Result<()> {
     for (joint, rotations) in set.joints.iter().zip(rotations) {
         if let Some(frame) = rotations.iter().position(|rotation| !rotation.is_finite()) {
-            let message = format!("the joints are too far apart in frame {frame} for rotations to be solved");
+            let message = format!("the joints are too far apart in frame {frame} to solve rotations");
             return Err(Diagnostic::new(Code::NumberRange, message)
                 .in_joint(&joint.name)
-                .help("correct the positions in that frame, or leave it out")
+                .help("correct the positions in that frame, or remove the frame")
                 .into());
         }
     }
@@ -173,12 +173,7 @@ fn write(
     assume(Topic::Body, choice, "the file has no rotations", None);
     if scene.metadata.up.is_none() && up.0 != UpAxis::Y {
         let choice = format!("{} was up, and is +Y now", up.0.as_str().to_uppercase());
-        assume(
-            Topic::UpAxis,
-            choice,
-            "the spine points there on the average",
-            Some(up.1),
-        );
+        assume(Topic::UpAxis, choice, "the spine points there on average", Some(up.1));
     }
     scene.metadata.up = Some(UpAxis::Y);
 }

@@ -68,8 +68,12 @@ impl Known {
             serde_json::from_str(text).map_err(|error| invalid(error.to_string()))?;
         for (label, landmark) in stated {
             let known = landmarks::named(&landmark);
-            let landmark =
-                known.ok_or_else(|| invalid(format!("{landmark} is no landmark; docs/markers.md lists them")))?;
+            let landmark = known.ok_or_else(|| {
+                invalid(format!(
+                    "{landmark} is not a landmark; docs/markers.md lists the \
+                    landmarks"
+                ))
+            })?;
             self.labels.named.insert(landmarks::whole_key(&label), landmark);
         }
         Ok(self)
@@ -92,7 +96,7 @@ impl Known {
         let labels = takes.first().copied().flatten().map(|take| take.labels.join(", "));
         Err(Diagnostic::new(
             Code::InvalidValue,
-            "labels of {markers} are not in the file, or two are one landmark",
+            "labels of {markers} are not in the file, or two labels are the same landmark",
         )
         .expected_found(missing.join(", "), labels.unwrap_or_default())
         .help("the labels of a file: mocap info FILE")

@@ -55,14 +55,16 @@ impl Points {
                 let message = format!("the point {name} is in no frame");
                 return Err(Diagnostic::new(Code::InvalidValue, message)
                     .in_joint(name)
-                    .help("leave it out of the joints: {joints} FILE")
+                    .help("remove it from the joints: {joints} FILE")
                     .into());
             }
             let (track, filled) = fill(&ticks, values, frames);
             // A constant track has one key, which is not a gap.
             if filled > 0 && keys.is_some_and(|keys| !keys.is_seen_throughout(frames)) {
-                let message =
-                    format!("the point was not seen in {filled} of {frames} frames: filled by straight lines");
+                let message = format!(
+                    "the point was not seen in {filled} of {frames} frames: positions were interpolated \
+                        linearly"
+                );
                 points.warnings.push(Diagnostic::new(Code::Gap, message).in_joint(name));
             }
             points.all.push(track);

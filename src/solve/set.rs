@@ -124,7 +124,8 @@ const H36M: Table = (
 );
 
 const MEDIAPIPE: Table = (
-    "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer left_ear right_ear mouth_left \
+    "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer left_ear right_ear \
+        mouth_left \
      mouth_right left_shoulder right_shoulder left_elbow right_elbow left_wrist right_wrist left_pinky right_pinky \
      left_index right_index left_thumb right_thumb left_hip right_hip left_knee right_knee left_ankle right_ankle \
      left_heel right_heel left_foot_index right_foot_index",
@@ -303,12 +304,12 @@ impl JointSet {
                 None => None,
                 Some(parent) => Some(
                     (joints.iter().position(|own| own.name == *parent))
-                        .ok_or_else(|| format!("the parent {parent} of {} does not stand before it", joint.name))?,
+                        .ok_or_else(|| format!("the parent {parent} of {} does not precede it", joint.name))?,
                 ),
             };
             let bone = match &joint.bone {
                 None => None,
-                Some(bone) => Some(Bone::from_name(bone).ok_or_else(|| format!("{bone} is no bone of VRM"))?),
+                Some(bone) => Some(Bone::from_name(bone).ok_or_else(|| format!("{bone} is not a VRM bone"))?),
             };
             let of = if joint.points.is_empty() {
                 vec![joint.name.clone()]
@@ -334,7 +335,7 @@ impl JointSet {
                 marks: Vec::new(),
                 lengths: Lengths::Median,
             }),
-            count => Err(format!("one joint must have no parent, and {count} have none")),
+            count => Err(format!("exactly one joint must have no parent, but {count} have none")),
         }
     }
 

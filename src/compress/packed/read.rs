@@ -35,7 +35,7 @@ impl<'a> Reader<'a> {
         let end = self.at.checked_add(count);
         let taken = end.and_then(|end| self.bytes.get(self.at..end)).ok_or_else(|| {
             expected_found(
-                "the file ends before what its header states",
+                "the file is shorter than its header states",
                 format!("{count} bytes from byte {}", self.at),
                 format!("{} bytes in all", self.bytes.len()),
             )
@@ -86,7 +86,7 @@ impl<'a> Reader<'a> {
     fn rotation(&mut self, node: usize) -> Result<Quat> {
         let rotation = Quat::from_xyzw(self.f32()?, self.f32()?, self.f32()?, self.f32()?);
         if (rotation.length_squared() - 1.0).abs() > 1e-3 {
-            return Err(invalid(format!("the rotation of node {node} has not length 1")));
+            return Err(invalid(format!("the rotation of node {node} does not have length 1")));
         }
         Ok(rotation)
     }
@@ -151,7 +151,7 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     } = read_nodes(&mut reader, node_count, name_bytes, known)?;
     if rotates.len() != rotations || translates.len() != translations {
         return Err(expected_found(
-            "the header has another number of tracks than the nodes",
+            "the number of tracks in the header does not match the nodes",
             format!("{} rotations and {} translations", rotates.len(), translates.len()),
             format!("{rotations} and {translations}"),
         ));
@@ -164,18 +164,18 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
             let tick = reader.f64()?;
             let last = std::mem::replace(&mut last_tick, tick);
             if frame == 0 && tick != 0.0 {
-                return Err(expected_found("the first frame has another tick", "0", tick));
+                return Err(expected_found("the first frame has a different tick", "0", tick));
             }
             if frame > 0 && tick <= last {
                 return Err(invalid(format!(
-                    "the tick of frame {frame} is not above the one before"
+                    "the tick of frame {frame} is not above the previous tick"
                 )));
             }
         }
     }
     if !(last_tick..last_tick + 1.0).contains(&duration) {
         return Err(expected_found(
-            "the duration differs from the frames",
+            "the duration does not match the frames",
             format!("from {last_tick} to less than a tick more"),
             duration,
         ));
@@ -235,8 +235,8 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize, known: u
         let end = name + usize::from(table.u16()?);
         if !is_depth_first(&nodes, parent) {
             return Err(expected_found(
-                "the nodes do not stand depth-first",
-                format!("node {index} below the one before it or below one above that"),
+                "the nodes are not in depth-first order",
+                format!("node {index} as a child of the previous node or of its ancestors"),
                 parent.map_or_else(|| "no parent".to_owned(), |parent| format!("parent {parent}")),
             ));
         }
@@ -400,7 +400,10 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
                 let of_word = frames.saturating_sub(64 * word);
                 let possible = if of_word >= 64 { u64::MAX } else { (1 << of_word) - 1 };
                 if keys & !possible != 0 || (of_word > 0 && keys & 1 == 0) {
-                    return Err(at_block("a frame beyond the end has a key, or one of 64 has none"));
+                    return Err(at_block(
+                        "a frame beyond the end has a key, or a frame whose number is divisible by 64 \
+                        has none",
+                    ));
                 }
             }
             let last = frames - 1;
@@ -430,7 +433,7 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
             key_bits += track.key_bits();
         }
         if key_bits as usize != stated {
-            return Err(at_block("its tracks have other widths than it states"));
+            return Err(at_block("the widths of its tracks differ from the stated widths"));
         }
     }
     Ok(())

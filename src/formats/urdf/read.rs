@@ -39,9 +39,9 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     if let Some(macros) = root.child_of_namespace("xacro") {
         let name = macros.name();
         let found = format!("<xacro:{}>", name.strip_prefix("xacro_").unwrap_or(name));
-        let help = "run `xacro FILE > robot.urdf`, of ROS or of `pip install xacro`, and name robot.urdf";
+        let help = "run `xacro FILE > robot.urdf` (xacro comes with ROS or `pip install xacro`), then pass robot.urdf";
         if is_template(&root) {
-            let message = "the file is a template of xacro, of which a robot is made first";
+            let message = "the file is a xacro template, which must be expanded to a robot first";
             return Err(Box::new(
                 macros
                     .diagnostic(Code::InvalidRobot, message)
@@ -50,7 +50,7 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
             ));
         }
         warnings.push(Code::UnreadExtension, || {
-            let message = format!("{found} is of xacro and no part of a robot; it was ignored");
+            let message = format!("{found} belongs to xacro, not to the robot; it was ignored");
             macros
                 .diagnostic(Code::UnreadExtension, message)
                 .help(format!("if the robot lacks a part, {help}"))

@@ -60,11 +60,12 @@ impl MorphMotion {
             return Ok(None);
         }
         if scene.metadata.steps.iter().any(is_other) {
-            return Err("the morph targets stay still, because steps changed the motion".to_owned());
+            return Err("the morph targets do not move, because steps changed the motion".to_owned());
         }
         if 2 * frames * moves.len() > LARGEST_MOTION {
             return Err(format!(
-                "the morph targets stay still: {} of them move in {frames} frames, and at most {} MB of it are put in a page",
+                "the morph targets stay still: {} of them move in {frames} frames, and at most {} MB of it are put in \
+                    a page",
                 moves.len(),
                 LARGEST_MOTION >> 20
             ));
@@ -147,7 +148,8 @@ impl Morphs {
         if bytes > room {
             let (size, most) = (bytes >> 20, room >> 20);
             notes.push(format!(
-                "the morph targets have {size} MB, and at most {most} MB are put in a page beside the skin; they have no sliders"
+                "the morph targets have {size} MB, and at most {most} MB are put in a page beside the skin; they have \
+                    no sliders"
             ));
         }
         Self {

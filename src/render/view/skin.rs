@@ -94,8 +94,8 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
     let size = 40 * vertices + 4 * corners;
     if size > LARGEST_SKIN {
         let note = format!(
-            "the skin has {vertices} vertices and {} triangles, {} MB, and at most {} MB are drawn; the skeleton is shown \
-             alone",
+            "the skin has {vertices} vertices and {} triangles, {} MB, and the limit is {} MB; only the skeleton is \
+                shown",
             corners / 3,
             size >> 20,
             LARGEST_SKIN >> 20
@@ -139,7 +139,7 @@ pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
         if packer.push(mesh, part).is_none() {
             return (
                 None,
-                vec!["the skin has more than 65,536 bones; the skeleton is shown alone".to_owned()],
+                vec!["the skin has more than 65,536 bones; only the skeleton is shown".to_owned()],
             );
         }
     }
@@ -184,7 +184,7 @@ impl Textures {
     /// The type of an image, or the reason why it is not shown.
     fn fault(&self, bytes: &[u8]) -> Result<&'static str, String> {
         let Some((media_type, [width, height])) = image_size(bytes) else {
-            return Err("it is neither PNG nor JPEG nor WebP".to_owned());
+            return Err("it is not PNG, JPEG or WebP".to_owned());
         };
         if width.max(height) > WIDEST_TEXTURE || width.min(height) == 0 {
             return Err(format!(

@@ -65,7 +65,7 @@ impl<'a> OutputSet<'a> {
         let is_name =
             matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(only)] if only == name);
         if !is_name || name.contains('\0') {
-            let message = format!("a file beside the output cannot have the name {name:?}");
+            let message = format!("a companion file of the output cannot have the name {name:?}");
             return Err(Error::from(Diagnostic::new(Code::InvalidValue, message)).with_path(main));
         }
         self.files.push(OutputFile {
@@ -164,7 +164,7 @@ pub fn check_distinct<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result
         let by_id = FileId::of(&target).and_then(|id| ids.insert(id, output));
         let Some(first) = by_name.or(by_id) else { continue };
         let message = match first == output {
-            true => format!("two outputs are called {}; give each its own name", output.display()),
+            true => format!("two outputs have the name {}; give each its own name", output.display()),
             false => format!(
                 "two outputs are one file: {} and {}; give each its own name",
                 first.display(),

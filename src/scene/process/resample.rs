@@ -67,7 +67,7 @@ fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<
         budget.frames(last, values_a_frame).map_err(|mut refusal| {
             let frames = refusal.found.unwrap_or_default();
             refusal.found = Some(format!("{frames} at {frames_per_second} frames per second"));
-            refusal.help("ask for fewer frames per second, or for a part of the motion")
+            refusal.help("choose a lower frame rate, or trim the motion")
         })?;
     }
     Ok(())

@@ -95,8 +95,7 @@ pub fn can_zero_rest_rotations(scene: &Scene) -> Result<()> {
     match of_nodes.chain(of_channels).find(|(_, is_uniform)| !is_uniform) {
         None => Ok(()),
         Some((joint, _)) => {
-            let message = "the joint is scaled otherwise along one axis than along another, so its rotation at rest \
-                           cannot be changed";
+            let message = "the joint has different scales along its axes, so its rest rotation cannot change";
             Err(Diagnostic::new(Code::Unrepresentable, message)
                 .in_joint(joint)
                 .help("keep the rest pose of the file: {rest} zero")

@@ -120,9 +120,12 @@ impl Original {
             None if ours.len() != theirs.len() => format!("it has {} nodes, and had {}", ours.len(), theirs.len()),
             None => return Ok(()),
         };
-        let message = format!("the meshes of the file cannot be kept, for they fit its skeleton as it was: {what}");
-        let help = "leave out {unit}, {up}, {rest}, {bone-axis}, {names} and {root-motion}, or write the skeleton without the meshes: \
-                    {skeleton-only}";
+        let message = format!(
+            "the meshes of the file cannot be kept, because they fit only its original skeleton: \
+            {what}"
+        );
+        let help = "omit {unit}, {up}, {rest}, {bone-axis}, {names} and {root-motion}, or write the skeleton without \
+            the meshes: {skeleton-only}";
         Err(Diagnostic::new(Code::Unrepresentable, message).help(help).into())
     }
 }

@@ -44,12 +44,12 @@ impl TimeSeries {
         for (index, plate) in recorded.plates.iter().enumerate() {
             match wrenches(plate, recorded) {
                 Ok(wrenches) => plates.push((index + 1, wrenches)),
-                Err(why) => series.notes.push(format!("plate {} was left out: {why}", index + 1)),
+                Err(why) => series.notes.push(format!("plate {} was skipped: {why}", index + 1)),
             }
         }
         if plates.is_empty() {
             return Err(
-                Diagnostic::new(Code::NoMotion, "no force plate of the file is of a type that is known")
+                Diagnostic::new(Code::NoMotion, "no force plate of the file has a known type")
                     .expected_found("type 1 to 7", series.notes.join("; "))
                     .into(),
             );
@@ -62,7 +62,7 @@ impl TimeSeries {
             .sum();
         let sign = if up < 0.0 { -1.0 } else { 1.0 };
         if up < 0.0 {
-            let note = "the file has the forces of the body on the plates, which point down: they were reversed";
+            let note = "the file has the forces of the body on the plates, which point down; they were reversed";
             series.notes.push(note.to_owned());
         }
         for (number, _) in &plates {
@@ -116,7 +116,7 @@ fn wrenches(plate: &ForcePlate, recorded: &Recording) -> Result<Vec<Wrench>, Str
         return Err(format!("no calibration matrix of {rows} x {columns} numbers"));
     }
     let middle = plate.corners.iter().map(|corner| corner.as_dvec3()).sum::<DVec3>() / 4.0;
-    let to_lab = axes(plate).ok_or("its corners are no rectangle")?;
+    let to_lab = axes(plate).ok_or("its corners are not a rectangle")?;
     let channels: Vec<&AnalogChannel> = plate
         .channels
         .iter()

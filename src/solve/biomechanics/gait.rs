@@ -172,14 +172,15 @@ impl Gait {
         let events = FileEvents::of(scene);
         let feet = [Side::Left, Side::Right].map(|side| Foot::of(&segments, side, events.as_ref()));
         let [Some(left), Some(right)] = feet else {
-            let message = "the body has not two feet, by whose positions steps are found";
+            let message = "the body lacks two feet, from which steps are detected";
             return Err(Diagnostic::new(Code::NotHumanoid, message).into());
         };
         let mut strides: Vec<Stride> = left.strides(&right).chain(right.strides(&left)).collect();
         if strides.is_empty() {
-            let message = "no foot makes a stride: from one heel strike to the next, with the pelvis over it between";
+            let message = "no foot makes a stride, from one heel strike to the next with the pelvis passing over the \
+                foot";
             return Err(Diagnostic::new(Code::NoMotion, message)
-                .help("take a clip that has two strides of a walk or a run, with {clip} or {trim}")
+                .help("choose a clip with two strides of a walk or a run, with {clip} or {trim}")
                 .into());
         }
         strides.sort_by(|a, b| a.strikes[0].total_cmp(&b.strikes[0]));

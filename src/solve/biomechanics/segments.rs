@@ -45,7 +45,7 @@ impl Segments {
         scene.animations.truncate(1);
         let (figure, _) = Conversion::new().apply_to(&mut scene, figure)?;
         let Some(animation) = scene.animations.first() else {
-            return Err(Diagnostic::new(Code::NoMotion, "there is no motion whose angles could be computed").into());
+            return Err(Diagnostic::new(Code::NoMotion, "there is no motion to compute angles from").into());
         };
         let body = Body::of_figure(&scene, figure, "motion")?;
         let mut watched = WatchedJoints::default();

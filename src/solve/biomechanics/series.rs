@@ -92,7 +92,7 @@ impl From<JointAngles> for TimeSeries {
 pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recording) -> bool, what: &str) -> Result<&'a Recording> {
     let recorded = scene.metadata.recorded.as_deref().filter(|recorded| has(recorded));
     recorded.ok_or_else(|| {
-        let help = "C3D files of laboratories have them: mocap info lists what is in a file";
+        let help = "C3D files of laboratories have them; mocap info lists the contents of a file";
         Diagnostic::new(Code::NoMotion, format!("the file has no {what}"))
             .help(help)
             .into()

@@ -47,7 +47,7 @@ const MIDDLE: f64 = 0.035;
 const BESIDE: std::ops::Range<f64> = 0.07..0.16;
 /// The landmarks of the markers, in their order, or a message about what was not found.
 pub(super) fn landmarks(tracks: &[Vec<Option<DVec3>>]) -> Result<Vec<Option<Landmark>>, &'static str> {
-    let cloud = Cloud::of(tracks).ok_or("fewer than 12 markers that are seen often, or more than 200")?;
+    let cloud = Cloud::of(tracks).ok_or("fewer than 12 markers are seen often, or more than 200 are")?;
     let mut guess = Guess {
         names: vec![None; cloud.count()],
         forward: Vec::new(),
@@ -199,7 +199,7 @@ impl Guess {
         let is_known = self.forward.iter().any(|forward| *forward != DVec3::ZERO);
         is_known
             .then_some(())
-            .ok_or("the feet do not tell where the body looks")
+            .ok_or("the feet do not show the facing direction")
     }
 
     /// The sides of the two legs.
@@ -258,7 +258,7 @@ impl Guess {
             (is_on(1.0) && is_on(-1.0) && cost < RIGID).then_some(cost)
         };
         let best = [4, 3].into_iter().find_map(|size| best_of(&near, size, &cost));
-        let mut found = best.ok_or("no three or four markers that are rigid on the pelvis")?;
+        let mut found = best.ok_or("no three or four rigid markers on the pelvis")?;
         self.centre = (0..cloud.frames.len())
             .map(|frame| self.cloud.middle(&found, frame))
             .collect();

@@ -115,12 +115,12 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
         choice: text,
         reason: match (take.set, take.guess) {
             (_, Some(_)) => format!(
-                "a guess: the labels tell nothing; {} of {} markers are landmarks by the distances that stay the same",
+                "a guess: the labels are unknown; {} of {} markers were identified by constant distances",
                 take.landmarks.len(),
                 take.landmarks.len() + take.unknown.len()
             ),
             (Some(set), _) => format!("the labels are those of {set}"),
-            _ => "the labels are known one by one, and are those of no known set".to_owned(),
+            _ => "the labels are known individually, but match no known set".to_owned(),
         },
         confidence: Some(match (take.set, take.guess) {
             (_, Some(_)) if !is_plausible(solved, median) => Confidence::Unsure,
@@ -139,14 +139,14 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
             .count();
         if gaps > 0 {
             let message = format!(
-                "the marker was not seen in {gaps} of {} frames: the others say where its body is",
+                "the marker was not seen in {gaps} of {} frames; other markers determine its segment there",
                 take.frames
             );
             warn(Code::Gap, label(marker), message);
         }
         if own.rms > LOOSE || own.far > 0 {
             let message = format!(
-                "the marker is {:.0} mm RMS from its body, and in {} frames so far that it has little weight",
+                "the marker is {:.0} mm RMS from its body, and in {} frames it is so far that it has little weight",
                 own.rms * 1000.0,
                 own.far
             );
@@ -171,12 +171,12 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
         let pairs =
             std::iter::zip(&take.landmarks, &take.labels).map(|(landmark, label)| format!("{label} {}", landmark.name));
         let message = format!(
-            "the labels tell nothing: landmarks were guessed: {}",
+            "the labels are unknown, so landmarks were guessed: {}",
             pairs.collect::<Vec<_>>().join(", ")
         );
-        scene.warnings.push(
-            Diagnostic::new(Code::LooseMarker, message).help("look at the motion; {markers} FILE names landmarks"),
-        );
+        scene
+            .warnings
+            .push(Diagnostic::new(Code::LooseMarker, message).help("check the motion; {markers} FILE names landmarks"));
     }
     say_file(scene, take);
 }
@@ -188,7 +188,7 @@ fn say_file(scene: &mut Scene, take: &Take) {
     }
     if let Some((width, stated)) = take.misstated {
         let message = format!(
-            "by the unit that the file states the front of the pelvis is {:.3} m wide; a unit of {} m was taken",
+            "with the unit in the file the front of the pelvis would be {:.3} m wide; a unit of {} m was used",
             width * stated,
             take.metres
         );
@@ -201,7 +201,7 @@ fn say_file(scene: &mut Scene, take: &Take) {
     }
     if !take.unknown.is_empty() {
         let message = format!(
-            "{} markers of no known name were left out: {}",
+            "{} markers with unknown names were skipped: {}",
             take.unknown.len(),
             take.unknown.join(", ")
         );
@@ -258,9 +258,9 @@ fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
         .map(|(joint, deviation)| format!("{} {:.0} mm", joint.name, deviation * 1000.0))
         .collect();
     let reason = match vague.is_empty() {
-        true => "the motion tells every joint".to_owned(),
+        true => "the motion determines every joint".to_owned(),
         false => format!(
-            "the motion hardly tells, and regressions hold, within a deviation: {}",
+            "regressions determine these joints, within the deviation, because the motion hardly does: {}",
             vague.join(", ")
         ),
     };
@@ -276,7 +276,7 @@ fn say_joints(scene: &mut Scene, solved: &MarkerSolution) {
 pub(super) fn say_functional(scene: &mut Scene) {
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::Markers,
-        choice: "knees and ankles are where the markers of both segments turn about".to_owned(),
+        choice: "knees and ankles are the points about which the markers of both segments rotate".to_owned(),
         reason: "no marker is beside some of them".to_owned(),
         confidence: Some(Confidence::Likely),
     });
@@ -292,15 +292,18 @@ pub(super) fn missing(take: &Take, standing: Option<&Take>) -> Diagnostic {
         .filter(|name| !(has(name) || sacrum && name.ends_with("PSI")))
         .collect();
     let found = match (missing.as_slice(), take.labels.as_slice()) {
-        ([], _) => "no frame in which all are seen".to_owned(),
+        ([], _) => "no frame in which all of them are seen".to_owned(),
         (missing, []) => format!("none of the known labels; missing: {}", missing.join(", ")),
         (missing, labels) => format!("{}; missing: {}", labels.join(", "), missing.join(", ")),
     };
     let found = match take.guess {
-        Some(Err(why)) => format!("{found}; by distances that stay: {why}"),
+        Some(Err(why)) => format!("{found}; from constant distances: {why}"),
         _ => found,
     };
-    Diagnostic::new(Code::InvalidValue, "the markers do not tell where the legs are")
-        .expected_found("markers on the pelvis, the knees and the ankles, by names of a known set", found)
-        .help("name labels with {markers} FILE, a trial of somebody who stands with {static} FILE, or joints with {joints}")
+    Diagnostic::new(Code::InvalidValue, "the markers do not show where the legs are")
+        .expected_found(
+            "markers on the pelvis, the knees and the ankles, with names of a known set",
+            found,
+        )
+        .help("name labels with {markers} FILE, a standing trial with {static} FILE, or joints with {joints}")
 }

@@ -47,7 +47,7 @@ pub(super) fn chosen<'l>(
             Some((subject, _)) => Ok(Some(subject)),
             None => Err(Diagnostic::new(
                 Code::InvalidValue,
-                format!("no marker of the file is of the subject {asked:?}"),
+                format!("no marker of the file belongs to the subject {asked:?}"),
             )
             .expected_found(
                 format!("labels such as {asked}:LASI"),
@@ -72,7 +72,7 @@ pub(super) fn left_out(solved: &str, others: &[String]) -> Diagnostic {
     names.sort_unstable();
     names.dedup();
     let message = format!(
-        "the file has markers of several subjects: {solved} was solved; {} markers of {} were left out",
+        "the file has markers of several subjects: {solved} was solved; {} markers of {} were skipped",
         others.len(),
         names.join(", ")
     );

@@ -87,7 +87,7 @@ fn plates_with_matrices_give_the_forces_that_were_put_in() {
     let without = Importer::new().read(&bytes, "plates.c3d").unwrap();
     let error = TimeSeries::ground_forces(&without).unwrap_err().to_string();
     assert!(
-        error.contains("plate 2 was left out: no calibration matrix of 12 x 12 numbers"),
+        error.contains("plate 2 was skipped: no calibration matrix of 12 x 12 numbers"),
         "{error}"
     );
 }

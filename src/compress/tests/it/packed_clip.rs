@@ -388,12 +388,12 @@ fn what_a_damaged_file_says_names_the_place() {
     // The second node.
     assert_eq!(
         said(&|bytes| bytes[57] = 7),
-        "walk.mclip: error[invalid-clip]: the nodes do not stand depth-first; \
-         expected node 1 below the one before it or below one above that; found parent 7"
+        "walk.mclip: error[invalid-clip]: the nodes are not in depth-first order; \
+         expected node 1 as a child of the previous node or of its ancestors; found parent 7"
     );
     assert_eq!(
         said(&|bytes| bytes[24..32].copy_from_slice(&1e9f64.to_le_bytes())),
-        "walk.mclip: error[invalid-clip]: the duration differs from the frames; \
+        "walk.mclip: error[invalid-clip]: the duration does not match the frames; \
          expected from 69 to less than a tick more; found 1000000000"
     );
 }

@@ -457,12 +457,12 @@ fn elements_of_other_programs_are_passed() {
     // A template has expressions, or no joint.
     let template = declared.replacen("mass value=\"2\"", "mass value=\"${2*m}\"", 1);
     assert!(
-        refused(&template).contains("a template of xacro"),
+        refused(&template).contains("a xacro template"),
         "{}",
         refused(&template)
     );
     let calls = "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'><link name='a'/><xacro:leg/></robot>";
-    assert!(refused(calls).contains("a template of xacro"));
+    assert!(refused(calls).contains("a xacro template"));
 }
 
 #[test]

@@ -175,7 +175,7 @@ fn the_report_has_markers_joints_and_swaps() {
 fn what_is_no_body_is_refused() {
     let refused = |importer: Importer, file: &str| importer.import(file).unwrap_err().to_string();
     let auto = || Importer::new().markers("auto");
-    assert!(refused(auto(), "../../fixtures/real/optotrak.c3d").contains("do not tell where the legs are"));
+    assert!(refused(auto(), "../../fixtures/real/optotrak.c3d").contains("do not show where the legs are"));
     assert!(refused(auto(), "../../fixtures/real/lecture_Test.bvh").contains("no markers"));
     assert!(refused(Importer::new().markers("nosuch.json"), TAKE).contains("nosuch.json"));
     assert!(refused(auto().static_trial("../../fixtures/real/lecture_Test.bvh"), TAKE).contains("no markers"));

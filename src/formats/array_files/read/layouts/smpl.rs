@@ -268,7 +268,7 @@ fn guess_up(motion: &mut Motion) {
     motion.assume(
         Topic::Up,
         format!("{} is up", named(up)),
-        "the spine points there on the average",
+        "the spine points there on average",
         confidence,
     );
 }

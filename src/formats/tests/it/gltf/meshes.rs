@@ -243,7 +243,7 @@ fn a_skin_that_is_too_large_is_left_out_of_a_page() {
     let report = clip(&scene);
     assert_eq!((report.skins, report.textures), (0, 0));
     assert!(
-        report.left_out[0][0].contains("the skeleton is shown alone"),
+        report.left_out[0][0].contains("only the skeleton is shown"),
         "{:?}",
         report.left_out
     );

@@ -46,7 +46,7 @@ fn clusters_alone_tell_knees_and_ankles() {
             .any(|said| said.choice.contains(words))
     };
     assert!(
-        said("where the markers of both segments turn about"),
+        said("about which the markers of both segments rotate"),
         "{:?}",
         solved.metadata.assumptions
     );
@@ -75,6 +75,6 @@ fn clusters_alone_tell_knees_and_ankles() {
         few.read()
             .unwrap_err()
             .to_string()
-            .contains("do not tell where the legs are")
+            .contains("do not show where the legs are")
     );
 }
