@@ -103,7 +103,7 @@ pub(super) const PICKLE: FormatInfo = FormatInfo {
 pub(super) const CSV: FormatInfo = FormatInfo {
     format: Format::Csv,
     name: "CSV",
-    description: "tables of text: our own arrays, positions of points, Motive's",
+    description: "text tables: our own arrays, point positions, Motive's",
     extensions: Format::Csv.extensions(),
     reading: "good: tables that mocap wrote, and positions, recognised by the names of their columns",
     sniff: |bytes| is_own_csv(bytes) || is_csv_of_points(bytes),
@@ -114,7 +114,7 @@ pub(super) const CSV: FormatInfo = FormatInfo {
 pub(super) const PARQUET: FormatInfo = FormatInfo {
     format: Format::Parquet,
     name: "Parquet",
-    description: "tables of columns: our own arrays",
+    description: "column tables: our own arrays",
     extensions: Format::Parquet.extensions(),
     reading: "good: tables that mocap wrote",
     sniff: |bytes| bytes.starts_with(b"PAR1"),

@@ -37,16 +37,16 @@ pub(super) fn possible(
     let slack = ROUNDING * moments.iter().map(|moment| moment.abs()).sum::<f64>();
     if least < -slack {
         warnings.push(Code::InvalidRobot, || {
-            let message = "has a negative moment of inertia, which is left out";
-            let help = "correct its inertia; until then its mass is that of a point";
+            let message = "has a negative moment of inertia, which is ignored";
+            let help = "correct its inertia; until then it counts as a point mass";
             warning(element, link, message, "moments of at least 0", printed()).help(help)
         });
         stated.inertia = [0.0; 6];
     } else if most > least + middle + slack {
         warnings.push(Code::InvalidRobot, || {
-            let message = "has an inertia that no body has";
-            let expected = "no moment above the sum of the other two";
-            let help = "correct its inertia; until then torques are those of what the file states";
+            let message = "has an inertia that is impossible for a body";
+            let expected = "each moment at most the sum of the other two";
+            let help = "correct its inertia; until then torques follow the file";
             warning(element, link, message, expected, printed()).help(help)
         });
     }
@@ -63,7 +63,7 @@ pub(super) fn is_negative(
 ) -> bool {
     if value < 0.0 {
         warnings.push(Code::InvalidRobot, || {
-            let message = format!("has a negative {quantity}, which is left out");
+            let message = format!("has a negative {quantity}, which is ignored");
             let expected = format!("a {quantity} of at least 0");
             let help = "correct it; until then this part weighs nothing";
             warning(element, link, &message, &expected, value.to_string()).help(help)

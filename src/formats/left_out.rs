@@ -35,13 +35,13 @@ macro_rules! writer {
 }
 
 /// The reader of an omitted format. [`FormatInfo::read`] makes the error with the name of the format.
-#[allow(dead_code, reason = "a build with all features leaves nothing out")]
+#[allow(dead_code, reason = "a build with all features omits nothing")]
 pub(crate) fn read(_: &Source<'_>, _: &ReadOptions) -> Result<Scene> {
     Err(Diagnostic::new(Code::MissingFeature, "this build does not read the format").into())
 }
 
 /// The writer of an omitted format. [`FormatInfo::write`] makes the error with the name of the format.
-#[allow(dead_code, reason = "a build with all features leaves nothing out")]
+#[allow(dead_code, reason = "a build with all features omits nothing")]
 pub(crate) fn write(_: &Scene, _: &WriteOptions) -> Result<Export> {
     Err(Diagnostic::new(Code::MissingFeature, "this build does not write the format").into())
 }

@@ -57,7 +57,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     // Each number may be in bounds, but their product may not.
     let rest = Pose::rest(&scene);
     if let Some(index) = rest.node_to_world.iter().position(|matrix| !matrix.is_finite()) {
-        let message = "the joint is farther from the origin at rest than can be computed with";
+        let message = "the joint is too far from the origin at rest to compute with";
         return Err(Diagnostic::new(Code::NumberRange, message)
             .in_joint(&scene.nodes[index].name)
             .into());

@@ -34,12 +34,12 @@ pub(super) fn mesh_shape(
         .map_or((Vec::new(), None), |(bytes, path)| (bytes, Some(path)));
     if path.is_none() && !is_near {
         let message = format!(
-            "the mesh {} is too far from the robot to be opened",
+            "the path of the mesh {} leads too far away from the robot",
             quote(file.as_bytes())
         );
-        let expected = format!("a relative path that leads at most {LEVELS} folders up");
+        let expected = format!("a relative path with at most {LEVELS} parent folders");
         let found = Path::new(folder).join(file).display().to_string();
-        let help = "write a relative path, or put the mesh beside the robot";
+        let help = "write a relative path, or put the mesh into the robot's folder";
         warnings.distinct(
             Diagnostic::new(Code::MissingFile, message)
                 .expected_found(expected, found)

@@ -40,7 +40,7 @@ impl MimicNames<'_, '_> {
         if !has_leader {
             warnings.push(Code::InvalidRobot, || {
                 let name = quote(self.leader.as_bytes());
-                let warning = self.diagnostic(format!("no joint is called {name}: the joint follows none"));
+                let warning = self.diagnostic(format!("no joint is called {name}, so this joint follows none"));
                 let names = links.iter().map(|link| link.joint.name.as_str());
                 match nearest(&self.leader, names) {
                     Some(near) => warning.help(format!("did you mean {near}?")),
@@ -63,7 +63,7 @@ pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Resu
         };
         let Some(&leader) = by_name.get(&mimic.leader) else {
             let name = quote(mimic.leader.as_bytes());
-            let unknown = mimic.diagnostic(format!("no joint that moves is called {name}"));
+            let unknown = mimic.diagnostic(format!("no moving joint is called {name}"));
             return Err(Box::new(
                 match nearest(&mimic.leader, by_name.keys().map(String::as_str)) {
                     Some(near) => unknown.help(format!("did you mean {near}?")),
@@ -85,7 +85,7 @@ pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Resu
             }
             if chain.len() > followers.len() {
                 return Err(Box::new(
-                    mimic.diagnostic("the joints that follow each other make a circle".to_owned()),
+                    mimic.diagnostic("the joints follow each other in a circle".to_owned()),
                 ));
             }
             chain.push(leader);
@@ -105,7 +105,7 @@ pub(super) fn tie(links: &mut [RobotLink], named: &[MimicNames<'_, '_>]) -> Resu
                 offset: named.multiplier * above.offset + named.offset,
             };
             if !mimic.multiplier.is_finite() || !mimic.offset.is_finite() {
-                let message = "the multipliers of the joints that follow each other make a number that is too large";
+                let message = "the product of the multipliers of joints that follow each other is too large";
                 return Err(Box::new(named.diagnostic(message.to_owned())));
             }
             links[follower].joint.mimic = Some(mimic);
@@ -135,7 +135,7 @@ fn narrow(links: &mut [RobotLink], follower: usize, mimic: &Mimic) -> Result<(),
     if lower > upper + ROUNDING {
         let name = quote(leader.name.as_bytes());
         return Err(format!(
-            "no position of the joint {name} keeps both its limits and those of the joints that follow it"
+            "no position of the joint {name} is within both its limits and the limits of the joints that follow it"
         ));
     }
     (leader.limits.lower, leader.limits.upper) = (lower.min(upper), upper);

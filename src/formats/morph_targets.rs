@@ -18,7 +18,7 @@ pub(crate) fn check(mesh: &Mesh) -> Result<(), String> {
     match mesh.morph_targets.iter().find(|target| !is_sound(target)) {
         None => Ok(()),
         Some(target) => Err(format!(
-            "a number of the morph target {:?} is not finite, or it moves a vertex that is not there",
+            "a number of the morph target {:?} is not finite, or it moves a vertex that does not exist",
             target.name
         )),
     }

@@ -160,7 +160,7 @@ impl FormatInfo {
         };
         let write = words(extensions.iter().map(|extension| format!(".{extension}")), "or");
         let message =
-            format!("{{{option}}} has no effect on {on}: it applies to {applies_to}; write {write}, or leave it out");
+            format!("{{{option}}} has no effect on {on}: it applies to {applies_to}; write {write}, or omit it");
         Some(Diagnostic::new(Code::InvalidValue, message))
     }
 }

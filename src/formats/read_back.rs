@@ -44,9 +44,8 @@ pub fn check<'a>(
     match read_again(read, files, &options).and_then(|scene| numbers::check(&scene)) {
         Err(error) if error.code() != Code::MissingFile => {
             let mut refusal = error.diagnostic().clone();
-            refusal.message = format!("the file would be refused when it is read: {}", refusal.message);
-            refusal.help =
-                Some("write a part of the motion, at a lower frame rate, or without what is too large".into());
+            refusal.message = format!("the reader would refuse the file: {}", refusal.message);
+            refusal.help = Some("trim the motion, lower its frame rate, or remove the parts that are too large".into());
             refusal.location = None;
             Err(refusal.into())
         }
@@ -74,7 +73,7 @@ fn read_again(
     };
     let open = |path: &Path| {
         let beside = files.iter().find(|file| path.ends_with(file.name()));
-        let missing = || Diagnostic::new(Code::MissingFile, "the file is not one of the output");
+        let missing = || Diagnostic::new(Code::MissingFile, "the file is not in the output");
         Ok(beside.ok_or_else(missing)?.bytes().into_owned())
     };
     read(

@@ -14,7 +14,7 @@ pub(crate) fn missing_frames(stated: u64, found: u64) -> Diagnostic {
     let message = format!("{missing} of {stated} frames are missing: the file is cut off, or states a wrong number");
     Diagnostic::new(Code::MissingFrames, message)
         .expected_found(format!("{stated} frames"), format!("{found}"))
-        .help("the frames that are there were read; export or download the file again")
+        .help("the available frames were read; export or download the file again")
 }
 
 /// The warning for a file that is cut off in its last row.

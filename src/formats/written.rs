@@ -82,10 +82,13 @@ impl Export {
             (Some(file), []) => Ok(file.into_bytes()),
             (_, beside) => {
                 let names: Vec<&str> = beside.iter().map(ExportFile::name).collect();
-                let message = "the output is several files, and one stream of bytes was asked for";
+                let message = "the output is several files, but a single stream of bytes was requested";
                 Err(Diagnostic::new(Code::InvalidValue, message)
                     .expected_found("one file", format!("{} beside it", names.join(", ")))
-                    .help("write to a path, or embed the buffer (BufferPlace::Embedded) and the textures (FbxTextures::Embedded)")
+                    .help(
+                        "write to a path, or embed the buffer (BufferPlace::Embedded) and the textures \
+                        (FbxTextures::Embedded)",
+                    )
                     .into())
             }
         }
@@ -271,8 +274,8 @@ pub(super) fn millimetres(metres: f64) -> String {
 pub(super) fn unit_warning(scene: &Scene, format: &str) -> Option<Diagnostic> {
     let message = match scene.metadata.metres_per_unit {
         Some(1.0) => return None,
-        Some(metres) => format!("{format} is in metres, and the scene is in units of {metres} m"),
-        None => format!("{format} is in metres, and the unit of the scene is not stated"),
+        Some(metres) => format!("{format} is in metres, but the scene is in units of {metres} m"),
+        None => format!("{format} is in metres, but the unit of the scene is not stated"),
     };
     let help = "convert the scene before: Conversion::new().apply(&mut scene)";
     Some(Diagnostic::new(Code::UnknownUnit, message).help(help))

@@ -378,7 +378,7 @@ pub fn nothing_moves(row: &FormatInfo, losses: &[DataLoss]) -> Diagnostic {
     let of_motion = || losses.iter().filter(|loss| loss.kind.is_motion());
     let lost: Vec<String> = of_motion().map(ToString::to_string).collect();
     let message = format!(
-        "nothing would move in the output, {}, which has no place for {}",
+        "the output would have no motion, because {} cannot hold {}",
         row.name,
         lost.join(", ")
     );
@@ -399,7 +399,7 @@ fn is_of_unit(warning: &Diagnostic) -> bool {
 /// The warning about a unit or axis that the output needs and the file does not state.
 fn inferred(guess: &Assumption) -> Diagnostic {
     Diagnostic::new(Code::UnknownUnit, format!("inferred {guess}")).help(
-        "if it is another, state it before: Conversion::new().metres_per_unit(0.01).up(UpAxis::Y).apply(&mut scene)",
+        "if this is wrong, state it first: Conversion::new().metres_per_unit(0.01).up(UpAxis::Y).apply(&mut scene)",
     )
 }
 
@@ -414,7 +414,8 @@ fn lost_shear(row: &FormatInfo, unsheared: &process::ShearOutcome) -> Diagnostic
         nodes => format!("{nodes} nodes"),
     };
     let message = format!(
-        "the axes of {nodes} shear at rest, which {} cannot say: they are up to {:.2} degrees from right angles, and at \
+        "the axes of {nodes} shear at rest, which {} cannot say: they are up to {:.2} degrees from right angles, and \
+            at \
          right angles in the file",
         row.name, unsheared.degrees
     );
@@ -444,9 +445,9 @@ fn vrm_row(scene: &Scene, path: &Path) -> Result<&'static FormatInfo> {
     if scene.original.as_ref().is_some_and(Original::is_vrm) {
         return Ok(FormatInfo::of(Format::Gltf));
     }
-    let message = "a .vrm keeps the character of a VRM file, and the motion is from another file";
+    let message = "a .vrm keeps the character of a VRM file, but the motion comes from another file";
     let diagnostic = Diagnostic::new(Code::Unrepresentable, message)
-        .help("write .glb or .vrma, or put the motion on a character: mocap retarget INPUT HERO.vrm");
+        .help("write .glb or .vrma, or retarget the motion to a character: mocap retarget INPUT HERO.vrm");
     Err(Error::from(diagnostic).with_path(path))
 }
 
@@ -457,7 +458,7 @@ fn unknown(format: Option<Format>, path: &Path) -> Error {
         (None, Some(extension)) => format!(".{}", extension.to_string_lossy()),
         (None, None) => "no extension".to_owned(),
     };
-    let message = "the output is in no format that is written";
+    let message = "the output has no format that mocap can write";
     let diagnostic = Diagnostic::new(Code::UnknownFormat, message)
         .expected_found(FormatInfo::written_extensions(), found)
         .help("change the extension, or name the format: Exporter::format");

@@ -163,7 +163,7 @@ impl BodyFrames {
 }
 
 fn no_storage() -> Failure {
-    let message = "the pickle refers to tensors that it does not hold";
+    let message = "the pickle refers to tensors that it does not contain";
     Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("save it with torch.save, as a .pt"))
 }
 

@@ -53,8 +53,8 @@ impl Importer {
         if self.body.is_none() || is_array(scene) {
             return Ok(());
         }
-        let message = "{body} gives lengths to arrays of rotations, and this file has a skeleton";
-        let help = "leave {body} out; mocap retarget puts the motion on another body";
+        let message = "{body} is for arrays of rotations, but this file has its own skeleton";
+        let help = "omit {body}; mocap retarget transfers the motion to another body";
         Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
     }
 }

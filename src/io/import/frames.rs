@@ -86,11 +86,11 @@ fn check_others(folder: &Path) -> Result<()> {
         names.push("...".to_owned());
     }
     let message = format!(
-        "the folder has the frames of one take, and {}: {}",
+        "the folder has the frames of one take, and also {}: {}",
         counted(others.len(), "other motion"),
         names.join(", ")
     );
-    let error = Diagnostic::new(Code::InvalidValue, message).help("put the frames into a folder of their own");
+    let error = Diagnostic::new(Code::InvalidValue, message).help("move the frames to a separate folder");
     Err(Error::from(error).with_path(folder))
 }
 

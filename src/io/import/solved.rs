@@ -67,8 +67,8 @@ impl Importer {
 
 /// The error for the option `lengths` if no joint positions are solved.
 fn needless_lengths() -> Error {
-    let message = "{lengths} is for rotations that are solved from positions of joints, and none are here";
-    let help = "name the joints with {joints}, or leave {lengths} out";
+    let message = "{lengths} is for rotations that are solved from joint positions, but nothing is solved here";
+    let help = "name the joints with {joints}, or omit {lengths}";
     Diagnostic::new(Code::InvalidValue, message).help(help).into()
 }
 
@@ -78,7 +78,7 @@ fn joint_set(joints: &str, source: &Source<'_>) -> Result<JointSet> {
         return Ok(set);
     }
     let unknown = |why: String| -> Error {
-        Diagnostic::new(Code::InvalidValue, format!("\"{joints}\" is no set of joints"))
+        Diagnostic::new(Code::InvalidValue, format!("\"{joints}\" is not a joint set"))
             .expected_found(format!("{}, or a JSON file", JointSet::names()), why)
             .into()
     };
@@ -95,8 +95,8 @@ fn check_markers(scene: &Scene) -> Result<()> {
     if scene.animations.is_empty() && is_group(scene) {
         return Err(no_frame(scene).into());
     }
-    let message = "the file has no markers: it has a skeleton, or nothing that moves";
-    let help = "mocap convert takes files with a skeleton; {joints} names the joints of arrays";
+    let message = "the file has no markers: it has a skeleton, or no motion";
+    let help = "mocap convert accepts files with a skeleton; {joints} names the joints of arrays";
     Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }
 
@@ -109,13 +109,15 @@ fn no_frame(scene: &Scene) -> Diagnostic {
         .find(|warning| warning.code == Code::MissingFrames);
     let markers = scene.nodes.len() - 1;
     let Some(cut) = cut else {
-        let message = format!("the file has no frames: it names {markers} markers, and has no position of any");
+        let message = format!("the file has no frames: it names {markers} markers, but has no positions");
         return Diagnostic::new(Code::NoMotion, message).help("export the take again, with its frames");
     };
     let mut diagnostic = cut.clone();
     diagnostic.code = Code::UnexpectedEnd;
-    diagnostic.message =
-        format!("the file is cut off before its first frame is whole: of its {markers} markers it has labels alone");
+    diagnostic.message = format!(
+        "the file is cut off before the end of its first frame: it has only the labels of its {markers} \
+            markers"
+    );
     diagnostic.help("export or download the file again")
 }
 
@@ -136,8 +138,8 @@ fn unsolved(scene: &Scene) -> Option<Diagnostic> {
     if sets.is_empty() {
         return None;
     }
-    let message = format!("{count} points without a skeleton: as many as {}", sets.join(" and "));
-    Some(Diagnostic::new(Code::NotHumanoid, message).help("name the set of their joints: {joints}"))
+    let message = format!("{count} points without a skeleton, as in {}", sets.join(" and "));
+    Some(Diagnostic::new(Code::NotHumanoid, message).help("name their joint set: {joints}"))
 }
 
 /// The joint set whose joints have the names of the points.

@@ -81,7 +81,7 @@ impl BodyLayout {
     /// What every layout leaves out.
     #[doc(hidden)]
     pub const NOTE: &str =
-        "hands: the rotations of fingers begin at a flat hand; the shape of the body is the mean (betas 0)";
+        "hands: finger rotations are relative to a flat hand; the shape of the body is the mean (betas 0)";
 }
 
 impl FromStr for BodyLayout {

@@ -188,7 +188,7 @@ fn curves_of_morph_targets_that_are_lost_are_counted() {
     assert_eq!(refused.status.code(), Some(1));
     let said = words(&refused);
     assert!(
-        said.contains("nothing would move in the output") && said.contains("4 face curves"),
+        said.contains("the output would have no motion") && said.contains("4 face curves"),
         "{said}"
     );
 }

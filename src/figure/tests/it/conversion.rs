@@ -291,13 +291,13 @@ fn writing_what_is_not_in_metres_gives_a_warning() {
             .map(|warning| (warning.code, warning.message))
             .collect::<Vec<_>>()
     };
-    let nobody = "glTF is in metres, and the unit of the scene is not stated";
+    let nobody = "glTF is in metres, but the unit of the scene is not stated";
     let mut scene = import("lecture_Test.bvh");
     assert_eq!(warnings(&scene), [(Code::UnknownUnit, nobody.to_owned())]);
     scene.metadata.metres_per_unit = Some(1.0);
     assert_eq!(warnings(&scene), []);
 
-    let millimetres = "glTF is in metres, and the scene is in units of 0.001 m";
+    let millimetres = "glTF is in metres, but the scene is in units of 0.001 m";
     let mut scene = import("py_c3d_motion.c3d");
     assert_eq!(warnings(&scene), [(Code::UnknownUnit, millimetres.to_owned())]);
     Conversion::new().apply(&mut scene).unwrap();

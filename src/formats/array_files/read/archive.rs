@@ -44,7 +44,7 @@ fn broken(message: String) -> Failure {
 impl<'a> Archive<'a> {
     pub(super) fn open(bytes: &'a [u8], limits: &Limits) -> Result<Self, Failure> {
         let zip = ZipArchive::new(Cursor::new(bytes))
-            .map_err(|error| broken(format!("the file is no zip archive that can be read: {error}")))?;
+            .map_err(|error| broken(format!("the zip archive cannot be read: {error}")))?;
         if zip.len() > MOST_ENTRIES {
             return Err(Box::new(limit_exceeded(
                 format!("at most {MOST_ENTRIES} entries"),
@@ -104,7 +104,9 @@ impl<'a> Archive<'a> {
             }
         };
         if bytes.len() as u64 != size || crc32(0, &bytes) != sum {
-            return Err(refused("its length or its check sum is not the stated one".to_owned()));
+            return Err(refused(
+                "its length or its check sum differs from the stated one".to_owned(),
+            ));
         }
         self.inflated.insert(index, bytes.clone());
         Ok(Some(bytes))

@@ -184,7 +184,7 @@ impl Regressor {
                 Box::new(
                     Diagnostic::new(Code::MissingKeyword, message)
                         .expected_found("v_template and J_regressor", entries.describe())
-                        .help("name a model of SMPL, SMPL-H or SMPL-X, or a file with a figure"),
+                        .help("name an SMPL, SMPL-H or SMPL-X model, or a file with a figure"),
                 )
             })
         };
@@ -193,7 +193,7 @@ impl Regressor {
         let joints = size.first().map_or(0.0, |joints| *joints);
         let is_ordered = starts.windows(2).all(|pair| pair[0] <= pair[1]);
         if !is_ordered {
-            let message = format!("the rows of the sparse matrix {NAME} do not follow each other");
+            let message = format!("the rows of the sparse matrix {NAME} are not consecutive");
             return Err(Box::new(Diagnostic::new(Code::RowLength, message)));
         }
         let by_columns = starts.len() == vertices + 1;
@@ -230,6 +230,6 @@ impl Regressor {
 }
 
 fn shape(name: &str, expected: &str, found: &NdArray<'_>) -> Failure {
-    let message = format!("the array {name} has another shape than that of a model");
+    let message = format!("the array {name} does not have the shape of a model");
     Box::new(Diagnostic::new(Code::RowLength, message).expected_found(expected, found.shape_text()))
 }

@@ -86,7 +86,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
     };
     let json = comment.strip_prefix("# ").unwrap_or(&comment);
     let header: Header = serde_json::from_str(json).map_err(|error| {
-        let message = format!("the header in the first line is not one of this program: {error}");
+        let message = format!("this program did not write the header in the first line: {error}");
         Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("write it again with mocap fk"))
     })?;
     let rotation = rotation_columns(&header.rotation);
@@ -97,7 +97,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
     records.next(&mut cells);
     if !cells.iter().take(expected.len()).eq(&expected) {
         let found = cells.join(",");
-        let error = refused(records.line, "the columns are others than those of mocap fk");
+        let error = refused(records.line, "the columns differ from those of mocap fk");
         return Err(Box::new(
             error.expected_found(format!("{}, ...", expected.join(",")), found),
         ));
@@ -112,7 +112,7 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
         if cells.len() != width {
             let error = refused(
                 records.line,
-                "the row has another number of cells than there are columns",
+                "the number of cells in the row differs from the number of columns",
             );
             return Err(Box::new(
                 error
@@ -124,14 +124,11 @@ fn own(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure>
         // Some names have a prefix, because a spreadsheet would evaluate them.
         let is_name = cells[2] == name || cells[2].strip_prefix('\'') == Some(name);
         if cells[0].parse() != Ok(frame) || !is_name {
-            let error = refused(
-                records.line,
-                "the row is of another frame or joint than the one that follows",
-            );
+            let error = refused(records.line, "the row does not have the next frame or joint");
             return Err(Box::new(
                 error
                     .expected_found(format!("{frame},{name}"), format!("{},{}", cells[0], cells[2]))
-                    .help("the rows were sorted or some are missing: write it again with mocap fk"),
+                    .help("the rows are reordered or incomplete: write the table again with mocap fk"),
             ));
         }
         for (at, cell) in cells[3..expected.len()].iter().enumerate() {
@@ -227,7 +224,10 @@ fn rows(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failure
             break;
         }
         if cells.len() != width {
-            let error = refused(records.line, "the row has another number of cells than the first");
+            let error = refused(
+                records.line,
+                "the number of cells in the row differs from the first row",
+            );
             return Err(Box::new(
                 error.expected_found(width.to_string(), cells.len().to_string()),
             ));
@@ -256,7 +256,7 @@ fn points(text: &str, warnings: &mut Warnings) -> Result<Entries<'static>, Failu
     let names: Vec<String> = cells.iter().map(|cell| cell.trim().to_owned()).collect();
     let Some(columns) = PointColumns::of(&names) else {
         let found: Vec<&str> = names.iter().take(12).map(String::as_str).collect();
-        let message = "the table is no motion: its columns are no positions";
+        let message = "the table is not a motion: its columns are not positions";
         return Err(Box::new(
             Diagnostic::new(Code::MissingKeyword, message)
                 .expected_found("frame,joint,x,y,z or NAME_x,NAME_y,NAME_z, ...", found.join(","))

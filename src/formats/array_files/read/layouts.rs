@@ -26,7 +26,8 @@ pub(super) const TABLE: &str = "rows";
 
 /// The help if arrays are not a motion.
 const KNOWN: &str = "arrays are known by their names: poses and trans (AMASS), global_orient and body_pose (SMPL-X, \
-                     GVHMR, GEM-X), posed_joints (Kimodo), pred_joint_coords (SAM 3D Body), those of mocap fk, one array \
+                     GVHMR, GEM-X), posed_joints (Kimodo), pred_joint_coords (SAM 3D Body), those of mocap fk, one \
+                     array \
                      of positions (frames, joints, 3), or one of 69, 263 or 322 numbers a frame";
 
 /// The scene of a file's arrays.
@@ -57,7 +58,7 @@ pub(super) fn scene(
                 let Some(array) = points::only_array(entries) else {
                     let help = mhr::needs_joints(entries).unwrap_or(KNOWN);
                     return Err(Box::new(
-                        refused("no array of the file is a motion that is known", entries).help(help),
+                        refused("no array of the file is a known motion", entries).help(help),
                     ));
                 };
                 match smpl::of_flat(&reader, array)? {
@@ -78,8 +79,8 @@ pub(super) fn scene(
 
 /// The error for a body if the arrays have positions.
 fn needless_body() -> Failure {
-    let message = "{body} gives lengths to arrays of rotations, and these have the positions of joints";
-    let help = "leave {body} out; mocap retarget puts the motion on another body";
+    let message = "{body} is for arrays of rotations, but these arrays have joint positions";
+    let help = "omit {body}; mocap retarget transfers the motion to another body";
     Box::new(Diagnostic::new(Code::InvalidValue, message).help(help))
 }
 
@@ -115,7 +116,7 @@ impl<'a> Reader<'_, 'a> {
             motion.assume(
                 Topic::FrameRate,
                 choice,
-                "the arrays do not say; it is usual for them",
+                "the arrays do not state it; this rate is usual for them",
                 Confidence::Likely,
             );
         }
@@ -161,7 +162,7 @@ impl<'a> Reader<'_, 'a> {
             return Err(Box::new(
                 Diagnostic::new(
                     Code::RowLength,
-                    format!("the array {name} has another shape than its name says"),
+                    format!("the shape of the array {name} does not match its name"),
                 )
                 .expected_found(format!("({rows}, {})", axes.join(", ")), array.shape_text()),
             ));

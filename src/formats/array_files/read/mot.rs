@@ -55,7 +55,7 @@ impl Columns {
         if names.next().is_none_or(|word| !word.is("time")) {
             return Err(table.refused(
                 line,
-                "the line of the names of columns is missing",
+                "the line with the column names is missing",
                 "time, and the names of columns",
             ));
         }
@@ -80,7 +80,7 @@ impl Columns {
                 Diagnostic::new(Code::NoMotion, "the file has no rows")
                     .at(table.cursor.locate_end())
                     .expected_found("a row of numbers for each frame", "the end of the file")
-                    .help("the file is cut off behind the names of its columns: export it again"),
+                    .help("the file is cut off after its column names: export it again"),
             ));
         }
         table.check_frames(columns.times.len(), rows, warnings);
@@ -96,7 +96,7 @@ impl Columns {
                 let mut warning = Diagnostic::new(Code::NonFiniteValue, message)
                     .at(table.cursor.locate(found.first))
                     .expected_found("a finite number", quote(found.first.bytes))
-                    .help("the value of the frame before was used, or 0 in the first frame");
+                    .help("the value of the previous frame was used, or 0 in the first frame");
                 warning.count = found.count;
                 warning
             });
@@ -116,7 +116,7 @@ impl Columns {
             return Err(Box::new(
                 Diagnostic::new(
                     Code::RowLength,
-                    format!("frame {frame} has another number of values than there are columns"),
+                    format!("the number of values in frame {frame} differs from the number of columns"),
                 )
                 .at(table.cursor.locate(line))
                 .expected_found(format!("{expected} numbers"), format!("{}", cells.len()))
@@ -179,8 +179,8 @@ impl Columns {
             _ => "a single row".to_owned(),
         };
         Err(Box::new(
-            Diagnostic::new(Code::FrameTime, "the times of the rows tell no frame rate")
-                .expected_found("seconds that grow from row to row", found)
+            Diagnostic::new(Code::FrameTime, "the times of the rows give no frame rate")
+                .expected_found("seconds that increase from row to row", found)
                 .help(STATE_THE_RATE),
         ))
     }

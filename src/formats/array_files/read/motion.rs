@@ -177,8 +177,11 @@ impl Motion {
         }
         if count > 0 {
             warnings.push(Code::NonFiniteValue, || {
-                let message = format!("{count} positions or rotations of the arrays are not finite, or no rotations");
-                Diagnostic::new(Code::NonFiniteValue, message).help("the last value before each was used")
+                let message = format!(
+                    "{count} positions or rotations of the arrays are not finite, or are not valid \
+                    rotations"
+                );
+                Diagnostic::new(Code::NonFiniteValue, message).help("the last valid value was used instead")
             });
         }
     }

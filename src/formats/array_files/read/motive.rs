@@ -122,7 +122,7 @@ fn build(
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::UpAxis,
         choice: "+Y is up".to_owned(),
-        reason: "the file does not say; Motive has +Y up unless its export was told otherwise".to_owned(),
+        reason: "the file does not state it; Motive exports +Y up by default".to_owned(),
         confidence: Some(Confidence::Likely),
     });
     let tracks = objects.iter_mut().map(|object| std::mem::take(&mut object.track));
@@ -160,13 +160,10 @@ fn header_rows<'t>(records: &mut Records<'t>) -> Result<Vec<Vec<Cow<'t, str>>>, 
             return Ok(rows);
         }
     }
-    let message = "the table of Motive has no rows that say what its columns are";
+    let message = "the Motive table has no header rows that describe its columns";
     Err(Box::new(
         Diagnostic::new(Code::MissingKeyword, message)
-            .expected_found(
-                "rows of types, names and axes, the last of which begins with Frame",
-                "none",
-            )
+            .expected_found("rows of types, names and axes; the last one begins with Frame", "none")
             .help(EXPORT),
     ))
 }
@@ -224,9 +221,9 @@ fn leave_out(objects: &mut Vec<Object>, stated: &HashMap<String, String>, warnin
     if is_local && bones > 0 {
         objects.retain(|object| object.kind != "Bone");
         warnings.push(Code::IgnoredChannel, || {
-            let message = format!("{bones} bones are in the axes of their parents, which the file does not place");
+            let message = format!("{bones} bones are relative to their parents, whose positions the file lacks");
             Diagnostic::new(Code::IgnoredChannel, message)
-                .help("they were left out; export them in global coordinates, or export the skeleton as BVH or FBX")
+                .help("they were skipped; export them in global coordinates, or export the skeleton as BVH or FBX")
         });
     }
 }
@@ -306,7 +303,7 @@ fn turns(stated: &HashMap<String, String>) -> Result<Turns, Failure> {
         "ZYX" => Turns::Euler(EulerRot::ZYX),
         other => {
             return Err(Box::new(
-                Diagnostic::new(Code::UnexpectedToken, "the Rotation Type of the table is not known")
+                Diagnostic::new(Code::UnexpectedToken, "the Rotation Type of the table is unknown")
                     .expected_found("Quaternion, or an order such as XYZ", format!("\"{other}\""))
                     .help(EXPORT),
             ));

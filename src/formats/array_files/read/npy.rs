@@ -23,7 +23,7 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failur
         Box::new(
             Diagnostic::new(
                 Code::UnexpectedToken,
-                format!("the header of the array {entry} is not one of NumPy"),
+                format!("the header of the array {entry} is not NumPy's"),
             )
             .expected_found(expected, found)
             .help("write it with numpy.save or numpy.savez"),
@@ -32,7 +32,7 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failur
     let (Some(&version), true) = (bytes.get(NPY_HEAD.len()), bytes.starts_with(NPY_HEAD)) else {
         return Err(refused(
             "the bytes \\x93NUMPY",
-            format!("{} bytes that begin otherwise", bytes.len()),
+            format!("{} bytes with another beginning", bytes.len()),
         ));
     };
     let at = NPY_HEAD.len() + 2;
@@ -44,7 +44,7 @@ pub(super) fn read<'a>(bytes: &Bytes<'a>, entry: &str) -> Result<Npy<'a>, Failur
     let header = bytes.get(begin..begin.saturating_add(length));
     let header = header.and_then(|header| std::str::from_utf8(header).ok());
     let Some(header) = header else {
-        return Err(refused("a header of text", format!("{length} bytes that are none")));
+        return Err(refused("a header of text", format!("{length} bytes that are not text")));
     };
     let shown = || header.trim_end().chars().take(100).collect::<String>();
     let Some((descr, is_fortran, shape)) = parse(header) else {

@@ -62,7 +62,7 @@ pub fn parquet_rows(bytes: &[u8], limits: &Limits) -> mocap_scene::error::Result
         let header = builder.schema().metadata().get("mocap").cloned();
         header.map(|header| rows(builder, longest, header)).transpose()
     }));
-    Ok(read.unwrap_or_else(|_| Err(broken("its pages are not those that its metadata state")))?)
+    Ok(read.unwrap_or_else(|_| Err(broken("its pages do not match its metadata")))?)
 }
 
 fn broken(error: impl std::fmt::Display) -> Failure {
@@ -81,7 +81,7 @@ fn no_motion(message: &str, found: String) -> Failure {
 /// The scene of a file. The library panics on some files with unexpected pages.
 pub(super) fn scene(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let read = catch_unwind(AssertUnwindSafe(|| tables(bytes, options, warnings)));
-    read.unwrap_or_else(|_| Err(broken("its pages are not those that its metadata state")))
+    read.unwrap_or_else(|_| Err(broken("its pages do not match its metadata")))
 }
 
 fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
@@ -105,14 +105,14 @@ fn tables(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Resul
         }
         None if has("header") && has("positions") && has("rotations") => clips(builder, options, warnings),
         None if has("clip") && has("joint") && has("x") => {
-            let message = "the rows of mocap pack do not say what their numbers are";
+            let message = "the rows of mocap pack do not describe their numbers";
             let found = no_motion(message, format!("the columns {}", names.join(", ")));
-            Err(Box::new(found.help("pack the motions as the table clips")))
+            Err(Box::new(found.help("pack the motions with the table clips")))
         }
         None => {
             let found: Vec<&str> = names.iter().take(12).map(String::as_str).collect();
             Err(no_motion(
-                "the Parquet file is no motion",
+                "the Parquet file is not a motion",
                 format!("the columns {}", found.join(", ")),
             ))
         }
@@ -166,7 +166,7 @@ struct Joint {
 fn parsed(header: &str) -> Result<Header, Failure> {
     serde_json::from_str(header).map_err(|error| {
         no_motion(
-            &format!("the header of the table is not one of this program: {error}"),
+            &format!("this program did not write the header of the table: {error}"),
             String::new(),
         )
     })
@@ -207,15 +207,14 @@ fn rows(builder: Builder, longest: u64, json: String) -> Result<ParquetRows, Fai
             if frames.value(at) as usize != frame || !is_time || joints.value(at) != name {
                 let shown: String = joints.value(at).chars().take(40).collect();
                 let found = format!("frame {}, {} s, \"{shown}\"", frames.value(at), times.value(at));
-                let message =
-                    format!("row {row} of the table is of another frame, time or joint than the one that follows");
+                let message = format!("row {row} of the table does not have the next frame, time or joint");
                 return Err(Box::new(
                     Diagnostic::new(Code::RowLength, message)
                         .expected_found(
                             format!("frame {frame}, {} s, \"{name}\"", frame as f64 / header.frame_rate),
                             found,
                         )
-                        .help("the rows were sorted or some are missing: write it again with mocap fk"),
+                        .help("the rows are reordered or incomplete: write the table again with mocap fk"),
                 ));
             }
             positions.extend(translations.iter().map(|column| column[at]));
@@ -286,14 +285,14 @@ fn clips(builder: Builder, options: &ReadOptions, warnings: &mut Warnings) -> Re
             None => scene = Some(read),
             Some(scene) if scene.nodes == read.nodes => scene.animations.append(&mut read.animations),
             Some(_) => {
-                let message = "the table has clips of several skeletons, and a scene has one";
+                let message = "the table has clips of several skeletons, but a scene has one skeleton";
                 return Err(Box::new(Diagnostic::new(Code::UnreadableFormat, message).help(
                     "select the clips of one skeleton (the column skeleton) and write them to a table",
                 )));
             }
         }
     }
-    scene.ok_or_else(|| no_motion("the table has no clip", String::new()))
+    scene.ok_or_else(|| no_motion("the table has no clips", String::new()))
 }
 
 /// The header of a clip, its positions and its rotations.
@@ -304,7 +303,7 @@ fn clip(batch: &RecordBatch) -> Result<Option<Clip<'_>>, Failure> {
     let header = batch
         .column_by_name("header")
         .and_then(|column| column.as_string_opt::<i32>());
-    let header = header.ok_or_else(|| no_motion("the column header is no text", String::new()))?;
+    let header = header.ok_or_else(|| no_motion("the column header is not text", String::new()))?;
     if batch.num_rows() == 0 || header.is_null(0) {
         return Ok(None);
     }
@@ -316,7 +315,7 @@ fn clip(batch: &RecordBatch) -> Result<Option<Clip<'_>>, Failure> {
         let values = rows.and_then(|rows| rows.values().as_primitive_opt::<Float32Type>());
         let values = values.filter(|values| values.null_count() == 0);
         let values =
-            values.ok_or_else(|| no_motion(&format!("the column {name} is no list of numbers"), String::new()))?;
+            values.ok_or_else(|| no_motion(&format!("the column {name} is not a list of numbers"), String::new()))?;
         Ok::<&[f32], Failure>(values.values())
     };
     Ok(Some((header.value(0), [numbers("positions")?, numbers("rotations")?])))

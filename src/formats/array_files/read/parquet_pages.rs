@@ -91,19 +91,19 @@ fn check_column(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(u64, u64)
         if inflated.is_none_or(|inflated| inflated > most) {
             return Err(damaged(
                 column,
-                "has a page that states more bytes than can be made of it",
+                "has a page that states more bytes than it can decompress to",
             ));
         }
         // A dictionary has each value once.
         if header.is_dictionary && header.values > most {
-            return Err(damaged(column, "has a dictionary of more values than bytes"));
+            return Err(damaged(column, "has a dictionary with more values than bytes"));
         }
         if header.is_dictionary {
             dictionary = inflated.unwrap_or_default().max(dictionary);
         }
         has_dictionary |= header.is_dictionary;
         if BY_DICTIONARY.contains(&header.encoding) && !header.is_dictionary && !has_dictionary {
-            return Err(damaged(column, "has values by a dictionary that is not there"));
+            return Err(damaged(column, "has values that refer to a missing dictionary"));
         }
         values = values.saturating_add(header.values);
         rest = after;

@@ -56,7 +56,7 @@ fn refused(name: &str) -> Failure {
     Box::new(
         Diagnostic::new(
             Code::UnexpectedToken,
-            format!("the pickle calls \"{name}\", and nothing of a file is run"),
+            format!("the pickle calls \"{name}\", but mocap runs no code from a file"),
         )
         .expected_found(
             "dictionaries, lists, numbers, texts, arrays of NumPy and tensors of PyTorch",

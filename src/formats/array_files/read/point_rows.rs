@@ -13,8 +13,8 @@ use crate::Failure;
 use crate::warnings::Warnings;
 
 /// The help for a table without a motion.
-pub(super) const TABLES: &str = "tables of motion are those of mocap fk, and of positions: the columns frame, joint, x, \
-                                 y, z, or for each point NAME_x, NAME_y, NAME_z";
+pub(super) const TABLES: &str = "motion tables come from mocap fk, or have positions: the columns frame, joint, x, y, \
+    z, or for each point NAME_x, NAME_y, NAME_z";
 
 /// The largest number of missing positions for each present one. Otherwise a table with distant frame numbers would
 /// fill the memory.
@@ -67,7 +67,7 @@ impl<'c> PointRows<'c> {
                 /// The largest number of columns in a warning.
                 const NAMED: usize = 8;
                 let named = left.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
-                let message = format!("{} columns of the table are no positions: {named}", left.len());
+                let message = format!("{} columns of the table are not positions: {named}", left.len());
                 warnings.push(Code::TrailingText, || {
                     Diagnostic::new(Code::TrailingText, message).help("they were left out")
                 });

@@ -86,7 +86,7 @@ fn names(
         }
         let candidates: Vec<PathBuf> = [near(name), near(folder.join(name))].into_iter().flatten().collect();
         if candidates.is_empty() {
-            let expected = format!("a relative path that leads at most {LEVELS} folders up");
+            let expected = format!("a relative path with at most {LEVELS} parent folders");
             return Err(missing(
                 "the model includes a file that is too far from it to be opened",
                 &expected,

@@ -128,7 +128,7 @@ fn a_file_that_is_cut_off_is_read_as_far_as_it_goes() {
         counts.to_string(),
         "1120 of 1149 frames are missing: the file is cut off, or states a wrong number; expected 1149 frames of 864 bytes \
          from byte 3584 on; found 29 in a file of 28640 bytes; \
-         help: the frames that are there were read; export or download the file again"
+         help: the available frames were read; export or download the file again"
     );
 }
 

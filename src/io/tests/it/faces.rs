@@ -449,7 +449,7 @@ fn formats_without_curves_of_morph_targets_say_so() {
             let refused = Exporter::new().write(face, format).unwrap_err();
             assert_eq!(refused.code(), Code::Unrepresentable);
             assert!(
-                refused.to_string().contains("nothing would move in the output")
+                refused.to_string().contains("the output would have no motion")
                     && refused.to_string().contains("4 face curves"),
                 "{refused}"
             );

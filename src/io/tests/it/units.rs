@@ -90,7 +90,7 @@ fn what_the_caller_or_the_file_states_stays() {
     let raw = exporter.write(&kept, Format::Gltf).unwrap();
     assert_eq!(
         warned(&raw),
-        ["glTF is in metres, and the unit of the scene is not stated"]
+        ["glTF is in metres, but the unit of the scene is not stated"]
     );
     let raw = Importer::new().read(&raw.into_bytes().unwrap(), "raw.glb").unwrap();
     let first = |scene: &Scene| scene.animations[0].channels[0].position_keys.values[0];
@@ -132,7 +132,7 @@ fn what_the_caller_or_the_file_states_stays() {
     let written = exporter.write(&made, Format::Gltf).unwrap();
     assert_eq!(
         warned(&written),
-        ["glTF is in metres, and the unit of the scene is not stated"]
+        ["glTF is in metres, but the unit of the scene is not stated"]
     );
     let read = Importer::new()
         .read(&written.into_bytes().unwrap(), "made.glb")

@@ -340,9 +340,9 @@ fn tables_that_are_no_motion_or_are_damaged_say_where() {
     for (text, part) in [
         (without(5), "line 6: the row is of another frame or joint"),
         (lines[..3].join("\n"), "the first frame does not have all joints"),
-        (lines[..3].join("\n") + "\n0,0", "another number of cells"),
+        (lines[..3].join("\n") + "\n0,0", "number of cells"),
         (own.replacen(",0.1,", ",zero,", 1), "line 3: the cell x is not a number"),
-        ("file,clip,frames,score\n".to_owned(), "its columns are no positions"),
+        ("file,clip,frames,score\n".to_owned(), "its columns are not positions"),
         (far.to_owned(), "the frames from 0 to 900000000000"),
         ("frame,joint,x,y,z\n".to_owned(), "the table has no rows"),
         (
@@ -401,7 +401,7 @@ fn tables_of_positions_are_points() {
     assert!(scene.warnings.iter().any(|warning| {
         warning
             .to_string()
-            .contains("1 columns of the table are no positions: note")
+            .contains("1 columns of the table are not positions: note")
     }));
 }
 

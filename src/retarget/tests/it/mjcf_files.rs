@@ -218,7 +218,7 @@ fn meshes_are_opened_around_the_robot_and_at_no_path_from_the_root() {
         let (is_found, warnings) = mesh_of(&files[..1 + usize::from(name.contains('/'))]);
         assert!(!is_found, "{text}");
         assert!(
-            matches!(&warnings[..], [only] if only.contains("too far from the robot")),
+            matches!(&warnings[..], [only] if only.contains("too far away from the robot")),
             "{warnings:?}"
         );
     }

@@ -492,7 +492,7 @@ fn a_mass_that_no_body_has_is_warned_of() {
     };
     assert_eq!(warned(&sound), Vec::<String>::new());
     let negative = changed("mass value=\"2\"", "mass value=\"-2\"");
-    let message = "15: the link \"arm\" has a negative mass, which is left out; expected a mass of at least 0; found -2; \
+    let message = "15: the link \"arm\" has a negative mass, which is ignored; expected a mass of at least 0; found -2; \
                    help: correct it; until then this part weighs nothing";
     assert_eq!(warned(&negative), [message]);
     assert!(read(&negative).links[1].inertial.is_none());
@@ -500,11 +500,11 @@ fn a_mass_that_no_body_has_is_warned_of() {
     let plate = changed("izz=\"2.5\" ixy=\"0.1\" ixz=\"0.2\" iyz=\"0.3\"", "izz=\"3\"");
     assert!(warned(&plate).is_empty());
     let upright = warned(&changed("ixx=\"1\"", "ixx=\"-1\""));
-    assert!(upright[0].starts_with("15: the link \"arm\" has a negative moment of inertia, which is left out; "));
+    assert!(upright[0].starts_with("15: the link \"arm\" has a negative moment of inertia, which is ignored; "));
     let long = warned(&changed("izz=\"2.5\"", "izz=\"30\""));
-    assert!(
-        long[0].starts_with("15: the link \"arm\" has an inertia that no body has; expected no moment above the sum")
-    );
+    assert!(long[0].starts_with(
+        "15: the link \"arm\" has an inertia that is impossible for a body; expected each moment at most the sum"
+    ));
 
     let of_mjcf = |inner: &str| {
         warned(&format!(
@@ -526,7 +526,7 @@ fn a_mass_that_no_body_has_is_warned_of() {
         ),
         (
             "<inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"1 1 3\"/>",
-            "2: the link \"b\" has an inertia that no body has; expected no moment above the sum of the other two; \
+            "2: the link \"b\" has an inertia that is impossible for a body; expected each moment at most the sum of the other two; \
              found moments of 1.000e0, 1.000e0 and 3.000e0",
         ),
     ] {
@@ -676,7 +676,7 @@ fn equalities_of_mjcf_tie_joints() {
     let off = read(&tie("<joint joint1=\"b\" joint2=\"a\" active=\"false\"/>"));
     assert_eq!((off.links[2].joint.mimic, off.warnings.len()), (None, 0));
     let unknown = refused(&tie("<joint joint1=\"b\" joint2=\"z\"/>"));
-    assert!(unknown.contains("no joint that moves is called \"z\""), "{unknown}");
+    assert!(unknown.contains("no moving joint is called \"z\""), "{unknown}");
 }
 
 #[test]

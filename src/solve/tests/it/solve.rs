@@ -373,7 +373,7 @@ fn moving_lengths_keep_every_position() {
         .lengths(Lengths::Moving)
         .import("../../fixtures/real/lecture_Test.bvh")
         .unwrap_err();
-    assert!(needless.to_string().contains("none are here"), "{needless}");
+    assert!(needless.to_string().contains("nothing is solved here"), "{needless}");
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub(super) fn motion(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
         return Err(Box::new(
             Diagnostic::new(
                 Code::RowLength,
-                format!("the array {POSITIONS} has joints of no known skeleton"),
+                format!("the joints of the array {POSITIONS} match no known skeleton"),
             )
             .expected_found(
                 "(frames, 30, 3) or (frames, 77, 3) of SOMA, (frames, 34, 3) of G1, or (frames, 22, 3) of SMPL-X",
@@ -68,7 +68,7 @@ pub(super) fn motion(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     motion.joints = joints;
     motion.assume(
         Topic::Body,
-        "the offsets of the joints are those of the positions",
+        "the joint offsets come from the positions",
         "the arrays have positions and rotations",
         Confidence::Sure,
     );

@@ -42,10 +42,10 @@ pub(in crate::array_files::read) fn motion(
         return Err(Box::new(
             Diagnostic::new(
                 Code::MissingKeyword,
-                format!("the file has no column {missing}: it is no motion of a body"),
+                format!("the file has no column {missing}: it is not a body motion"),
             )
             .expected_found("joint angles of OpenSim's gait models", found.join(", "))
-            .help("forces, activations and marker errors are no motion; name the file with the joint angles"),
+            .help("forces, activations and marker errors are not a motion; name the file with the joint angles"),
         ));
     }
     let joints = joint_tables::smpl(JOINTS).unwrap_or_default();
@@ -94,14 +94,13 @@ fn frame_rate(columns: &Columns, options: &ReadOptions, warnings: &mut Warnings)
     let rate = options.frame_rate_or(columns.rate()?)?;
     if let Some(row) = columns.uneven_row(rate) {
         warnings.push(Code::FrameTime, || {
-            let message =
-                format!("rows are not evenly apart in time, first at frame {row}: the motion is uneven there");
+            let message = format!("the time steps of the rows vary, first at frame {row}: the motion is uneven there");
             Diagnostic::new(Code::FrameTime, message)
                 .expected_found(
                     format!("{} s from row to row, as in the mean", 1.0 / rate),
                     format!("{} s", columns.times[row] - columns.times[row - 1]),
                 )
-                .help("write it with even steps: rows were taken as evenly apart")
+                .help("write it with even time steps: rows were read as evenly spaced")
         });
     }
     Ok(rate)
@@ -149,7 +148,7 @@ fn knee_sign(columns: &Columns) -> f64 {
 fn say(columns: &Columns, options: &ReadOptions, knees: f64, motion: &mut Motion, warnings: &mut Warnings) {
     if options.body.is_none() {
         let choice = format!("generic proportions, {} m tall", proportions::HEIGHT);
-        let reason = "joint angles say nothing of lengths; a body, where one is named, gives them";
+        let reason = "joint angles do not state bone lengths; name a body for its lengths";
         motion.assume(Topic::Body, choice, reason, Confidence::Unsure);
     }
     if knees < 0.0 {
@@ -173,10 +172,7 @@ fn say(columns: &Columns, options: &ReadOptions, knees: f64, motion: &mut Motion
         .collect();
     if !unknown.is_empty() {
         warnings.push(Code::UnknownChannel, || {
-            let message = format!(
-                "{} columns are no angles that are known, and were left out",
-                unknown.len()
-            );
+            let message = format!("{} columns are not known angles, and were skipped", unknown.len());
             Diagnostic::new(Code::UnknownChannel, message)
                 .expected_found("angles of OpenSim's models", unknown.join(", "))
         });

@@ -53,7 +53,7 @@ fn invalid(message: String) -> Failure {
 pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let text = reader.entries.get("header").map(NdArray::texts).unwrap_or_default();
     let header: Header = serde_json::from_str(text.first().map_or("", String::as_str))
-        .map_err(|error| invalid(format!("the array header is not one of this program: {error}")))?;
+        .map_err(|error| invalid(format!("this program did not write the array header: {error}")))?;
     let count = header.joints.len();
     let width = match header.rotation.as_str() {
         "quat" => 4,
@@ -80,22 +80,20 @@ fn of_numbers(
     let count = header.joints.len();
     let parents: Vec<Option<usize>> = header.joints.iter().map(|joint| joint.parent).collect();
     if let Some(index) = (0..count).find(|index| parents[*index].is_some_and(|parent| parent >= *index)) {
-        return Err(invalid(format!(
-            "the parent of the joint {index} does not stand before it"
-        )));
+        return Err(invalid(format!("the parent of the joint {index} does not precede it")));
     }
     if count == 0 {
-        return Err(invalid("the header of the arrays names no joint".to_owned()));
+        return Err(invalid("the header of the arrays names no joints".to_owned()));
     }
     if header.space != "world" {
         let message = format!(
-            "the positions of the arrays are in the space {}, and the path is lost",
+            "the positions of the arrays are relative to {}, so the root path is lost",
             header.space
         );
         return Err(Box::new(
             Diagnostic::new(Code::UnexpectedToken, message)
                 .expected_found("positions in the world", header.space.clone())
-                .help("write them in the space of the world"),
+                .help("write them in world space"),
         ));
     }
     let ids = ids(&parents);

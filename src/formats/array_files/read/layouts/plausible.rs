@@ -64,10 +64,10 @@ pub(super) fn check_humanml3d(rows: &[f64]) -> Result<(), Failure> {
     let percent = 100.0 * kept as f64 / count.max(1) as f64;
     Err(Box::new(
         Diagnostic::new(Code::NumberRange, "the 263 numbers a frame are normalized")
-            .expected_found(
-                "rotations whose columns have the length 1",
-                format!("{percent:.0} % of them"),
-            )
-            .help("multiply them by the deviations and add the means of the data set: data * Std.npy + Mean.npy"),
+            .expected_found("rotations with columns of length 1", format!("{percent:.0} % of them"))
+            .help(
+                "multiply them by the standard deviations and add the means of the data set: data * Std.npy + \
+                Mean.npy",
+            ),
     ))
 }

@@ -44,7 +44,7 @@ pub(super) fn scene(
         shape => shape,
     };
     let (&[frames, count, 3], true) = (shape, array.is_number()) else {
-        let found = refused("the array is no motion that is known", reader.entries);
+        let found = refused("the array is not a known motion", reader.entries);
         return Err(Box::new(
             found
                 .expected_found("(frames, joints, 3)", array.shape_text())

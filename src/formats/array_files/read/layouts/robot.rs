@@ -129,10 +129,10 @@ pub(super) fn is_motion(entries: &Entries<'_>) -> bool {
 /// The robot of the body option, in this motion.
 pub(super) fn scene(reader: &Reader<'_, '_>, format: Format) -> Result<Scene, Failure> {
     let Some(Body::Robot(robot, _)) = reader.options.body.as_deref() else {
-        let message = "the arrays are the motion of a robot, and do not say which";
-        return Err(Box::new(refused(message, reader.entries).help(
-            "name the robot that moves, a .urdf, or an .xml of MJCF: {body} robot.urdf",
-        )));
+        let message = "the arrays are a robot motion, but do not state which robot";
+        return Err(Box::new(
+            refused(message, reader.entries).help("name the robot, a .urdf or an MJCF .xml: {body} robot.urdf"),
+        ));
     };
     let mut motion = Motion::default();
     reader.frame_rate(USUAL_RATE, &mut motion)?;
@@ -233,7 +233,7 @@ fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
     let [x, y, z, i, j, k, w] = *row;
     let (translation, rotation) = (DVec3::new(x, y, z), DQuat::from_xyzw(i, j, k, w));
     if !translation.is_finite() || !LENGTH.contains(&rotation.length()) {
-        let message = format!("the base is nowhere in frame {frame}");
+        let message = format!("the base has no valid position in frame {frame}");
         let found = format!("{x} {y} {z} and {i} {j} {k} {w}");
         return Err(Box::new(
             Diagnostic::new(Code::NonFiniteValue, message)
@@ -249,7 +249,7 @@ fn placement(frame: usize, row: &[f64; BASE]) -> Result<Placement, Failure> {
 fn no_joint(name: &str, names: &[String]) -> Failure {
     /// The largest number of joints in an error.
     const NAMED: usize = 6;
-    let message = "the arrays and the robot have other joints: {body} names another robot than that of the motion";
+    let message = "the joints of the arrays and the robot differ: {body} must name the robot of the motion";
     let first: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
     Box::new(
         Diagnostic::new(Code::InvalidRobot, message)

@@ -35,7 +35,7 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     let joints = joint_tables::smpl(width / 3).filter(|_| width.is_multiple_of(3));
     let Some(joints) = joints else {
         return Err(Box::new(
-            Diagnostic::new(Code::RowLength, format!("the array {name} is that of no body of SMPL")).expected_found(
+            Diagnostic::new(Code::RowLength, format!("the array {name} does not fit an SMPL body")).expected_found(
                 "(frames, 66), (frames, 72), (frames, 156) or (frames, 165)",
                 array.shape_text(),
             ),
@@ -104,12 +104,8 @@ pub(super) fn of_dictionary(reader: &Reader<'_, '_>, prefix: &str) -> Result<Mot
     };
     let Some(joints) = joints else {
         return Err(Box::new(
-            Diagnostic::new(
-                Code::RowLength,
-                format!("the array {body_name} is that of no known body"),
-            )
-            .expected_found(
-                "63 numbers a frame of SMPL-X, 69 of SMPL or 228 of SOMA",
+            Diagnostic::new(Code::RowLength, format!("the array {body_name} fits no known body")).expected_found(
+                "63 numbers per frame for SMPL-X, 69 for SMPL or 228 for SOMA",
                 array.shape_text(),
             ),
         ));
@@ -209,7 +205,7 @@ pub(super) fn of_flat(reader: &Reader<'_, '_>, array: &NdArray<'_>) -> Result<Op
     };
     let root = set_rest(reader, &mut motion, "")?;
     motion.root.iter_mut().for_each(|position| *position += root.as_dvec3());
-    let reason = format!("{width} numbers a frame have no names");
+    let reason = format!("{width} numbers per frame have no names");
     motion.assume(Topic::Layout, what, reason, Confidence::Likely);
     guess_up(&mut motion);
     reader.frame_rate(USUAL_RATE, &mut motion)?;
@@ -282,32 +278,26 @@ fn say_of_body(reader: &Reader<'_, '_>, motion: &mut Motion, prefix: &str) {
         let (choice, reason) = match used {
             0 if body.is_model() => (
                 "the mean shape of the model",
-                "the file has no coefficients of shape".to_owned(),
+                "the file has no shape coefficients".to_owned(),
             ),
-            0 => (
-                "the bones of the body that was given",
-                "a figure has one shape".to_owned(),
-            ),
-            _ => (
-                "the model that was given",
-                format!("with {used} coefficients of the file"),
-            ),
+            0 => ("the bones of the given body", "a figure has one shape".to_owned()),
+            _ => ("the given model", format!("with {used} coefficients of the file")),
         };
         motion.assume(Topic::Body, choice, reason, Confidence::Sure);
     } else if entries.get(REST_JOINTS).is_none() {
         let choice = format!("generic proportions, {HEIGHT:.2} m tall");
         let is_shaped = betas.is_some() || entries.get(&format!("{prefix}identity_coeffs")).is_some();
         let reason = match is_shaped {
-            true => "the coefficients of the file need the model of the body: name it as the body",
-            false => "arrays of rotations have no lengths: name a body",
+            true => "the shape coefficients of the file need their body model: name the model as the body",
+            false => "arrays of rotations have no bone lengths: name a body",
         };
         motion.assume(Topic::Body, choice, reason, Confidence::Unsure);
     }
     if motion.joints.len() >= 52 {
         motion.assume(
             Topic::Hands,
-            "the rotations of fingers begin at a flat hand",
-            "the arrays do not say; those of AMASS and Motion-X do",
+            "finger rotations are relative to a flat hand",
+            "the arrays do not state it; AMASS and Motion-X use a flat hand",
             Confidence::Likely,
         );
     }

@@ -74,10 +74,10 @@ pub(super) fn call<'a>(
     arguments: Id,
 ) -> Result<Object<'a>, String> {
     let Object::Global(name) = &objects[function] else {
-        return Err("what is called is no function".to_owned());
+        return Err("the called object is not a function".to_owned());
     };
-    let arguments = objects.items(arguments).ok_or("the arguments are no tuple")?;
-    let wrong = || format!("the arguments of {name} are not those that it takes");
+    let arguments = objects.items(arguments).ok_or("the arguments are not a tuple")?;
+    let wrong = || format!("the arguments of {name} are not valid");
     let name = &**name;
     match name {
         "_reconstruct" => Ok(Object::NewArray),
@@ -235,13 +235,13 @@ pub(super) fn set_state<'a>(objects: &Objects<'a>, object: Id, state: Id) -> Res
         }
         Object::Record(_) => Ok(Some(Object::Record(Some(state)))),
         Object::Dict(_) => Ok(None),
-        _ => Err("a state is given to what has none".to_owned()),
+        _ => Err("an object without a state gets one".to_owned()),
     }
 }
 
 /// The type and the key of a storage, from ("storage", type, key, device, elements).
 pub(super) fn storage(objects: &Objects<'_>, id: Id) -> Result<(Kind, String), String> {
-    let wrong = || "what it refers to is no storage of PyTorch".to_owned();
+    let wrong = || "its reference is not a PyTorch storage".to_owned();
     let Some([word, kind, key, ..]) = objects.items(id) else {
         return Err(wrong());
     };

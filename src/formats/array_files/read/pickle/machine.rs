@@ -9,7 +9,7 @@ use super::objects::{Id, Object, Objects};
 use super::{Pickle, Storages, broken, build};
 use crate::Failure;
 
-const TOO_MANY: &str = "it has more objects than can be counted";
+const TOO_MANY: &str = "it has too many objects";
 
 pub(super) struct Machine<'s, 'a> {
     bytes: &'a [u8],

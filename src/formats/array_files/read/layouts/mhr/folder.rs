@@ -51,7 +51,7 @@ impl BodyFrames {
         };
         let frames = frames_of(&reader, kind)?;
         if frames.len() != 1 {
-            let message = "a file of a folder of frames has another number of frames than one";
+            let message = "a file in a folder of frames does not have exactly one frame";
             return Err(Box::new(
                 Diagnostic::new(Code::RowLength, message)
                     .expected_found(format!("{} of one frame", kind.positions()), entries.describe())

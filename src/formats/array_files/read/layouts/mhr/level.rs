@@ -113,21 +113,24 @@ impl Level {
                 is_stated: true, tilt, ..
             } => (
                 format!("the camera is tilted by {tilt:.0} degrees"),
-                "the file says which direction is up".to_owned(),
+                "the file states the up direction".to_owned(),
                 Confidence::Sure,
             ),
             Self { is_upright: false, .. } => (
                 "the camera is level".to_owned(),
-                "the body is not upright, so its posture does not tell how the camera is tilted".to_owned(),
+                "the body is not upright, so its posture does not show the tilt of the camera".to_owned(),
                 Confidence::Unsure,
             ),
             Self { tilt, walked, flat, .. } => (
                 format!("the camera is tilted by {tilt:.0} degrees"),
                 match flat {
-                    0 => format!("feet and neck say so, and the ground below steps {walked:.1} m from their middle"),
+                    0 => format!(
+                        "from feet and neck, and from the ground below steps at {walked:.1} m from their \
+                        middle"
+                    ),
                     flat => format!(
-                        "feet and neck say so, soles side by side in {}, and the ground below steps {walked:.1} m from \
-                         their middle",
+                        "from feet and neck, from parallel soles in {}, and from the ground below steps at \
+                            {walked:.1} m from their middle",
                         counted(*flat, "frame")
                     ),
                 },

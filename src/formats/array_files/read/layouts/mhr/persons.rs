@@ -69,8 +69,8 @@ pub(super) fn only_person(
     if let Some(first) = crossings.first() {
         warnings.push(Code::SeveralRoots, || {
             let message =
-                format!("persons come so near to each other that they may be mistaken, first in frame {first}");
-            Diagnostic::new(Code::SeveralRoots, message).help("save each person in a file of its own")
+                format!("persons come so close to each other that they may be confused, first in frame {first}");
+            Diagnostic::new(Code::SeveralRoots, message).help("save each person in a separate file")
         });
     }
     chosen(persons, options, warnings)
@@ -146,7 +146,7 @@ pub(super) fn fill(
             return Err(Box::new(Diagnostic::new(Code::NoMotion, message)));
         }
         let message = format!(
-            "no frame of {} has finite numbers and rotations alone",
+            "no frame of {} has only finite numbers and valid rotations",
             kind.positions()
         );
         return Err(Box::new(Diagnostic::new(Code::NonFiniteValue, message)));
@@ -162,7 +162,7 @@ pub(super) fn fill(
     if frames < all {
         warnings.push(Code::MissingFrames, || {
             let message = format!(
-                "the person is in the frames {first} to {} of {all}, which are the take",
+                "the take is limited to the frames with the person: {first} to {} of {all}",
                 first + frames - 1
             );
             Diagnostic::new(Code::MissingFrames, message)

@@ -96,10 +96,10 @@ pub(super) fn fit_hands(joints: &[Joint], samples: &mut [Sample], warnings: &mut
             warnings.push(Code::NotCarriedOver, || {
                 let frames = samples.len();
                 let message = format!(
-                    "the rotations of the {word} hand contradict its positions, and are left out, in {count} of \
-                     {frames} frames"
+                    "the rotations of the {word} hand contradict its positions in {count} of {frames} frames, and are \
+                        ignored there"
                 );
-                Diagnostic::new(Code::NotCarriedOver, message).help("the positions turn the hand there")
+                Diagnostic::new(Code::NotCarriedOver, message).help("the positions determine the hand's rotation there")
             });
         }
     }

@@ -40,7 +40,7 @@ pub(super) fn frames_of(reader: &Reader<'_, '_>, kind: Kind) -> Result<Vec<Frame
     if entries.is_cut {
         let most = format!("at most {} arrays", entries.arrays.len());
         return Err(Box::new(
-            limit_exceeded(most, "more".to_owned()).help("save the frames along a first axis, with numpy.stack"),
+            limit_exceeded(most, "more".to_owned()).help("save the frames along the first axis, with numpy.stack"),
         ));
     }
     let named: HashMap<&str, &NdArray<'_>> = entries
@@ -257,7 +257,7 @@ fn axes(
                 None => "frames, ".to_owned(),
                 Some(axes) => axes.iter().map(|axis| format!("{axis}, ")).collect(),
             };
-            let message = format!("the array {name} has another shape than its name says");
+            let message = format!("the shape of the array {name} does not match its name");
             Err(Box::new(Diagnostic::new(Code::RowLength, message).expected_found(
                 format!("({outer}{})", widths.join(", ")),
                 array.shape_text(),
