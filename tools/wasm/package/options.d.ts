@@ -180,9 +180,9 @@ export interface BvhOutputOptions {
 }
 
 /**
- * Which joints have position channels.
+ * The joints with position channels.
  * `"auto"`: The ROOT, and joints whose position differs from their OFFSET in some frame.
- * `"3"`: Only the ROOT. Other joints keep the position of the first frame, and the motion of their positions is lost.
+ * `"3"`: Only the ROOT. Other joints keep their position of the first frame, and their position motion is lost.
  * `"6"`: Every joint.
  */
 export type Channels = "auto" | "3" | "6";
@@ -336,15 +336,16 @@ export interface CleanWeights {
   world?: number;
 }
 
-/** Which animations of a file to keep. */
+/** The animations of a file to keep. */
 export type Clips = number | string;
 
 /**
- * How the keys of animations are stored.
+ * The storage of animation keys.
  * `"none"`: 32-bit floats, which every client reads.
- * `"int16"`: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp reads wrong values.
- * `"meshopt"`: As streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
- * `"meshopt-khr"`: As streams of version 1 of `KHR_meshopt_compression`, a little smaller, which the file then requires.
+ * `"int16"`: Rotations as 16-bit normalised integers, half the size. This is core glTF without an extension, but Assimp reads
+ * wrong values.
+ * `"meshopt"`: Streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
+ * `"meshopt-khr"`: Streams of `KHR_meshopt_compression` version 1, slightly smaller. The file then requires the extension.
  * Needs the feature `meshopt`.
  */
 export type Compression = "none" | "int16" | "meshopt" | "meshopt-khr";
@@ -513,15 +514,15 @@ export interface FootLockWeights {
  * `"pmx"`: MikuMikuDance model: `pmx`.
  * `"bip"`: Biped of 3ds Max: `bip`.
  * `"urdf"`: Unified Robot Description Format: `urdf`.
- * `"mjcf"`: The model of a robot for MuJoCo: `mjcf`.
+ * `"mjcf"`: Robot model for MuJoCo: `mjcf`.
  * `"mclip"`: Packed clip of this crate: `mclip`.
- * `"npz"`: Arrays of NumPy: `npz`.
- * `"npy"`: One array of NumPy: `npy`.
- * `"torch"`: Tensors of PyTorch: `torch`.
- * `"pickle"`: Arrays in a pickle of Python: `pickle`.
- * `"csv"`: Tables of text: `csv`.
- * `"parquet"`: Tables of columns: `parquet`.
- * `"mot"`: Joint angles of OpenSim: `mot`.
+ * `"npz"`: NumPy arrays: `npz`.
+ * `"npy"`: One NumPy array: `npy`.
+ * `"torch"`: PyTorch tensors: `torch`.
+ * `"pickle"`: Arrays in a Python pickle: `pickle`.
+ * `"csv"`: Text tables: `csv`.
+ * `"parquet"`: Column tables: `parquet`.
+ * `"mot"`: OpenSim joint angles: `mot`.
  */
 export type Format =
   | "bvh"
@@ -666,9 +667,9 @@ export type JointNames = BoneNames | string | Record<string, string | null>;
 export type Length = number | `${number}` | `${number}${"m" | "cm" | "mm" | "um"}`;
 
 /**
- * What the lengths of a skeleton are that is made from points.
- * `"median"`: The median of each over the frames: bones keep their lengths, and joints are near their points.
- * `"moving"`: Those of each frame: joints are where their points are, and bones change their lengths.
+ * The bone lengths of a skeleton that is solved from points.
+ * `"median"`: The median of each length over the frames: bones keep their lengths, and joints are near their points.
+ * `"moving"`: The lengths of each frame: joints are at their points, and bones change their lengths.
  */
 export type Lengths = "median" | "moving";
 
@@ -1007,8 +1008,8 @@ export type RootMotion = "keep" | "in-place" | "extract";
 
 /**
  * How a root's OFFSET and its position channels combine.
- * `"auto"`: Add if the root's position is near zero, in the first frame or in the median of all, while the OFFSET is not, or
- * else replace.
+ * `"auto"`: Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the median of all
+ * frames. Replaces otherwise.
  * `"replace"`: The position channels replace the OFFSET, as in Assimp and Blender.
  * `"add"`: The position channels are added to the OFFSET.
  */

@@ -48,15 +48,15 @@ class ReadOptions:
             coco17, h36m, mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
         lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
             that joints are where their positions are.
-            ``"median"``: The median of each over the frames: bones keep their lengths, and joints are near their
-                points.
-            ``"moving"``: Those of each frame: joints are where their points are, and bones change their lengths.
+            ``"median"``: The median of each length over the frames: bones keep their lengths, and joints are near
+                their points.
+            ``"moving"``: The lengths of each frame: joints are at their points, and bones change their lengths.
         markers: Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a
             JSON object from labels to landmarks. Default: markers stay points.
         retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
         root_offset: How the root's OFFSET and its position channels combine.
-            ``"auto"``: Add if the root's position is near zero, in the first frame or in the median of all, while
-                the OFFSET is not, or else replace.
+            ``"auto"``: Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the
+                median of all frames. Replaces otherwise.
             ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
             ``"add"``: The position channels are added to the OFFSET.
         skeleton: The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the
@@ -115,8 +115,8 @@ class WriteOptions:
             ``"none"``: Frames are those of the input.
         channels: Which joints have position channels.
             ``"auto"``: The ROOT, and joints whose position differs from their OFFSET in some frame.
-            ``"3"``: Only the ROOT. Other joints keep the position of the first frame, and the motion of their
-                positions is lost.
+            ``"3"``: Only the ROOT. Other joints keep their position of the first frame, and their position motion
+                is lost.
             ``"6"``: Every joint.
         digits: Decimals of every number. Default: as many as are needed to read the same motion back.
         order: Order of the rotation channels. Default: each joint's own, or else ZXY.
@@ -154,12 +154,12 @@ class WriteOptions:
             the input.
         compress: How to store the keys. Default with a largest error: int16, otherwise none.
             ``"none"``: 32-bit floats, which every client reads.
-            ``"int16"``: Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp
-                reads wrong values.
-            ``"meshopt"``: As streams of ``EXT_meshopt_compression``, which the file then requires. Needs the
-                feature ``meshopt``.
-            ``"meshopt-khr"``: As streams of version 1 of ``KHR_meshopt_compression``, a little smaller, which the
-                file then requires. Needs the feature ``meshopt``.
+            ``"int16"``: Rotations as 16-bit normalised integers, half the size. This is core glTF without an
+                extension, but Assimp reads wrong values.
+            ``"meshopt"``: Streams of ``EXT_meshopt_compression``, which the file then requires. Needs the feature
+                ``meshopt``.
+            ``"meshopt-khr"``: Streams of ``KHR_meshopt_compression`` version 1, slightly smaller. The file then
+                requires the extension. Needs the feature ``meshopt``.
         max_error: Largest distance of any joint or end site from its position, at any frame, in metres. Keys and
             bits are removed within it; fails where it cannot be kept. Default with a compression: 1mm.
         shell_distance: Distance of points around each joint, such as the skin, that keep the largest error too; 3cm
