@@ -16,7 +16,7 @@ use super::FormatInfo;
 /// let refusal = gltf.refusal(WriteOption::Digits, "glb").unwrap();
 /// assert_eq!(
 ///     refusal.message,
-///     "`digits` has no effect on glTF: it applies to BVH; write .bvh, or leave it out"
+///     "`digits` has no effect on glTF: it applies to BVH; write .bvh, or omit it"
 /// );
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -29,7 +29,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
                     Code::NoMotion,
                     "an .asf file holds no motion: the scene has a skeleton and no animation",
                 )
-                .help("import the .amc file, which finds its .asf beside it")
+                .help("import the .amc file; it finds its .asf in the same folder")
             });
             scene::build(&skeleton, None, options)
         });
@@ -79,14 +79,14 @@ fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
     }
     let help = match candidates.first() {
         Some(first) => format!("name it: {{skeleton}} {}", first.display()),
-        None => "put it beside the motion, or name it: {skeleton} FILE".to_owned(),
+        None => "put it into the folder of the motion, or name it: {skeleton} FILE".to_owned(),
     };
     let name = source.name.file_name().unwrap_or_default();
     Err(
         Diagnostic::new(Code::MissingFile, "the motion needs a skeleton, an .asf file")
             .expected_found(
                 format!(
-                    "an .asf file beside it: one whose name is the beginning of {}, or the only one",
+                    "an .asf file in the same folder: one whose name begins {}, or the only one",
                     name.display()
                 ),
                 list(&candidates),

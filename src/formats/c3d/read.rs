@@ -69,7 +69,7 @@ fn read_parameters(
             if stated.as_ref().map_or(true, |stated| *stated != all) {
                 warnings.push(Code::HeaderCount, || {
                     let message =
-                        "the section of parameters is longer than it states; all parameters before the data were read";
+                        "the parameter section is longer than stated; all parameters before the data were read";
                     Diagnostic::new(Code::HeaderCount, message)
                         .expected_found(format!("{} bytes", data - section.start), format!("{}", section.len()))
                 });
@@ -253,8 +253,8 @@ impl Header {
         }
         let stated = std::mem::replace(&mut self.samples, samples);
         warnings.push(Code::HeaderCount, || {
-            let message = "the header states a number of analog samples that the data does not have; that of the parameters \
-                           was used";
+            let message = "the number of analog samples in the header does not match the data; the number in the \
+                parameters was used";
             Diagnostic::new(Code::HeaderCount, message).expected_found(
                 format!("{samples} a frame, as ANALOG:USED and ANALOG:RATE say"),
                 format!("{stated}"),

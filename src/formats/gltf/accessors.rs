@@ -50,7 +50,7 @@ impl Budget {
     /// Takes `values` from the budget.
     pub(super) fn take(&self, values: u64, pointer: &str) -> Result<(), Failure> {
         let Some(left) = self.left.get().checked_sub(values) else {
-            let message = "the animations claim more values than the limits allow";
+            let message = "the animations have more values than the limits allow";
             return Err(Diagnostic::new(Code::LimitExceeded, message)
                 .at_pointer(pointer)
                 .expected_found(
@@ -148,7 +148,7 @@ pub(super) fn numbers(
     };
     if accessor.shape != wanted {
         return Err(
-            invalid(format!("{pointer}/type"), "an animation needs another type here")
+            invalid(format!("{pointer}/type"), "an animation needs a different type here")
                 .expected_found(wanted, format!("\"{}\"", accessor.shape))
                 .into(),
         );
@@ -174,7 +174,7 @@ pub(super) fn numbers(
         let pointer = format!("{pointer}/sparse");
         if sparse.count > accessor.count {
             return Err(
-                invalid(format!("{pointer}/count"), "more values are replaced than there are")
+                invalid(format!("{pointer}/count"), "more values are replaced than exist")
                     .expected_found(format!("at most {}", accessor.count), format!("{}", sparse.count))
                     .into(),
             );

@@ -65,7 +65,7 @@ impl Character {
         let broken = meshes::broken_numbers(source, &placed, &scene.nodes, options);
         scene.warnings.extend(broken.into_iter().map(|mut fault| {
             fault.message = format!("the mesh is copied as it is: {}", fault.message);
-            let help = "other programs may not draw it: repair the number, or export the file again";
+            let help = "other programs may not draw it; repair the number, or export the file again";
             fault.help(help)
         }));
         let (bytes, dangling) = dangling::without(source.bytes)?;

@@ -78,7 +78,7 @@ impl CharacterFace {
             .collect();
         if !lacks.is_empty() {
             notes.push(format!(
-                "expressions that the character does not have, left out: {}",
+                "expressions that the character lacks, dropped: {}",
                 lacks.join(", ")
             ));
             unsaid.lost.extend(lacks.into_iter().map(str::to_owned));
@@ -88,7 +88,7 @@ impl CharacterFace {
         if !partly.is_empty() {
             let names = partly.join(", ");
             notes.push(format!(
-                "of the expressions {names} the morph targets alone move: glTF has no animation of materials"
+                "of the expressions {names} only the morph targets move, because glTF cannot animate materials"
             ));
         }
         let ticks = ticks_of(tracks, animation.duration);
@@ -100,7 +100,7 @@ impl CharacterFace {
                 let rotations: Vec<_> = ticks.iter().map(at).collect();
                 match gaze.is_of_bones {
                     true if !gaze.turn_eyes(scene, animation, &ticks, &rotations) => {
-                        notes.push("the gaze is left out: the character has no eyes that turn".to_owned());
+                        notes.push("the gaze was dropped: the character has no movable eyes".to_owned());
                         unsaid.lost.push(GAZE.to_owned());
                     }
                     true => {}
@@ -108,7 +108,7 @@ impl CharacterFace {
                 }
             }
             (Some(_), None) => {
-                notes.push("the gaze is left out: the character does not say how it looks".to_owned());
+                notes.push("the gaze was dropped: the character does not state how its eyes move".to_owned());
                 unsaid.lost.push(GAZE.to_owned());
             }
             (None, _) => {}

@@ -278,7 +278,7 @@ impl<'a> File<'a> {
             };
             let pointer = || format!("/nodes/{index}");
             if std::mem::replace(&mut is_listed[index], true) {
-                return Err(invalid(pointer(), "the node has more than one parent, or is its own").into());
+                return Err(invalid(pointer(), "the node has more than one parent, or is its own parent").into());
             }
             if depth > limits.max_depth {
                 let expected = format!("at most {} nodes below one another", limits.max_depth);
@@ -377,7 +377,7 @@ pub(super) fn implausible(pointer: String, number: f32) -> Diagnostic {
 pub(super) fn degenerate(pointer: String, scale: f32) -> Diagnostic {
     invalid(pointer, "a scale is too small to compute with")
         .expected_found(format!("0, or at least {SMALLEST_SCALE:e}"), format!("{scale:e}"))
-        .help("write 0 where something is to vanish")
+        .help("write 0 to hide an object")
 }
 
 /// The views that animations read, in ascending order. Invalid indices are reported where they are used.
@@ -424,12 +424,11 @@ pub(super) fn buffer<'a>(
             format!("{} bytes", buffer.byte_length),
             format!("{} bytes", contents.len()),
         );
-        return Err(invalid(
-            format!("{pointer}/byteLength"),
-            "the buffer is shorter than the file says",
-        )
-        .expected_found(claimed, found)
-        .into());
+        return Err(
+            invalid(format!("{pointer}/byteLength"), "the buffer is shorter than stated")
+                .expected_found(claimed, found)
+                .into(),
+        );
     }
     Ok(Some(contents))
 }
@@ -462,10 +461,10 @@ pub(super) fn contents_of<'a>(
 /// other files.
 fn beside(uri: &str, pointer: &str) -> Result<PathBuf, Failure> {
     below(percent_decoded(uri)).ok_or_else(|| {
-        let message = "a buffer is read from the folder of the file, or below, and from nowhere else";
+        let message = "a buffer must be in the folder of the file, or in a subfolder";
         invalid(pointer, message)
             .expected_found("a relative path without \"..\"", format!("\"{uri}\""))
-            .help("put the buffer beside the file, or write a .glb")
+            .help("put the buffer into the folder of the file, or write a .glb")
             .into()
     })
 }

@@ -41,7 +41,7 @@ pub(super) fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, 
         .map_err(|diagnostic| {
             let diagnostic = diagnostic.at_pointer(format!("{pointer}/mocap/frame_time"));
             let name = pointer.trim_start_matches('/').replace('/', ".");
-            Box::new(diagnostic.help(format!("remove {name}.mocap, and the rate is found from the keys")))
+            Box::new(diagnostic.help(format!("remove {name}.mocap; the rate is then inferred from the keys")))
         })
 }
 
@@ -53,7 +53,7 @@ pub(super) fn keep_one_pose(tracks: &mut [Track], animation: usize) -> Option<Di
     is_too_short.then(|| {
         tracks.iter_mut().for_each(Track::keep_first);
         let message =
-            format!("the motion ends after {end:e} s, less than any frame lasts: its first keys alone were read");
+            format!("the motion ends after {end:e} s, which is shorter than any frame; only its first keys were read");
         Diagnostic::new(Code::FrameTime, message)
             .at_pointer(format!("/animations/{animation}"))
             .help("export it again with times in seconds")

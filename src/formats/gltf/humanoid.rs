@@ -46,7 +46,10 @@ pub(super) fn state(
         let found = placed.iter().find(|(node, _)| *node == index);
         let (_, id) = found.ok_or_else(|| invalid::missing(&pointer, "node in the scene", index, nodes))?;
         if let Some(other) = scene.nodes[id.index()].humanoid_bone.replace(bone) {
-            let message = format!("node {index} is the bone {}, and cannot be another one", other.as_str());
+            let message = format!(
+                "node {index} is the bone {}, and cannot be a second bone",
+                other.as_str()
+            );
             return Err(invalid(pointer, message).into());
         }
     }
@@ -72,7 +75,7 @@ pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], sc
         let node = found.map(|(_, id)| &mut scene.nodes[id.index()]);
         let is_looked = matches!(&face, Face::Preset(name) if LOOKS.contains(&name.as_str()));
         let wrong = match &node {
-            _ if is_looked => "VRM animations have looks in lookAt alone".to_owned(),
+            _ if is_looked => "VRM animations have looks only in lookAt".to_owned(),
             None => "its node is not in the scene".to_owned(),
             Some(node) => match (node.humanoid_bone, &node.face) {
                 (Some(bone), _) => format!("its node is the bone {}", bone.as_str()),
@@ -90,7 +93,7 @@ pub(super) fn state_face(extensions: &Extensions, placed: &[(usize, NodeId)], sc
                     Face::LookAt { .. } => "the gaze".to_owned(),
                     expression => format!("the expression {}", expression.name()),
                 };
-                let message = format!("{what} is left out: {wrong}");
+                let message = format!("{what} was dropped: {wrong}");
                 warnings.push(Diagnostic::new(Code::IgnoredChannel, message).at_pointer(pointer));
             }
         }

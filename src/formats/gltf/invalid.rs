@@ -5,7 +5,7 @@ use mocap_scene::error::{Code, Diagnostic};
 /// The file breaks a rule of glTF at `pointer`, such as `/accessors/3/count`. An empty pointer means the whole file.
 pub(super) fn invalid(pointer: impl Into<String>, message: impl Into<String>) -> Diagnostic {
     let (pointer, diagnostic) = (pointer.into(), Diagnostic::new(Code::InvalidGltf, message));
-    let help = "export the file again, or look at what the Khronos glTF validator says about it";
+    let help = "export the file again, or check it with the Khronos glTF validator";
     let diagnostic = match pointer.is_empty() {
         true => diagnostic,
         false => diagnostic.at_pointer(pointer),

@@ -222,7 +222,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Failure> {
     }
     let length = number(8).ok_or_else(cut_off)?;
     if length < HEADER + CHUNK_HEADER || length > bytes.len() {
-        return Err(invalid("", "the length in the header is not the file's")
+        return Err(invalid("", "the length in the header differs from the file's length")
             .expected_found(format!("{} bytes", bytes.len()), format!("{length} bytes"))
             .help("the file is cut off: export or download it again")
             .into());

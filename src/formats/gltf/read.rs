@@ -202,8 +202,8 @@ fn tell_bends(clips: &[(String, Vec<Track>)], scene: &mut Scene) {
     if curves > 0 {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Interpolation,
-            choice: format!("{curves} tracks of cubic curves are sampled, at most {CURVE_ERROR:e} of their size off"),
-            reason: "between the keys of a scene values change evenly".to_owned(),
+            choice: format!("{curves} tracks of cubic curves were sampled, within {CURVE_ERROR:e} of their size"),
+            reason: "a scene interpolates linearly between keys".to_owned(),
             confidence: None,
         });
     }

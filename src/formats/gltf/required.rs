@@ -65,13 +65,15 @@ pub(super) fn check(required: &[String]) -> Result<Vec<Diagnostic>, Failure> {
         }
         let is_harmless = NOT_OF_MOTION.iter().any(|start| name.starts_with(start));
         if !is_harmless && !READ.contains(&name.as_str()) {
-            return Err(invalid(pointer, "the file requires an extension that is not read here")
-                .expected_found(
-                    "extensions that do not change nodes or animations",
-                    format!("\"{name}\""),
-                )
-                .help("write the file without it; if it does not concern motion, move it to extensionsUsed")
-                .into());
+            return Err(
+                invalid(pointer, "the file requires an extension that mocap cannot read")
+                    .expected_found(
+                        "extensions that do not change nodes or animations",
+                        format!("\"{name}\""),
+                    )
+                    .help("write the file without it; if it does not concern motion, move it to extensionsUsed")
+                    .into(),
+            );
         }
     }
     Ok(warnings)

@@ -131,12 +131,14 @@ pub(super) fn decode(
             })?;
         let claimed = (settings.count as u64).saturating_mul(settings.byte_stride as u64);
         if claimed != view.byte_length as u64 {
-            return Err(invalid(at("count"), "the elements are not as long as the view")
-                .expected_found(
-                    format!("{} bytes", view.byte_length),
-                    format!("{} elements of {} bytes", settings.count, settings.byte_stride),
-                )
-                .into());
+            return Err(
+                invalid(at("count"), "the length of the elements differs from the view's")
+                    .expected_found(
+                        format!("{} bytes", view.byte_length),
+                        format!("{} elements of {} bytes", settings.count, settings.byte_stride),
+                    )
+                    .into(),
+            );
         }
         budget.take(claimed / 4, &at("count"))?;
         let bytes = meshopt::decode(stream, settings.count, settings.byte_stride, filter)

@@ -219,12 +219,11 @@ impl File<'_> {
         if values.len() != times.len() * width * values_a_key {
             let a_key = width / columns * values_a_key;
             let expected = format!("{} values for {} times", times.len() * a_key, times.len());
-            return Err(invalid(
-                output,
-                "the sampler has another number of values than its times ask for",
-            )
-            .expected_found(expected, format!("{}", values.len() / columns))
-            .into());
+            return Err(
+                invalid(output, "the number of values in the sampler does not match its times")
+                    .expected_found(expected, format!("{}", values.len() / columns))
+                    .into(),
+            );
         }
         if let Some(number) = values.iter().find(|number| !is_plausible(**number)) {
             return Err(implausible(output, *number).into());

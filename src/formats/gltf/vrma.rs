@@ -112,12 +112,12 @@ fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
     let off = OPTIONAL.iter().filter_map(|(bones, names, part)| {
         let (most, mean) = angles_of(humanoid, bones)?;
         (most >= WORTH_A_WORD)
-            .then(|| format!("without {names} the {part} is up to {most:.1} degrees off, {mean:.1} in the mean"))
+            .then(|| format!("without {names} the {part} deviates by up to {most:.1} degrees, {mean:.1} on average"))
     });
     let off: Vec<String> = off.map(|part| part.replace("shoulders is", "shoulders are")).collect();
     (!off.is_empty()).then(|| {
         format!(
-            "bones: on characters that lack some which VRM does not require, {}; retarget onto such a character to avoid it",
+            "bones: on characters that lack optional VRM bones, {}; retarget to such a character to avoid it",
             off.join("; ")
         )
     })
@@ -156,7 +156,7 @@ fn document(
     options: &VrmaOptions,
 ) -> Result<(Document, GltfReport, Vec<String>, [DataLoss; 2])> {
     if scene.animations.is_empty() {
-        let message = "there is no motion in it, and a VRM animation is nothing else";
+        let message = "the scene has no motion, but a VRM animation consists of motion";
         return Err(Diagnostic::new(Code::NoMotion, message)
             .help("name a file with a motion")
             .into());

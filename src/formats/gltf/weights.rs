@@ -41,7 +41,7 @@ impl File<'_> {
                     targets,
                 }),
                 Err(mut wrong) if wrong.code != Code::LimitExceeded => {
-                    wrong.message = format!("curves of morph targets are left out: {}", wrong.message);
+                    wrong.message = format!("morph target curves were dropped: {}", wrong.message);
                     warnings.push(*wrong);
                 }
                 Err(limit) => return Err(limit),

@@ -248,7 +248,7 @@ impl GltfReport {
     pub(super) fn written(&self) -> Export {
         let dropped = (self.dropped_keys > 0).then(|| {
             format!(
-                "{} keys were dropped: 32-bit times cannot tell them apart",
+                "{} keys were dropped, because 32-bit times cannot distinguish them",
                 self.dropped_keys
             )
         });
@@ -273,7 +273,7 @@ fn left_out(joints: &[String]) -> Option<String> {
         more => format!(" and {more} more"),
     };
     let names = shown.join(", ");
-    (!joints.is_empty()).then(|| format!("joints: {names}{more} left out, because they are no bones of VRM"))
+    (!joints.is_empty()).then(|| format!("joints: {names}{more} dropped, because they are not VRM bones"))
 }
 
 /// The files of this format: `.gltf` if the name has that extension, otherwise `.glb`. A scene that was read from a

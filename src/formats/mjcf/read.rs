@@ -84,7 +84,7 @@ pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     };
     if bodies.len() > 1 {
         warnings.push(Code::SeveralRoots, || {
-            let message = format!("the world has {} bodies: one was read", bodies.len());
+            let message = format!("the world has {} bodies; one was read", bodies.len());
             base.element.diagnostic(Code::SeveralRoots, message)
         });
     }

@@ -164,7 +164,7 @@ fn check_parents(bones: &[Bone], limits: &Limits) -> Result<(), Failure> {
         let mut at = Some(bone);
         while let Some(index) = at.filter(|index| depths[*index] == 0) {
             if chain.len() > bones.len() {
-                let message = "a bone hangs below itself";
+                let message = "a bone is its own ancestor";
                 return Err(Diagnostic::new(Code::InvalidMmd, message)
                     .in_joint(&bones[bone].name)
                     .help("give it another parent in an editor of models")
@@ -338,7 +338,7 @@ impl<'a> Reader<'a> {
         let position = self.cursor.position()?;
         if !position.to_array().into_iter().all(is_plausible) {
             return Err(
-                Diagnostic::new(Code::NumberRange, "the position of a bone is no number to compute with")
+                Diagnostic::new(Code::NumberRange, "the position of a bone is not a usable number")
                     .in_joint(name)
                     .help(super::EXPORT_AGAIN)
                     .into(),

@@ -151,7 +151,7 @@ pub(super) fn read(bytes: &[u8], warnings: &mut Warnings) -> Result<Motion, Fail
             );
             Diagnostic::new(Code::TrailingText, message)
                 .expected_found("the end of the file", format!("{} more bytes", cursor.rest()))
-                .help("the file is not whole, or more than a motion: export it again, or remove what follows")
+                .help("the file is incomplete, or has more than a motion: export it again, or remove the extra bytes")
         });
     }
     in_order(&mut motion);
@@ -196,7 +196,7 @@ fn state(cursor: &mut Cursor<'_>) -> Result<(u32, BTreeMap<Vec<u8>, bool>), Fail
 fn left_out(warnings: &mut Warnings, name: &[u8], at: usize) {
     warnings.push(Code::NonFiniteValue, || {
         let message =
-            format!("a key at byte {at} was left out: its position, rotation or weight is no number to compute with");
+            format!("a key at byte {at} was skipped: its position, rotation or weight is not a usable number");
         Diagnostic::new(Code::NonFiniteValue, message).in_joint(names::decode(name))
     });
 }

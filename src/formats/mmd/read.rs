@@ -18,7 +18,10 @@ pub(super) fn model(source: &Source<'_>, options: &ReadOptions) -> Result<Scene>
     let read = models::read(source.bytes, &options.limits).map(|model| {
         warnings.push(Code::NoMotion, || {
             let message = "a model has no motion: the scene has a skeleton and no animation";
-            Diagnostic::new(Code::NoMotion, message).help("mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd puts one on it")
+            Diagnostic::new(Code::NoMotion, message).help(
+                "mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd retargets one \
+                to it",
+            )
         });
         scene::of_model(&model)
     });
@@ -57,7 +60,7 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
             let why = match model.name == motion.model {
                 true => "the motion names this model".to_owned(),
                 false => format!(
-                    "it was named, or is the only model beside the motion, which is of \"{}\"",
+                    "it was named, or is the only model in the folder; the motion is for \"{}\"",
                     motion.model
                 ),
             };
@@ -73,11 +76,12 @@ fn skeleton(source: &Source<'_>, motion: &Motion, options: &ReadOptions) -> Resu
         None => {
             let why = match candidates.len() {
                 0 => format!(
-                    "no .pmx is beside the motion, which is of \"{}\"; name one as its skeleton",
+                    "the motion's folder has no .pmx, and the motion is for \"{}\"; name one as its skeleton",
                     motion.model
                 ),
                 count => format!(
-                    "none of the {count} .pmx files beside the motion has its name or is of \"{}\"; name one as its skeleton",
+                    "none of the {count} .pmx files in the motion's folder has its name or is \"{}\"; name one as its \
+                        skeleton",
                     motion.model
                 ),
             };
@@ -103,7 +107,7 @@ fn named<'p>(
             model,
             size,
             path,
-            "its file has the name of the motion's".to_owned(),
+            "its file name matches the motion's".to_owned(),
         )));
     }
     // A broken file next to the motion is no reason to read nothing.

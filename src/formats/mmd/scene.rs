@@ -46,7 +46,7 @@ pub(super) fn of_model(model: &Model) -> Scene {
             topic: Topic::Meshes,
             choice: "left out".to_owned(),
             reason: format!(
-                "the skeleton of a model is read, and it has {} vertices",
+                "only the skeleton of a model is read; it has {} vertices",
                 model.vertices
             ),
             confidence: None,
@@ -76,8 +76,8 @@ pub(super) fn of_motion(
     if motion.others > 0 {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Other,
-            choice: format!("{} keys of cameras, lights and shadows were left out", motion.others),
-            reason: "a scene has a motion alone".to_owned(),
+            choice: format!("{} keys of cameras, lights and shadows were dropped", motion.others),
+            reason: "a scene has only motion".to_owned(),
             confidence: None,
         });
     }
@@ -193,7 +193,7 @@ fn bones(model: &Model, format: Format) -> (Scene, Vec<usize>) {
     scene.metadata.assumptions.push(Assumption {
         topic: Topic::Unit,
         choice: format!("a unit of length is {METRES_PER_UNIT} m"),
-        reason: "files of MMD state none, and a usual model of 20 units is 1.6 m tall".to_owned(),
+        reason: "MMD files state no unit; a usual model of 20 units is 1.6 m tall".to_owned(),
         confidence: Some(Confidence::Likely),
     });
     (scene, node_of)

@@ -24,7 +24,7 @@ pub(super) fn tracks<'k>(motion: &'k Motion, model: &Model, warnings: &mut Warni
         match by_key.get(name) {
             Some(bone) => tracks[*bone] = Some(keys),
             None if keys.iter().any(BoneKey::moves) => warnings.push(Code::IgnoredChannel, || {
-                let message = "the model has no bone of this name: its keys were left out";
+                let message = "the model has no bone with this name; its keys were dropped";
                 Diagnostic::new(Code::IgnoredChannel, message)
                     .in_joint(names::decode(name))
                     .help("name the model of the motion: {skeleton} MODEL.pmx")
@@ -52,7 +52,7 @@ pub(super) fn check_moves(motion: &Motion, model: &Model, tracks: &[Option<&[Bon
     let known: Vec<&str> = model.bones.iter().take(NAMED).map(|bone| bone.name.as_str()).collect();
     Err(Diagnostic::new(Code::InvalidMmd, message)
         .expected_found(format!("bones such as {}", known.join(", ")), unknown.join(", "))
-        .help("name the model of the motion, whose bones have these names: {skeleton} MODEL.pmx")
+        .help("name the model of the motion, which has bones with these names: {skeleton} MODEL.pmx")
         .into())
 }
 

@@ -40,7 +40,7 @@ pub(super) struct MorphTrack {
 pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     numbers::check(scene)?;
     let Some(animation) = scene.animations.first() else {
-        let message = "there is no motion in it, and a VMD file is nothing else";
+        let message = "the scene has no motion, but a VMD file consists of motion";
         return Err(Diagnostic::new(Code::NoMotion, message)
             .help("name a file with a motion")
             .into());
@@ -61,7 +61,7 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
             written.losses.extend(losses.into_iter().filter(|loss| loss.count > 0));
             written.notes.extend((!left_out.is_empty()).then(|| {
                 format!(
-                    "joints: {} left out, because no usual bone of MMD is such",
+                    "joints: {} dropped, because they are not usual MMD bones",
                     left_out.join(", ")
                 )
             }));
@@ -90,11 +90,11 @@ fn is_on_model(scene: &Scene) -> bool {
 fn for_usual_models() -> Diagnostic {
     let arms = generic::ARMS;
     let message = format!(
-        "the motion is for the usual bones of MMD and arms that hang {arms} degrees, for a VMD has no skeleton: directions of \
-         limbs are kept, positions are those of another body"
+        "the motion is for the usual MMD bones with arms lowered by {arms} degrees, because a VMD has no skeleton: \
+            limb directions are kept, positions belong to another body"
     );
     Diagnostic::new(Code::Unrepresentable, message)
-        .help("write it for a certain model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")
+        .help("write it for a specific model: mocap retarget INPUT MODEL.pmx -o OUTPUT.vmd")
 }
 
 /// Whether a name can be written next to the `taken` names. Adds a note if not.
@@ -105,13 +105,13 @@ fn is_writable(name: &str, taken: &mut HashSet<Vec<u8>>, written: &mut Export) -
             if taken.insert(key) {
                 return true;
             }
-            "another name has the same first 15 bytes, and a VMD has no more"
+            "another name has the same first 15 bytes, the limit of a VMD"
         }
-        None => "Shift-JIS has not all of its letters",
+        None => "Shift-JIS lacks some of its characters",
     };
     written
         .notes
-        .push(format!("names: \"{name}\" left out, because {reason}"));
+        .push(format!("names: \"{name}\" dropped, because {reason}"));
     false
 }
 
@@ -171,7 +171,7 @@ fn morph_tracks(scene: &Scene, animation: &Animation, on_model: bool, written: &
             Face::LookAt { .. } => {
                 written
                     .notes
-                    .push("face: lookAt left out, because a VMD has no gaze".to_owned());
+                    .push("face: lookAt dropped, because a VMD has no gaze".to_owned());
                 continue;
             }
             _ if on_model => node.name.clone(),

@@ -70,7 +70,7 @@ impl<'a> Table<'a> {
             Diagnostic::new(Code::MissingKeyword, message)
                 .at(self.cursor.locate(word))
                 .expected_found(expected, quote(word.bytes))
-                .help("check that the file is what its name says, or export it again"),
+                .help("check that the file has the format of its name, or export it again"),
         )
     }
 

@@ -139,11 +139,9 @@ impl<'a> Lines<'a> {
         let line = self.table.header_line("Frame#, Time and the names of the markers")?;
         let mut labels = words(line).into_iter();
         if labels.next().is_none_or(|word| word.strip_prefix("Frame").is_none()) {
-            return Err(self.table.refused(
-                line,
-                "the line of the names of markers is missing",
-                "Frame#, Time, names",
-            ));
+            return Err(self
+                .table
+                .refused(line, "the line with the marker names is missing", "Frame#, Time, names"));
         }
         let names = match spread_names(line) {
             Some(names) => names,
@@ -164,7 +162,7 @@ impl<'a> Lines<'a> {
         }
         if header.markers != names.len() as f64 {
             warnings.push(Code::HeaderCount, || {
-                let message = "the line of names has another number of markers than the header states";
+                let message = "the number of markers in the line of names differs from the header";
                 Diagnostic::new(Code::HeaderCount, message)
                     .at(self.table.cursor.locate(line))
                     .expected_found(format!("{}", header.markers), format!("{}", names.len()))
@@ -242,7 +240,7 @@ impl Motion {
                         format!("{values} numbers of {} markers", self.tracks.len()),
                         format!("{given}"),
                     )
-                    .help("the file is cut off there, or was written by another program than it says: export it again"),
+                    .help("the file is cut off there, or its stated writer is wrong: export it again"),
             ));
         }
         if let Some(time) = cells.get(1).and_then(|word| number::parse(word.bytes)) {
@@ -262,7 +260,7 @@ impl Motion {
                     Diagnostic::new(Code::NonFiniteValue, message)
                         .at(lines.cursor.locate(*infinite.1))
                         .in_joint(&track.name)
-                        .help("the marker was taken as not seen in such frames")
+                        .help("the marker counts as not seen in such frames")
                 });
             }
             if position.iter().all(|value| value.is_finite()) {
@@ -302,7 +300,7 @@ impl Motion {
                 .at(lines.cursor.locate(*first))
                 .expected_found(format!("columns of {named} markers"), format!("{}", named + more))
                 .help(format!(
-                    "they were read as {} and so on; name them in the file",
+                    "they got the names {} and so on; name them in the file",
                     unnamed(named)
                 ))
         });
@@ -316,7 +314,7 @@ impl Motion {
             let more = 1 + filled.count();
             warnings.tally(Code::TrailingText, || {
                 let message = format!(
-                    "{more} numbers behind the last marker of frame {} are no position",
+                    "{more} numbers after the last marker of frame {} are not a position",
                     self.frames
                 );
                 Diagnostic::new(Code::TrailingText, message)

@@ -335,7 +335,7 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
             let stated = (joint.limits.lower, joint.limits.upper);
             (joint.limits.upper, joint.limits.lower) = stated;
             warnings.push(Code::InvalidRobot, || {
-                let message = "the lower limit of a joint is above the upper one; they were exchanged";
+                let message = "the lower limit of a joint is above the upper one; they were swapped";
                 limit
                     .at_attribute("lower", Code::InvalidRobot, message)
                     .in_joint(name)
@@ -390,18 +390,18 @@ fn tree(
     let base = match roots[..] {
         [base] => base,
         [] => {
-            let message = "the joints make a circle: every link is the child of one";
+            let message = "the joints form a circle: every link is the child of a joint";
             return Err(Box::new(root.diagnostic(Code::InvalidRobot, message)));
         }
         [first, second, ..] => {
             let message = format!(
-                "the robot has several bases: {} and {} are not the child of a joint",
+                "the robot has several bases: {} and {} are not children of a joint",
                 quote(links[first].name.as_bytes()),
                 quote(links[second].name.as_bytes())
             );
             return Err(Box::new(
                 root.diagnostic(Code::InvalidRobot, message)
-                    .help("tie them with a joint, or remove what is not needed"),
+                    .help("connect them with a joint, or remove the unused one"),
             ));
         }
     };
@@ -428,7 +428,7 @@ fn tree(
         }
     }
     if ordered.len() < count {
-        let message = "some joints make a circle: their links do not hang on the base";
+        let message = "some joints form a circle: their links are not connected to the base";
         let left = ties.into_iter().flatten().next();
         let at = match &left {
             Some(tie) => tie

@@ -111,12 +111,12 @@ pub(super) struct Entry<'a> {
 impl<'a> Entry<'a> {
     pub(super) fn bytes(&self) -> Result<&'a [u8], Failure> {
         if !self.is_stored {
-            return Err(broken("a file is compressed, and those of a .usdz are stored"));
+            return Err(broken("a file is compressed, but files in a .usdz must be stored"));
         }
         let bytes = self.stored.ok_or_else(|| broken("a file is cut off"))?;
         match zlib_rs::crc32::crc32(0, bytes) == self.sum {
             true => Ok(bytes),
-            false => Err(broken("the sum of a file is another")),
+            false => Err(broken("the check sum of a file is wrong")),
         }
     }
 }

@@ -66,8 +66,8 @@ fn text(bytes: &[u8]) -> Result<&[u8], Failure> {
         false => bytes,
     };
     if bytes.starts_with(BINARY) {
-        let message = "the file is binary USD (.usdc), which is not read";
-        let help = "make text of it with a tool of USD: usdcat FILE -o FILE.usda; or export .usda, .glb or .fbx";
+        let message = "the file is binary USD (.usdc), which mocap cannot read";
+        let help = "convert it to text with a USD tool: usdcat FILE -o FILE.usda; or export .usda, .glb or .fbx";
         return Err(Diagnostic::new(Code::UnreadableFormat, message).help(help).into());
     }
     if !bytes.starts_with(USD_HEAD) {
@@ -107,7 +107,7 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     }
     if scene.animations.is_empty() {
         warnings.push(Code::NoMotion, || {
-            let message = "no SkelAnimation drives the skeleton, and it does not move: the scene has no animation";
+            let message = "the skeleton has no SkelAnimation and does not move: the scene has no animation";
             Diagnostic::new(Code::NoMotion, message)
         });
     }
@@ -136,7 +136,7 @@ fn check_end(layer: &Layer, warnings: &mut Warnings) {
         warnings.push(Code::FrameCount, || {
             Diagnostic::new(
                 Code::FrameCount,
-                "the motion goes on behind the end that the file states",
+                "the motion continues after the end that the file states",
             )
             .expected_found(format!("time codes up to endTimeCode, {end}"), last.to_string())
             .help("all time codes were read; other programs stop at endTimeCode: correct it")

@@ -90,9 +90,9 @@ pub(crate) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
 fn too_large() -> Error {
     Diagnostic::new(
         Code::LimitExceeded,
-        "the archive would be larger than 4 GiB, which .usdz has no field for",
+        "the archive would be larger than 4 GiB, the limit of .usdz",
     )
-    .help("write .usda, or a part of the motion")
+    .help("write .usda, or trim the motion")
     .into()
 }
 
@@ -174,7 +174,7 @@ impl<'a> Stage<'a> {
             UpAxis::Y => "Y",
             UpAxis::Z => "Z",
             _ => {
-                let message = "USD has +Y or +Z up, and the scene has another axis";
+                let message = "USD has +Y or +Z up, but the scene has another up axis";
                 let help = "convert the scene before: Conversion::new().apply(&mut scene)";
                 return Err(Diagnostic::new(Code::Unrepresentable, message).help(help).into());
             }

@@ -525,7 +525,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         (
             "write",
             json!({"digits": 3}),
-            "digits has no effect on glTF: it applies to BVH; write .bvh, or leave it out",
+            "digits has no effect on glTF: it applies to BVH; write .bvh, or omit it",
         ),
         (
             "retarget",

@@ -173,7 +173,7 @@ fn broken_plates_and_channels_are_left_out_with_a_word() {
         scene
             .warnings
             .iter()
-            .any(|warning| warning.message.contains("1 of 3 force plates were left out"))
+            .any(|warning| warning.message.contains("1 of 3 force plates were skipped"))
     );
     // Cut within the data: the complete frames alone, with their samples.
     let scene = read(&bytes[..bytes.len() - 4000]);

@@ -170,7 +170,7 @@ fn channels_of_morph_targets_that_go_are_counted() {
     fs::write(&input, json.to_string()).unwrap();
     let (input, output) = (input.to_str().unwrap(), folder.path("out.glb"));
     let said = done(&["convert", input, output.to_str().unwrap()]);
-    assert!(said.contains("which are left out: 1"), "{said}");
+    assert!(said.contains("which are dropped: 1"), "{said}");
 }
 
 /// A skeleton alone has no place for morph targets.

@@ -165,7 +165,7 @@ impl<'a> Reader<'a, '_> {
         let bone = &self.skeleton.bones[index];
         let tick = (self.motion.frames - 1) as f64;
         if self.motion.tracks[index].ticks.last() == Some(&tick) {
-            let message = "the bone is named twice in this frame";
+            let message = "the bone occurs twice in this frame";
             let diagnostic = self.lines.at(name, Code::UnexpectedToken, message).in_joint(&bone.name);
             return Err(Box::new(
                 diagnostic.help("put the number of the next frame before the bone"),

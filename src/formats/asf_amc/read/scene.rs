@@ -32,7 +32,10 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Unit,
             choice: format!("a unit of length is {metres_per_unit:.5} m"),
-            reason: format!("the skeleton says `length {CMU_LENGTH_UNIT}`, which in CMU's files is units an inch"),
+            reason: format!(
+                "the skeleton states `length {CMU_LENGTH_UNIT}`, which in CMU's files means units per \
+                inch"
+            ),
             confidence: Some(Confidence::Likely),
         });
     }
@@ -41,7 +44,7 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
             scene.metadata.assumptions.push(Assumption {
                 topic: Topic::FrameRate,
                 choice: format!("{CMU_FRAME_RATE} frames a second"),
-                reason: "the file does not say; CMU's captures are at 120".to_owned(),
+                reason: "the file does not state it; CMU's captures are at 120".to_owned(),
                 confidence: Some(Confidence::Likely),
             });
         }

@@ -307,7 +307,7 @@ impl<'a> Reader<'a, '_> {
         let message = format!("a second bone is called {}", quote(word.bytes));
         let diagnostic = self.lines.at(word, Code::UnexpectedToken, message);
         Err(Box::new(diagnostic.help(format!(
-            "give each bone its own name, because the hierarchy and the motion refer to it; {first}"
+            "give each bone a unique name, because the hierarchy and the motion refer to it; {first}"
         ))))
     }
 

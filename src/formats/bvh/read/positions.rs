@@ -100,11 +100,12 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
         return used(RootOffset::Add, confidence, reason);
     }
     if stands && along.abs() <= NEAR_FLOOR {
-        let reason =
-            "the OFFSET puts the feet on the floor, and along it the root's position stays near zero".to_owned();
+        let reason = "the OFFSET puts the feet on the floor, and along the OFFSET the root's position stays near \
+                zero"
+            .to_owned();
         return used(RootOffset::Add, Confidence::Likely, reason);
     }
-    let reason = format!("the root's position in the median frame is {along:.2} of its OFFSET along it");
+    let reason = format!("along the OFFSET, the root's position in the median frame is {along:.2} of the OFFSET");
     let repeats = first.distance(offset) <= NEAR_ZERO * length || (along - 1.0).abs() <= 0.3;
     let confidence = if repeats { Confidence::Sure } else { Confidence::Likely };
     used(RootOffset::Replace, confidence, reason)
@@ -126,7 +127,8 @@ pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
         topic: Topic::JointPositions,
         choice: "added-to-offset".to_owned(),
         reason: format!(
-            "the positions of {near} of {all} joints below the root are near zero in all frames, and their OFFSETs are not"
+            "the positions of {near} of {all} joints other than the root are near zero in all frames, but their \
+                OFFSETs are not"
         ),
         confidence: Some(Confidence::Likely),
     })

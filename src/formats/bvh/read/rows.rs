@@ -466,7 +466,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         if declared < found {
             self.warnings.push(Code::FrameCount, || {
                 let advice = if !self.all_rows {
-                    "the rows beyond that number were left out; {all-rows} reads them"
+                    "the rows beyond that number were ignored; {all-rows} reads them"
                 } else {
                     "all rows of the file were read"
                 };
@@ -481,7 +481,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         }
         if let Some((line, numbers)) = after.other_line {
             self.warnings.push(Code::TrailingText, || {
-                let message = "a line after the last row has another number of values, and was ignored";
+                let message = "a line after the last row has a different number of values, and was ignored";
                 let mut warning = Diagnostic::new(Code::TrailingText, message)
                     .at(self.cursor.locate(line))
                     .expected_found(

@@ -317,9 +317,9 @@ impl<'h> Tracks<'h> {
         let is_world = !has_scale && positions::are_in_world(self.hierarchy, &far, positions_of);
         let first = &self.hierarchy.joints[*far.first()?];
         let read_as = if is_world {
-            "they were read as positions in the world, which keeps the lengths of the bones"
+            "they were read as world positions, which keeps the bone lengths"
         } else {
-            "they were read as the format says, as positions in the parent"
+            "they were read as positions relative to the parent, as in the format"
         };
         warnings.push(Code::WorldPositions, || {
             let message = format!("the positions of a joint are far beyond the length of its OFFSET; {read_as}");
@@ -337,8 +337,8 @@ impl<'h> Tracks<'h> {
             topic: Topic::JointPositions,
             choice: "world".to_owned(),
             reason: format!(
-                "the positions of {} joints are far beyond the length of their OFFSETs, and as positions in the world they \
-                 keep the lengths of the bones",
+                "the positions of {} joints are far beyond the length of their OFFSETs, and as world positions they \
+                    keep the bone lengths",
                 far.len()
             ),
             confidence: Some(Confidence::Likely),

@@ -300,7 +300,7 @@ fn push_rows(
                 let Some(angles) = angles.next(transform.rotation) else {
                     return Err(unrepresentable(
                         joint,
-                        format!("the rotation in frame {frame} is not a rotation"),
+                        format!("the rotation in frame {frame} is not valid"),
                     ));
                 };
                 for angle in angles {

@@ -64,8 +64,10 @@ pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Optio
         Some(metres) => (f64::from(largest) * metres, "m"),
         None => (f64::from(largest), "units"),
     };
-    let message =
-        format!("BVH has no scale channels: joints are up to {size:.6} {unit} from their position, in frame {frame}");
+    let message = format!(
+        "BVH has no scale channels: joints are up to {size:.6} {unit} from their positions, the most in frame \
+            {frame}"
+    );
     Ok(Some(
         Diagnostic::new(Code::Unrepresentable, message)
             .in_joint(name)

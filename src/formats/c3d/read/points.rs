@@ -70,7 +70,7 @@ pub(super) fn read(
                     let offset = point.as_ptr().addr() - bytes.as_ptr().addr();
                     Diagnostic::new(Code::NonFiniteValue, message)
                         .expected_found(format!("a coordinate at byte {offset}"), format!("{number:e}"))
-                        .help("the marker was taken as not seen in such frames")
+                        .help("the marker counts as not seen in such frames")
                 });
                 continue;
             }

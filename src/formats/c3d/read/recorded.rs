@@ -119,8 +119,7 @@ fn channels(
     }
     if !header.samples.is_multiple_of(count) {
         warnings.push(Code::HeaderCount, || {
-            let message =
-                "analog samples were left out: a frame must have as many samples of one channel as of another";
+            let message = "analog samples were skipped: every channel must have the same number of samples per frame";
             Diagnostic::new(Code::HeaderCount, message).expected_found(
                 format!("a multiple of the {count} channels of ANALOG:USED in a frame"),
                 format!("{} samples", header.samples),
@@ -271,9 +270,9 @@ fn plates(
     let found: Vec<ForcePlate> = (0..used.min(channels.len() / 6)).filter_map(plate).collect();
     if found.len() < used {
         warnings.push(Code::HeaderCount, || {
-            let message = format!("{} of {used} force plates were left out", used - found.len());
+            let message = format!("{} of {used} force plates were skipped", used - found.len());
             Diagnostic::new(Code::HeaderCount, message).expected_found(
-                "for each a type, four finite corners, and channels that the file has, in FORCE_PLATFORM",
+                "a type, four finite corners, and existing channels for each in FORCE_PLATFORM",
                 format!("{} analog channels, {} samples a frame", channels.len(), header.samples),
             )
         });

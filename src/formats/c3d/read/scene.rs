@@ -116,7 +116,7 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
     if channels > 0 {
         let rate = recorded.analog_rate;
         let choice = format!("{channels} analog channels at {rate} Hz, {plates} force plates");
-        let reason = "outputs of motion cannot hold them: mocap analog and mocap forces write them";
+        let reason = "motion formats cannot hold them; mocap analog and mocap forces write them";
         assume(Topic::Analog, &choice, reason);
     }
     if !recorded.outputs.is_empty() {
@@ -125,18 +125,18 @@ fn say(recorded: &Recording, mut assume: impl FnMut(Topic, &str, &str)) {
             recorded.outputs.len(),
             recorded.outputs[0].name
         );
-        let reason = "they are no markers: mocap angles and mocap gait compare joint angles with them";
+        let reason = "they are not markers; mocap angles and mocap gait compare joint angles with them";
         assume(Topic::Analog, &choice, reason);
     }
     if !recorded.events.is_empty() {
         let choice = format!("{} events", recorded.events.len());
-        let reason = "outputs of motion cannot hold them: mocap info lists them";
+        let reason = "motion formats cannot hold them; mocap info lists them";
         assume(Topic::Events, &choice, reason);
     }
 }
 
 /// The reason for +Z up if the file does not state the up axis.
-const UP_IS_OPEN: &str = "the file does not say; capture systems have +Z up";
+const UP_IS_OPEN: &str = "the file does not state it; capture systems have +Z up";
 
 /// The up axis is the screen's y axis, if the file states it.
 pub(super) fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {

@@ -64,7 +64,7 @@ pub(super) fn read(
             }
             let all = offset.to_array().into_iter().chain(normal.to_array());
             if !all.into_iter().all(is_plausible) {
-                let message = format!("what it adds to vertex {old} is not finite, or too large");
+                let message = format!("its offset for vertex {old} is not finite, or too large");
                 return Err(invalid(pointer, message).into());
             }
             read.vertex_ids.push(vertex as u32);

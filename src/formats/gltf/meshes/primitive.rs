@@ -74,7 +74,7 @@ pub(super) fn read_primitive(
                 break;
             };
             if joints.len() != 4 * count || weights.len() != 4 * count {
-                return Err(invalid(pointer, "there are not as many joints and weights as positions").into());
+                return Err(invalid(pointer, "the numbers of joints, weights and positions differ").into());
             }
             ties.push((joints, weights));
         }
@@ -89,7 +89,7 @@ pub(super) fn read_primitive(
     if let Some(corner) = corners.iter().find(|corner| **corner as usize >= count) {
         return Err(invalid(
             format!("{pointer}/indices"),
-            "a face names a vertex that does not exist",
+            "a face refers to a vertex that does not exist",
         )
         .expected_found(format!("below {count}"), format!("{corner}"))
         .into());
@@ -161,7 +161,7 @@ pub(super) fn read_primitive(
     });
     let targets = morph_targets::read(&primitive.targets, morphs, &kept, buffers, pointer);
     let targets = targets.unwrap_or_else(|fault| {
-        let message = format!("its morph targets are left out: {}", fault.message);
+        let message = format!("its morph targets were dropped: {}", fault.message);
         let pointer = fault.pointer.as_deref().unwrap_or(pointer);
         odd.distinct(Diagnostic::new(Code::IgnoredMesh, message).at_pointer(pointer));
         Vec::new()
@@ -214,7 +214,7 @@ fn bones(binding: &Binding, ties: &[Ties], kept: &[usize], pointer: &str) -> Res
                 let bone = *bone_of_joint.get(joint).ok_or_else(|| {
                     invalid(
                         format!("{pointer}/attributes"),
-                        "a vertex names a joint that the skin lacks",
+                        "a vertex refers to a joint that the skin lacks",
                     )
                     .expected_found(format!("below {}", bone_of_joint.len()), format!("{joint}"))
                 })?;

@@ -129,9 +129,8 @@ fn left_out(original: &Original) -> Result<Option<Diagnostic>> {
     };
     let channels = gone.flat_map(|(_, animation)| &animation.channels);
     let count = channels.filter(|channel| !is_kept(&channel.target)).count();
-    let message = format!(
-        "channels of morph targets and pointers in the animation that is replaced, which are left out: {count}"
-    );
+    let message =
+        format!("channels of morph targets and pointers in the replaced animation, which are dropped: {count}");
     let diagnostic =
         || Diagnostic::new(Code::IgnoredChannel, message).help("mocap retarget adds a clip and keeps those");
     Ok((count > 0).then(diagnostic))

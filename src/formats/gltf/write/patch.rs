@@ -192,8 +192,7 @@ pub(in super::super) fn with_animations(
         .as_ref()
         .filter(|beside| external_files(bytes).is_ok_and(|files| files.contains(beside)))
     {
-        let message =
-            format!("the buffer of the clips would be {taken}, which the character names as a file of its own");
+        let message = format!("the buffer of the clips would be {taken}, which is a file of the character");
         return Err(Diagnostic::new(Code::OutputExists, message)
             .help("name another output, or embed the buffer")
             .into());

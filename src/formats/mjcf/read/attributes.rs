@@ -122,7 +122,7 @@ impl Settings {
                     .at_attribute(
                         name,
                         Code::UnexpectedToken,
-                        format!("{name} of the compiler is not known"),
+                        format!("the compiler attribute {name} is unknown"),
                     )
                     .expected_found(expected, found),
             )
@@ -184,7 +184,7 @@ impl Settings {
             Some(name) => name,
             None if depth == 0 => MAIN,
             None => {
-                let message = "a <default> within another has no class";
+                let message = "a nested <default> has no class";
                 return Err(Box::new(
                     element
                         .diagnostic(Code::MissingKeyword, message)

@@ -324,7 +324,7 @@ impl<'a> Bodies<'a> {
             "mesh" => self.mesh(attributes, warnings),
             _ => {
                 warnings.push(Code::IgnoredMesh, || {
-                    let message = format!("a geom of type {} was left out", quote(kind.as_bytes()));
+                    let message = format!("a geom of type {} was skipped", quote(kind.as_bytes()));
                     attributes.element.at_attribute("type", Code::IgnoredMesh, message)
                 });
                 return Ok(None);

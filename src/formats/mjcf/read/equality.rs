@@ -48,7 +48,7 @@ pub(super) fn tie_joints(
             if has_other_bodies {
                 continue;
             }
-            let message = "joint1 of the equality is no joint of the robot";
+            let message = "joint1 of the equality is not a joint of the robot";
             return Err(Box::new(
                 element
                     .at_attribute("joint1", Code::InvalidRobot, message)

@@ -51,7 +51,7 @@ pub(super) fn within<'a, 'input>(
                 open.push(own(next.element, frame, child_class));
             }
             "attach" => {
-                let message = "the model attaches another model, which is not read";
+                let message = "the model attaches another model, which mocap cannot read";
                 return Err(Box::new(
                     next.element
                         .diagnostic(Code::UnreadExtension, message)

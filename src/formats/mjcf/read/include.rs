@@ -69,7 +69,7 @@ fn names(
         let missing = |message: &str, expected: &str| {
             let file = format!("<include file={}>", quote(name.as_bytes()));
             let diagnostic = include.at_attribute("file", Code::MissingFile, message);
-            let help = "put it beside the model, or save the model as one file (mj_saveLastXML)";
+            let help = "put it into the model's folder, or save the model as one file (mj_saveLastXML)";
             Box::new(diagnostic.expected_found(expected, file).help(help))
         };
         if found.iter().any(|(other, _)| other == name) {
@@ -88,7 +88,7 @@ fn names(
         if candidates.is_empty() {
             let expected = format!("a relative path with at most {LEVELS} parent folders");
             return Err(missing(
-                "the model includes a file that is too far from it to be opened",
+                "the path of an included file leads too far away from the model",
                 &expected,
             ));
         }
@@ -100,7 +100,7 @@ fn names(
         let (path, bytes) = opened.next().ok_or_else(|| {
             missing(
                 "the model includes a file that cannot be read",
-                "a file that is beside the model",
+                "a file in the model's folder",
             )
         })?;
         indices.push((found.len(), path));

@@ -97,7 +97,7 @@ pub(super) fn solve(solver: &Solver<'_>, posed: &mut ModelPose<'_>, budget: &mut
 fn too_many_steps() -> Failure {
     let message = "the IK of the model takes more steps than the limits allow";
     Diagnostic::new(Code::LimitExceeded, message)
-        .help("raise Limits::max_values, or give the model fewer loops of IK")
+        .help("raise Limits::max_values, or reduce the IK loops of the model")
         .into()
 }
 

@@ -106,10 +106,10 @@ impl<'b> Section<'b> {
     fn end(self) -> Result<()> {
         let count = u32::try_from(self.count).map_err(|_| {
             let message = format!(
-                "a VMD file has 4294967295 keys at most, and this motion has {}",
+                "a VMD file has at most 4294967295 keys, but this motion has {}",
                 self.count
             );
-            Diagnostic::new(Code::Unrepresentable, message).help("cut it with {trim}")
+            Diagnostic::new(Code::Unrepresentable, message).help("shorten it with {trim}")
         })?;
         self.bytes[self.at..self.at + 4].copy_from_slice(&count.to_le_bytes());
         Ok(())

@@ -363,8 +363,7 @@ fn the_skeleton_is_the_named_one_else_that_of_the_prefix_else_the_only_one() {
     assert_eq!(
         several.message("walk.amc", MOTION),
         "walk.amc: error[missing-file]: the motion needs a skeleton, an .asf file; \
-         expected an .asf file beside it: one whose \
-         name is the beginning of walk.amc, or the only one; found 0.asf, 02.asf, 02_b.ASF; \
+         expected an .asf file in the same folder: one whose name begins walk.amc, or the only one; found 0.asf, 02.asf, 02_b.ASF; \
          help: name it: `skeleton` 0.asf"
     );
     let named = Importer::new().skeleton(several.0.path().join("02_b.ASF"));
@@ -414,7 +413,7 @@ fn broken_skeletons_are_refused_with_their_message() {
             "name hand",
             "name arm",
             "tiny.asf:28:10: error[unexpected-token]: a second bone is called \"arm\"; \
-            help: give each bone its own name, because the hierarchy and the motion refer to it; \
+            help: give each bone a unique name, because the hierarchy and the motion refer to it; \
             the first one is in line 18",
         ),
         (
@@ -465,13 +464,13 @@ fn broken_skeletons_are_refused_with_their_message() {
             "arm hand",
             "arm hand arm",
             "tiny.asf:36:14: error[unexpected-token]: \"arm\" already has a parent; \
-            help: name each bone once, behind its parent, and do not name the root as a child",
+            help: name each bone once, after its parent, and do not name the root as a child",
         ),
         (
             "    arm hand\n",
             "",
             "tiny.asf:28:10: error[missing-keyword]: a bone is not in the hierarchy; joint \"hand\"; \
-            help: name it in :hierarchy behind its parent",
+            help: name it in :hierarchy after its parent",
         ),
         (
             "root arm\n    arm hand",
@@ -542,7 +541,7 @@ fn broken_motions_are_refused_with_their_message() {
         (
             "2\nroot",
             "root",
-            "a.amc:6:1: error[unexpected-token]: the bone is named twice in this frame; joint \"root\"; \
+            "a.amc:6:1: error[unexpected-token]: the bone occurs twice in this frame; joint \"root\"; \
             help: put the number of the next frame before the bone",
         ),
         (

@@ -313,7 +313,7 @@ fn what_bvh_cannot_hold_is_refused() {
     let error = refused(&spinner(vec![Quat::IDENTITY, Quat::from_xyzw(0.0, 0.0, 0.0, 0.0)]));
     assert_eq!(
         error.to_string(),
-        "error[unrepresentable]: the rotation in frame 1 is not a rotation; joint \"top\""
+        "error[unrepresentable]: the rotation in frame 1 is not valid; joint \"top\""
     );
 }
 

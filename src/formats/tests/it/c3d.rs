@@ -630,7 +630,7 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
             scene
                 .warnings
                 .iter()
-                .all(|warning| !warning.message.contains("that of the parameters was used")),
+                .all(|warning| !warning.message.contains("the number in the parameters was used")),
             "{used} {rate}"
         );
     }

@@ -103,7 +103,7 @@ fn a_broken_target_leaves_the_mesh() {
         assert_eq!(scene.meshes[0].vertices.len(), 3, "{target}");
         let told = scene.warnings.iter().find(|warning| warning.code == Code::IgnoredMesh);
         assert!(
-            told.unwrap().message.starts_with("its morph targets are left out"),
+            told.unwrap().message.starts_with("its morph targets were dropped"),
             "{:?}",
             scene.warnings
         );

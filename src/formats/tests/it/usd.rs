@@ -219,7 +219,7 @@ fn refusals_say_what_to_do() {
         Code::FrameTime,
         "frame rate",
     );
-    refused(&with("\"Base/Tail\"", "\"Base\""), Code::InvalidUsd, "named twice");
+    refused(&with("\"Base/Tail\"", "\"Base\""), Code::InvalidUsd, "occurs twice");
     refused(&with("(7, 2, 3)", "(7, 2, inf)"), Code::NumberRange, "translations");
     refused(&with("(7, 2, 3)", "(7, 2)"), Code::InvalidUsd, "9 numbers");
     refused(&with("(0, 0, 40, 1)", "(0, 0, 40, 2)"), Code::InvalidUsd, "0 0 0 1");

@@ -133,10 +133,10 @@ fn what_a_face_must_not_have_is_left_out_with_a_warning() {
     assert!(found.iter().all(|warning| warning.code == Code::IgnoredChannel));
     let messages: Vec<_> = found.iter().map(|warning| warning.message.as_str()).collect();
     let expected = [
-        "the expression lookUp is left out: VRM animations have looks in lookAt alone",
-        "the expression a grin is left out: its node is the bone hips",
-        "the expression a smile is left out: its node is that of happy",
-        "the expression nowhere is left out: its node is not in the scene",
+        "the expression lookUp was dropped: VRM animations have looks only in lookAt",
+        "the expression a grin was dropped: its node is the bone hips",
+        "the expression a smile was dropped: its node is that of happy",
+        "the expression nowhere was dropped: its node is not in the scene",
     ];
     assert_eq!(messages, expected);
 }
@@ -234,7 +234,7 @@ fn a_character_moves_the_morph_targets_of_its_expressions() {
     let written = retargeted("hero.vrm");
     let notes = written.notes.join("\n");
     assert!(
-        notes.contains("expressions that the character does not have, left out: happy, "),
+        notes.contains("expressions that the character lacks, dropped: happy, "),
         "{notes}"
     );
     // Each expression that it lacks is a curve that is lost.

@@ -79,11 +79,11 @@ impl<'l> Placement<'l> {
         });
         let whole: DMat4 = matrices.fold(DMat4::IDENTITY, |whole, own| whole * own);
         if !whole.to_cols_array().into_iter().all(is_plausible) {
-            let message = "the transform above the skeleton has a number that is too large to compute with";
+            let message = "the transform of the skeleton's ancestors has a number that is too large to compute with";
             return Err(Diagnostic::new(Code::NumberRange, message).into());
         }
         transform(whole).ok_or_else(|| {
-            let message = "the matrix of the prims above the skeleton is no transform: its last column must be 0 0 0 1";
+            let message = "the matrix of the skeleton's ancestors is not a transform: its last column must be 0 0 0 1";
             Diagnostic::new(Code::InvalidUsd, message).into()
         })
     }

@@ -190,7 +190,7 @@ impl Times {
             // Removed, because a second channel of a joint has no meaning.
             let Some(node) = free.remove(joint) else {
                 warnings.tally(Code::IgnoredChannel, || {
-                    let message = "an animation has a joint that the skeleton has not, or has it twice";
+                    let message = "an animation has a joint that the skeleton lacks, or has a joint twice";
                     Diagnostic::new(Code::IgnoredChannel, message).in_joint(joint)
                 });
                 continue;
@@ -247,7 +247,7 @@ impl Times {
             Err(wrong) => {
                 warnings.push(Code::IgnoredChannel, || {
                     let message = format!(
-                        "{}: weights of blend shapes are left out: {}",
+                        "{}: blend shape weights were dropped: {}",
                         layer.path(index),
                         wrong.message
                     );

@@ -67,14 +67,14 @@ impl Faces {
             .iter()
             .any(|point| whole(*point).is_none_or(|point| point >= points.len()))
         {
-            return Err("a face has a point that is not there");
+            return Err("a face has a point that does not exist");
         }
         let mut faces = Vec::new();
         let mut begin = 0_usize;
         for count in prim.numbers("faceVertexCounts") {
             let end = whole(*count).and_then(|count| begin.checked_add(count));
             let Some(end) = end.filter(|end| *end <= corners.len()) else {
-                return Err("its faces have more corners than are there");
+                return Err("its faces have more corners than exist");
             };
             faces.push((begin, end - begin));
             begin = end;

@@ -209,8 +209,8 @@ impl<'a> Materials<'a> {
     /// Adds the materials and textures to the scene, and counts the others.
     pub(super) fn give(self, scene: &mut Scene, warnings: &mut Warnings) {
         for name in &self.unread {
-            let message = format!("the texture \"{name}\" is not there, or neither PNG, JPEG nor WebP");
-            let help = "put it where the file says, or export a .usdz";
+            let message = format!("the texture \"{name}\" is missing, or is not PNG, JPEG or WebP");
+            let help = "put it at the stated path, or export a .usdz";
             warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message).help(help));
         }
         let prims = || self.index.layer.prims.iter();

@@ -65,7 +65,7 @@ pub(super) fn add(
                 scene.lose(DataKind::UvSets, coords);
                 // Many files have props in addition to the figure. They are only counted.
                 if has_skin {
-                    let message = format!("the mesh \"{}\" was left out: {reason}", prim.name);
+                    let message = format!("the mesh \"{}\" was skipped: {reason}", prim.name);
                     warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message));
                 }
                 continue;
@@ -82,7 +82,7 @@ pub(super) fn add(
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Meshes,
             choice: "skinned".to_owned(),
-            reason: format!("{left_out} meshes that no joint moves were left out"),
+            reason: format!("{left_out} meshes that no joint moves were skipped"),
             confidence: None,
         });
     }
@@ -193,7 +193,7 @@ impl<'a> Joints<'a> {
         let prim = &index.layer.prims[mesh];
         let (ties, weights) = (prim.numbers(INDICES), prim.numbers("primvars:skel:jointWeights"));
         if ties.len() != weights.len() || ties.is_empty() || count == 0 {
-            return Err("it has another number of weights than of joints");
+            return Err("its numbers of weights and joints differ");
         }
         let order = index.orders[mesh].map(|stating| {
             let places = &self.places;
@@ -216,7 +216,7 @@ impl<'a> Joints<'a> {
             None => !ties.len().is_multiple_of(count) && ties.len() <= MOST_FOR_ALL,
         };
         if !is_for_all && !ties.len().is_multiple_of(count) {
-            return Err("it has weights for another number of points");
+            return Err("its number of weights does not match its points");
         }
         let each = if is_for_all { ties.len() } else { ties.len() / count };
         let lists = std::iter::zip(ties.chunks_exact(each), weights.chunks_exact(each));
@@ -228,7 +228,7 @@ impl<'a> Joints<'a> {
             tied().map(tie).collect()
         };
         let lists: Option<Vec<_>> = lists.map(list).collect();
-        let lists = lists.ok_or("it has a joint that the skeleton has not")?;
+        let lists = lists.ok_or("it has a joint that the skeleton lacks")?;
         Ok(match is_for_all {
             true => vec![lists[0].clone(); count],
             false => lists,
@@ -261,7 +261,7 @@ impl<'a> Joints<'a> {
             })
         };
         let bones: Option<Vec<Bone>> = weights.into_iter().map(bone).collect();
-        bones.ok_or("its bind pose is no transform with an inverse")
+        bones.ok_or("its bind pose has no inverse")
     }
 }
 

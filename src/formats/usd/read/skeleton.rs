@@ -39,12 +39,12 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
     if referring > 0 || layer.metadata.contains_key("subLayers") {
         warnings.push(Code::MissingFile, || {
             let message = "the file refers to other layers, which are not read";
-            Diagnostic::new(Code::MissingFile, message).help("make one layer of them, for example with usdcat")
+            Diagnostic::new(Code::MissingFile, message).help("flatten them to one layer, for example with usdcat")
         });
     }
     let unselected = layer.unselected.first().map(|(prim, set)| {
         let path = layer.path(*prim);
-        format!("{path} has variants of {set:?}, and the layer selects none of them")
+        format!("{path} has variants of {set:?}, but the layer selects none")
     });
     let Some(index) = skeletons.next() else {
         if let Some(unselected) = unselected {
@@ -54,19 +54,19 @@ pub(super) fn read(layer: &Layer<'_>, options: &ReadOptions, warnings: &mut Warn
             return Err(Diagnostic::new(Code::InvalidUsd, message).help(help).into());
         }
         let message = "there is no Skeleton with joints in the file";
-        let help = "export UsdSkel, not caches of vertices; where the skeleton is in another layer, make one of both with usdcat";
+        let help = "export UsdSkel, not vertex caches; if the skeleton is in another layer, flatten both with usdcat";
         return Err(Diagnostic::new(Code::InvalidUsd, message).help(help).into());
     };
     if let Some(unselected) = unselected {
         warnings.push(Code::MissingFile, || {
-            Diagnostic::new(Code::MissingFile, unselected).help("what stands in variants was not read")
+            Diagnostic::new(Code::MissingFile, unselected).help("the contents of variants were not read")
         });
     }
     let others = skeletons.count();
     if others > 0 {
         warnings.push(Code::SeveralRoots, || {
             let message = format!("the first skeleton of {} was read", others + 1);
-            Diagnostic::new(Code::SeveralRoots, message).help("export each in a file of its own")
+            Diagnostic::new(Code::SeveralRoots, message).help("export each in a separate file")
         });
     }
     let prim = &layer.prims[index];
@@ -130,7 +130,7 @@ fn nodes(prim: &Prim, options: &ReadOptions) -> Result<Vec<Node>, Failure> {
         |joint: &str, message: String| -> Failure { Diagnostic::new(Code::InvalidUsd, message).in_joint(joint).into() };
     let known = joints(prim);
     if known.len() != paths.len() {
-        return Err(Diagnostic::new(Code::InvalidUsd, "a joint of the skeleton is named twice").into());
+        return Err(Diagnostic::new(Code::InvalidUsd, "a joint of the skeleton occurs twice").into());
     }
     let mut depths: Vec<usize> = Vec::with_capacity(paths.len());
     let mut nodes: Vec<Node> = Vec::with_capacity(paths.len());
@@ -146,7 +146,7 @@ fn nodes(prim: &Prim, options: &ReadOptions) -> Result<Vec<Node>, Failure> {
             }
         }
         if parent.is_some_and(|parent| parent >= index) {
-            return Err(broken(path, "a joint stands before the one above it".to_owned()));
+            return Err(broken(path, "a joint precedes its parent".to_owned()));
         }
         let depth = parent.map_or(1, |parent| depths[parent] + 1);
         if depth > options.limits.max_depth {
@@ -210,7 +210,7 @@ fn set_transforms(prim: &Prim, nodes: &mut [Node]) -> Result<(), Failure> {
                 .into());
         }
         nodes[index].transform = transform(own).ok_or_else(|| {
-            let message = "a matrix of the rest pose is no transform: its last column must be 0 0 0 1";
+            let message = "a matrix of the rest pose is not a transform: its last column must be 0 0 0 1";
             Diagnostic::new(Code::InvalidUsd, message).in_joint(&nodes[index].name)
         })?;
     }

@@ -132,7 +132,7 @@ impl Stage<'_> {
             return;
         };
         self.notes.push(format!(
-            "{:?}: scales of UsdSkel have half precision; at most {:.4} % off, at joint {:?}",
+            "{:?}: scales of UsdSkel have half precision; the largest error is {:.4} %, at joint {:?}",
             animation.name,
             100.0 * worst,
             self.scene.nodes[joint].name

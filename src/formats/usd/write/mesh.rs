@@ -59,7 +59,8 @@ pub(super) fn bind(scene: &Scene, skeleton: &mut Skeleton, notes: &mut Vec<Strin
         }
         if farthest > SAME_POSE {
             notes.push(format!(
-                "the mesh {:?} has another bind pose than those before it, by {farthest:.4} units: it is off by that",
+                "the bind pose of the mesh {:?} differs from earlier meshes by {farthest:.4} units, so the mesh is \
+                    displaced by that distance",
                 mesh.name
             ));
         }
@@ -158,7 +159,7 @@ impl Stage<'_> {
         for bone in &mesh.bones {
             for tie in bone.weights.iter().filter(|tie| tie.weight > 0.0) {
                 let Some(own) = ties.get_mut(tie.vertex_id as usize) else {
-                    let message = format!("a bone of the mesh {:?} has a vertex that is not there", mesh.name);
+                    let message = format!("a bone of the mesh {:?} has a vertex that does not exist", mesh.name);
                     return Err(unrepresentable(&bone.name, message));
                 };
                 own.push((bone.node.index(), tie.weight));
@@ -225,7 +226,7 @@ fn check(mesh: &Mesh) -> Result<()> {
         true => Ok(()),
         false => {
             let message = format!(
-                "a vertex of the mesh {:?} is not finite, or a face has one that is not there",
+                "a vertex of the mesh {:?} is not finite, or a face has a vertex that does not exist",
                 mesh.name
             );
             Err(unrepresentable(&mesh.name, message))

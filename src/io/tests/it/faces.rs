@@ -466,7 +466,7 @@ fn curves_of_morph_targets_that_are_not_valid_are_left_out() {
     let scene = Importer::new().read(wrong.as_bytes(), "face.gltf").unwrap();
     let said: Vec<_> = scene.warnings.iter().map(|warning| warning.message.as_str()).collect();
     assert!(
-        said[0].starts_with("curves of morph targets are left out: "),
+        said[0].starts_with("morph target curves were dropped: "),
         "{said:?}"
     );
 }

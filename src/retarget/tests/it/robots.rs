@@ -368,7 +368,7 @@ fn what_is_wrong_with_a_robot_is_named_with_its_line() {
         (
             "<parent link=\"base\"/> <child link=\"arm\"/>",
             "<parent link=\"hand\"/> <child link=\"arm\"/>",
-            "invalid-robot 4: some joints make a circle: their links do not hang on the base; joint \"turn\"",
+            "invalid-robot 4: some joints form a circle: their links are not connected to the base; joint \"turn\"",
         ),
         (
             "childclass=\"c\"",
@@ -378,7 +378,7 @@ fn what_is_wrong_with_a_robot_is_named_with_its_line() {
         (
             "eulerseq=\"ZYX\"",
             "eulerseq=\"ZYw\"",
-            "unexpected-token 2: eulerseq of the compiler is not known; expected three of x, y and z, or of X, Y and Z; found \"ZYw\"",
+            "unexpected-token 2: the compiler attribute eulerseq is unknown; expected three of x, y and z, or of X, Y and Z; found \"ZYw\"",
         ),
         (
             "type=\"ball\"",
@@ -407,7 +407,7 @@ fn exchanged_limits_are_put_right_with_a_warning() {
     assert_ne!(exchanged, URDF);
     let limits = |text: &str| read(text).links[1].joint.limits;
     assert_eq!(limits(&exchanged), limits(URDF));
-    let message = "8: the lower limit of a joint is above the upper one; they were exchanged; joint \"turn\"; expected lower \
+    let message = "8: the lower limit of a joint is above the upper one; they were swapped; joint \"turn\"; expected lower \
                    at most upper; found 0.5 and -1";
     assert!(
         warned(&exchanged).iter().any(|found| found == message),
@@ -643,7 +643,7 @@ fn followers_are_tied_to_joints_that_are_free() {
     assert!(read(&unknown).links[2].joint.mimic.is_none());
     let said = warned(&unknown);
     assert!(
-        said[0].contains("no joint is called \"j9\": the joint follows none"),
+        said[0].contains("no joint is called \"j9\", so this joint follows none"),
         "{said:?}"
     );
     for circle in [
@@ -652,7 +652,7 @@ fn followers_are_tied_to_joints_that_are_free() {
         tied(&mimic("j2", ""), &mimic("j2", ""), ""),
     ] {
         let error = refused(&circle);
-        assert!(error.contains("make a circle"), "{error}");
+        assert!(error.contains("form a circle"), "{error}");
     }
     let beyond = refused(&tied(&mimic("j2", "offset=\"9\""), "", ""));
     assert!(

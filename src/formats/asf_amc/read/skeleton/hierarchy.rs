@@ -31,7 +31,7 @@ impl Reader<'_, '_> {
             if child == 0 || self.bones[child].parent.is_some() {
                 let message = format!("{} already has a parent", quote(word.bytes));
                 return Err(Box::new(self.lines.at(word, Code::UnexpectedToken, message).help(
-                    "name each bone once, behind its parent, and do not name the root as a child",
+                    "name each bone once, after its parent, and do not name the root as a child",
                 )));
             }
             self.bones[child].parent = Some(parent);
@@ -106,7 +106,7 @@ impl Reader<'_, '_> {
             None => (
                 Code::MissingKeyword,
                 "a bone is not in the hierarchy",
-                "name it in :hierarchy behind its parent",
+                "name it in :hierarchy after its parent",
             ),
             Some(_) => (
                 Code::UnexpectedToken,

@@ -95,7 +95,7 @@ fn no_rule(
             format!("{channel_count} values in each row, one for each channel"),
             found,
         )
-        .help("the motion belongs to another hierarchy, or the writer has a defect: export the file again");
+        .help("the motion belongs to another hierarchy, or its writer has a bug: export the file again");
     match first {
         Some(line) => diagnostic.at(cursor.locate(line.word)),
         None => diagnostic,

@@ -94,7 +94,7 @@ fn the_selected_variant_is_read() {
         let error = read(&selected.replace("( variants = { string model = \"high\" } )", root)).unwrap_err();
         let message = error.to_string();
         assert!(
-            message.contains("/C has variants of \"model\", and the layer selects none of them"),
+            message.contains("/C has variants of \"model\", but the layer selects none"),
             "{message}"
         );
     }

@@ -284,7 +284,7 @@ fn meshes_with_wrong_numbers_are_left_out() {
         let scene = Importer::new().read(broken.as_bytes(), "face.usda").unwrap();
         let said = scene.warnings.iter().find(|warning| warning.code == Code::IgnoredMesh);
         assert!(
-            said.unwrap().message.starts_with("the mesh \"Teeth\" was left out"),
+            said.unwrap().message.starts_with("the mesh \"Teeth\" was skipped"),
             "{wrong}"
         );
         assert_eq!(
