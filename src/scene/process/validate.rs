@@ -46,20 +46,23 @@ macro_rules! rules {
 
 rules! {
     1 OneRoot "The first node has no parent, and every other node has one."
-    2 DepthFirst "Nodes stand depth-first: each right behind its parent or behind a whole subtree of its siblings."
+    2 DepthFirst "Nodes are in depth-first order: each follows its parent, or the subtree of a sibling."
     3 NodeTransform "A node's transform is finite, and its last row is 0 0 0 1."
-    4 NodeMeshes "A node's mesh indices are indices of meshes, each named once."
-    5 MeshMaterial "A mesh's material index is the index of a material, whose texture index is the index of a texture."
-    6 MeshNormals "A mesh has one normal a vertex, finite and of unit length."
-    7 MeshVertices "A mesh's vertices are finite, and so are its texture coordinates, one a vertex or none at all."
-    8 MeshIndices "A mesh's faces are whole, and their indices are indices of its vertices."
-    9 BoneNode "A bone names a node by its index and by its name, and each node has one bone in a mesh at most."
+    4 NodeMeshes "A node's mesh indices are valid, without repeats."
+    5 MeshMaterial "A mesh's material index is valid, and the material's texture index is valid."
+    6 MeshNormals "A mesh has one normal per vertex, finite and of unit length."
+    7 MeshVertices "A mesh's vertices are finite, and so are its texture coordinates. It has one per vertex, or none."
+    8 MeshIndices "A mesh's faces are complete, and their indices refer to its vertices."
+    9 BoneNode "A bone states the index and the name of its node, and each node has at most one bone per mesh."
     10 BoneOffset "A bone's offset matrix is finite and can be inverted."
-    11 BoneWeights "A bone's weights are in 0 to 1, and each belongs to a vertex of the mesh, once."
+    11 BoneWeights "A bone's weights are from 0 to 1, and each belongs to a vertex of the mesh, at most one per vertex."
     12 WeightSum "In a mesh with bones the weights of each vertex sum to 1."
-    13 AnimationTime "An animation's ticks per second are finite and above 0, its duration finite and not below 0."
-    14 ChannelNode "A channel drives a node. There are no more channels of a name than nodes of that name. A node that a channel names by its index has the name of the channel, and no other channel."
-    15 KeyTicks "A track has one tick a key, finite, strictly increasing, within the animation's duration."
+    13 AnimationTime "An animation's ticks per second are finite and above 0, and its duration is finite and at least \
+        0."
+    14 ChannelNode "A channel drives a node. A name has at most as many channels as nodes. If a channel states the \
+        index of its node, that node has the channel's name and no other channel."
+    15 KeyTicks "A track has one tick per key. Ticks are finite, strictly increasing, and within the animation's \
+        duration."
     16 KeyValues "A track's values are finite."
     17 UnitRotations "A rotation key is of unit length."
 }
@@ -145,7 +148,7 @@ impl Scene {
     /// assert_eq!(violations[0].rule, Rule::NodeMeshes);
     /// assert_eq!(
     ///     violations[0].to_string(),
-    ///     "node 0 breaks rule 4: A node's mesh indices are indices of meshes, each named once."
+    ///     "node 0 breaks rule 4: A node's mesh indices are valid, without repeats."
     /// );
     /// ```
     pub fn validate(&self) -> Vec<Violation> {
