@@ -465,8 +465,5 @@ fn curves_of_morph_targets_that_are_not_valid_are_left_out() {
     assert!(wrong != text);
     let scene = Importer::new().read(wrong.as_bytes(), "face.gltf").unwrap();
     let said: Vec<_> = scene.warnings.iter().map(|warning| warning.message.as_str()).collect();
-    assert!(
-        said[0].starts_with("morph target curves were dropped: "),
-        "{said:?}"
-    );
+    assert!(said[0].starts_with("morph target curves were dropped: "), "{said:?}");
 }

@@ -44,5 +44,8 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
         .body("../../fixtures/robots/h1.urdf")
         .import(&path)
         .unwrap_err();
-    assert!(wrong.to_string().contains("of the arrays and the robot differ"), "{wrong}");
+    assert!(
+        wrong.to_string().contains("of the arrays and the robot differ"),
+        "{wrong}"
+    );
 }

@@ -283,7 +283,10 @@ fn a_file_that_is_cut_before_its_first_frame_is_said_to_be() {
     let error = read(WITHOUT).unwrap_err();
     let said = error.diagnostic();
     assert_eq!(said.code, Code::UnexpectedEnd);
-    assert!(said.message.contains("cut off before the end of its first frame"), "{said}");
+    assert!(
+        said.message.contains("cut off before the end of its first frame"),
+        "{said}"
+    );
     assert_eq!(
         said.expected.as_deref(),
         Some("600 frames of 672 bytes from byte 6144 on")
