@@ -187,7 +187,7 @@ impl Importer {
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
     /// let error = mocap::Importer::new().markers("auto").import("fixtures/real/optotrak.c3d").unwrap_err();
-    /// assert!(error.to_string().contains("do not tell where the legs are"));
+    /// assert!(error.to_string().contains("do not show where the legs are"));
     /// ```
     #[cfg(feature = "solve")]
     #[must_use]
@@ -229,7 +229,7 @@ impl Importer {
     /// # std::env::set_current_dir("../..").unwrap();
     /// let importer = mocap::Importer::new().body("fixtures/real/cmu_12_01_walk.bvh");
     /// let scene = importer.import("fixtures/arrays/amass_smplh.npz")?;
-    /// assert!(scene.metadata.assumptions.iter().any(|assumption| assumption.choice.contains("body that was given")));
+    /// assert!(scene.metadata.assumptions.iter().any(|assumption| assumption.choice.contains("bones of the given body")));
     /// # Ok::<(), mocap::Error>(())
     /// ```
     #[cfg(feature = "arrays")]

@@ -83,7 +83,7 @@ export interface SizeCallOptions {
 
 /** Options of BVH. */
 export interface BvhOutputCallOptions {
-  /** The joints with position channels. Default: `"auto"`. */
+  /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
   /** Decimals of every number. Default: as many as are needed to read the same motion back. */
   digits?: number;
@@ -169,7 +169,7 @@ export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu" | "godot" | "unity" 
 
 /** Options of BVH. */
 export interface BvhOutputOptions {
-  /** The joints with position channels. Default: `"auto"`. */
+  /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
   /** Decimals of every number. Default: as many as are needed to read the same motion back. */
   digits?: number | null;

@@ -338,7 +338,7 @@ fn tables_that_are_no_motion_or_are_damaged_say_where() {
     };
     let far = "frame,joint,x,y,z\n0,a,1,2,3\n900000000000,a,1,2,3\n";
     for (text, part) in [
-        (without(5), "line 6: the row is of another frame or joint"),
+        (without(5), "line 6: the row does not have the next frame or joint"),
         (lines[..3].join("\n"), "the first frame does not have all joints"),
         (lines[..3].join("\n") + "\n0,0", "number of cells"),
         (own.replacen(",0.1,", ",zero,", 1), "line 3: the cell x is not a number"),

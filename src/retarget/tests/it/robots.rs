@@ -437,7 +437,7 @@ fn elements_of_other_programs_are_passed() {
         assert!(
             warnings
                 .iter()
-                .any(|found| found.contains("<xacro:imu_sensor> is of xacro")),
+                .any(|found| found.contains("<xacro:imu_sensor> belongs to xacro")),
             "{warnings:?}"
         );
     }

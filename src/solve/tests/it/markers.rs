@@ -202,7 +202,7 @@ fn a_file_names_labels() {
             .to_string()
     };
     assert!(read("[]").contains("an object from labels to landmarks"));
-    assert!(read(r#"{"a": "ELBOWISH"}"#).contains("ELBOWISH is no landmark"));
+    assert!(read(r#"{"a": "ELBOWISH"}"#).contains("ELBOWISH is not a landmark"));
     assert!(read(r#"{"nobody has it": "LASI"}"#).contains("not in the file"));
 }
 
@@ -242,7 +242,7 @@ fn of_two_people_one_is_solved_and_the_other_by_name() {
     assert!(beside.distance(Vec3::X * 1500.0) < 1.0, "{beside}");
     let said = |scene: &Scene, words: &str| scene.warnings.iter().any(|warning| warning.message.contains(words));
     assert!(
-        said(&bert, "Bert was solved; 41 markers of Anna were left out"),
+        said(&bert, "Bert was solved; 41 markers of Anna were skipped"),
         "{:?}",
         bert.warnings
     );
@@ -269,7 +269,7 @@ fn a_unit_by_which_nobody_is_so_large_is_doubted() {
         .iter()
         .find(|warning| warning.code == Code::UnknownUnit)
         .unwrap();
-    assert!(warning.message.ends_with("a unit of 0.001 m was taken"), "{warning}");
+    assert!(warning.message.ends_with("a unit of 0.001 m was used"), "{warning}");
     assert_eq!(doubted.metadata.metres_per_unit, Some(0.001));
     assert!(position(&doubted, "leftFoot", 9).distance(position(alone, "leftFoot", 9)) < 0.01);
 }

@@ -366,7 +366,7 @@ fn moving_lengths_keep_every_position() {
         .map(ToString::to_string)
         .collect();
     assert!(
-        gaps.len() == 1 && gaps[0].contains("1 of 20 frames: filled"),
+        gaps.len() == 1 && gaps[0].contains("1 of 20 frames: positions were interpolated"),
         "{gaps:?}"
     );
     let needless = Importer::new()

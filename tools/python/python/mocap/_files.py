@@ -236,7 +236,7 @@ def convert(
             ``"y"``: +Y, as Blender draws bones; joints bend about +X.
             ``"x"``: +X, as in Unreal; joints bend about +Z.
             ``"none"``: Frames are those of the input.
-        channels: The joints with position channels.
+        channels: Which joints have position channels.
             ``"auto"``: The ROOT, and joints whose position differs from their OFFSET in some frame.
             ``"3"``: Only the ROOT. Other joints keep their position of the first frame, and their position motion
                 is lost.
@@ -422,7 +422,7 @@ def write(
             ``"y"``: +Y, as Blender draws bones; joints bend about +X.
             ``"x"``: +X, as in Unreal; joints bend about +Z.
             ``"none"``: Frames are those of the input.
-        channels: The joints with position channels.
+        channels: Which joints have position channels.
             ``"auto"``: The ROOT, and joints whose position differs from their OFFSET in some frame.
             ``"3"``: Only the ROOT. Other joints keep their position of the first frame, and their position motion
                 is lost.
