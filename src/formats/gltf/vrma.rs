@@ -112,12 +112,12 @@ fn off_without_optional_bones(humanoid: &Scene) -> Option<String> {
     let off = OPTIONAL.iter().filter_map(|(bones, names, part)| {
         let (most, mean) = angles_of(humanoid, bones)?;
         (most >= WORTH_A_WORD)
-            .then(|| format!("without {names} the {part} deviates by up to {most:.1} degrees, {mean:.1} on average"))
+            .then(|| format!("without {names} the {part} by up to {most:.1} degrees, {mean:.1} on average"))
     });
-    let off: Vec<String> = off.map(|part| part.replace("shoulders is", "shoulders are")).collect();
+    let off: Vec<String> = off.collect();
     (!off.is_empty()).then(|| {
         format!(
-            "bones: on characters that lack optional VRM bones, {}; retarget to such a character to avoid it",
+            "bones: on characters that lack optional VRM bones, parts of the body deviate: {}; retarget to such a character to avoid it",
             off.join("; ")
         )
     })

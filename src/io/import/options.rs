@@ -229,7 +229,8 @@ impl Importer {
     /// # std::env::set_current_dir("../..").unwrap();
     /// let importer = mocap::Importer::new().body("fixtures/real/cmu_12_01_walk.bvh");
     /// let scene = importer.import("fixtures/arrays/amass_smplh.npz")?;
-    /// assert!(scene.metadata.assumptions.iter().any(|assumption| assumption.choice.contains("bones of the given body")));
+    /// let is_stated = |assumption: &mocap::scene::Assumption| assumption.choice.contains("bones of the given body");
+    /// assert!(scene.metadata.assumptions.iter().any(is_stated));
     /// # Ok::<(), mocap::Error>(())
     /// ```
     #[cfg(feature = "arrays")]

@@ -82,7 +82,7 @@ fn what_a_reader_assumed_or_left_out_is_said() {
     let (_folder, _, output) = convert("cmu_02_01.amc", &[]);
     let said = words(&output);
     assert!(
-        said.starts_with("unit: a unit of length is 0.05644 m, because the skeleton says"),
+        said.starts_with("unit: a unit of length is 0.05644 m, because the skeleton states"),
         "{said}"
     );
     assert!(said.contains("\nframe-rate: 120 frames a second, because"), "{said}");

@@ -34,7 +34,7 @@ fn the_loss_on_a_character_without_a_chest_is_said() {
         most = most.max(rotation(spine).angle_between(rotation(chest)).to_degrees());
     }
     assert!(
-        most > 1.0 && note.contains(&format!("upperChest the shoulders are up to {most:.1} degrees off")),
+        most > 1.0 && note.contains(&format!("upperChest the shoulders by up to {most:.1} degrees")),
         "{note}, and {most}"
     );
 }

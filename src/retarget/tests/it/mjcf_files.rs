@@ -241,7 +241,7 @@ fn includes_are_opened_around_the_model_and_at_no_path_from_the_root() {
     for file in [absolute.as_str(), "../../../../../../../arm.xml", "/etc/passwd"] {
         let found = refused(&[("a/b/c/d/e/f/g/scene.xml", &scene(file)), ("arm.xml", arm)]);
         assert!(
-            found.starts_with("missing-file 2: the model includes a file that is too far"),
+            found.starts_with("missing-file 2: the path of an included file leads too far"),
             "{found}"
         );
     }

@@ -652,7 +652,7 @@ fn followers_are_tied_to_joints_that_are_free() {
         tied(&mimic("j2", ""), &mimic("j2", ""), ""),
     ] {
         let error = refused(&circle);
-        assert!(error.contains("form a circle"), "{error}");
+        assert!(error.contains("in a circle"), "{error}");
     }
     let beyond = refused(&tied(&mimic("j2", "offset=\"9\""), "", ""));
     assert!(
