@@ -234,6 +234,36 @@ fn the_head_turns_to_its_target() {
     assert!(look.beyond == look.frames && look.largest_angle > 60.0, "{report}");
 }
 
+/// A walk passes a point beside its head. The turn that is added is never faster than a head, and the frames in which it
+/// is late are counted.
+#[test]
+fn the_head_follows_a_target_that_passes_no_faster_than_heads_turn() {
+    let before = import("cmu_12_01_walk.bvh");
+    let head = joint(&before, "head");
+    let rate = before.animations[0].ticks_per_second;
+    let middle = exact_positions(&before)[262][head] + DVec3::new(0.15, 0.05, 0.0);
+    let mut scene = before.clone();
+    let step = format!("look-at:at={}/{}/{},limit=170", middle.x, middle.y, middle.z);
+    let report = apply(&mut scene, &step).unwrap();
+    let StepReport::LookAt(look) = &report.changed else {
+        unreachable!()
+    };
+    assert!(look.beyond > 0 && look.turned > 60.0, "{report}");
+    let rotation = |scene: &Scene, frame: usize| {
+        let pose = mocap::Pose::at_tick(scene, 0, frame as f64).unwrap();
+        pose.node_to_world[head].to_scale_rotation_translation().1.as_dquat()
+    };
+    let added = |frame: usize| rotation(&before, frame).inverse() * rotation(&scene, frame);
+    let frames = before.animations[0].frame_count();
+    let added: Vec<_> = (0..frames).map(added).collect();
+    let fastest = added
+        .windows(2)
+        .map(|pair| pair[0].angle_between(pair[1]).to_degrees() * rate);
+    let fastest = fastest.fold(0.0, f64::max);
+    // The motion of the head itself moves the axis of the turn of the neck.
+    assert!(fastest < 1.1 * 400.0, "{fastest} degrees a second");
+}
+
 /// A motion that was turned and lifted comes back.
 #[test]
 fn turned_about_the_vertical_the_figure_looks_elsewhere() {
