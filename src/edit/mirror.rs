@@ -95,6 +95,11 @@ impl fmt::Display for MirrorReport {
 }
 
 fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<MirrorReport> {
+    if let Some(clip) = scene.animations.get(animation).filter(|_| scene.is_face_alone()) {
+        let face = scene.face_tracks(clip);
+        mirror_face(scene, animation, face);
+        return Ok(MirrorReport::default());
+    }
     let figure = figure_of(scene, humanoid)?;
     let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
     let hips = figure.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;

@@ -5,6 +5,7 @@
 //! | `.npz`, `.pt`: zip | `archive`: each entry stored or deflated, with checked length and check sum |
 //! | `.npy` | `npy`: `numpy.lib.format`, versions 1 to 3 |
 //! | `.csv` | `csv`: the arrays of this program, and point positions, by column names |
+//! | `.csv`, `.json` of faces | `face`: ARKit blend shapes, from Live Link Face and MediaPipe |
 //! | `.parquet` | `parquet`: the arrays of this program; the claims of its pages are first checked against the file |
 //! | `.mot`, `.sto` | `mot`: text with named columns |
 //! | `.pkl`, and `data.pkl` in `.pt` | `pickle`: builds arrays, dictionaries, lists, numbers and texts, and calls nothing |
@@ -103,10 +104,10 @@ pub(super) const PICKLE: FormatInfo = FormatInfo {
 pub(super) const CSV: FormatInfo = FormatInfo {
     format: Format::Csv,
     name: "CSV",
-    description: "text tables: our own arrays, point positions, Motive's",
+    description: "text tables: our own arrays, point positions, Motive's, ARKit face shapes",
     extensions: Format::Csv.extensions(),
     reading: "good: tables that mocap wrote, and positions, recognised by the names of their columns",
-    sniff: |bytes| is_own_csv(bytes) || is_csv_of_points(bytes),
+    sniff: |bytes| is_own_csv(bytes) || is_csv_of_points(bytes) || is_face_json(bytes),
     read: reader!("arrays", read::read_csv),
     ..ROW
 };
@@ -155,6 +156,17 @@ fn first_name(bytes: &[u8]) -> Option<&str> {
 
 fn is_npz(bytes: &[u8]) -> bool {
     first_name(bytes).is_some_and(|name| name.ends_with(".npy"))
+}
+
+/// Whether JSON begins with blend shapes of a face, as MediaPipe names them.
+fn is_face_json(bytes: &[u8]) -> bool {
+    /// Bytes in which the first frame ends: 52 shapes of about a hundred bytes each.
+    const NEAR: usize = 16 << 10;
+    const SHAPES: [&[u8]; 3] = [b"\"browInnerUp\"", b"\"eyeBlinkLeft\"", b"\"jawOpen\""];
+    let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
+    let start = &start[..start.len().min(NEAR)];
+    let has = |shape: &[u8]| start.windows(shape.len()).any(|part| part == shape);
+    matches!(start.first(), Some(b'[' | b'{')) && SHAPES.iter().any(|shape| has(shape))
 }
 
 /// Whether bytes begin like a pickle of protocol 2 or later. Earlier protocols are text without a fixed beginning.

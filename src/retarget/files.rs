@@ -18,7 +18,7 @@ use mocap_formats::gltf::report::Provenance;
 use mocap_formats::gltf::{BufferPlace, GltfOptions};
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::report::{AppliedStep, DataKind, DataLoss, SecondMotion};
-use mocap_scene::scene::{Animation, Format, Scene};
+use mocap_scene::scene::{Animation, Format, Scene, face_shape};
 
 pub use self::clip::{ClipReport, RetargetedClip};
 pub use self::joined::{apply_steps, apply_steps_with_bones, second_motion};
@@ -95,7 +95,8 @@ impl Retargeter {
         }
         let scene = target.scene();
         let figure = bones.map(|bones| Figure::with_bones(&scene, bones));
-        if let Some(figure) = figure.as_ref().filter(|figure| figure.humanoid.creature.is_none()) {
+        let is_checked = |figure: &&Figure| figure.humanoid.creature.is_none() && !is_face_of_shapes(&scene);
+        if let Some(figure) = figure.as_ref().filter(is_checked) {
             check_figure(&scene, figure)?;
         }
         // What is written from a scene has the new motions alone.
@@ -188,8 +189,8 @@ impl Retargeter {
                 }
             }
         }
-        let is_moving =
-            |clip: &RetargetedClip| clip.animation.moves() || self.figure.is_some() && !clip.face.is_empty();
+        let has_face = !matches!(self.target, Target::Robot(_));
+        let is_moving = |clip: &RetargetedClip| clip.animation.moves() || has_face && !clip.face.is_empty();
         let is_lost = source.scene.moves()
             || source
                 .scene
@@ -220,6 +221,7 @@ impl Retargeter {
         let from = Figure::with_bones(scene, bones);
         let of_scene = from.clone();
         let mover = match (&self.target, &self.figure) {
+            _ if scene.is_face_alone() => Mover::Face,
             (Target::Character(_) | Target::Skeleton(_), figure) => {
                 let target = self.target.scene();
                 let figure = figure.clone().unwrap_or_else(|| Figure::new(&target));
@@ -306,6 +308,14 @@ impl Retargeter {
                 let target = target.scene();
                 let (animation, report) = retargeter.clip(source, index, &target)?;
                 (RetargetedClip::of_body(animation, report), retargeter.step(&target))
+            }
+            (Mover::Face, target) => {
+                let step = AppliedStep::Retarget {
+                    onto: SecondMotion::of(&target.scene()),
+                    scale: 1.0,
+                    lock_feet: false,
+                };
+                (RetargetedClip::of_face(&source.animations[index]), step)
             }
             (Mover::Robot(_) | Mover::Quadruped(_), _) => {
                 unreachable!("a robot's retargeter is made for a robot alone")
@@ -482,6 +492,12 @@ impl Retargeter {
             clip.provenance.record(scene);
         }
     }
+}
+
+/// Whether a scene has morph targets of a face: a track of a face needs no more of it.
+fn is_face_of_shapes(scene: &Scene) -> bool {
+    let mut targets = scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
+    targets.any(|target| face_shape(&target.name).is_some())
 }
 
 /// The bones of a target; none of a robot.

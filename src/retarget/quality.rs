@@ -473,6 +473,9 @@ impl fmt::Display for RetargetReport {
     /// A line for each finding, after the name of the clip.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (clip, verdict) = (&self.clip, self.verdict.as_str());
+        if self.frames == 0 && self.verdict == Verdict::Good {
+            return write!(f, "{clip}: a face without a body");
+        }
         let what = if self.by_names.is_some() { "bones" } else { "limbs" };
         write!(
             f,

@@ -28,7 +28,9 @@ pub use self::array_mark::{ANALOG_MARK, ANGLES_MARK, ARRAY_MARK, DATABASE_MARK, 
 #[doc(hidden)]
 pub use self::confined::{check_confined, confine};
 #[doc(hidden)]
-pub use self::csv_table::{PointColumns, Records, csv_field, is_csv_of_points, is_motive_csv, is_own_csv, point_of};
+pub use self::csv_table::{
+    PointColumns, Records, csv_field, is_csv_of_points, is_face_csv, is_motive_csv, is_own_csv, point_of,
+};
 #[doc(hidden)]
 pub use self::existing::{ReplacePolicy, has_provenance, percent_decoded};
 #[doc(hidden)]

@@ -73,6 +73,7 @@
 
 mod attribution;
 mod face;
+mod face_shapes;
 mod guess;
 mod humanoid_bone;
 #[doc(hidden)]
@@ -94,6 +95,8 @@ use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 pub use self::face::Face;
+#[doc(hidden)]
+pub use self::face_shapes::{FACE_SHAPES, face_shape};
 pub use self::humanoid_bone::{HumanoidBone, Side};
 pub use self::mesh::{AlphaMode, Bone, Material, Mesh, MorphTarget, Primitive, Surface, Texture, VertexWeight, Wrap};
 pub use self::metadata::{Assumption, Confidence, Format, Metadata, RootOffset, Topic, UpAxis};

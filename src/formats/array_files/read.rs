@@ -4,6 +4,7 @@
 mod archive;
 mod body;
 mod csv;
+mod face;
 #[doc(hidden)]
 pub mod humanml3d;
 mod layouts;
@@ -22,7 +23,7 @@ mod point_rows;
 mod proportions;
 
 use mocap_scene::error::{Code, Diagnostic, Result};
-use mocap_scene::files::is_motive_csv;
+use mocap_scene::files::{is_face_csv, is_motive_csv};
 use mocap_scene::limits::Limits;
 use mocap_scene::scene::{Format, Scene};
 
@@ -40,7 +41,7 @@ pub use self::parquet::{ParquetRows, parquet_rows};
 pub use self::proportions::SMPL_ROOT;
 #[cfg(feature = "npz")]
 use super::is_npz;
-use super::is_pickle;
+use super::{is_face_json, is_pickle};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
@@ -87,9 +88,11 @@ pub(super) fn read_mot(source: &Source<'_>, options: &ReadOptions) -> Result<Sce
 pub(super) fn read_csv(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
     check_not_empty(source)?;
-    let read = match is_motive_csv(source.bytes) {
-        true => motive::scene(source.bytes, options, &mut warnings),
-        false => csv::entries(source.bytes, &mut warnings)
+    let read = match source.bytes {
+        bytes if is_motive_csv(bytes) => motive::scene(bytes, options, &mut warnings),
+        bytes if is_face_csv(bytes) => face::scene(bytes, options, &mut warnings),
+        bytes if is_face_json(bytes) => face::read_json(bytes, options, &mut warnings),
+        _ => csv::entries(source.bytes, &mut warnings)
             .and_then(|entries| layouts::scene(&entries, Format::Csv, options, &mut warnings)),
     };
     warnings.attach_to(read)

@@ -6,6 +6,7 @@
 
 mod binds;
 mod gaze;
+mod shapes;
 
 use std::collections::BTreeMap;
 
@@ -53,8 +54,12 @@ impl CharacterFace {
     pub(super) fn read(text: &[u8]) -> Self {
         let root: Value = serde_json::from_slice(text).unwrap_or_default();
         let targets = morph_targets(&root);
+        let mut expressions = expressions(&root, &targets);
+        let of_targets = shapes::of_targets(&root, &expressions);
+        let is_there = |own: &Expression| own.binds.iter().all(|bind| targets.contains_key(&bind.node));
+        expressions.extend(of_targets.into_iter().filter(is_there));
         Self {
-            expressions: expressions(&root, &targets),
+            expressions,
             gaze: Gaze::read(&root),
             targets,
         }
@@ -70,10 +75,22 @@ impl CharacterFace {
     ) -> (Vec<MorphTrack>, Unsaid) {
         let mut unsaid = Unsaid::default();
         let notes = &mut unsaid.notes;
+        let presets = shapes::presets(tracks, &self.expressions);
+        if !presets.is_empty() {
+            let names: Vec<_> = presets.iter().map(|track| track.face.name()).collect();
+            notes.push(format!(
+                "shapes of ARKit that the character lacks move {}",
+                names.join(", ")
+            ));
+        }
         let is_known = |track: &&FaceTrack| self.expressions.iter().any(|own| own.is_of(&track.face));
         let expressions = || tracks.iter().filter(|track| !matches!(track.face, Face::LookAt { .. }));
+        let moves_preset = |track: &&FaceTrack| {
+            let mut moved = shapes::presets_of(&track.face, &self.expressions);
+            moved.any(|name| presets.iter().any(|preset| preset.face.name() == name))
+        };
         let lacks: Vec<_> = expressions()
-            .filter(|track| !is_known(track))
+            .filter(|track| !is_known(track) && !moves_preset(track))
             .map(|track| track.face.name())
             .collect();
         if !lacks.is_empty() {
@@ -113,7 +130,8 @@ impl CharacterFace {
             }
             (None, _) => {}
         }
-        (self.morphs(tracks, &ticks, &looks), unsaid)
+        let tracks = [tracks, &presets].concat();
+        (self.morphs(&tracks, &ticks, &looks), unsaid)
     }
 
     /// Whether a face part affects the eyes, or the morph targets of an existing node.
@@ -127,7 +145,12 @@ impl CharacterFace {
             (Face::LookAt { .. }, Some(gaze)) if gaze.is_of_bones => has_eyes(),
             (Face::LookAt { .. }, Some(_)) => self.expressions.iter().any(|own| own.look.is_some() && binds(own)),
             (Face::LookAt { .. }, None) => false,
-            (part, _) => self.expressions.iter().any(|own| own.is_of(part) && binds(own)),
+            (part, _) => {
+                let presets = shapes::presets_of(part, &self.expressions);
+                let presets: Vec<Face> = presets.map(|name| Face::Preset(name.to_owned())).collect();
+                let is_of = |own: &Expression| own.is_of(part) || presets.iter().any(|preset| own.is_of(preset));
+                self.expressions.iter().any(|own| is_of(own) && binds(own))
+            }
         }
     }
 

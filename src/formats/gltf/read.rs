@@ -87,14 +87,13 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     Ok(scene)
 }
 
-/// Reads a VRM animation, which is invalid without its humanoid.
+/// Reads a VRM animation, which is invalid without its humanoid or its face.
 pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let Placed { mut scene, bones, .. } = read_placed(source, options, RestPose::Nodes)?;
     bones?;
-    if scene
-        .nodes
-        .iter()
-        .all(|node| node.humanoid_bone != Some(HumanoidBone::Hips))
+    let has = |is_it: &dyn Fn(&Node) -> bool| scene.nodes.iter().any(is_it);
+    let has_bones = has(&|node| node.humanoid_bone.is_some());
+    if !has(&|node| node.humanoid_bone == Some(HumanoidBone::Hips)) && (has_bones || !has(&|node| node.face.is_some()))
     {
         let pointer = format!("/extensions/{VRM_ANIMATION}/humanoid/humanBones");
         return Err(

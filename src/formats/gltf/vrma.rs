@@ -161,7 +161,11 @@ fn document(
             .help("name a file with a motion")
             .into());
     }
-    let mut humanoid = vrm_humanoid_shown(scene, whole, options.humanoid.clone())?;
+    // A face needs no body: all parts of the extension are optional.
+    let mut humanoid = match scene.is_face_alone() {
+        true => scene.clone(),
+        false => vrm_humanoid_shown(scene, whole, options.humanoid.clone())?,
+    };
     let (left_out, lost) = joints_left_out(scene, &humanoid);
     let losses = [lost, positions_left_out(scene, &humanoid)];
     for loss in losses {

@@ -163,8 +163,11 @@ impl Pairs {
 
     /// Joints of pairs whose parents are no pair.
     fn moved(&self, ours: &Skeleton, theirs: &Skeleton) -> Vec<String> {
-        let is_moved =
-            |(a, b): &&(usize, usize)| self.above(ours, &self.of_ours, *a) != self.above(theirs, &self.of_theirs, *b);
+        // Expressions stand anywhere.
+        let is_moved = |(a, b): &&(usize, usize)| {
+            ours.joints[*a].face.is_none()
+                && self.above(ours, &self.of_ours, *a) != self.above(theirs, &self.of_theirs, *b)
+        };
         let moved = self.list.iter().filter(is_moved);
         moved.map(|(a, _)| quoted(&ours.joints[*a])).collect()
     }

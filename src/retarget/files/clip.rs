@@ -55,6 +55,19 @@ impl RetargetedClip {
         }
     }
 
+    /// Of a face without a body: the body of the target stays as it is.
+    pub(super) fn of_face(source: &Animation) -> Self {
+        let animation = Animation {
+            channels: Vec::new(),
+            ..source.clone()
+        };
+        let report = RetargetReport {
+            verdict: Verdict::Good,
+            ..RetargetReport::of_limbs(animation.name.clone(), 0, 1.0, Vec::new())
+        };
+        Self::of_body(animation, report)
+    }
+
     pub(super) fn of_robot(animation: Animation, report: RobotReport, motion: RobotMotion) -> Self {
         Self {
             animation,

@@ -3,7 +3,7 @@
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::report::{DataKind, DataLoss};
-use mocap_scene::scene::{Face, Node, Scene};
+use mocap_scene::scene::{Face, Keys, MorphTarget, Node, Scene, face_shape};
 
 use super::{Retargeter, Target};
 
@@ -20,8 +20,10 @@ impl Retargeter {
         }
         for (index, clip) in self.clips.iter().enumerate() {
             scene.set_face(index, &clip.face, false);
-            if let Target::Character(character) = &self.target {
-                character.set_face(&mut scene, index, &clip.face);
+            match &self.target {
+                Target::Character(character) => character.set_face(&mut scene, index, &clip.face),
+                Target::Skeleton(_) => set_shapes(&mut scene, index, &clip.face),
+                Target::Robot(_) => {}
             }
         }
         scene
@@ -49,7 +51,11 @@ impl Retargeter {
         }
         let (shown, partly) = match &self.target {
             Target::Character(character) => character.shown_faces(&faces),
-            Target::Skeleton(_) | Target::Robot(_) => Default::default(),
+            Target::Skeleton(scene) => {
+                let is_shown = |face: &&Face| targets(scene).any(|target| is_shape(target, face));
+                (faces.iter().copied().filter(is_shown).collect(), Vec::new())
+            }
+            Target::Robot(_) => Default::default(),
         };
         faces.retain(|face| !shown.contains(face));
         let listed = |faces: &[&Face]| faces.iter().map(|face| face.name()).collect::<Vec<_>>().join(", ");
@@ -75,5 +81,36 @@ impl Retargeter {
         }
         let lost = DataLoss::new(DataKind::FaceCurves, faces.len() as u64);
         (Some(lost).filter(|lost| lost.count > 0), said)
+    }
+}
+
+fn targets(scene: &Scene) -> impl Iterator<Item = &MorphTarget> {
+    scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets)
+}
+
+/// Whether a morph target is an expression: by its name, or by that of ARKit's shape.
+fn is_shape(target: &MorphTarget, face: &Face) -> bool {
+    match face {
+        Face::LookAt { .. } => false,
+        Face::Preset(name) | Face::Custom(name) => {
+            let shape = face_shape(name);
+            target.name == *name || shape.is_some() && shape == face_shape(&target.name)
+        }
+    }
+}
+
+/// Gives the morph targets of a scene, as those of FBX, the tracks of the expressions that they are.
+fn set_shapes(scene: &mut Scene, animation: usize, tracks: &[FaceTrack]) {
+    let count = scene.animations.len();
+    for target in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets) {
+        let Some(track) = tracks.iter().find(|track| is_shape(target, &track.face)) else {
+            continue;
+        };
+        let keys = &track.keys.position_keys;
+        target.weight_keys.resize(count, Keys::default());
+        target.weight_keys[animation] = Keys {
+            values: keys.values.iter().map(|weight| weight.x).collect(),
+            ticks: keys.ticks.clone(),
+        };
     }
 }

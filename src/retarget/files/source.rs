@@ -149,4 +149,6 @@ pub(super) enum Mover {
     Creature(Box<CreatureRetargeter>),
     Robot(Box<RobotRetargeter>),
     Quadruped(Box<QuadrupedRetargeter>),
+    /// Nothing: the source is a face without a body.
+    Face,
 }

@@ -46,10 +46,19 @@ pub fn is_motive_csv(head: &[u8]) -> bool {
         .starts_with(b"Format Version,")
 }
 
-/// Whether the text begins with the column names of a table of points, or like a table of Motive.
+/// Whether the text begins with the columns of Live Link Face.
+#[doc(hidden)]
+pub fn is_face_csv(head: &[u8]) -> bool {
+    let head = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head);
+    let names = b"timecode,blendshapecount,";
+    head.get(..names.len())
+        .is_some_and(|start| start.eq_ignore_ascii_case(names))
+}
+
+/// Whether the text begins with the column names of a table of points, or like a table of Motive or Live Link Face.
 #[doc(hidden)]
 pub fn is_csv_of_points(head: &[u8]) -> bool {
-    if is_motive_csv(head) {
+    if is_motive_csv(head) || is_face_csv(head) {
         return true;
     }
     let head = &head[..head.len().min(CSV_HEAD)];

@@ -16,6 +16,14 @@ pub struct FaceTrack {
 }
 
 impl Scene {
+    /// Whether it has expressions and no joints, as a track of a face.
+    #[doc(hidden)]
+    pub fn is_face_alone(&self) -> bool {
+        let has_faces = self.nodes.iter().any(|node| node.face.is_some());
+        let is_none = |node: &Node| node.kind == NodeKind::Group || node.face.is_some();
+        has_faces && self.nodes.iter().all(is_none)
+    }
+
     /// The face tracks of an animation.
     #[doc(hidden)]
     pub fn face_tracks(&self, animation: &Animation) -> Vec<FaceTrack> {

@@ -27,7 +27,7 @@ impl Scene {
         let mut nodes = self.nodes.iter();
         is_read_as_points
             && nodes.next().is_some_and(|first| first.kind == NodeKind::Group)
-            && nodes.all(|node| node.parent == Some(NodeId(0)))
+            && nodes.all(|node| node.parent == Some(NodeId(0)) && node.face.is_none())
     }
 
     /// The position keys of each node in a scene of points; `None` for nodes without gaps.

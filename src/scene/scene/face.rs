@@ -3,6 +3,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::face_shape;
+
 /// The role of a node in the face of a VRM animation. Such a node does not belong to the skeleton, and its transform
 /// has no other meaning.
 ///
@@ -93,7 +95,17 @@ impl Face {
         match self {
             Self::Preset(name) if name == "blinkLeft" => Self::Preset("blinkRight".to_owned()),
             Self::Preset(name) if name == "blinkRight" => Self::Preset("blinkLeft".to_owned()),
+            Self::Custom(name) if face_shape(name).is_some() => Self::Custom(other_side(name)),
             other => other.clone(),
         }
     }
+}
+
+/// The name of a shape of ARKit on the other side; of one in the middle its own.
+fn other_side(name: &str) -> String {
+    let sides = [("Left", "Right"), ("Right", "Left"), ("_L", "_R"), ("_R", "_L")];
+    let other = sides
+        .into_iter()
+        .find_map(|(side, other)| Some(name.strip_suffix(side)?.to_owned() + other));
+    other.unwrap_or_else(|| name.to_owned())
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use mocap_scene::scene::Face;
+use mocap_scene::scene::{Face, face_shape};
 
 /// The look expressions, in the order of their weights.
 const LOOKS: [&str; 4] = ["lookUp", "lookDown", "lookLeft", "lookRight"];
@@ -74,8 +74,24 @@ impl Expression {
         match face {
             Face::Preset(name) if self.is_preset => self.name == *name,
             Face::Preset(name) => self.name.eq_ignore_ascii_case(name),
-            Face::Custom(name) => !self.is_preset && self.name == *name,
+            Face::Custom(name) => {
+                let shape = face_shape(name);
+                !self.is_preset && (self.name == *name || shape.is_some() && shape == face_shape(&self.name))
+            }
             Face::LookAt { .. } => false,
+        }
+    }
+
+    /// One that moves the morph targets of a shape alone.
+    pub(super) fn of_shape(name: &str, binds: Vec<MorphBind>) -> Self {
+        Self {
+            name: name.to_owned(),
+            is_preset: false,
+            look: None,
+            is_binary: false,
+            overrides: Default::default(),
+            binds,
+            has_more: false,
         }
     }
 

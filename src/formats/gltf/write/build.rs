@@ -279,7 +279,10 @@ impl Builder<'_> {
             Some((bone.as_str().to_owned(), json!({ "node": index })))
         };
         let bones: serde_json::Map<_, _> = nodes.filter_map(bone).collect();
-        let mut extension = json!({ "specVersion": "1.0", "humanoid": { "humanBones": bones } });
+        let mut extension = json!({ "specVersion": "1.0" });
+        if !bones.is_empty() {
+            extension["humanoid"] = json!({ "humanBones": bones });
+        }
         for (index, node) in self.scene.nodes.iter().enumerate() {
             match &node.face {
                 Some(Face::Preset(name)) => extension["expressions"]["preset"][name] = json!({ "node": index }),

@@ -19,6 +19,7 @@ mod cut;
 mod dialects;
 mod dump_number;
 mod error_bounds;
+mod face_shapes;
 mod fbx;
 mod fbx_bones;
 mod fbx_out;
