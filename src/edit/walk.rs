@@ -6,7 +6,7 @@ use glam::{DVec2, Quat, Vec3};
 use mocap_figure::Figure;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Trs, have_the_same_joints};
-use mocap_scene::scene::{Animation, NodeId, Scene};
+use mocap_scene::scene::{Animation, ClipExtras, NodeId, Scene};
 use serde::Serialize;
 
 use super::body::figure_of;
@@ -133,6 +133,7 @@ fn empty(base: &Scene, rate: f64) -> Scene {
         ..Animation::default()
     }];
     scene.weight_keys().for_each(Vec::clear);
+    scene.metadata.clip_extras = ClipExtras::default();
     scene.metadata.origin = None;
     scene.metadata.steps.clear();
     scene.metadata.assumptions.clear();

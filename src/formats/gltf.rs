@@ -145,6 +145,7 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
         (DataKind::RestScales, Carriage::Converted),
         (DataKind::FaceCurves, Carriage::Kept),
     ],
+    passed_through: &[DataKind::Extras],
     states_bones: true,
     states_origin: true,
     keeps_shear: true,

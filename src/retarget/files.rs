@@ -325,6 +325,7 @@ impl Retargeter {
         provenance.steps.extend(self.change_over_ground(&mut clip)?);
         clip.provenance = provenance;
         clip.set_face(source.face_tracks(&source.animations[index]));
+        clip.extras = source.clip_extras(index);
         clip.rename(name);
         Ok(clip)
     }
@@ -438,7 +439,7 @@ impl Retargeter {
             return Ok(None);
         };
         let clips = self.clips.iter();
-        let clips = clips.map(|clip| (&clip.animation, &clip.provenance, &*clip.face));
+        let clips = clips.map(|clip| (&clip.animation, &clip.provenance, &*clip.face, clip.extras.clone()));
         let replace = self.options.replace_animations;
         character.clip_files(clips, replace, options, name).map(Some)
     }

@@ -72,6 +72,7 @@
 //! ```
 
 mod attribution;
+mod clip_extras;
 mod face;
 mod face_shapes;
 mod guess;
@@ -94,6 +95,8 @@ mod source_lines;
 use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
+#[doc(hidden)]
+pub use self::clip_extras::ClipExtras;
 pub use self::face::Face;
 #[doc(hidden)]
 pub use self::face_shapes::{FACE_SHAPES, face_shape};

@@ -9,6 +9,7 @@ use mocap_scene::error::Result;
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::scene::report::{DataKind, DataLoss};
 use mocap_scene::scene::{Animation, Face, Keys, NodeId, Scene};
+use serde_json::Value;
 
 use super::BufferPlace;
 use super::face::CharacterFace;
@@ -119,6 +120,7 @@ impl Character {
             animation,
             provenance: None,
             morphs: &[],
+            extras: None,
         };
         let animations: Vec<_> = animations.iter().map(clip).collect();
         Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
@@ -155,24 +157,25 @@ impl Character {
             (body, faces)
         };
         let clips: Vec<_> = motions.animations.iter().map(clip).collect();
-        let clips = std::iter::zip(&clips, provenance).map(|((body, faces), from)| (body, from, &**faces));
+        let clips = std::iter::zip(&clips, provenance).enumerate();
+        let clips = clips.map(|(index, ((body, faces), from))| (body, from, &**faces, motions.clip_extras(index)));
         let options = options.clone().buffer(BufferPlace::Embedded);
         self.clip_files(clips, replace, &options, "")
     }
 
     /// The files to write. The character is the last one. If the `.gltf` does not embed the clip buffer, the buffer
-    /// comes before it. A clip may have face tracks.
+    /// comes before it. A clip may have face tracks, and extras.
     #[doc(hidden)]
     pub fn clip_files<'a>(
         &self,
-        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance, &'a [FaceTrack])>,
+        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance, &'a [FaceTrack], Option<Value>)>,
         replace: bool,
         options: &GltfOptions,
         name: &str,
     ) -> Result<Export> {
         let (mut made, mut notes, mut lost) = (Vec::new(), Vec::new(), BTreeSet::new());
         let face = OnceCell::new();
-        for (animation, provenance, tracks) in clips {
+        for (animation, provenance, tracks, extras) in clips {
             let mut animation = Cow::Borrowed(animation);
             let mut morphs = Vec::new();
             if !tracks.is_empty() {
@@ -182,13 +185,14 @@ impl Character {
                 notes.extend((unsaid.notes.iter()).map(|note| format!("{}: {note}", animation.name)));
                 lost.extend(unsaid.lost);
             }
-            made.push((animation, provenance, morphs));
+            made.push((animation, provenance, morphs, extras));
         }
         let clips: Vec<_> = (made.iter())
-            .map(|(animation, provenance, morphs)| Clip {
+            .map(|(animation, provenance, morphs, extras)| Clip {
                 animation,
                 provenance: Some(*provenance),
                 morphs,
+                extras: extras.clone(),
             })
             .collect();
         let (files, report) = self.with(&clips, replace, options, name)?;

@@ -353,6 +353,23 @@ impl<'a> File<'a> {
     }
 }
 
+/// The extras of an animation but for what this crate wrote; null where there are none.
+pub(super) fn own_extras(extras: Option<&serde_json::Value>) -> serde_json::Value {
+    match extras {
+        Some(serde_json::Value::Object(members)) => {
+            let mut own = members.clone();
+            own.remove("mocap");
+            if own.is_empty() {
+                serde_json::Value::Null
+            } else {
+                own.into()
+            }
+        }
+        Some(other) => other.clone(),
+        None => serde_json::Value::Null,
+    }
+}
+
 /// The provenance that this crate wrote into the extras of an object.
 fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
     serde_json::from_value(extras?.get("mocap")?.clone()).ok()

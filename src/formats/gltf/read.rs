@@ -23,7 +23,7 @@ use mocap_scene::scene::{
 };
 
 use super::bind;
-use super::file::{File, NodePlace, implausible};
+use super::file::{File, NodePlace, implausible, own_extras};
 use super::frame_time::{
     end_of, find_frame_time, fits, keep_one_pose, keys, put_at_ticks, tick_of, ticks_of, valid_frame_time,
 };
@@ -168,6 +168,9 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
             animation.ticks_per_second = frame_rate;
         }
         scene.animations.push(animation);
+    }
+    for (index, animation) in file.animations().enumerate() {
+        scene.set_clip_extras(index, own_extras(animation.extras.as_ref()));
     }
     if scene.animations.is_empty() {
         scene

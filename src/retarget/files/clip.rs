@@ -6,6 +6,7 @@ use mocap_formats::gltf::report::Provenance;
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::scene::{Animation, Face, HumanoidBone};
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::quality::RetargetReport;
 use crate::quality::Verdict;
@@ -39,6 +40,8 @@ pub struct RetargetedClip {
     pub robot_motion: Option<RobotMotion>,
     /// The face of the source, where that is a VRM animation with one.
     pub(crate) face: Vec<FaceTrack>,
+    /// The extras of the clip in the source, with the times of their events.
+    pub(super) extras: Option<Value>,
     /// The angles between its limbs and those of the source, if the target is a robot.
     pub(super) limb_angles: Option<Vec<LimbAngles>>,
 }
@@ -51,6 +54,7 @@ impl RetargetedClip {
             report: ClipReport::Body(report),
             robot_motion: None,
             face: Vec::new(),
+            extras: None,
             limb_angles: None,
         }
     }
@@ -75,6 +79,7 @@ impl RetargetedClip {
             report: ClipReport::Robot(report),
             robot_motion: Some(motion),
             face: Vec::new(),
+            extras: None,
             limb_angles: None,
         }
     }

@@ -3,7 +3,7 @@
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::report::{DataKind, DataLoss};
-use mocap_scene::scene::{Face, Keys, MorphTarget, Node, Scene, face_shape};
+use mocap_scene::scene::{ClipExtras, Face, Keys, MorphTarget, Node, Scene, face_shape};
 
 use super::{Retargeter, Target};
 
@@ -15,6 +15,10 @@ impl Retargeter {
         scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
         // Those of the target's own animations.
         scene.weight_keys().for_each(Vec::clear);
+        scene.metadata.clip_extras = ClipExtras::default();
+        for (index, clip) in self.clips.iter().enumerate() {
+            scene.set_clip_extras(index, clip.extras.clone().unwrap_or_default());
+        }
         if let Target::Robot(_) = self.target {
             scene.add_skeleton_mesh(SkeletonMesh::Skinned);
         }

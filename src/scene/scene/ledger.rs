@@ -214,6 +214,7 @@ impl DataKind {
             Self::Events => recorded.map_or(0, |recorded| recorded.events.len()),
             Self::AnalogChannels => recorded.map_or(0, |recorded| recorded.channels.len()),
             Self::ForcePlates => recorded.map_or(0, |recorded| recorded.plates.len()),
+            Self::Extras => scene.metadata.clip_extras.count(),
             // A scene cannot hold these kinds.
             Self::DualQuaternionSkins
             | Self::VertexColors
@@ -224,8 +225,7 @@ impl DataKind {
             | Self::CoupledJoints
             | Self::JointLimits
             | Self::Cameras
-            | Self::Lights
-            | Self::Extras => 0,
+            | Self::Lights => 0,
         };
         count as u64
     }

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 pub use self::applied_step::{AppliedStep, JointRename, SecondMotion, StepRecord};
 pub use self::file_space::FileSpace;
 use super::attribution::Attribution;
+use super::clip_extras::ClipExtras;
 use super::ledger::DataLoss;
 use super::{Animation, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
@@ -49,6 +50,10 @@ pub struct Metadata {
     /// The fit of a skeleton that was solved from markers.
     #[serde(skip)]
     pub solved: Option<Arc<MarkerSolution>>,
+    /// The extras of its clips.
+    #[serde(skip)]
+    #[doc(hidden)]
+    pub clip_extras: ClipExtras,
     /// Data that the file has and the scene lacks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[doc(hidden)]

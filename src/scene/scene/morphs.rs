@@ -3,19 +3,30 @@
 use super::{Keys, Scene};
 
 impl Scene {
-    /// The weights of each morph target in all animations, including targets of [`Scene::original`].
+    /// The weights of each morph target in all animations, including targets of [`Scene::original`]. The last tracks are no
+    /// weights, but the times of [`clip_extras`](Self::clip_extras).
     #[doc(hidden)]
     pub fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
         let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);
         let passed_through = self.original.iter_mut().flat_map(|original| &mut original.morphs);
         let passed_through = passed_through.flat_map(|curves| &mut curves.targets);
-        targets.map(|target| &mut target.weight_keys).chain(passed_through)
+        let clocks = std::iter::once(self.metadata.clip_extras.clocks_mut());
+        targets
+            .map(|target| &mut target.weight_keys)
+            .chain(passed_through)
+            .chain(clocks)
     }
 
     /// The rest weight of each morph target, in the order of [`weight_keys`](Self::weight_keys), and its keys in an
     /// animation, if it has keys.
     #[doc(hidden)]
     pub fn weights_in(&self, animation: usize) -> impl Iterator<Item = (f32, Option<&Keys<f32>>)> {
+        let clock = (0.0, keys_in(self.metadata.clip_extras.clocks(), animation));
+        self.targets_in(animation).chain([clock])
+    }
+
+    /// The same of morph targets alone.
+    fn targets_in(&self, animation: usize) -> impl Iterator<Item = (f32, Option<&Keys<f32>>)> {
         let targets = self.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
         let targets = targets.map(move |target| (target.weight, keys_in(&target.weight_keys, animation)));
         let passed_through = self.original.iter().flat_map(|original| &original.morphs);
@@ -38,7 +49,7 @@ impl Scene {
             .is_some_and(|original| !original.morphs.is_empty());
         let of_meshes: usize = self.meshes.iter().map(|mesh| mesh.morph_targets.len()).sum();
         let again = if is_passed_through { of_meshes } else { 0 };
-        let keys = self.weights_in(clip).skip(again).filter_map(|(_, keys)| keys);
+        let keys = self.targets_in(clip).skip(again).filter_map(|(_, keys)| keys);
         keys.filter(|keys| keys.values.iter().any(|weight| *weight != keys.values[0]))
             .count()
     }
@@ -61,6 +72,9 @@ impl Scene {
             return;
         }
         self.animations[..=index].rotate_right(1);
+        if let Some(values) = self.metadata.clip_extras.values_mut().get_mut(..=index) {
+            values.rotate_right(1);
+        }
         for animations in self.weight_keys().filter(|animations| index < animations.len()) {
             animations[..=index].rotate_right(1);
         }
@@ -72,6 +86,8 @@ impl Scene {
         if index < self.animations.len() {
             self.animations = vec![self.animations.swap_remove(index)];
         }
+        let values = self.metadata.clip_extras.values_mut();
+        *values = values.drain(..).skip(index).take(1).collect();
         for animations in self.weight_keys().filter(|animations| index < animations.len()) {
             *animations = vec![animations.swap_remove(index)];
         }

@@ -230,7 +230,10 @@ impl<'a> Writer<'a> {
             self.report.constant_tracks += 1;
             let value = T::from(values[0]);
             let sets_rest = self.sets_rest(property, value, rest);
-            if self.keeps_constant(property) || !(sets_rest || value.is_same(rest)) {
+            // The scale of a node is known from its matrix, so that it is rounded.
+            let is_rounded = self.nodes == Nodes::PassedThrough && property == Property::Scale;
+            let is_rest = value.is_same(rest) || is_rounded && value.is_of_rest(rest);
+            if self.keeps_constant(property) || !(sets_rest || is_rest) {
                 let clock = self.clock(None, 1);
                 self.channel(node, property, clock, &values);
             }

@@ -215,7 +215,7 @@ impl Builder<'_> {
             }
         };
         // glTF allows several animations. Clip names and their order stay.
-        for take in &scene.animations {
+        for (index, take) in scene.animations.iter().enumerate() {
             let written = animation::write(
                 scene,
                 take,
@@ -227,6 +227,7 @@ impl Builder<'_> {
             )?;
             self.animations.push(written.map(|written| Animation {
                 name: Some(scene.metadata.clip_name(take).to_owned()),
+                extras: scene.clip_extras(index),
                 ..written
             }));
         }
@@ -370,6 +371,7 @@ impl Builder<'_> {
                 };
                 let animation = self.animations[index].get_or_insert_with(|| Animation {
                     name: Some(self.scene.metadata.clip_name(take).to_owned()),
+                    extras: self.scene.clip_extras(index),
                     ..Animation::empty()
                 });
                 let rate = take.ticks_per_second;

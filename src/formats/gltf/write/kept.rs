@@ -74,11 +74,12 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
     let morphs: Vec<_> = (0..scene.animations.len())
         .map(|index| morphs::tracks(original, index))
         .collect();
-    let clips: Vec<_> = (scene.animations.iter().zip(&provenances).zip(&morphs))
-        .map(|((animation, provenance), morphs)| Clip {
+    let clips: Vec<_> = (scene.animations.iter().zip(&provenances).zip(&morphs).enumerate())
+        .map(|(index, ((animation, provenance), morphs))| Clip {
             animation,
             provenance: Some(provenance),
             morphs,
+            extras: scene.clip_extras(index),
         })
         .collect();
     let skeleton = Skeleton {

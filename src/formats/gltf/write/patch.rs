@@ -5,8 +5,8 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{self, Animation, Scene};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use serde_json::value::RawValue;
+use serde_json::{Value, json};
 
 use super::super::face::MorphTrack;
 use super::super::json::{self, MAGIC};
@@ -122,6 +122,8 @@ pub(in super::super) struct Clip<'a> {
     pub(in super::super) animation: &'a Animation,
     pub(in super::super) provenance: Option<&'a Provenance>,
     pub(in super::super) morphs: &'a [MorphTrack],
+    /// Those of its source.
+    pub(in super::super) extras: Option<Value>,
 }
 
 /// The file with animations of a skeleton, each with its provenance if known. Data that only replaced animations need
@@ -297,6 +299,7 @@ impl<'a> AddedAnimations<'a> {
             animation,
             provenance,
             morphs: tracks,
+            ref extras,
         } = *clip;
         let Skeleton { scene, nodes } = *self.skeleton;
         let (buffer, report) = (&mut self.buffer, &mut self.report);
@@ -320,7 +323,7 @@ impl<'a> AddedAnimations<'a> {
             morphs::write(&mut written, track, animation.ticks_per_second, buffer, report);
         }
         written.name = Some(animation.name.clone());
-        written.extras = provenance.map(|provenance| json!({ "mocap": provenance }));
+        written.set_extras(extras.clone(), provenance.map(|provenance| json!(provenance)));
         self.animations.push(written);
         Ok(())
     }

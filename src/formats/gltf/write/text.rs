@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use gltf_json::accessor::Accessor;
 use gltf_json::{Index, Node, Root};
 use serde::Serialize;
-use serde_json::Value;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
+use serde_json::{Value, json};
 
 /// An animation.
 #[derive(Clone, Debug, Serialize)]
@@ -16,7 +16,7 @@ pub struct Animation {
     pub name: Option<String>,
     pub channels: Vec<Channel>,
     pub samplers: Vec<Sampler>,
-    /// The provenance, if the file does not state it for all animations.
+    /// The extras of the clip, and the provenance if the file does not state it for all animations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extras: Option<Value>,
 }
@@ -30,6 +30,19 @@ impl Animation {
             samplers: Vec::new(),
             extras: None,
         }
+    }
+
+    /// Adds the extras of a clip, and where it is from. Extras that are no object stand under `extras`.
+    pub(super) fn set_extras(&mut self, own: Option<Value>, provenance: Option<Value>) {
+        self.extras = match (own, provenance) {
+            (own, None) => own,
+            (Some(Value::Object(mut members)), Some(provenance)) => {
+                members.insert("mocap".to_owned(), provenance);
+                Some(members.into())
+            }
+            (Some(other), Some(provenance)) => Some(json!({ "extras": other, "mocap": provenance })),
+            (None, Some(provenance)) => Some(json!({ "mocap": provenance })),
+        };
     }
 }
 

@@ -11,6 +11,7 @@ mod c3d;
 #[allow(dead_code, reason = "other packages use the rest of it")]
 #[path = "../../../retarget/tests/it/characters.rs"]
 mod characters;
+mod clip_extras;
 mod compressed_characters;
 mod compression;
 #[allow(dead_code, reason = "other packages use the rest of it")]
