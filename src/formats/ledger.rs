@@ -262,12 +262,13 @@ impl FormatInfo {
     #[doc(hidden)]
     pub fn losses(&self, scene: &Scene, chosen: LedgerOptions) -> Vec<DataLoss> {
         let is_passed = self.keeps_characters && scene.original.is_some();
+        let is_kept = self.format == Format::Fbx && scene.metadata.fbx.is_some();
         // The MikuMikuDance model has them.
         let is_of_model = self.format == Format::Vmd && scene.metadata.mmd.is_some();
         let unread = |kind: DataKind| -> u64 {
             let is_elsewhere = is_of_model && kind == DataKind::Meshes;
             let of_kind = scene.metadata.lost.iter().filter(move |loss| loss.kind == kind);
-            match is_elsewhere || is_passed && self.carriage(kind) != Carriage::Lost {
+            match is_elsewhere || is_kept || is_passed && self.carriage(kind) != Carriage::Lost {
                 true => 0,
                 false => of_kind.map(|loss| loss.count).sum(),
             }

@@ -63,6 +63,7 @@ impl<'a> Files<'a> {
             (JobTarget::Skeleton(_), _) => {
                 let mut scene = self.import(importer, path)?;
                 scene.original = None;
+                scene.metadata.fbx = None;
                 Ok(scene.into())
             }
             (JobTarget::Character(_), None) => Target::import(path, importer),

@@ -104,12 +104,21 @@ impl Form {
             Target::Character(character) => of_character(writing, named.file(), character, has_disk)?,
             Target::Skeleton(_) => Self::Scene(row(writing, &FormatInfo::written_extensions())?),
         };
+        let keeps_fbx = |row: &FormatInfo| {
+            let is_fbx = matches!(target, Target::Skeleton(scene) if scene.metadata.fbx.is_some());
+            is_fbx && row.format == Format::Fbx
+        };
+        let keeps = match form {
+            Self::Character => true,
+            Self::Scene(row) => keeps_fbx(row),
+            Self::Robot(_) | Self::Arrays(_) => false,
+        };
         if let JobTarget::Character(character) = named
             && character.replace_animations
-            && !matches!(form, Self::Character)
+            && !keeps
         {
-            let message = "{replace-animations} would do nothing: only a glTF or VRM output keeps the animations of \
-                           its character";
+            let message = "{replace-animations} would do nothing: only an output in the format of the character, glTF, \
+                           VRM or FBX, keeps its animations";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         form.check(writing)?;

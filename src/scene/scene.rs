@@ -108,7 +108,7 @@ pub use self::metadata::{FileSpace, UNNAMED_MOTION, format_name};
 #[doc(hidden)]
 pub use self::mmd::{MmdInherits, MmdModel};
 #[doc(hidden)]
-pub use self::original::{MorphCurves, Original, OriginalFile, SKELETON_MATERIAL};
+pub use self::original::{FbxOriginal, MorphCurves, Original, OriginalFile, SKELETON_MATERIAL};
 pub use self::recorded::{AnalogChannel, Event, ForcePlate, Recording};
 use self::report::{MarkerSolution, SourceLines};
 use crate::error::Diagnostic;

@@ -27,14 +27,16 @@ mod timeline;
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::files::FBX_HEAD;
 use mocap_scene::limits::{FARTHEST, FrameBudget, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
 use mocap_scene::scene::report::DataKind;
 use mocap_scene::scene::{
-    Animation, Assumption, Channel, FileSpace, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic,
-    UpAxis,
+    Animation, Assumption, Channel, FbxOriginal, FileSpace, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene,
+    Topic, UpAxis,
 };
 use ufbx::LoadOpts;
 
+pub(super) use self::blend_shapes::full_weight;
 use self::refusal::refusal;
 use self::timeline::Timeline;
 use crate::fbx::{END_SITE, SOURCE_NAME};
@@ -99,6 +101,13 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
             });
         }
     }
+    if !scene.meshes.is_empty() && !options.file_units && !options.without_original && bytes.starts_with(FBX_HEAD) {
+        scene.metadata.fbx = Some(FbxOriginal {
+            bytes: bytes.into(),
+            nodes: nodes.iter().map(|node| node.source.element.typed_id).collect(),
+            keeps_clips: false,
+        });
+    }
     scene.lose(DataKind::Cameras, file.cameras.len() + file.stereo_cameras.len());
     scene.lose(DataKind::Lights, file.lights.len());
     if scene.animations.is_empty() {
@@ -112,13 +121,17 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     Ok(scene)
 }
 
-fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure> {
+/// The memory that ufbx may take for a file.
+pub(super) fn limited(bytes: &[u8], options: &ReadOptions) -> ufbx::AllocatorOpts {
     let memory = bytes.len().saturating_mul(MEMORY_PER_BYTE).saturating_add(MEMORY);
-    let memory = memory.min(usize::try_from(options.limits.max_bytes).unwrap_or(usize::MAX));
-    let limited = || ufbx::AllocatorOpts {
-        memory_limit: memory,
+    ufbx::AllocatorOpts {
+        memory_limit: memory.min(usize::try_from(options.limits.max_bytes).unwrap_or(usize::MAX)),
         ..ufbx::AllocatorOpts::default()
-    };
+    }
+}
+
+fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure> {
+    let limited = || limited(bytes, options);
     let load = LoadOpts {
         temp_allocator: limited(),
         result_allocator: limited(),
@@ -198,15 +211,23 @@ impl KeptNode<'_> {
     }
 
     fn name(&self) -> String {
-        let props = &self.source.element.props;
-        // A name that this crate had to change.
-        let given = props.find_prop(SOURCE_NAME).map(|property| &*property.value_str);
-        let name = given.unwrap_or(&self.source.element.name);
-        if self.source.is_root && name.is_empty() {
-            "RootNode".to_owned()
-        } else {
-            name.to_owned()
-        }
+        node_name(self.source)
+    }
+}
+
+/// The name of a node in its scene.
+pub(super) fn node_name(node: &ufbx::Node) -> String {
+    // A name that this crate had to change.
+    let given = node
+        .element
+        .props
+        .find_prop(SOURCE_NAME)
+        .map(|property| &*property.value_str);
+    let name = given.unwrap_or(&node.element.name);
+    if node.is_root && name.is_empty() {
+        "RootNode".to_owned()
+    } else {
+        name.to_owned()
     }
 }
 
@@ -374,7 +395,7 @@ fn are_plausible(translation: Vec3, rotation: Quat, scale: Vec3) -> bool {
 }
 
 /// FBX names the axis that is applied first first, which is the last factor of the product.
-fn rotation_order(order: ufbx::RotationOrder) -> Option<RotationOrder> {
+pub(super) fn rotation_order(order: ufbx::RotationOrder) -> Option<RotationOrder> {
     match order {
         ufbx::RotationOrder::Xyz => Some(RotationOrder::Zyx),
         ufbx::RotationOrder::Xzy => Some(RotationOrder::Yzx),

@@ -31,6 +31,7 @@ mod blend_shapes;
 mod curves;
 mod document;
 mod encode;
+mod kept;
 mod material;
 mod mesh;
 mod names;
@@ -96,6 +97,10 @@ pub struct FbxReport {
     pub achieved: Option<Deviation>,
     /// Bytes of the file.
     pub bytes: usize,
+    /// Whether it is the file that the scene was read from, with other clips.
+    #[serde(skip)]
+    #[doc(hidden)]
+    pub is_kept: bool,
     /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
     pub warnings: Vec<Diagnostic>,
 }
@@ -136,6 +141,20 @@ impl FbxOptions {
     /// - [`Code::Unrepresentable`] if a joint with children changes its scale, for which no error can be kept
     /// - [`Code::LimitExceeded`] if the file is too large for its version
     pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, FbxReport)> {
+        if let Some(original) = &scene.metadata.fbx {
+            let kept = self.keeps_file().then(|| kept::write(scene, original, self));
+            let reason = match kept {
+                Some(Ok(written)) => return Ok(written),
+                Some(Err(reason)) => Some(reason),
+                None => None,
+            };
+            let mut anew = scene.clone();
+            anew.metadata.fbx = None;
+            let (bytes, mut report) = self.write(&anew)?;
+            report.warnings.extend(reason.map(|reason| written_anew(&reason)));
+            return Ok((bytes, report));
+        }
+        let mut report = FbxReport::default();
         if scene.nodes.is_empty() {
             return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
         }
@@ -147,12 +166,20 @@ impl FbxOptions {
             limits::positive(Code::InvalidValue, "the largest error", bound.max_error)?;
         }
         let mut document = Document::new();
-        let mut report = FbxReport::default();
         let mut names = Names::default();
         let bones = mesh::bound_nodes(scene);
         let placed = skeleton::write(scene, &space, self, &bones, &mut names, &mut document, &mut report)?;
         let binds = mesh::binds(scene, &space, &placed);
-        let clips = animation::write(scene, &space, &placed, self, &mut document, &mut report)?;
+        let mut names_of_clips = Names::default();
+        let clips = animation::write(
+            scene,
+            &space,
+            &placed,
+            self,
+            &mut names_of_clips,
+            &mut document,
+            &mut report,
+        )?;
         let beside = skeleton::beside_the_tails(scene, &placed, &clips.moving);
         // The transform of a node in the bind pose.
         let bound = |index: usize, mut bind: DMat4| {
@@ -200,6 +227,27 @@ impl FbxOptions {
     }
 }
 
+impl FbxOptions {
+    /// Whether a file that was read may stay as it is: no unit, axis, rest pose or version of another program was asked
+    /// for.
+    fn keeps_file(&self) -> bool {
+        let usual = Self {
+            error_bound: self.error_bound.clone(),
+            whole_rate: self.whole_rate,
+            ..Self::default()
+        };
+        *self == usual
+    }
+}
+
+/// Says that what a scene does not hold is not in the output.
+fn written_anew(reason: &str) -> Diagnostic {
+    let message = format!(
+        "the file is written anew, because {reason}: its polygons become triangles, and what a scene does not hold is left out"
+    );
+    Diagnostic::new(Code::NotCarriedOver, message)
+}
+
 /// The files of the row.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let options_of_fbx = FbxOptions {
@@ -207,6 +255,9 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
         ..options.fbx.clone()
     };
     let (bytes, report) = options_of_fbx.write(scene)?;
+    // What the ledger counts on to stay in the file.
+    let is_anew = scene.metadata.fbx.is_some() && !report.is_kept;
+    let losses = scene.metadata.lost.iter().filter(|_| is_anew).copied();
     let images = report.beside.iter();
     let images = images.map(|(name, texture)| ExportFile::new(name, scene.textures[*texture].bytes.clone()));
     let main = ExportFile::new(&options.name, bytes);
@@ -217,6 +268,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
             format!("{} keys in {} curves, {most} mm at most", report.keys, report.curves)
         })),
         warnings: report.warnings,
+        losses: losses.collect(),
         renamed: renamed
             .map(|(node, from, to)| NodeRename {
                 node,

@@ -16,6 +16,9 @@ impl Retargeter {
         // Those of the target's own animations.
         scene.weight_keys().for_each(Vec::clear);
         scene.metadata.clip_extras = ClipExtras::default();
+        if let Some(fbx) = &mut scene.metadata.fbx {
+            fbx.keeps_clips = !self.options.replace_animations;
+        }
         for (index, clip) in self.clips.iter().enumerate() {
             scene.set_clip_extras(index, clip.extras.clone().unwrap_or_default());
         }

@@ -106,6 +106,7 @@ impl Scene {
     /// ```
     pub fn leave_out_meshes(&mut self) {
         self.original = None;
+        self.metadata.fbx = None;
         self.meshes.clear();
         self.nodes.iter_mut().for_each(|node| node.meshes.clear());
     }

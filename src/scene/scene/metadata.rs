@@ -14,7 +14,7 @@ pub use self::file_space::FileSpace;
 use super::attribution::Attribution;
 use super::clip_extras::ClipExtras;
 use super::ledger::DataLoss;
-use super::{Animation, MarkerSolution, MmdModel, Recording};
+use super::{Animation, FbxOriginal, MarkerSolution, MmdModel, Recording};
 use crate::error::{Code, Diagnostic, Error};
 
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
@@ -54,6 +54,10 @@ pub struct Metadata {
     #[serde(skip)]
     #[doc(hidden)]
     pub clip_extras: ClipExtras,
+    /// The FBX file that the scene was read from.
+    #[serde(skip)]
+    #[doc(hidden)]
+    pub fbx: Option<FbxOriginal>,
     /// Data that the file has and the scene lacks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[doc(hidden)]

@@ -54,6 +54,27 @@ pub struct Original {
     pub morphs: Vec<MorphCurves>,
 }
 
+/// A binary FBX file with meshes, whole. A scene that has it is written as FBX into this file: the clips are those of
+/// the scene, and all other elements stay.
+#[derive(Clone, PartialEq)]
+#[doc(hidden)]
+pub struct FbxOriginal {
+    #[doc(hidden)]
+    pub bytes: Arc<[u8]>,
+    /// The number among the nodes of the file of each node of the scene.
+    #[doc(hidden)]
+    pub nodes: Arc<[u32]>,
+    /// Whether the clips of the file stay beside those of the scene.
+    #[doc(hidden)]
+    pub keeps_clips: bool,
+}
+
+impl fmt::Debug for FbxOriginal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "FbxOriginal {{ {} bytes }}", self.bytes.len())
+    }
+}
+
 /// The morph target weights of a node in the file, over time.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[doc(hidden)]

@@ -44,7 +44,7 @@ fn varies(curve: &ufbx::AnimCurve) -> bool {
 }
 
 /// The weight at which the shape of a channel is reached.
-fn full_weight(channel: &ufbx::BlendChannel) -> f64 {
+pub(in super::super) fn full_weight(channel: &ufbx::BlendChannel) -> f64 {
     let last = channel.keyframes.iter().last();
     let full = last.map(|keyframe| keyframe.target_weight);
     full.filter(|full| full.is_finite() && *full > 0.0).unwrap_or(1.0)

@@ -46,16 +46,16 @@ pub(super) struct Layer {
     pub(super) rate: f64,
 }
 
-/// Adds the clips of `scene`.
+/// Adds the clips of `scene`. `names` has those of other clips in the file.
 pub(super) fn write(
     scene: &Scene,
     space: &Space,
     placed: &[Placed],
     options: &FbxOptions,
+    names: &mut Names,
     document: &mut Document<'_>,
     report: &mut FbxReport,
 ) -> Result<Clips> {
-    let mut names = Names::default();
     let mut clips = Clips::default();
     for animation in &scene.animations {
         let rate = Rate::new(animation.ticks_per_second, options)?.frames_per_second();

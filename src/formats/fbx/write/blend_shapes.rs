@@ -21,6 +21,19 @@ const FULL: f64 = 100.0;
 pub(super) struct WrittenTarget<'a> {
     channel: Id,
     target: &'a MorphTarget,
+    /// The value of the channel at weight 1.
+    full: f64,
+}
+
+impl<'a> WrittenTarget<'a> {
+    /// A target by a channel of a file that was read; `full` is its weight at the last shape.
+    pub(super) fn new(channel: Id, target: &'a MorphTarget, full: f64) -> Self {
+        Self {
+            channel,
+            target,
+            full: FULL * full,
+        }
+    }
 }
 
 /// The targets of the parts of a mesh, each once by its name, with the parts that have it, which begin at these
@@ -93,7 +106,7 @@ pub(super) fn write<'a>(
         document.add("Deformer", element);
         document.connect(channel, deformer);
         document.connect(shape, channel);
-        written.push(WrittenTarget { channel, target: first });
+        written.push(WrittenTarget::new(channel, first, 1.0));
     }
     Ok(written)
 }
@@ -106,12 +119,12 @@ pub(super) fn write_curves(
     report: &mut FbxReport,
 ) {
     for (index, layer) in layers.iter().enumerate() {
-        for WrittenTarget { channel, target } in targets {
+        for WrittenTarget { channel, target, full } in targets {
             let is_elsewhere = |keys: &&Keys<f32>| keys.values.iter().any(|weight| *weight != target.weight);
             let Some(keys) = target.weight_keys.get(index).filter(is_elsewhere) else {
                 continue;
             };
-            let at_rest = FULL * f64::from(target.weight);
+            let at_rest = full * f64::from(target.weight);
             let defaults = Properties::new().number("d|DeformPercent", at_rest);
             let (node, element) = document.object("AnimationCurveNode", ["DeformPercent", "AnimCurveNode", ""]);
             document.add("AnimationCurveNode", element.child(defaults.element()));
@@ -119,7 +132,7 @@ pub(super) fn write_curves(
             document.connect_property(node, *channel, "DeformPercent");
             let ticks: Vec<f64> = (0..keys.len()).map(|key| keys.tick(key)).collect();
             let times = Array::longs(key_times(&ticks, layer.rate));
-            let percents = keys.values.iter().map(|weight| (FULL * f64::from(*weight)) as f32);
+            let percents = keys.values.iter().map(|weight| (full * f64::from(*weight)) as f32);
             let curve = add_curve(document, at_rest, times, percents);
             document.connect_property(curve, node, "d|DeformPercent");
             report.curves += 1;

@@ -50,6 +50,19 @@ impl<'a> Document<'a> {
         }
     }
 
+    /// Without objects yet, of which the ids are above those of a file.
+    pub(super) fn after(last_id: Id) -> Self {
+        Self {
+            last_id: last_id.max(0),
+            ..Self::new()
+        }
+    }
+
+    /// The objects, the connections, and the number of objects of each kind.
+    pub(super) fn into_parts(self) -> (Vec<Element<'a>>, Vec<Element<'a>>, BTreeMap<&'static str, i32>) {
+        (self.objects, self.connections, self.counts)
+    }
+
     /// A new object of a kind, with its name and class, such as `Hips`, `Model`, and its subclass, such as `LimbNode`.
     pub(super) fn object(&mut self, kind: &'static str, [name, class, subclass]: [&str; 3]) -> (Id, Element<'a>) {
         self.last_id += 1;
@@ -204,14 +217,16 @@ fn definitions<'a>(counts: &BTreeMap<&'static str, i32>) -> Element<'a> {
 /// The clips as versions before 7 list them, which some programs still look at.
 fn takes<'a>(settings: &Settings) -> Element<'a> {
     let active = settings.clips.first().map_or("", |clip| clip.0.as_str());
-    let span = |name: &'static str, end: i64| Element::of(name, 0_i64).with(end);
-    let takes = settings.clips.iter().map(|(name, end)| {
-        Element::of("Take", name.clone())
-            .child(Element::of("FileName", format!("{name}.tak")))
-            .child(span("LocalTime", *end))
-            .child(span("ReferenceTime", *end))
-    });
     Element::new("Takes")
         .child(Element::of("Current", active.to_owned()))
-        .children(takes)
+        .children(settings.clips.iter().map(|(name, end)| take(name, *end)))
+}
+
+/// A clip with its end, as versions before 7 list it.
+pub(super) fn take<'a>(name: &str, end: i64) -> Element<'a> {
+    let span = |name: &'static str| Element::of(name, 0_i64).with(end);
+    Element::of("Take", name.to_owned())
+        .child(Element::of("FileName", format!("{name}.tak")))
+        .child(span("LocalTime"))
+        .child(span("ReferenceTime"))
 }

@@ -30,7 +30,7 @@ const FOOTER_ID: [u8; 16] = [
 ];
 /// An element of the tree.
 pub(super) struct Element<'a> {
-    name: &'static str,
+    name: &'a str,
     values: Vec<Value<'a>>,
     children: Vec<Element<'a>>,
     /// Whether an empty list of children is written.
@@ -46,6 +46,8 @@ pub(super) enum Value<'a> {
     Text(Cow<'a, str>),
     Bytes(&'a [u8]),
     Array(Array),
+    /// So many values of a file that was read, in its bytes.
+    Read(usize, &'a [u8]),
 }
 
 /// Numbers in bytes, which elements share.
@@ -155,6 +157,21 @@ impl<'a> Element<'a> {
         }
     }
 
+    /// An element of a file that was read, with the number and the bytes of its values.
+    pub(super) fn of_bytes(
+        name: &'a str,
+        (count, values): (usize, &'a [u8]),
+        children: Vec<Element<'a>>,
+        is_block: bool,
+    ) -> Self {
+        Self {
+            name,
+            values: vec![Value::Read(count, values)],
+            children,
+            is_block,
+        }
+    }
+
     /// An element with one value.
     pub(super) fn of(name: &'static str, value: impl Into<Value<'a>>) -> Self {
         Self::new(name).with(value)
@@ -182,6 +199,16 @@ impl<'a> Element<'a> {
     }
 }
 
+/// A file that was read, with these sections. Its version and the first bytes of its footer stay.
+///
+/// # Errors
+/// [`Code::LimitExceeded`] where the file is too large for its version.
+pub(super) fn kept(sections: Vec<Element<'_>>, version: u32, footer: &[u8]) -> Result<Vec<u8>> {
+    let mut writer = Writer::new(version);
+    sections.iter().try_for_each(|section| writer.element(section))?;
+    Ok(writer.finish(version, footer))
+}
+
 /// The file with these sections, the first of which is the header extension.
 ///
 /// # Errors
@@ -194,26 +221,11 @@ pub(super) fn file(sections: Vec<Element<'_>>, version: FbxVersion, creator: &st
         Element::of("CreationTime", CREATION_TIME),
         Element::of("Creator", creator),
     ];
-    let mut writer = Writer {
-        bytes: Vec::new(),
-        is_wide: version == FbxVersion::V7500,
-    };
-    writer.bytes.extend_from_slice(FBX_HEAD);
-    writer.bytes.extend_from_slice(b"  \0\x1a\0");
-    writer.bytes.extend_from_slice(&version.number().to_le_bytes());
+    let mut writer = Writer::new(version.number());
     for element in first.chain(about).chain(sections) {
         writer.element(&element)?;
     }
-    writer.end_of_list();
-    writer.bytes.extend_from_slice(&FOOTER_ID);
-    writer.bytes.extend_from_slice(&[0; 4]);
-    // Up to the next multiple of 16, which is never this offset.
-    let padding = 16 - writer.bytes.len() % 16;
-    writer.bytes.resize(writer.bytes.len() + padding, 0);
-    writer.bytes.extend_from_slice(&version.number().to_le_bytes());
-    writer.bytes.resize(writer.bytes.len() + 120, 0);
-    writer.bytes.extend_from_slice(&FOOTER_END);
-    Ok(writer.bytes)
+    Ok(writer.finish(version.number(), &FOOTER_ID))
 }
 
 struct Writer {
@@ -223,6 +235,29 @@ struct Writer {
 }
 
 impl Writer {
+    fn new(version: u32) -> Self {
+        let mut bytes = [FBX_HEAD, b"  \0\x1a\0"].concat();
+        bytes.extend_from_slice(&version.to_le_bytes());
+        Self {
+            bytes,
+            is_wide: version >= FbxVersion::V7500.number(),
+        }
+    }
+
+    /// Ends the list of sections, and adds the footer.
+    fn finish(mut self, version: u32, footer: &[u8]) -> Vec<u8> {
+        self.end_of_list();
+        self.bytes.extend_from_slice(footer);
+        self.bytes.extend_from_slice(&[0; 4]);
+        // Up to the next multiple of 16, which is never this offset.
+        let padding = 16 - self.bytes.len() % 16;
+        self.bytes.resize(self.bytes.len() + padding, 0);
+        self.bytes.extend_from_slice(&version.to_le_bytes());
+        self.bytes.resize(self.bytes.len() + 120, 0);
+        self.bytes.extend_from_slice(&FOOTER_END);
+        self.bytes
+    }
+
     fn element(&mut self, element: &Element<'_>) -> Result<()> {
         let start = self.bytes.len();
         let size = self.number_size();
@@ -237,13 +272,18 @@ impl Writer {
         for child in &element.children {
             self.element(child)?;
         }
+        let count = |value: &Value<'_>| match value {
+            Value::Read(count, _) => *count,
+            _ => 1,
+        };
+        let count: usize = element.values.iter().map(count).sum();
         // A list without children is told from no list by its end alone.
-        if !element.children.is_empty() || element.values.is_empty() || element.is_block {
+        if !element.children.is_empty() || count == 0 || element.is_block {
             self.end_of_list();
         }
         let end = self.bytes.len();
         self.number(start, end)?;
-        self.number(start + size, element.values.len())?;
+        self.number(start + size, count)?;
         self.number(start + 2 * size, values_length)
     }
 
@@ -304,6 +344,7 @@ impl Writer {
                 self.length(array.bytes.len())?;
                 self.bytes.extend_from_slice(&array.bytes);
             }
+            Value::Read(_, bytes) => self.bytes.extend_from_slice(bytes),
         }
         Ok(())
     }

@@ -79,6 +79,11 @@ impl<'a> Properties<'a> {
         self.property(name, [name, "", "A"], value.to_array().map(Value::from))
     }
 
+    /// The properties without the element around them.
+    pub(super) fn into_elements(self) -> Vec<Element<'a>> {
+        self.0
+    }
+
     pub(super) fn element(self) -> Element<'a> {
         Element::new("Properties70").children(self.0)
     }

@@ -23,6 +23,7 @@ mod error_bounds;
 mod face_shapes;
 mod fbx;
 mod fbx_bones;
+mod fbx_kept;
 mod fbx_out;
 mod fbx_stated;
 mod fbx_streams;

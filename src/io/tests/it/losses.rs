@@ -354,6 +354,7 @@ fn the_table_of_losses_is_that_of_the_rows() {
          | one rate | All clips in the file have the same frame rate. |\n\
          | root only | The hips and their ancestors keep the data. Their descendants lose it. |\n\
          | morph curves | Curves of morph targets are kept. Expressions of a motion on a VRM character become such curves. Other expressions are lost. |\n\n\
+         A binary FBX character that you write as FBX [stays that file](fbx.md#characters-in-fbx): only its clips change.\n\n\
          MMD always has 30 frames a second.\n\n\
          `MOCAP_WRITE=1 cargo test -p mocap-io losses` writes the table. A test writes each kind of data in each format.\n\n\
          | data |",
