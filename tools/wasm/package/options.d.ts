@@ -1611,7 +1611,8 @@ export interface PinStep {
  * Turns neck and head so that the figure looks at a target in a part of a motion. The line of sight goes through the target.
  * It starts between the eyes, or at the joint of the head, and points forward. The neck takes a fraction of the rotation, the
  * head the rest. Beyond the limit, an angle from the facing of the trunk, the head stays behind smoothly. The figure does not
- * look at a target behind its back.
+ * look at a target behind its back. A target that moves too fast is followed at 400 degrees a second, from before until
+ * after.
  */
 export interface LookAtStep {
   step: "look-at";
