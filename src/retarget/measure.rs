@@ -19,8 +19,8 @@ use super::quality::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict,
 use super::root::Root;
 use super::sight::{AspectError, Sight};
 
-/// The depth below the floor that counts, in metres.
-const BELOW: f32 = 0.01;
+/// The depth below the floor that counts, as a fraction of the leg: 1 cm on a person.
+const BELOW: f32 = 0.012;
 
 /// A skeleton with a motion.
 pub(super) struct Moving<'a> {
@@ -242,12 +242,14 @@ fn feet(
                 .map(|(bone, path)| above_standing(moving, ankle, *bone, path[frame]));
             heights.fold(track.soles[frame], f32::min)
         };
-        let below = (0..ticks.len()).filter(|frame| lowest(*frame) < -BELOW).count();
+        let leg = moving.body.metres_per_unit as f32 * moving.body.leg;
+        let below = (0..ticks.len()).filter(|frame| lowest(*frame) < -BELOW * leg).count();
         let deepest = (0..ticks.len()).map(lowest).fold(0.0, f32::min);
         FootMotion {
             skate: speeds / contact_frames.max(1) as f64,
             fraction_below_floor: below as f64 / ticks.len().max(1) as f64,
             deepest: f64::from(-deepest),
+            leg: f64::from(leg),
         }
     };
     Some(FeetReport {

@@ -8,7 +8,7 @@ use mocap::scene::{Animation, Channel, Keys, NodeId};
 use mocap::{Binding, Importer, Pose, Scene};
 use serde_json::{Value, json};
 
-use crate::characters::motion;
+use crate::characters::{character, motion};
 
 /// A GLB of the fixtures whose nodes a test changes.
 struct Glb {
@@ -304,4 +304,49 @@ fn an_uneven_scale_is_named_as_the_cause() {
         let cause = format!("the scale of {joint} at rest is mirrored or uneven");
         assert!(report.to_string().contains(&cause), "{report}");
     }
+}
+
+/// A figure of 5 m is as good as one of 1.6 m.
+#[test]
+fn feet_below_the_floor_are_judged_by_the_size_of_the_figure() {
+    let small = Importer::new()
+        .gltf_meshes(true)
+        .import("../../fixtures/characters/human_game_engine.glb")
+        .unwrap();
+    let mut large = small.clone();
+    large.nodes[0].transform = Mat4::from_scale(Vec3::splat(3.0)) * large.nodes[0].transform;
+    let [small, large] = [small, large].map(|target| {
+        let options = RetargetOptions::new().lock_feet(false);
+        let retargeting = Retargeter::new(motion("real/cmu_12_01_walk.bvh"), target, options).unwrap();
+        retargeting.clips()[0].report.body().unwrap().clone()
+    });
+    let (small_feet, large_feet) = (small.feet.unwrap().target, large.feet.unwrap().target);
+    assert!(
+        (large_feet.deepest / small_feet.deepest - 3.0).abs() < 0.01,
+        "{large_feet:?}"
+    );
+    let [one, other] = [small_feet, large_feet].map(|feet| feet.fraction_below_floor);
+    assert!((one - other).abs() < 0.01 && one < 0.9, "{one} and {other}");
+    assert_eq!(small.verdict, large.verdict);
+}
+
+/// Legs that are lifted out of the floor point elsewhere: that is no reason to leave feet in it, where both are poor.
+#[test]
+fn locked_feet_are_better_than_feet_in_the_floor() {
+    let options = RetargetOptions::new().lock_feet(false);
+    let source = motion("real/cmu_12_01_walk.bvh");
+    let retargeting = Retargeter::new(source, character("human_default"), options).unwrap();
+    let free = retargeting.clips()[0].report.body().unwrap();
+    let feet = free.feet.unwrap();
+    let below = |fraction_below_floor: f64, verdict: Verdict| {
+        let mut report = free.clone();
+        let mut feet = feet;
+        feet.target.fraction_below_floor = fraction_below_floor;
+        (report.feet, report.verdict) = (Some(feet), verdict);
+        report
+    };
+    let locked = below(0.0, Verdict::Poor);
+    assert!(locked.is_better_locked_than(&below(1.0, Verdict::Poor)));
+    assert!(!locked.is_better_locked_than(&below(1.0, Verdict::Fair)));
+    assert!(!below(1.0, Verdict::Poor).is_better_locked_than(&below(0.0, Verdict::Poor)));
 }
