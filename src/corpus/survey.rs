@@ -147,11 +147,17 @@ fn of_clip<'a>(
     row: &mut ClipRow,
 ) -> Result<Motion<'a>> {
     let animation = &scene.animations[index];
+    let mut moving = Findings::new(thresholds);
     let part = MovingPart::new(scene, animation, &Motion::without_contacts(scene, animation, figure)?);
-    // The frames that the errors need are dropped before the motion takes its own.
-    let errors = match &part {
-        Some(part) => MotionErrors::find(&part.scene, 0, &part.figure)?,
-        None => MotionErrors::find(scene, index, figure)?,
+    // What the errors and the moving part need is dropped before the motion takes its own.
+    let errors = match part {
+        Some(part) => {
+            let errors = MotionErrors::find(&part.scene, 0, &part.figure)?;
+            let motion = started(&part.scene, &part.scene.animations[0], &part.figure)?;
+            moving.find_moving(&motion, &errors, Some(&part.frames));
+            None
+        }
+        None => Some(MotionErrors::find(scene, index, figure)?),
     };
     let motion = started(scene, animation, figure)?;
     row.rate = Some(motion.rate);
@@ -160,13 +166,10 @@ fn of_clip<'a>(
     row.size = Some(f64::from(motion.size()));
     let mut findings = Findings::new(thresholds);
     findings.find_stills(&motion, scene.face_curves_alone(index));
-    match &part {
-        Some(part) => {
-            let moving = started(&part.scene, &part.scene.animations[0], &part.figure)?;
-            findings.find_moving(&moving, &errors, Some(&part.frames));
-        }
-        None => findings.find_moving(&motion, &errors, None),
+    if let Some(errors) = errors {
+        moving.find_moving(&motion, &errors, None);
     }
+    findings.append(moving);
     not_finite(scene, &motion, &mut findings);
     cut_off(scene, &motion, &mut findings);
     travel(&motion, row);

@@ -185,11 +185,11 @@ impl BlendWeight {
 const COMPARED: usize = 160;
 
 /// The parts of both motions that begin and end where they are most alike, the second where the first stands and looks.
-fn parts_alike(
+fn parts_alike<'a>(
     alikeness: &Alikeness,
-    (first, second): (&Frames, &Frames),
+    (first, second): (&Frames<'a>, &Frames<'a>),
     carrier: &Carrier,
-) -> (Frames, Frames, BlendReport) {
+) -> (Frames<'a>, Frames<'a>, BlendReport) {
     let (beginning, end) = (alikeness.beginning(), alikeness.end());
     let mut report = BlendReport {
         apart: Some([beginning.apart, end.apart]),
@@ -210,7 +210,7 @@ fn parts_alike(
     let (rows, mut others) = (rows(first, &own), rows(second, &other));
     let placement = carrier.placement(&others[0], &rows[0]);
     others.iter_mut().for_each(|row| carrier.apply(&placement, row));
-    let cut = |frames: &Frames, rows, part: RangeInclusive<usize>| {
+    let cut = |frames: &Frames<'a>, rows, part: RangeInclusive<usize>| {
         let taken: Vec<_> = part.map(|frame| (frames, frame as f64)).collect();
         frames.with_rows_of(rows, &taken)
     };

@@ -100,15 +100,6 @@ impl Step for Clean {
         }
         let frames = work.frames;
         let old = before.frames;
-        if frames.len() != old.len() {
-            frames.write_all(scene, input.animation);
-        }
-        if frames.rate != old.rate {
-            scene.animations[input.animation].ticks_per_second = frames.rate;
-        }
-        if frames.len() != old.len() {
-            return Ok(report);
-        }
         let (mut rotated, mut moved): (Vec<NodeId>, Vec<NodeId>) = (Vec::new(), Vec::new());
         for (column, node) in frames.nodes().iter().enumerate() {
             let is_rotated = frames.rotations(column).ne(old.rotations(column));
@@ -116,7 +107,18 @@ impl Step for Clean {
             rotated.extend(is_rotated.then_some(*node));
             moved.extend(is_moved.then_some(*node));
         }
-        frames.write(scene, input.animation, &rotated, &moved);
+        let has_other_frames = frames.len() != old.len();
+        let rate = (frames.rate != old.rate).then_some(frames.rate);
+        drop(old);
+        let frames = frames.changes();
+        if has_other_frames {
+            frames.write_all(scene, input.animation);
+        } else {
+            frames.write(scene, input.animation, &rotated, &moved);
+        }
+        if let Some(rate) = rate {
+            scene.animations[input.animation].ticks_per_second = rate;
+        }
         Ok(report)
     }
 }

@@ -181,7 +181,7 @@ impl ContactOptions {
     pub fn detect(&self, scene: &Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<DetectedContacts> {
         self.check()?;
         let figure = figure_of(scene, humanoid)?;
-        let frames = Frames::new(scene, animation, &[])?;
+        let frames = Frames::reading(scene, animation, &[])?;
         Ok(detect(scene, &frames, &figure, self))
     }
 }

@@ -37,7 +37,7 @@ impl LargestDifference {
 /// The largest differences of two motions where they meet.
 pub(super) struct Fit<'a> {
     scene: &'a Scene,
-    frames: &'a Frames,
+    frames: &'a Frames<'a>,
     metres_per_unit: f32,
     poses: [Pose; 2],
     rotation: LargestDifference,
@@ -47,7 +47,7 @@ pub(super) struct Fit<'a> {
 
 impl<'a> Fit<'a> {
     /// Of motions with the nodes of `frames`.
-    pub(super) fn new(scene: &'a Scene, frames: &'a Frames, metres_per_unit: f32) -> Self {
+    pub(super) fn new(scene: &'a Scene, frames: &'a Frames<'a>, metres_per_unit: f32) -> Self {
         Self {
             scene,
             frames,

@@ -491,7 +491,7 @@ pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize)
     let Some(done) = level(&mut work, true) else {
         return Ok([None; 3]);
     };
-    let frames = work.frames;
+    let frames = work.frames.changes();
     let moved: Vec<_> = frames.nodes().to_vec();
     frames.write(scene, animation, &moved, &moved);
     Ok([Some(done.height.unwrap_or_default()), done.slope, done.drift])

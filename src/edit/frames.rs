@@ -19,7 +19,7 @@ pub(super) use self::weights::lost_weights;
 
 /// Every driven node's transform to its parent, at every whole tick and at the end.
 #[derive(Clone)]
-pub(super) struct Frames {
+pub(super) struct Frames<'a> {
     /// The tick of each frame.
     pub(super) ticks: Vec<f64>,
     /// Frames per second.
@@ -29,7 +29,7 @@ pub(super) struct Frames {
     /// The held nodes.
     nodes: Vec<NodeId>,
     /// The transforms of each held node.
-    tracks: Vec<TrsTrack>,
+    tracks: Vec<TrsTrack<'a>>,
     held: usize,
     /// The values of each held node that were constant in the animation.
     constant: Vec<ConstantParts>,
@@ -51,10 +51,17 @@ struct ConstantParts {
 /// single precision.
 const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
-impl Frames {
-    /// The frames of `animation`, an index into the animations of `scene`. `also` are nodes to hold even if no channel
-    /// drives them, because they are going to move.
+impl Frames<'static> {
+    /// A copy of the frames of `animation`, an index into the animations of `scene`, which may be written back into it.
+    /// `also` are nodes to hold even if no channel drives them, because they are going to move.
     pub(super) fn new(scene: &Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
+        Ok(Frames::reading(scene, animation, also)?.with(TrsTrack::owned))
+    }
+}
+
+impl<'a> Frames<'a> {
+    /// The same without a copy of keys that do not change.
+    pub(super) fn reading(scene: &'a Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
         let Some(clip) = scene.animations.get(animation) else {
             let message = format!(
                 "there is no animation {animation}: the scene has {}",
@@ -68,7 +75,7 @@ impl Frames {
     }
 
     /// The frames of an animation, which may be outside the scene. Morph targets are not read.
-    pub(super) fn of(scene: &Scene, animation: &Animation, also: &[NodeId]) -> Result<Self> {
+    pub(super) fn of(scene: &Scene, animation: &'a Animation, also: &[NodeId]) -> Result<Self> {
         let binding = Binding::new(scene, animation);
         let mut columns: Vec<Option<usize>> = vec![None; scene.nodes.len()];
         let mut nodes: Vec<NodeId> = binding
@@ -97,9 +104,22 @@ impl Frames {
             .iter()
             .map(|node| Trs::from_matrix(scene.nodes[node.index()].transform))
             .collect();
-        let mut tracks: Vec<TrsTrack> = nodes.iter().map(|_| TrsTrack::new(std::iter::empty(), 0)).collect();
+        let mut tracks = vec![TrsTrack::default(); nodes.len()];
+        // The keys of whole ticks are the values of frames.
+        if ticks.last().is_some_and(|tick| tick.fract() == 0.0) {
+            for (node, channel) in binding.driven() {
+                if let Some(column) = columns[node.index()] {
+                    tracks[column] = TrsTrack::of_channel(&animation.channels[channel], ticks.len());
+                }
+            }
+        }
+        let is_known = |(node, channel): (NodeId, usize)| {
+            let column = columns[node.index()];
+            column.is_some_and(|column| tracks[column].has_all_of(&animation.channels[channel]))
+        };
+        let sampled = if binding.driven().all(is_known) { 1 } else { ticks.len() };
         let mut row = rest.clone();
-        for (frame, &tick) in ticks.iter().enumerate() {
+        for (frame, &tick) in ticks.iter().enumerate().take(sampled) {
             row.copy_from_slice(&rest);
             binding.sample(animation, tick, |node, trs| {
                 if let Some(column) = columns[node.index()] {
@@ -235,7 +255,27 @@ impl Frames {
         )
     }
 
-    fn with_tracks(&self, tracks: Vec<TrsTrack>, frames: usize) -> Self {
+    /// The same frames with other tracks of the same transforms.
+    fn with<'b>(self, track: impl Fn(TrsTrack<'a>) -> TrsTrack<'b>) -> Frames<'b> {
+        Frames {
+            tracks: self.tracks.into_iter().map(track).collect(),
+            ticks: self.ticks,
+            rate: self.rate,
+            columns: self.columns,
+            nodes: self.nodes,
+            held: self.held,
+            constant: self.constant,
+            visible: self.visible,
+            weights: self.weights,
+        }
+    }
+
+    /// What [`write`](Self::write) needs of frames that share keys with the scene: the values that have changed.
+    pub(super) fn changes(self) -> Frames<'static> {
+        self.with(TrsTrack::changes)
+    }
+
+    fn with_tracks(&self, tracks: Vec<TrsTrack<'a>>, frames: usize) -> Self {
         Self {
             visible: None,
             weights: self.weights.with_frames(frames),
@@ -327,8 +367,8 @@ impl Frames {
         }
     }
 
-    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`. The rotation of an
-    /// end site moves nothing, so no end site gets a channel for it.
+    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`. Tracks that are still
+    /// the keys of the scene stay. The rotation of an end site moves nothing, so no end site gets a channel for it.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize, rotated: &[NodeId], moved: &[NodeId]) {
         let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
         for (nodes, is_rotation) in [(rotated, true), (moved, false)] {
@@ -350,16 +390,18 @@ impl Frames {
                     });
                     channels.len() - 1
                 });
-                let values = (0..self.len()).filter_map(|frame| self.get(frame, node));
-                let constant = self.constant_of(node);
+                let Some(column) = self.column(node) else { continue };
+                let (track, constant) = (&self.tracks[column], self.constant[column]);
                 if is_rotation {
-                    let values = values.map(|trs| trs.rotation).collect();
-                    channels[channel].rotation_keys = self.keys(values, constant.rotation, is_same_rotation);
-                } else {
-                    let values = values.map(|trs| trs.translation).collect();
-                    channels[channel].position_keys = match self.column(node).filter(|_| self.has_gaps()) {
-                        Some(column) if !self.gaps(column).is_empty() => self.keys_of_point(values, column),
-                        _ => self.keys(values, constant.translation, is_near),
+                    if !track.rotation.is_unchanged() {
+                        let values = self.rotations(column).collect();
+                        channels[channel].rotation_keys = self.keys(values, constant.rotation, is_same_rotation);
+                    }
+                } else if !track.translation.is_unchanged() {
+                    let values = self.translations(column).collect();
+                    channels[channel].position_keys = match self.has_gaps() && !self.gaps(column).is_empty() {
+                        true => self.keys_of_point(values, column),
+                        false => self.keys(values, constant.translation, is_near),
                     };
                 }
             }

@@ -191,7 +191,7 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     let report = legs.change(scene, &figure, floor, &mut feet, |feet, shifts| {
         hips::spare_knees(feet, shifts, figure.up_direction(), floor, blend, limit)
     });
-    legs.write(scene, animation);
+    legs.changes().write(scene, animation);
     Ok(report)
 }
 
@@ -219,6 +219,6 @@ pub fn follow_feet(
     let report = legs.change(scene, figure, followed.floor, &mut feet, |feet, shifts| {
         hips::follow(feet, &shifts, figure.up_direction(), blend)
     });
-    legs.write(scene, animation);
+    legs.changes().write(scene, animation);
     Ok(report)
 }

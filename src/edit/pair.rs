@@ -8,7 +8,7 @@ use super::frames::Frames;
 
 /// The frames of an animation, and of the first animation of another scene with the same joints. Both have every node
 /// that one of the two drives.
-pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames, Frames)> {
+pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames<'static>, Frames<'static>)> {
     if let Err(difference) = have_the_same_joints(scene, other) {
         let message = format!("the two motions have different skeletons: {difference}");
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);

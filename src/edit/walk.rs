@@ -145,7 +145,7 @@ fn empty(base: &Scene, rate: f64) -> Scene {
 struct WalkClips<'a> {
     walk: &'a Walk,
     /// Of each clip that has a piece.
-    frames: Vec<Option<Frames>>,
+    frames: Vec<Option<Frames<'static>>>,
     carrier: Carrier,
     /// The highest frame rate of these clips.
     rate: f64,
@@ -172,7 +172,7 @@ impl<'a> WalkClips<'a> {
                 nodes.extend(Binding::new(scene, animation).driven().map(|(node, _)| node));
             }
         }
-        let mut frames: Vec<Option<Frames>> = vec![None; clips.len()];
+        let mut frames: Vec<Option<Frames<'static>>> = vec![None; clips.len()];
         for clip in &used {
             let (scene, animation) = clips[*clip];
             let found = Frames::new(scene, animation, &nodes)?;

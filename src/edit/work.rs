@@ -15,7 +15,7 @@ use crate::frames::Frames;
 #[derive(Clone)]
 pub(super) struct Work<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) frames: Frames,
+    pub(super) frames: Frames<'a>,
     pub(super) figure: &'a Figure,
     /// The frames whose values were made up, since they were not measured; empty where there is none.
     pub(super) missing: Vec<bool>,
@@ -33,7 +33,7 @@ impl<'a> Work<'a> {
     pub(super) fn new(scene: &'a Scene, figure: &'a Figure, reach: &'a [f32], animation: usize) -> Result<Self> {
         Ok(Self {
             scene,
-            frames: Frames::new(scene, animation, &[])?,
+            frames: Frames::reading(scene, animation, &[])?,
             figure,
             missing: Vec::new(),
             depth: None,

@@ -10,12 +10,13 @@ use std::f32::consts::PI;
 
 use glam::{Quat, Vec3};
 use mocap_figure::Side;
+use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::ticks::{Ticks, ticks};
 use mocap_scene::math::directions::rotation_of;
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Binding, Pose};
-use mocap_scene::scene::{Animation, NodeId};
+use mocap_scene::scene::{Animation, Keys, NodeId};
 
 use super::hands::{Arm, channel};
 use super::measure::Moving;
@@ -151,33 +152,33 @@ pub(super) fn allowed(source: &Moving<'_>, root: &Root) -> Vec<f32> {
     ticks(source.animation).into_iter().map(depth).collect()
 }
 
-/// The animation with the whole body raised; `None` where nothing is too deep.
-pub(super) fn raise_body(target: &Moving<'_>, surface: &Surface, root: &Root, allowed: &[f32]) -> Option<Animation> {
-    let ticks = ticks(target.animation);
-    let raises = raises(target, surface, allowed, &ticks, None)?;
-    let mut animation = target.animation.clone();
-    let keys = &mut channel(target.body, &mut animation, target.body.hips).position_keys;
-    let raised = ticks.iter().zip(&raises);
-    let raised = raised.map(|(tick, raise)| keys.sample(*tick).unwrap_or_default() + root.up(*raise));
-    *keys = Ticks::new(&ticks).keys(raised.collect());
-    Some(animation)
+/// How far the whole body must be raised in each frame; `None` where nothing is too deep.
+pub(super) fn raises_of_body(target: &Moving<'_>, surface: &Surface, allowed: &[f32]) -> Option<Vec<f32>> {
+    raises(target, surface, allowed, &ticks(target.animation), None)
 }
 
-/// The animation with hands and feet raised, as far as they may be; `None` where none is too deep.
+/// Raises the whole body.
+pub(super) fn raise_body(body: &Body, animation: &mut Animation, raises: &[f32], root: &Root) {
+    let ticks = ticks(animation);
+    let keys = &mut channel(body, animation, body.hips).position_keys;
+    let raised = ticks.iter().zip(raises);
+    let raised = raised.map(|(tick, raise)| keys.sample(*tick).unwrap_or_default() + root.up(*raise));
+    *keys = Ticks::new(&ticks).keys(raised.collect());
+}
+
+/// The rotations that raise hands and feet, as far as they may be; none where none is too deep.
 pub(super) fn raise_ends(
     target: &Moving<'_>,
     surface: &Surface,
     allowed: &[f32],
     may_raise: impl Fn(&Arm) -> bool,
-) -> Option<Animation> {
+) -> Vec<(NodeId, Keys<Quat>)> {
     let ticks = ticks(target.animation);
-    let mut animation = target.animation.clone();
-    let mut is_raised = false;
+    let mut raised = Vec::new();
     for (index, limb) in surface.limbs.iter().enumerate().filter(|(_, limb)| may_raise(limb)) {
         let Some(raises) = raises(target, surface, allowed, &ticks, Some(index)) else {
             continue;
         };
-        is_raised = true;
         let binding = Binding::new(target.scene, target.animation);
         let mut pose = Pose::rest(target.scene);
         let mut rotations: [Vec<Quat>; 3] = Default::default();
@@ -199,11 +200,19 @@ pub(super) fn raise_ends(
                 rotations.push(in_hemisphere_of(before, rotation));
             }
         }
-        for (rotations, joint) in rotations.into_iter().zip(limb.joints) {
-            channel(target.body, &mut animation, joint).rotation_keys = Ticks::new(&ticks).rotation_keys(rotations);
-        }
+        let keys = rotations
+            .into_iter()
+            .map(|rotations| Ticks::new(&ticks).rotation_keys(rotations));
+        raised.extend(limb.joints.into_iter().zip(keys));
     }
-    is_raised.then_some(animation)
+    raised
+}
+
+/// Gives joints these rotations.
+pub(super) fn set_rotations(body: &Body, animation: &mut Animation, rotations: Vec<(NodeId, Keys<Quat>)>) {
+    for (joint, keys) in rotations {
+        channel(body, animation, joint).rotation_keys = keys;
+    }
 }
 
 /// 0 for a leg that stands, 1 for one that does not.

@@ -7,7 +7,7 @@ use mocap_figure::body::Body;
 use mocap_figure::ground;
 use mocap_figure::{HumanoidBone as Bone, Side};
 use mocap_scene::pose::Pose;
-use mocap_scene::scene::{NodeId, Scene};
+use mocap_scene::scene::{Animation, Channel, NodeId, Scene};
 
 use super::root::Root;
 use super::skin::{Skin, Vertex};
@@ -39,6 +39,37 @@ const ANKLE_TURNS: f32 = 0.6;
 /// The largest angle in radians by which toes turn: 57 degrees, of the 70 of a joint (American Academy of Orthopaedic
 /// Surgeons, Joint Motion, 1965).
 const TOES_TURN: f32 = 1.0;
+
+/// The channels of a motion that a lock of its feet may change: of the legs, of the hips and of what carries them.
+pub(super) struct FreeLegs {
+    /// The number of channels before the lock.
+    channels: usize,
+    of_legs: Vec<(usize, Channel)>,
+}
+
+impl FreeLegs {
+    pub(super) fn new(body: &Body, scene: &Scene, animation: &Animation) -> Self {
+        let chain = |node: NodeId| std::iter::successors(Some(node), |node| scene.nodes[node.index()].parent);
+        let thighs = Side::ALL.map(|side| body.joint(Bone::LeftUpperLeg.on(side)));
+        let may_change = |node: NodeId| {
+            chain(body.hips).any(|above| above == node) || chain(node).any(|above| thighs.contains(&Some(above)))
+        };
+        let channels = animation.channels.iter().enumerate();
+        let of_legs = channels.filter(|(_, channel)| channel.node.is_none_or(may_change));
+        Self {
+            channels: animation.channels.len(),
+            of_legs: of_legs.map(|(index, channel)| (index, channel.clone())).collect(),
+        }
+    }
+
+    /// Takes a lock back.
+    pub(super) fn give_back(self, animation: &mut Animation) {
+        animation.channels.truncate(self.channels);
+        for (index, channel) in self.of_legs {
+            animation.channels[index] = channel;
+        }
+    }
+}
 
 /// What the feet of the target follow. `None` where the source does not stand.
 pub(super) fn followed<'a>(

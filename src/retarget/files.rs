@@ -447,16 +447,9 @@ impl Retargeter {
     /// The target as a scene in its own unit and axes, with the clips alone, and with nodes for the faces of the
     /// sources that it lacks. It records the motion of the first.
     pub fn scene(&self) -> Scene {
-        let mut scene = self.body_scene();
-        self.add_faces(&mut scene);
-        scene
-    }
-
-    /// What [`Self::scene`] returns, without nodes for faces.
-    #[doc(hidden)]
-    pub fn body_scene(&self) -> Scene {
-        let mut scene = self.with_clips();
+        let mut scene = self.with_clips(self.animations());
         self.record(&mut scene);
+        self.add_faces(&mut scene);
         scene
     }
 
@@ -465,15 +458,38 @@ impl Retargeter {
     /// # Errors
     /// As [`Conversion::apply`].
     pub fn scene_in_metres(&self) -> Result<Scene> {
-        let mut scene = self.scene_converted(&Conversion::new())?;
+        let mut scene = self.converted(self.animations(), &Conversion::new())?;
         self.add_faces(&mut scene);
         Ok(scene)
     }
 
-    /// What [`Self::body_scene`] returns, in the unit and the axes of a conversion.
+    fn animations(&self) -> Vec<Animation> {
+        self.clips.iter().map(|clip| clip.animation.clone()).collect()
+    }
+
+    /// What [`Self::scene`] returns without nodes for faces, in the unit and the axes of a conversion. The motions are
+    /// moved, and the sources dropped before: they take more memory than all else.
     #[doc(hidden)]
-    pub fn scene_converted(&self, conversion: &Conversion) -> Result<Scene> {
-        let mut scene = self.with_clips();
+    pub fn take_scene(&mut self, conversion: Option<&Conversion>) -> Result<Scene> {
+        self.drop_sources();
+        let clips = self.clips.iter_mut();
+        let animations = clips.map(|clip| std::mem::take(&mut clip.animation)).collect();
+        if let Some(conversion) = conversion {
+            return self.converted(animations, conversion);
+        }
+        let mut scene = self.with_clips(animations);
+        self.record(&mut scene);
+        Ok(scene)
+    }
+
+    /// Frees the sources, with which the limbs of clips can no longer be compared.
+    #[doc(hidden)]
+    pub fn drop_sources(&mut self) {
+        self.sources.clear();
+    }
+
+    fn converted(&self, animations: Vec<Animation>, conversion: &Conversion) -> Result<Scene> {
+        let mut scene = self.with_clips(animations);
         match &self.figure {
             Some(figure) => {
                 let figure = Figure::with_bones(&scene, figure.humanoid.clone());

@@ -405,15 +405,16 @@ impl PoseRetargeter {
         };
         let mut scene = Scene {
             nodes: target.nodes.clone(),
-            animations: vec![moved.clone()],
+            animations: vec![std::mem::take(moved)],
             metadata: target.metadata.clone(),
             ..Scene::default()
         };
-        let report = follow_feet(&mut scene, 0, &self.target.figure, &followed)?;
+        // The motion is unchanged after an error.
+        let report = follow_feet(&mut scene, 0, &self.target.figure, &followed);
         if let Some(locked) = scene.animations.pop() {
             *moved = locked;
         }
-        Ok(report)
+        report
     }
 
     /// The height of the floor of the source over the origin of its file, as high as it is on the target.
@@ -457,20 +458,20 @@ impl PoseRetargeter {
         let raise = |moved: &mut Animation| {
             let (surface, allowed) = floor.as_ref()?;
             let (_, to) = self.moving(source, animation, target, moved);
-            *moved = above_floor::raise_body(&to, surface, &self.root, allowed)?;
+            let raises = above_floor::raises_of_body(&to, surface, allowed)?;
+            above_floor::raise_body(&self.target, moved, &raises, &self.root);
             Some(())
         };
         raise(&mut moved);
         let mut report = self.measure_in_rig(source, animation, target, &moved);
         let mut lock = None;
         if lock_feet && report.feet.is_some() && !report.feet_move_alike() {
-            let mut locked = moved.clone();
-            let found = self.lock_in_rig(source, index, target, &mut locked)?;
-            let after = self
-                .measure_in_rig(source, animation, target, &locked)
-                .with_lock(&found);
-            if after.is_better_locked_than(&report) {
-                (moved, report, lock) = (locked, after, Some(found));
+            let free = feet::FreeLegs::new(&self.target, target, &moved);
+            let found = self.lock_in_rig(source, index, target, &mut moved)?;
+            let after = self.measure_in_rig(source, animation, target, &moved).with_lock(&found);
+            match after.is_better_locked_than(&report) {
+                true => (report, lock) = (after, Some(found)),
+                false => free.give_back(&mut moved),
             }
         }
         let mut is_changed = false;
@@ -485,9 +486,9 @@ impl PoseRetargeter {
         if let Some((surface, allowed)) = &floor {
             let (_, to) = self.moving(source, animation, target, &moved);
             let may_raise = |limb: &Arm| !(self.free_hands && limb.is_arm);
-            if let Some(raised) = above_floor::raise_ends(&to, surface, allowed, may_raise) {
-                (moved, is_changed) = (raised, true);
-            }
+            let raised = above_floor::raise_ends(&to, surface, allowed, may_raise);
+            is_changed |= !raised.is_empty();
+            above_floor::set_rotations(&self.target, &mut moved, raised);
             // A knee may be lower where its foot is higher.
             is_changed |= raise(&mut moved).is_some();
         }

@@ -39,6 +39,19 @@ pub(super) struct Track {
     soles: Vec<f32>,
 }
 
+impl Track {
+    /// Adds the feet in the ticks that follow.
+    fn append_feet(&mut self, after: Self) {
+        for ((_, path), (_, after)) in self.feet.iter_mut().zip(after.feet) {
+            path.extend(after);
+        }
+        self.soles.extend(after.soles);
+    }
+}
+
+/// The ticks that are compared at once: the directions of their limbs need no more than a few hundred kilobytes.
+const BLOCK: usize = 1024;
+
 /// The joints of a foot that are looked at.
 const FOOT: [Bone; 4] = [Bone::LeftFoot, Bone::LeftToes, Bone::RightFoot, Bone::RightToes];
 
@@ -111,26 +124,33 @@ pub(super) fn measure(
     unmapped: &[UnmappedBone],
 ) -> RetargetReport {
     let soles = Soles::new(target.body, target.scene, root.target_ankle);
-    let (was, is) = (source.track(ticks, None), target.track(ticks, Some(&soles)));
-    let mut limbs = Vec::new();
-    let (mut sum, mut count) = (0.0, 0);
-    for (bone, angles) in angles(&was, &is) {
-        let mut limb = LimbError {
-            bone,
-            mean_degrees: 0.0,
-            max_degrees: 0.0,
-            tick: 0.0,
-        };
-        for (angle, &tick) in angles.into_iter().map(f64::from).zip(ticks) {
-            limb.mean_degrees += angle;
-            if angle > limb.max_degrees {
-                (limb.max_degrees, limb.tick) = (angle, tick);
+    let see = |ticks: &[f64]| (source.track(ticks, None), target.track(ticks, Some(&soles)));
+    let (mut was, mut is) = see(&[]);
+    let error = |(bone, _)| LimbError {
+        bone,
+        mean_degrees: 0.0,
+        max_degrees: 0.0,
+        tick: 0.0,
+    };
+    let mut limbs: Vec<LimbError> = angles(&was, &is).into_iter().map(error).collect();
+    for block in ticks.chunks(BLOCK) {
+        let seen = see(block);
+        for (limb, (_, angles)) in limbs.iter_mut().zip(angles(&seen.0, &seen.1)) {
+            for (angle, &tick) in angles.into_iter().map(f64::from).zip(block) {
+                limb.mean_degrees += angle;
+                if angle > limb.max_degrees {
+                    (limb.max_degrees, limb.tick) = (angle, tick);
+                }
             }
         }
+        was.append_feet(seen.0);
+        is.append_feet(seen.1);
+    }
+    let (mut sum, mut count) = (0.0, 0);
+    for limb in &mut limbs {
         sum += limb.mean_degrees;
         count += ticks.len();
         limb.mean_degrees /= ticks.len().max(1) as f64;
-        limbs.push(limb);
     }
     let mean_degrees = sum / count.max(1) as f64;
     let mut report = RetargetReport {

@@ -62,13 +62,12 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Finds the defects of moving frames. `frames` has the frame of the clip for each frame of `motion`.
+    /// Finds the defects of moving frames, before any other findings. `frames` has the frame of the clip for each frame of `motion`.
     pub(super) fn find_moving(&mut self, motion: &Motion, errors: &MotionErrors, frames: Option<&[usize]>) {
         let count = motion.frames - motion.first.min(motion.frames);
         if count <= POSES || motion.is_still() || motion.rate <= 0.0 {
             return;
         }
-        let known = self.list.len();
         rate::find(motion, self);
         errors::find(motion, errors, self);
         skeleton::find(motion, self);
@@ -78,9 +77,15 @@ impl<'a> Findings<'a> {
             collision::find(motion, body, self);
             range::find(motion, body, self);
         }
-        for defect in self.list.iter_mut().skip(known) {
+        for defect in &mut self.list {
             defect.frames = defect.frames.map(|frame| frames.map_or(frame, |frames| frames[frame]));
         }
+    }
+
+    /// Adds findings of other kinds.
+    pub(super) fn append(&mut self, mut others: Self) {
+        self.amounts.append(&mut others.amounts);
+        self.list.append(&mut others.list);
     }
 
     /// Says that a kind was looked for.

@@ -37,8 +37,12 @@ pub(crate) struct Motion<'a> {
     /// The joint at the other end of the bone that ends in the node; none for the root, and below joints that only
     /// place the figure.
     pub(crate) bones: Vec<Option<usize>>,
-    /// Frames x nodes.
+    /// Frames x columns.
     positions: Vec<Vec3>,
+    /// The number of columns.
+    width: usize,
+    /// The column of each node. A node that stays where its parent is shares its column.
+    columns: Vec<usize>,
     /// For each node its rotations to the parent: the keys of the animation where it has a key at every frame.
     rotations: Vec<Cow<'a, [Quat]>>,
     /// From the axes of the file to +Y up.
@@ -118,7 +122,8 @@ impl<'a> Motion<'a> {
                 false => Cow::Owned(Vec::new()),
             };
         }
-        let mut positions = Vec::with_capacity(frames * nodes);
+        let (columns, owners) = columns(scene, animation, &binding);
+        let mut positions = Vec::with_capacity(frames * owners.len());
         for frame in 0..frames {
             binding.sample(animation, frame as f64, |node, trs| {
                 pose.node_to_parent[node.index()] = trs.matrix();
@@ -129,7 +134,7 @@ impl<'a> Motion<'a> {
                 }
             });
             pose.update_world();
-            let world = pose.node_to_world.iter();
+            let world = owners.iter().map(|node| pose.node_to_world[*node]);
             positions.extend(world.map(|matrix| up * (matrix.w_axis.truncate() * metres)));
         }
         let places = figure.placing(scene);
@@ -148,6 +153,8 @@ impl<'a> Motion<'a> {
                 .collect(),
             is_joint: scene.nodes.iter().map(|node| node.kind == NodeKind::Joint).collect(),
             positions,
+            width: owners.len(),
+            columns,
             rotations,
             up,
             body: None,
@@ -189,12 +196,12 @@ impl<'a> Motion<'a> {
     }
 
     pub(crate) fn at(&self, frame: usize, node: usize) -> Vec3 {
-        self.positions[frame * self.nodes() + node]
+        self.positions[frame * self.width + self.columns[node]]
     }
 
-    /// All positions of a frame.
-    pub(crate) fn row(&self, frame: usize) -> &[Vec3] {
-        &self.positions[frame * self.nodes()..(frame + 1) * self.nodes()]
+    /// All different positions of a frame.
+    fn row(&self, frame: usize) -> &[Vec3] {
+        &self.positions[frame * self.width..(frame + 1) * self.width]
     }
 
     /// All rotations of a frame, node to parent.
@@ -269,6 +276,29 @@ impl<'a> Motion<'a> {
         let seconds = (after - before).max(1) as f32 / self.rate as f32;
         (self.at(after, node) - self.at(before, node)) / seconds
     }
+}
+
+/// The column of the positions of each node, and the node of each column.
+fn columns(scene: &Scene, animation: &Animation, binding: &Binding) -> (Vec<usize>, Vec<usize>) {
+    let at_rest = |node: &Node| node.transform.w_axis.truncate() == Vec3::ZERO;
+    let mut is_at_parent: Vec<bool> = scene.nodes.iter().map(at_rest).collect();
+    for (node, channel) in binding.driven() {
+        match animation.channels[channel].position_keys.values.as_slice() {
+            [] => {}
+            keys => is_at_parent[node.index()] = keys.iter().all(|key| *key == Vec3::ZERO),
+        }
+    }
+    let (mut columns, mut owners): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
+    for (index, node) in scene.nodes.iter().enumerate() {
+        match node.parent.filter(|_| is_at_parent[index]) {
+            Some(parent) => columns.push(columns[parent.index()]),
+            None => {
+                columns.push(owners.len());
+                owners.push(index);
+            }
+        }
+    }
+    (columns, owners)
 }
 
 impl Body {

@@ -3,7 +3,7 @@
 
 use glam::{Quat, Vec3};
 use mocap_figure::Figure;
-use mocap_scene::scene::{Animation, Keys, Scene};
+use mocap_scene::scene::{Animation, Channel, Keys, Scene};
 
 use super::defects;
 use super::motion::Motion;
@@ -38,13 +38,19 @@ impl MovingPart {
         if scene.has_points() || frames.len() == motion.frames || frames.len() < LEAST {
             return None;
         }
-        let mut animation = animation.clone();
-        for channel in &mut animation.channels {
-            keep(&mut channel.position_keys, &frames, Keys::<Vec3>::sample);
-            keep(&mut channel.rotation_keys, &frames, Keys::<Quat>::sample);
-            keep(&mut channel.scaling_keys, &frames, Keys::<Vec3>::sample);
-        }
-        animation.duration = (frames.len() - 1) as f64;
+        let channels = animation.channels.iter().map(|channel| Channel {
+            node_name: channel.node_name.clone(),
+            node: channel.node,
+            position_keys: kept(&channel.position_keys, &frames, Keys::<Vec3>::sample),
+            rotation_keys: kept(&channel.rotation_keys, &frames, Keys::<Quat>::sample),
+            scaling_keys: kept(&channel.scaling_keys, &frames, Keys::<Vec3>::sample),
+        });
+        let animation = Animation {
+            name: animation.name.clone(),
+            ticks_per_second: animation.ticks_per_second,
+            duration: (frames.len() - 1) as f64,
+            channels: channels.collect(),
+        };
         let scene = Scene {
             nodes: scene.nodes.clone(),
             meshes: scene.meshes.clone(),
@@ -57,9 +63,11 @@ impl MovingPart {
     }
 }
 
-fn keep<T: Copy>(keys: &mut Keys<T>, frames: &[usize], sample: fn(&Keys<T>, f64) -> Option<T>) {
-    if keys.len() > 1 {
-        let values = frames.iter().filter_map(|frame| sample(keys, *frame as f64));
-        *keys = Keys::every_tick(values.collect());
+fn kept<T: Copy>(keys: &Keys<T>, frames: &[usize], sample: fn(&Keys<T>, f64) -> Option<T>) -> Keys<T> {
+    if keys.len() < 2 {
+        return keys.clone();
     }
+    let mut values = Vec::with_capacity(frames.len());
+    values.extend(frames.iter().filter_map(|frame| sample(keys, *frame as f64)));
+    Keys::every_tick(values)
 }

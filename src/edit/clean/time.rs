@@ -253,7 +253,7 @@ fn hold(track: &mut [Trs], first: usize, end: usize) {
 
 /// The steps of the whole body. A step leads to a frame and has two parts for each node: a rotation and a translation.
 struct Steps<'a> {
-    frames: &'a Frames,
+    frames: &'a Frames<'a>,
     /// Fractions of the body in a unit of the scene.
     per_unit: f32,
 }

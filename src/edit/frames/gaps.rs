@@ -7,7 +7,7 @@ use mocap_scene::scene::{Keys, Scene};
 
 use super::Frames;
 
-impl Frames {
+impl Frames<'_> {
     /// Whether points of the motion have gaps.
     pub(crate) fn has_gaps(&self) -> bool {
         self.visible.as_ref().is_some_and(|visible| visible.contains(&false))

@@ -1,9 +1,11 @@
-//! The values of one part of a node in every frame, which copies of a motion share until one of them changes.
+//! The values of one part of a node in every frame, which copies of a motion share, also with the animation that was
+//! read, until one of them changes.
 
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 use mocap_scene::pose::Trs;
+use mocap_scene::scene::{Channel, Keys};
 
 /// A part of a transform.
 pub(super) trait Part: Copy {
@@ -25,20 +27,69 @@ impl Part for Quat {
 
 /// One value where all frames have it, else one for each frame.
 #[derive(Clone)]
-pub(super) struct Track<T> {
+pub(super) struct Track<'a, T> {
+    /// The keys of the animation that was read, as long as no value has changed.
+    keys: Option<&'a [T]>,
+    /// The values where they are not those keys.
     values: Arc<Vec<T>>,
 }
 
-impl<T> Default for Track<T> {
+impl<T> Default for Track<'_, T> {
     fn default() -> Self {
-        Self { values: Arc::default() }
+        Self {
+            keys: None,
+            values: Arc::default(),
+        }
     }
 }
 
-impl<T: Part> Track<T> {
+impl<'a, T: Part + PartialEq> Track<'a, T> {
+    /// The keys of an animation that has so many frames, where they are its values and not all equal.
+    fn of_keys(keys: &'a Keys<T>, frames: usize) -> Self {
+        let is_every_frame = keys.ticks.is_none() && keys.values.len() == frames;
+        let is_moving = || keys.values.iter().any(|value| *value != keys.values[0]);
+        Self {
+            keys: (is_every_frame && is_moving()).then_some(&keys.values[..]),
+            values: Arc::default(),
+        }
+    }
+
+    /// Whether the values are keys of the animation.
+    pub(super) fn is_unchanged(&self) -> bool {
+        self.keys.is_some()
+    }
+
+    fn values(&self) -> &[T] {
+        self.keys.unwrap_or(&self.values)
+    }
+
+    fn values_mut(&mut self) -> &mut Vec<T> {
+        if let Some(keys) = self.keys.take() {
+            self.values = Arc::new(keys.to_vec());
+        }
+        Arc::make_mut(&mut self.values)
+    }
+
+    /// The values that have changed; unchanged keys stay where they are.
+    fn changes(self) -> Track<'static, T> {
+        Track {
+            keys: self.keys.map(|_| &[][..]),
+            values: self.values,
+        }
+    }
+
+    /// The same with a copy of the keys.
+    fn owned(mut self) -> Track<'static, T> {
+        self.values_mut();
+        Track {
+            keys: None,
+            values: self.values,
+        }
+    }
+
     /// Adds the value of the next frame of `frames` frames.
-    pub(super) fn push(&mut self, frame: usize, value: T, frames: usize) {
-        let values = Arc::make_mut(&mut self.values);
+    fn push(&mut self, frame: usize, value: T, frames: usize) {
+        let values = self.values_mut();
         match values.as_slice() {
             [only] if frame > 0 && only.is_same(value) => {}
             [only] if frame > 0 => {
@@ -53,7 +104,7 @@ impl<T: Part> Track<T> {
 
     #[inline]
     pub(super) fn at(&self, frame: usize) -> T {
-        match self.values.as_slice() {
+        match self.values() {
             [only] => *only,
             values => values[frame],
         }
@@ -64,7 +115,7 @@ impl<T: Part> Track<T> {
         if self.at(frame).is_same(value) {
             return;
         }
-        let values = Arc::make_mut(&mut self.values);
+        let values = self.values_mut();
         if let [only] = values.as_slice() {
             let only = *only;
             values.reserve_exact(frames - 1);
@@ -74,43 +125,80 @@ impl<T: Part> Track<T> {
     }
 
     /// The values of chosen frames of this track.
-    pub(super) fn picked(&self, chosen: &[usize]) -> Self {
-        match self.values.len() {
-            1 => self.clone(),
-            _ => Self {
-                values: Arc::new(chosen.iter().map(|frame| self.values[*frame]).collect()),
+    fn picked(&self, chosen: &[usize]) -> Self {
+        match self.values() {
+            [_] => self.clone(),
+            values => Self {
+                keys: None,
+                values: Arc::new(chosen.iter().map(|frame| values[*frame]).collect()),
             },
         }
     }
 }
 
 /// The transform of a node in every frame.
-#[derive(Clone)]
-pub(super) struct TrsTrack {
-    pub(super) translation: Track<Vec3>,
-    pub(super) rotation: Track<Quat>,
-    pub(super) scale: Track<Vec3>,
+#[derive(Clone, Default)]
+pub(super) struct TrsTrack<'a> {
+    pub(super) translation: Track<'a, Vec3>,
+    pub(super) rotation: Track<'a, Quat>,
+    pub(super) scale: Track<'a, Vec3>,
 }
 
-impl TrsTrack {
+impl<'a> TrsTrack<'a> {
     /// The transforms of `frames` frames.
     pub(super) fn new(transforms: impl Iterator<Item = Trs>, frames: usize) -> Self {
-        let mut track = Self {
-            translation: Track::default(),
-            rotation: Track::default(),
-            scale: Track::default(),
-        };
+        let mut track = Self::default();
         for (frame, trs) in transforms.enumerate() {
             track.push(frame, trs, frames);
         }
         track
     }
 
-    /// Adds the transform of the next frame of `frames` frames.
+    /// The keys of a channel that are the values of all frames. The other parts have no values yet.
+    pub(super) fn of_channel(channel: &'a Channel, frames: usize) -> Self {
+        Self {
+            translation: Track::of_keys(&channel.position_keys, frames),
+            rotation: Track::of_keys(&channel.rotation_keys, frames),
+            scale: Track::of_keys(&channel.scaling_keys, frames),
+        }
+    }
+
+    /// The same with a copy of the keys.
+    pub(super) fn owned(self) -> TrsTrack<'static> {
+        TrsTrack {
+            translation: self.translation.owned(),
+            rotation: self.rotation.owned(),
+            scale: self.scale.owned(),
+        }
+    }
+
+    /// Whether the values of a channel need no samples: they do not change, or are all there.
+    pub(super) fn has_all_of(&self, channel: &Channel) -> bool {
+        (self.translation.is_unchanged() || channel.position_keys.len() < 2)
+            && (self.rotation.is_unchanged() || channel.rotation_keys.len() < 2)
+            && (self.scale.is_unchanged() || channel.scaling_keys.len() < 2)
+    }
+
+    /// The values that have changed. The other parts count as unchanged and have no value.
+    pub(super) fn changes(self) -> TrsTrack<'static> {
+        TrsTrack {
+            translation: self.translation.changes(),
+            rotation: self.rotation.changes(),
+            scale: self.scale.changes(),
+        }
+    }
+
+    /// Adds the transform of the next frame of `frames` frames, but for the parts that have all keys of a channel.
     pub(super) fn push(&mut self, frame: usize, trs: Trs, frames: usize) {
-        self.translation.push(frame, trs.translation, frames);
-        self.rotation.push(frame, trs.rotation, frames);
-        self.scale.push(frame, trs.scale, frames);
+        if !self.translation.is_unchanged() {
+            self.translation.push(frame, trs.translation, frames);
+        }
+        if !self.rotation.is_unchanged() {
+            self.rotation.push(frame, trs.rotation, frames);
+        }
+        if !self.scale.is_unchanged() {
+            self.scale.push(frame, trs.scale, frames);
+        }
     }
 
     /// The transform of a frame.

@@ -107,7 +107,7 @@ pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> 
     })
 }
 
-impl Frames {
+impl Frames<'_> {
     /// Closes the jump of weights of morph targets from a frame of one motion to a frame of another, which is at `seam`
     /// here. The difference fades within so many frames after it.
     pub(crate) fn fade_weights(&mut self, seam: usize, [from, to]: [(&Self, f64); 2], steps: usize) {

@@ -57,8 +57,8 @@ impl FootLockReport {
 }
 
 /// The frames of a motion whose legs change.
-pub(super) struct Legs {
-    pub(super) frames: Frames,
+pub(super) struct Legs<'a> {
+    pub(super) frames: Frames<'a>,
     pub(super) legs: Vec<(Side, Leg)>,
     /// The node that carries the figure.
     mover: NodeId,
@@ -68,8 +68,8 @@ pub(super) struct Legs {
     moved: bool,
 }
 
-impl Legs {
-    pub(super) fn new(scene: &Scene, animation: usize, figure: &Figure, pivots: &[NodeId]) -> Result<Self> {
+impl<'a> Legs<'a> {
+    pub(super) fn new(scene: &'a Scene, animation: usize, figure: &Figure, pivots: &[NodeId]) -> Result<Self> {
         let hips = figure.humanoid.joint(HumanoidBone::Hips);
         let legs: Option<Vec<_>> = Side::ALL
             .into_iter()
@@ -96,7 +96,7 @@ impl Legs {
             let turns = |node: &NodeId| sole::turns(scene, *node) || pivots.contains(node);
             turned.extend(and_below(scene, leg.ankle).filter(turns));
         }
-        let frames = Frames::new(scene, animation, &[&[mover], &*turned].concat())?;
+        let frames = Frames::reading(scene, animation, &[&[mover], &*turned].concat())?;
         Ok(Self {
             frames,
             legs,
@@ -275,6 +275,17 @@ impl Legs {
         self.frames.set(frame, self.mover, Trs { translation, ..trs });
         pose.node_to_parent[self.mover.index()].w_axis = translation.extend(1.0);
         pose.update_below(self.mover);
+    }
+
+    /// What is written of the frames, which then no longer read the scene.
+    pub(super) fn changes(self) -> Legs<'static> {
+        Legs {
+            frames: self.frames.changes(),
+            legs: self.legs,
+            mover: self.mover,
+            turned: self.turned,
+            moved: self.moved,
+        }
     }
 
     /// Makes the frames the keys of the changed tracks.

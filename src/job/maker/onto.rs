@@ -79,7 +79,7 @@ impl Maker<'_> {
         if let Some(names) = names.filter(|names| !names.is_empty()) {
             target.name_clips(names)?;
         }
-        let (mut written, scene) = self.write_onto(&target, output)?;
+        let (mut written, scene) = self.write_onto(&mut target, output)?;
         let of_clips = target.clips().iter().flat_map(|clip| &clip.provenance.losses);
         for loss in of_clips {
             match written.losses.iter_mut().find(|known| known.kind == loss.kind) {
@@ -116,7 +116,7 @@ impl Maker<'_> {
     }
 
     /// The files of motions on another body, for the name `output`, and their scene where they are written from one.
-    fn write_onto(&self, target: &Retargeter, output: &Path) -> Result<(Export, Option<Scene>)> {
+    fn write_onto(&self, target: &mut Retargeter, output: &Path) -> Result<(Export, Option<Scene>)> {
         let write = &self.job.write;
         let row = match self.form {
             Form::Robot(format) => {
@@ -127,6 +127,7 @@ impl Maker<'_> {
                 return Ok((written, None));
             }
             Form::Character => {
+                target.drop_sources();
                 let name = output.file_name().unwrap_or_default().to_string_lossy();
                 let written = target.character_files(&write.gltf(), &name)?;
                 return Ok((written.unwrap_or_default(), None));
@@ -140,10 +141,10 @@ impl Maker<'_> {
             return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
         }
         let mut scene = match (row.keeps_units(), &write.space) {
-            (true, space) if space.is_empty() => target.body_scene(),
+            (true, space) if space.is_empty() => target.take_scene(None)?,
             (keeps_units, space) => {
                 let conversion = space.of(Conversion::new()).keep_units(keeps_units);
-                target.scene_converted(&conversion.bone_axis(write.along_bone()))?
+                target.take_scene(Some(&conversion.bone_axis(write.along_bone())))?
             }
         };
         let (lost_faces, said_of_faces) = match row.states_bones {

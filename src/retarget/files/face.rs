@@ -3,16 +3,16 @@
 use mocap_scene::pose::FaceTrack;
 use mocap_scene::process::SkeletonMesh;
 use mocap_scene::scene::report::{DataKind, DataLoss};
-use mocap_scene::scene::{ClipExtras, Face, Keys, MorphTarget, Node, Scene, face_shape};
+use mocap_scene::scene::{Animation, ClipExtras, Face, Keys, MorphTarget, Node, Scene, face_shape};
 
 use super::{Retargeter, Target};
 
 impl Retargeter {
     /// The target with the clips alone. Expressions of the sources move nodes of the target that are a part of a face
     /// too. They also move the morph targets and the eyes of a character whose morph targets were read.
-    pub(super) fn with_clips(&self) -> Scene {
+    pub(super) fn with_clips(&self, animations: Vec<Animation>) -> Scene {
         let mut scene = self.target.scene().into_owned();
-        scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
+        scene.animations = animations;
         // Those of the target's own animations.
         scene.weight_keys().for_each(Vec::clear);
         scene.metadata.clip_extras = ClipExtras::default();

@@ -51,8 +51,8 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
 
 /// The height of the lowest joint: above where it rests for a point of the feet, above the floor for all others.
 fn height(motion: &Motion, body: &Body, frame: usize) -> f32 {
-    let row = motion.row(frame).iter().zip(&motion.is_joint).skip(body.hips());
-    let joints = row.filter(|(_, is_joint)| **is_joint).map(|(position, _)| position.y);
+    let joints = (body.hips()..motion.nodes()).filter(|node| motion.is_joint[*node]);
+    let joints = joints.map(|node| motion.at(frame, node).y);
     let lowest = joints.fold(f32::INFINITY, f32::min) - body.contacts.floor;
     lowest.min(body.lowest_foot(frame))
 }

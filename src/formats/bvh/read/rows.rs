@@ -37,6 +37,9 @@ pub(super) trait Sink {
     where
         Self: 'a;
 
+    /// Makes room for so many frames beside those it has, which need not come.
+    fn reserve(&mut self, frames: usize);
+
     /// Appends frames.
     fn append(&mut self, block: &Block);
 
@@ -239,9 +242,13 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         Ok(())
     }
 
-    /// A joint without channels needs memory although it has no text.
     fn is_for_several_threads(&self) -> bool {
-        self.threads >= 2 && self.hierarchy.joints.len() <= self.hierarchy.channel_count
+        self.threads >= 2 && self.has_text_for_joints()
+    }
+
+    /// A joint without channels needs memory although it has no text.
+    fn has_text_for_joints(&self) -> bool {
+        self.hierarchy.joints.len() <= self.hierarchy.channel_count
     }
 
     /// Reads plain rows after the first row, whose text ends at `start`. `size` is the length of the whole text.
@@ -258,7 +265,12 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             self.sink.truncate(before + read.rows);
             read
         } else {
-            segments::read_alone(pieces, start, most, &self.last_row, |block| self.sink.append(block))?
+            if self.has_text_for_joints() {
+                self.sink.reserve(most);
+            }
+            let read = segments::read_alone(pieces, start, most, &self.last_row, |block| self.sink.append(block))?;
+            self.sink.truncate(self.sink.frames());
+            read
         };
         self.rows += read.rows as u64;
         self.last_row.clone_from(&read.last_row);

@@ -119,6 +119,16 @@ impl Track {
         self.last_frames(frames).fill(block);
     }
 
+    fn reserve(&mut self, frames: usize) {
+        self.rotation_keys.reserve_exact(frames);
+        if self.columns.has_position() {
+            self.position_keys.reserve_exact(frames);
+        }
+        if self.columns.has_scale() {
+            self.scaling_keys.reserve_exact(frames);
+        }
+    }
+
     /// A view of the last frames.
     fn last_frames(&mut self, frames: usize) -> TrackFrames<'_> {
         let start = self.rotation_keys.len() - frames;
@@ -189,10 +199,8 @@ fn extend_by_zeros<T: Zeroable + Copy>(keys: &mut Vec<T>, frames: usize) {
 }
 
 fn truncate<T>(keys: &mut Vec<T>, frames: usize) {
-    if frames < keys.len() {
-        keys.truncate(frames);
-        keys.shrink_to_fit();
-    }
+    keys.truncate(frames);
+    keys.shrink_to_fit();
 }
 
 /// A range of frames in the keys of one joint. Tracks that the joint lacks are empty.
@@ -372,6 +380,10 @@ impl<'h> Tracks<'h> {
 }
 
 impl Sink for Tracks<'_> {
+    fn reserve(&mut self, frames: usize) {
+        self.joints.iter_mut().for_each(|track| track.reserve(frames));
+    }
+
     fn append(&mut self, block: &Block) {
         self.frames += block.frames();
         for track in &mut self.joints {
