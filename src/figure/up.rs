@@ -31,8 +31,13 @@ const UPSIDE_DOWN: f32 = 2.5;
 /// For each length of the figure that the lowest joint goes up and down: a body on the ground stays on it.
 const WANDER: f32 = -6.9;
 
-/// The most of that which counts, as a fraction of the figure: who jumps goes up and down too.
-const MOST_WANDER: f32 = 0.6;
+/// The most of that which counts, as fractions of the figure: of a body that lies along the ground, and of one that
+/// stands. Who jumps goes up and down too, and nobody climbs while lying.
+const MOST_WANDER: [f32; 2] = [1.5, 0.6];
+
+/// The cosines of the angle to the mean direction from the feet to the head up to which a body lies, and from which on
+/// it stands.
+const LIES_OR_STANDS: [f32; 2] = [0.3, 0.6];
 
 /// A body that lies on a floor at height 0.
 const LIES: f32 = 5.3;
@@ -175,12 +180,15 @@ impl Motion {
         let above = above.sum::<f32>() / self.frames.len() as f32;
         let hips = median(&mut heights.collect::<Vec<_>>()).unwrap_or_default();
         let to_head = self.mean.dot(up);
+        let [lies, stands] = LIES_OR_STANDS;
+        let standing = ((to_head.abs() - lies) / (stands - lies)).clamp(0.0, 1.0);
+        let most_wander = MOST_WANDER[0] + standing * (MOST_WANDER[1] - MOST_WANDER[0]);
         let when = |holds: bool, score: f32| if holds { score } else { 0.0 };
         when(up.y != 0.0, IS_Y)
             + when(up.y + up.z > 0.0, IS_POSITIVE)
             + TO_HEAD * to_head
             + UPSIDE_DOWN * to_head.min(0.0)
-            + WANDER * wander.min(MOST_WANDER)
+            + WANDER * wander.min(most_wander)
             + when(LYING.contains(&ground) && LYING_HIPS.contains(&hips), LIES)
             + REST * rest.map_or(0.0, |rest| rest.dot(up))
             + CONTACT * touches as f32 / joints.count().max(1) as f32

@@ -232,3 +232,23 @@ fn who_crawls_or_walks_with_z_up_is_found() {
         assert_ne!(up.confidence, Confidence::Unsure, "{kind}: {}", up.reason);
     }
 }
+
+/// A walk whose rest pose stands along Y, and whose body stands along Z. With Y up, one who lies would climb by metres.
+#[test]
+fn nobody_climbs_while_lying() {
+    let text = std::fs::read_to_string("../../fixtures/real/motionbuilder_vicon_walk.bvh").unwrap();
+    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
+    let hips = hierarchy.replace("HIERARCHY", "").replace("ROOT", "JOINT");
+    let lines = motion.lines().map(str::trim).filter(|line| !line.is_empty());
+    let lines = lines.enumerate().map(|(index, line)| match index {
+        0 | 1 => line.to_owned(),
+        _ => format!("90 {line}"),
+    });
+    let motion = lines.collect::<Vec<_>>().join("\n");
+    let head = "HIERARCHY\nROOT World\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation";
+    let turned = format!("{head}\n{hips}\n}}\nMOTION\n{motion}\n");
+    let up_of = |text: &str| Figure::new(&mocap::Importer::new().read(text.as_bytes(), "walk.bvh").unwrap()).up;
+    assert_eq!(up_of(&text).value, Axis::Y);
+    let up = up_of(&turned);
+    assert_eq!(up.value, Axis::Z, "{}", up.reason);
+}
