@@ -1,12 +1,12 @@
 //! Left and right that are exchanged for some frames, as an estimator does that takes one leg for the other.
 //!
-//! For each pair of limbs the path through the frames is sought on which the rotations change least, where a limb is,
-//! or is exchanged (Viterbi's algorithm with two states). To exchange costs as much as a large step, so that limbs that
-//! cross quickly stay.
+//! For each pair of limbs the path through the frames is sought on which the steps of rotations change least, where a
+//! limb is, or is exchanged (Viterbi's algorithm with two states). To exchange costs as much as a large change, so that
+//! limbs that cross quickly stay.
 
-use glam::Quat;
+use glam::{Quat, Vec3};
 use mocap_scene::math::median::ranked;
-use mocap_scene::math::quaternion::squared_angle;
+use mocap_scene::math::quaternion::{log, squared_angle};
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
 
 use crate::work::Work;
@@ -18,7 +18,7 @@ const LIMBS: [&[Bone]; 2] = [
 ];
 /// The longest time for which limbs are exchanged, in seconds.
 const LONGEST: f64 = 2.0;
-/// A joint that changes by more than this in a step is flipped, and tells nothing more of an exchange, in degrees.
+/// A joint whose step changes by more than this is flipped, and tells nothing more of an exchange, in degrees.
 const MOST_OF_JOINT: f32 = 60.0;
 /// Rotations at rest that differ by more than this are those of other frames, in degrees: they cannot be exchanged.
 const ALIKE: f32 = 20.0;
@@ -75,7 +75,7 @@ fn find(work: &Work<'_>) -> Vec<(Vec<[usize; 2]>, Vec<bool>, usize)> {
 }
 
 fn rotations(work: &Work<'_>, column: usize) -> Vec<Quat> {
-    work.frames.track(column).iter().map(|trs| trs.rotation).collect()
+    work.frames.rotations(column).collect()
 }
 
 /// Whether the frames of two joints are alike at rest, so that a rotation of one means the same of the other.
@@ -89,23 +89,12 @@ fn are_alike(work: &Work<'_>, pair: [usize; 2]) -> bool {
 
 /// The frames in which the limbs of these joints are exchanged.
 fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
-    let both = |pair: &[usize; 2]| pair.map(|column| rotations(work, column));
-    let tracks: Vec<[Vec<Quat>; 2]> = pairs.iter().map(both).collect();
     let frames = work.frames.len();
-    let distance = |from: usize, to: usize, crossed: bool| -> f32 {
-        let square = |[left, right]: &[Vec<Quat>; 2]| {
-            let (a, b) = if crossed { (right, left) } else { (left, right) };
-            [(left, a), (right, b)]
-                .map(|(from_track, to_track)| squared_angle(from_track[from].to_array(), to_track[to].to_array()))
-                .map(|square| square.min(MOST_OF_JOINT.to_radians().powi(2)))
-                .iter()
-                .sum::<f32>()
-        };
-        tracks.iter().map(square).sum::<f32>().sqrt()
-    };
-    let steps: Vec<[f32; 2]> = (1..frames)
-        .map(|frame| [false, true].map(|crossed| distance(frame - 1, frame, crossed)))
-        .collect();
+    let mut steps = vec![[0.0_f32; 2]; frames.saturating_sub(1)];
+    for pair in pairs {
+        add_steps(&pair.map(|column| rotations(work, column)), &mut steps);
+    }
+    steps.iter_mut().flatten().for_each(|square| *square = square.sqrt());
     let mut usual: Vec<f32> = steps.iter().map(|step| step[0]).collect();
     let middle = usual.len().saturating_sub(1) / 2;
     let Some(median) = ranked(&mut usual, middle) else {
@@ -130,6 +119,34 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
         }
     }
     is_exchanged
+}
+
+/// Adds the squares of how far the steps to each frame are from the mean of the steps before and after, which stay in one
+/// limb: as is, and with an exchange. So a quick movement, whose steps are alike, costs no more than a slow one.
+fn add_steps(tracks: &[Vec<Quat>; 2], steps: &mut [[f32; 2]]) {
+    let step = |from: Quat, to: Quat| log(from.inverse() * to);
+    let own = [0, 1].map(|side: usize| -> Vec<Vec3> {
+        let pairs = tracks[side].windows(2);
+        pairs.map(|pair| step(pair[0], pair[1])).collect()
+    });
+    let most = MOST_OF_JOINT.to_radians().powi(2);
+    for (index, sums) in steps.iter_mut().enumerate() {
+        for from in [0, 1] {
+            for (sum, to) in sums.iter_mut().zip([from, 1 - from]) {
+                let beside = [
+                    index.checked_sub(1).map(|before| own[from][before]),
+                    own[to].get(index + 1).copied(),
+                ];
+                let count = beside.iter().flatten().count().max(1) as f32;
+                let expected = beside.into_iter().flatten().sum::<Vec3>() / count;
+                let step = match from == to {
+                    true => own[from][index],
+                    false => step(tracks[from][index], tracks[to][index + 1]),
+                };
+                *sum += (step - expected).length_squared().min(most);
+            }
+        }
+    }
 }
 
 /// Drops runs that are longer than so many frames, and says how many are left.
