@@ -33,6 +33,9 @@ const RISES: [f32; 2] = [0.05, 0.12];
 /// moves them freely. Above the second, they do.
 const STANDS: [f32; 2] = [0.6, 0.75];
 
+/// The most in metres by which a foot stands off the level of both: joints and markers of two feet differ by as much.
+const OWN_LEVEL: f32 = 0.012;
+
 /// How deep below the floor a span begins, in metres.
 const BELOW: f32 = 0.02;
 /// The depths in lengths of the leg from which on it may be another floor, and is: a step, and no foot that has sunk.
@@ -71,7 +74,20 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
 
 /// Times in which a point of a foot is below the floor: with the body, or while the other foot stands on the floor.
 fn sinks(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Findings<'_>) {
-    let depth = |frame: usize| point.above_rest.get(frame).map_or(0.0, |height| -height);
+    let height = |frame: usize| point.above_rest.get(frame).copied().unwrap_or(0.0);
+    let depth = |frame: usize| -height(frame);
+    let contacts: Vec<([usize; 2], f32)> = point
+        .intervals()
+        .into_iter()
+        .filter_map(|[from, to]| Some(([from, to], median(&mut (from..=to).map(height).collect::<Vec<_>>())?)))
+        .collect();
+    // Both feet and all contacts have one level. This foot stands as high above it before and after.
+    let own = |[from, to]: [usize; 2]| {
+        let before = contacts.iter().rfind(|(at, _)| at[1] < from);
+        let after = contacts.iter().find(|(at, _)| at[0] > to);
+        let both = before.zip(after).map(|(before, after)| before.1.min(after.1));
+        both.unwrap_or(0.0).clamp(0.0, OWN_LEVEL)
+    };
     let others = body.contacts.points.iter();
     let others: Vec<&ContactPoint> = others.filter(|other| other.bone.side() != point.bone.side()).collect();
     let stands = |frame: &usize| {
@@ -83,7 +99,7 @@ fn sinks(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Find
     };
     let sunk = spans(motion.frames, |frame| frame >= motion.starts && depth(frame) > BELOW);
     for [from, to] in joined(sunk, motion.frames_in(A_STEP)) {
-        let deepest = (from..=to).map(depth).fold(0.0, f32::max);
+        let deepest = (from..=to).map(depth).fold(0.0, f32::max) + own([from, to]);
         let deepest = 100.0 * deepest * (1.0 - ramp(deepest / body.leg, ANOTHER_FLOOR[0], ANOTHER_FLOOR[1]));
         let on_other = (from..=to).filter(stands).count();
         let kind = match 2 * on_other > to + 1 - from {

@@ -265,3 +265,64 @@ fn a_foot_that_slides_in_a_fast_walk_is_found() {
     let is_covered = |frame: &usize| spans.iter().any(|[from, to]| (from..=to).contains(&frame));
     assert!((832..=875).filter(is_covered).count() >= 40, "{spans:?}");
 }
+
+/// Legs of a run at 30 frames a second turn by tens of degrees in a frame. They are exchanged in ten of them.
+#[test]
+fn exchanged_legs_of_a_run_are_found() {
+    let run = Bvh::new("skeletons/accad_run_turn");
+    assert_eq!(amount(&run.row(), DefectKind::Exchanged), 0.0);
+    // The columns of a joint: three for each joint before, and three more for the root.
+    let joints = run.hierarchy.lines().filter_map(|line| {
+        let mut words = line.split_whitespace();
+        matches!(words.next(), Some("ROOT" | "JOINT")).then(|| words.next().unwrap().to_owned())
+    });
+    let joints: Vec<String> = joints.collect();
+    let column = |joint: &String| 3 + 3 * joints.iter().position(|other| other == joint).unwrap();
+    let lefts = joints
+        .iter()
+        .filter(|joint| joint.starts_with("Left") && is_of_leg(joint));
+    let pairs: Vec<[usize; 2]> = lefts
+        .map(|left| [column(left), column(&left.replace("Left", "Right"))])
+        .collect();
+    assert!(pairs.len() >= 3, "{joints:?}");
+    for (first, last) in [(29, 38), (26, 37)] {
+        let mut planted = Bvh {
+            hierarchy: run.hierarchy.clone(),
+            rows: run.rows.clone(),
+            ..run
+        };
+        for row in &mut planted.rows[first..=last] {
+            let mut values: Vec<&str> = row.split_whitespace().collect();
+            for [left, right] in &pairs {
+                (0..3).for_each(|axis| values.swap(left + axis, right + axis));
+            }
+            *row = values.join(" ");
+        }
+        let row = planted.row();
+        let found = amount(&row, DefectKind::Exchanged);
+        assert!((found - (last + 1 - first) as f64).abs() <= 1.0, "{first}: {found}");
+    }
+}
+
+fn is_of_leg(joint: &str) -> bool {
+    ["UpLeg", "Leg", "Foot"].iter().any(|bone| joint.ends_with(bone))
+}
+
+/// The body sinks by 6.1 cm for half a second of a walk, in which its feet stand a centimetre off the level of both.
+#[test]
+fn a_body_that_sinks_by_six_centimetres_is_found() {
+    let mut walk = Bvh::new("real/cmu_12_01_walk");
+    walk.rows.remove(0);
+    assert_eq!(amount(&walk.row(), DefectKind::UnderFloor), 0.0);
+    let units = 0.061 / 0.056_444_4;
+    for (frame, row) in walk.rows.iter_mut().enumerate() {
+        let frame = frame as f64;
+        let sunk = ((frame - 160.0) / 12.0).clamp(0.0, 1.0) * ((225.0 - frame) / 12.0).clamp(0.0, 1.0);
+        let mut values: Vec<String> = row.split_whitespace().map(str::to_owned).collect();
+        values[1] = format!("{:.5}", values[1].parse::<f64>().unwrap() - units * sunk);
+        *row = values.join(" ");
+    }
+    let row = walk.row();
+    let centimetres = amount(&row, DefectKind::UnderFloor).max(amount(&row, DefectKind::FootThroughFloor));
+    assert!((5.0..=8.0).contains(&centimetres), "{centimetres}");
+}
