@@ -1,33 +1,154 @@
 //! The scene of a moving robot with the bones of a person.
 
-use glam::{DQuat, Mat4, Vec3};
+use std::collections::HashSet;
+
+use glam::{DQuat, Mat4, Quat, Vec3};
 use mocap_scene::scene::robot::Robot;
-use mocap_scene::scene::{Animation, NodeId, Scene};
+use mocap_scene::scene::{Animation, Channel, Node, NodeId, NodeKind, Scene};
 
 use super::t_pose::RobotTPose;
 use super::{RobotBone, robot_bones, robot_scene};
 
-/// A robot with an animation of [`robot_scene`]: at rest in its T-pose, with the nodes of bones where these begin.
+/// What the name of a bone has after the name of its link, where it begins elsewhere than the frame of the link.
+const BONE: &str = "_bone";
+
+/// The distance in metres below which a bone begins at the frame of its link: rounding of axes.
+const SAME_PLACE: f64 = 1e-6;
+
+/// A robot with an animation of [`robot_scene`]: at rest in its T-pose, with the nodes of bones where these begin. A
+/// link whose bone begins elsewhere has two nodes: its bone, and the frame of the link, which has the name of the link.
 pub fn scene_of_clip(robot: &Robot, clip: Option<Animation>) -> Scene {
     let mut scene = robot_scene(robot);
     scene.animations.extend(clip);
     if let Ok(bones) = robot_bones(robot, None)
         && let Ok(t_pose) = RobotTPose::new(robot, &bones)
     {
-        begin_at_bones(&mut scene, robot, &bones, &t_pose);
+        let begins = begin_at_bones(&mut scene, robot, &bones, &t_pose);
         rest_in_t_pose(&mut scene, robot, &t_pose);
+        keep_frames(&mut scene, &begins);
     }
     scene
 }
 
+/// The node that moves as each link in a scene of its motion: of [`scene_of_clip`] or of [`robot_scene`]. `None` for
+/// the scene of another body.
+pub fn nodes_of_links(robot: &Robot, scene: &Scene) -> Option<Vec<usize>> {
+    let mut nodes: Vec<usize> = Vec::with_capacity(robot.links.len());
+    let mut next = 0;
+    for link in &robot.links {
+        let above = link.parent.map(|parent| nodes[parent]);
+        let is_named = |index: usize| scene.nodes.get(index).is_some_and(|node| node.name == link.name);
+        let is_bone = |index: usize| {
+            let node = scene.nodes.get(index);
+            let rest = node.and_then(|node| node.name.strip_prefix(link.name.as_str()));
+            rest.is_some_and(|rest| rest.starts_with(BONE))
+        };
+        // The frame of the base is below its bone; that of another link stands before its bone.
+        let (node, taken) = match is_named(next) {
+            true if is_bone(next + 1) && !is_of_link(robot, next + 1, scene) => (next + 1, 2),
+            true => (next, 1),
+            false if is_bone(next) && is_named(next + 1) => (next, 2),
+            false => return None,
+        };
+        if scene.nodes[node].parent.map(NodeId::index) != above {
+            return None;
+        }
+        nodes.push(node);
+        next += taken;
+    }
+    (next == scene.nodes.len()).then_some(nodes)
+}
+
+/// Whether a node has the name of a link.
+fn is_of_link(robot: &Robot, node: usize, scene: &Scene) -> bool {
+    robot.links.iter().any(|link| link.name == scene.nodes[node].name)
+}
+
+/// Gives each link whose bone begins elsewhere a node at its own frame, by the name of the link. It stands beside the
+/// bone, so that no bone has a child that is no joint. The frame of the base stands below its bone.
+fn keep_frames(scene: &mut Scene, begins: &[Vec3]) {
+    let mut names: HashSet<String> = scene.nodes.iter().map(|node| node.name.clone()).collect();
+    let mut moved: Vec<NodeId> = Vec::with_capacity(begins.len());
+    let mut frames: Vec<Option<NodeId>> = Vec::with_capacity(begins.len());
+    let mut nodes: Vec<Node> = Vec::with_capacity(begins.len());
+    for (mut node, begin) in std::mem::take(&mut scene.nodes).into_iter().zip(begins) {
+        node.parent = node.parent.map(|parent| moved[parent.index()]);
+        if *begin == Vec3::ZERO {
+            moved.push(NodeId::new(nodes.len()));
+            frames.push(None);
+            nodes.push(node);
+            continue;
+        }
+        let mut frame = Node {
+            name: node.name.clone(),
+            kind: NodeKind::Joint,
+            parent: node.parent,
+            transform: node.transform * Mat4::from_translation(-*begin),
+            ..Node::default()
+        };
+        node.name.push_str(BONE);
+        while !names.insert(node.name.clone()) {
+            node.name.push_str(BONE);
+        }
+        let here = NodeId::new(nodes.len());
+        if frame.parent.is_some() {
+            let bone = NodeId::new(nodes.len() + 1);
+            moved.push(bone);
+            frames.push(Some(here));
+            nodes.extend([frame, node]);
+        } else {
+            frame.parent = Some(here);
+            frame.transform = Mat4::from_translation(-*begin);
+            moved.push(here);
+            frames.push(None);
+            nodes.extend([node, frame]);
+        }
+    }
+    scene.nodes = nodes;
+    for animation in &mut scene.animations {
+        let channels = std::mem::take(&mut animation.channels);
+        for mut channel in channels {
+            if let Some(link) = channel.node.map(NodeId::index) {
+                let frame = frames[link].map(|frame| at_frame(&channel, frame, begins[link]));
+                channel.node = Some(moved[link]);
+                channel.node_name.clone_from(&scene.nodes[moved[link].index()].name);
+                animation.channels.extend(frame);
+            }
+            animation.channels.push(channel);
+        }
+    }
+}
+
+/// The channel of the frame of a link, whose bone begins elsewhere and has this channel.
+fn at_frame(bone: &Channel, frame: NodeId, begin: Vec3) -> Channel {
+    let mut channel = Channel {
+        node: Some(frame),
+        ..bone.clone()
+    };
+    let rotations = &bone.rotation_keys.values;
+    for (key, position) in channel.position_keys.values.iter_mut().enumerate() {
+        *position -= rotation_at(rotations, key) * begin;
+    }
+    channel
+}
+
+/// The rotation at a key; a joint that never turns has one.
+fn rotation_at(rotations: &[Quat], key: usize) -> Quat {
+    rotations.get(key).or(rotations.first()).copied().unwrap_or_default()
+}
+
 /// Moves the nodes of links that are bones to where their bones begin. The frame of a link may be anywhere: that of a
-/// thigh is 12 cm below the hip. How links are turned, and where the others are, stays.
-fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose: &RobotTPose) {
+/// thigh is 12 cm below the hip. How links are turned, and where the others are, stays. Returns where each begins in
+/// the frame of its link.
+fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose: &RobotTPose) -> Vec<Vec3> {
     let mut begins = vec![Vec3::ZERO; robot.links.len()];
     for bone in bones {
         // A foot may be a part of its shin, which begins at the knee.
         if scene.nodes[bone.link].humanoid_bone == Some(bone.bone) {
-            begins[bone.link] = t_pose.start(bone, bones).as_vec3();
+            let start = t_pose.start(bone, bones);
+            if start.length() > SAME_PLACE {
+                begins[bone.link] = start.as_vec3();
+            }
         }
     }
     let above = |node: usize| robot.links[node].parent.map_or(Vec3::ZERO, |parent| begins[parent]);
@@ -48,10 +169,11 @@ fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose:
         if begins[index] != Vec3::ZERO && positions.len() == 1 {
             positions.resize(rotations.len(), positions[0]);
         }
-        for (position, rotation) in positions.iter_mut().zip(rotations) {
-            *position += *rotation * begins[index] - above(index);
+        for (key, position) in positions.iter_mut().enumerate() {
+            *position += rotation_at(rotations, key) * begins[index] - above(index);
         }
     }
+    begins
 }
 
 /// Rotates the links of a robot's scene at rest to its T-pose. Links that move with a bone follow it. So whoever takes

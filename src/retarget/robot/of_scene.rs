@@ -5,11 +5,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DQuat, DVec3};
 use mocap_edit::contacts_of;
 use mocap_figure::Figure;
-use mocap_figure::robot_bones::moving::scene_of_clip;
+use mocap_figure::robot_bones::moving::{nodes_of_links, scene_of_clip};
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use mocap_scene::pose::{Binding, Trs};
 use mocap_scene::scene::robot::{JointKind, Placement, Robot, RobotJoint};
-use mocap_scene::scene::{Animation, NodeId, Scene, UpAxis};
+use mocap_scene::scene::{Animation, Scene, UpAxis};
 
 use super::motion::RobotMotion;
 use super::retargeter::feet_at_rest;
@@ -41,8 +41,10 @@ impl RobotMotion {
 
     /// An animation of a scene in metres, where `robot` itself moves in it; `None` where another body does.
     pub(super) fn of_same_robot(robot: &Robot, scene: &Scene, animation: &Animation) -> Option<Self> {
-        check_links(robot, scene).ok()?;
         let own = scene_of_clip(robot, None);
+        if own.nodes.len() != scene.nodes.len() {
+            return None;
+        }
         let links = std::iter::zip(&own.nodes, &scene.nodes).skip(1);
         let is_alike = links
             .map(|(link, node)| (link.transform, node.transform))
@@ -60,7 +62,8 @@ impl RobotMotion {
 
     /// An animation of a scene of the robot's links; `to_world` brings its axes to +Z up.
     fn of_clip(robot: &Robot, scene: &Scene, animation: &Animation, to_world: DQuat) -> Result<Self> {
-        check_links(robot, scene)?;
+        let nodes = nodes_of_links(robot, scene)
+            .ok_or_else(|| not_of(format!("its joints are not the links of {}", robot.name)))?;
         let (frames, joints) = (animation.frame_count(), robot.moving_joints());
         let rest: Vec<Trs> = scene
             .nodes
@@ -88,8 +91,9 @@ impl RobotMotion {
             for (dof, &link) in joints.iter().enumerate() {
                 let joint = &robot.links[link].joint;
                 let before = frame.checked_sub(1).map(|before| motion.dof_of(before)[dof]);
-                let moved = (links[link].translation - rest[link].translation).as_dvec3();
-                let position = position(joint, links[link].rotation.as_dquat(), moved, before.unwrap_or(0.0));
+                let node = nodes[link];
+                let moved = (links[node].translation - rest[node].translation).as_dvec3();
+                let position = position(joint, links[node].rotation.as_dquat(), moved, before.unwrap_or(0.0));
                 motion.dof_pos.push(position.ok_or_else(|| off_axis(joint, frame))?);
             }
         }
@@ -111,16 +115,6 @@ fn position(joint: &RobotJoint, rotation: DQuat, moved: DVec3, before: f64) -> O
     }
     let angle = 2.0 * along.atan2(turn.w);
     Some(angle + TAU * ((before - angle) / TAU).round())
-}
-
-fn check_links(robot: &Robot, scene: &Scene) -> Result<()> {
-    let is_same = scene.nodes.len() == robot.links.len()
-        && std::iter::zip(&scene.nodes, &robot.links)
-            .all(|(node, link)| node.name == link.name && node.parent.map(NodeId::index) == link.parent);
-    match is_same {
-        true => Ok(()),
-        false => Err(not_of(format!("its joints are not the links of {}", robot.name))),
-    }
 }
 
 fn off_axis(joint: &RobotJoint, frame: usize) -> Error {
