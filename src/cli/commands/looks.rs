@@ -12,7 +12,7 @@ pub(super) fn of_motion(
     reports: &[ClipReport],
     input: &Path,
     output: Option<&Path>,
-    target: &JobTarget,
+    (target, body): (&JobTarget, Option<&Path>),
 ) -> Vec<String> {
     let doubtful = reports.iter().filter(|found| found.verdict() != Verdict::Good);
     let lines = doubtful.map(|found| {
@@ -21,19 +21,22 @@ pub(super) fn of_motion(
     });
     let mut lines: Vec<String> = lines.collect();
     if !lines.is_empty() {
-        lines.push(format!("        {}", look(input, output, target)));
+        lines.push(format!("        {}", look(input, output, (target, body))));
     }
     lines
 }
 
 /// The command that shows a motion beside its output. The file of a robot's motion has no shapes: the command takes the
-/// robot itself.
-fn look(input: &Path, output: Option<&Path>, target: &JobTarget) -> String {
-    let words = match (target, output) {
+/// robot itself. Arrays are read with the body that the motion was read with.
+fn look(input: &Path, output: Option<&Path>, (target, body): (&JobTarget, Option<&Path>)) -> String {
+    let mut words = match (target, output) {
         (JobTarget::Robot(_), _) => vec![quoted(input), "--robot".to_owned(), quoted(target.file())],
         (_, Some(output)) => vec![quoted(input), quoted(output)],
         (_, None) => vec![quoted(input), "--character".to_owned(), quoted(target.file())],
     };
+    if let Some(body) = body {
+        words.extend(["--body".to_owned(), quoted(body)]);
+    }
     format!("mocap view {}", words.join(" "))
 }
 

@@ -252,7 +252,12 @@ impl ClipGroup<'_> {
         };
         let output = record.output.as_ref().filter(|_| !self.is_dry_run);
         let output = output.map(|output| self.job.write.output.join(output));
-        looks::of_motion(&reports, input, output.as_deref(), target)
+        looks::of_motion(
+            &reports,
+            input,
+            output.as_deref(),
+            (target, self.job.read.body.as_deref()),
+        )
     }
 
     fn looked(&self) -> &Maker<'static> {

@@ -288,3 +288,15 @@ mod reports {
         assert_eq!(table(&folder, "other.parquet").num_rows(), 2);
     }
 }
+
+/// The command that a folder's run prints shows the motion: it reads arrays with the body that they were read with.
+#[test]
+fn the_printed_command_repeats_the_body() {
+    let folder = folder();
+    without_shapes(&folder);
+    folder.succeeds("robot in/a.bvh --robot robot.urdf -o arrays --fps 10 --passes 1");
+    let said = folder.succeeds("robot arrays/a.npz --body robot.urdf --robot robot.urdf -o again/ --passes 1");
+    let command = "view arrays/a.npz --robot robot.urdf --body robot.urdf";
+    assert!(said.contains(&format!("mocap {command}")), "{said}");
+    folder.succeeds(&format!("{command} -o page.html"));
+}
