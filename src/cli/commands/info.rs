@@ -5,7 +5,9 @@ use std::io::{self, IsTerminal};
 
 use mocap::dump::report::Summary;
 use mocap::render::{Clip, ScreenOptions};
-use mocap::{Scene, SkeletonMesh};
+use mocap::retarget::robot::{JointKind, Robot};
+use mocap::scene::Format;
+use mocap::{Importer, Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
 
@@ -19,9 +21,88 @@ pub(crate) struct InfoView<'a> {
     file: String,
     #[serde(flatten)]
     summary: Summary<'a>,
+    /// The joints of a robot that move, in the order of the arrays of its motions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    robot_joints: Vec<RobotJointView>,
     /// The text for people.
     #[serde(skip)]
     screen: String,
+}
+
+/// A joint of a robot: positions in radians or metres, velocities a second, efforts in newton metres or newtons.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct RobotJointView {
+    joint: String,
+    link: String,
+    /// Whether it moves along its axis, and not about it.
+    slides: bool,
+    /// Absent without a limit, as the others.
+    lower: Option<f64>,
+    upper: Option<f64>,
+    velocity: Option<f64>,
+    effort: Option<f64>,
+}
+
+impl RobotJointView {
+    fn of(robot: &Robot) -> Vec<Self> {
+        let finite = |limit: f64| limit.is_finite().then_some(limit);
+        let joints = robot.moving_joints().into_iter().map(|link| {
+            let joint = &robot.links[link].joint;
+            Self {
+                joint: joint.name.clone(),
+                link: robot.links[link].name.clone(),
+                slides: joint.kind == JointKind::Slide,
+                lower: finite(joint.limits.lower),
+                upper: finite(joint.limits.upper),
+                velocity: joint.limits.velocity,
+                effort: joint.limits.effort,
+            }
+        });
+        joints.collect()
+    }
+
+    /// A row of the table for people.
+    fn row(&self, order: usize, width: usize) -> String {
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
+        let whole = |value: Option<f64>| value.map_or("-".to_owned(), |value| value.to_string());
+        let [angle, effort] = match self.slides {
+            true => ["m", "N"],
+            false => ["rad", "Nm"],
+        };
+        let name = report::visible(&self.joint);
+        format!(
+            "{order:>3}  {name:<width$}  {:>7} to {:>6} {angle}  {:>5} {angle}/s  {:>5} {effort}",
+            number(self.lower),
+            number(self.upper),
+            whole(self.velocity),
+            whole(self.effort)
+        )
+    }
+}
+
+/// The joints of the robot in a file, which a scene does not have; none of another file and of standard input.
+fn robot_joints(args: &InfoArgs, scene: &Scene) -> Result<Vec<RobotJointView>, Failure> {
+    let is_robot = matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf));
+    if !is_robot || streams::is_standard(&args.file) {
+        return Ok(Vec::new());
+    }
+    let robot = Importer::new().import_robot(&args.file)?;
+    Ok(RobotJointView::of(&robot))
+}
+
+fn table(joints: &[RobotJointView]) -> String {
+    let width = joints
+        .iter()
+        .map(|joint| joint.joint.chars().count())
+        .max()
+        .unwrap_or(0);
+    let rows = joints.iter().enumerate().map(|(order, joint)| joint.row(order, width));
+    let rows: Vec<String> = rows.collect();
+    format!(
+        "\n\njoints in the order of dof_pos: range, velocity, effort\n{}\n",
+        rows.join("\n")
+    )
 }
 
 impl fmt::Display for InfoView<'_> {
@@ -33,22 +114,29 @@ impl fmt::Display for InfoView<'_> {
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     let mut scene = import(args)?;
     let mut screen = String::new();
+    let joints = robot_joints(args, &scene)?;
     if !args.json {
         make_names_visible(&mut scene);
         screen = screen_of(&report::visible(&args.file.display().to_string()), &scene);
+        if !joints.is_empty() {
+            screen = screen.trim_end().to_owned() + &table(&joints);
+        }
     }
-    print_report(&view(args, &scene, screen), args.json, Place::Screen)
+    print_report(&view(args, &scene, joints, screen), args.json, Place::Screen)
 }
 
 /// What `--json` prints.
 pub(crate) fn summary(args: &InfoArgs) -> Result<serde_json::Value, Failure> {
-    Ok(super::value(&view(args, &import(args)?, String::new())))
+    let scene = import(args)?;
+    let joints = robot_joints(args, &scene)?;
+    Ok(super::value(&view(args, &scene, joints, String::new())))
 }
 
-fn view<'a>(args: &InfoArgs, scene: &'a Scene, screen: String) -> InfoView<'a> {
+fn view<'a>(args: &InfoArgs, scene: &'a Scene, robot_joints: Vec<RobotJointView>, screen: String) -> InfoView<'a> {
     InfoView {
         file: args.file.display().to_string(),
         summary: Summary::of(scene),
+        robot_joints,
         screen,
     }
 }

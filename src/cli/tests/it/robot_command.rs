@@ -300,3 +300,23 @@ fn the_printed_command_repeats_the_body() {
     assert!(said.contains(&format!("mocap {command}")), "{said}");
     folder.succeeds(&format!("{command} -o page.html"));
 }
+
+/// The order and the limits of the joints, as the file has them.
+#[test]
+fn info_lists_the_joints_of_a_robot() {
+    let folder = folder();
+    let done = folder.run("info robot.urdf --json");
+    let joints: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    let knee = &joints["robot_joints"][3];
+    assert_eq!(
+        (&knee["joint"], &knee["link"]),
+        (&"left_knee_joint".into(), &"left_knee_link".into())
+    );
+    let limits = ["lower", "upper", "velocity", "effort"].map(|limit| knee[limit].as_f64().unwrap());
+    assert_eq!(limits, [-0.26, 2.05, 14.0, 300.0]);
+    let text = String::from_utf8(folder.run("info robot.urdf").stdout).unwrap();
+    let row = text.lines().find(|line| line.contains("left_knee_joint ")).unwrap();
+    let words: Vec<&str> = row.split_whitespace().collect();
+    let expected = "3 left_knee_joint -0.260 to 2.050 rad 14 rad/s 300 Nm";
+    assert_eq!(words.join(" "), expected);
+}
