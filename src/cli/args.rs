@@ -135,6 +135,8 @@ pub(crate) enum Command {
     Dump(DumpArgs),
     /// Compare a written file with its source: the position of every joint in every frame
     Verify(VerifyArgs),
+    /// Score a motion of a robot against its reference, by the measures of publications
+    Score(ScoreArgs),
     /// Record what a program sends by the VMC protocol, until Ctrl-C
     Record(RecordArgs),
     /// Send a motion of a humanoid to programs that take the VMC protocol, as it would be captured
@@ -277,6 +279,28 @@ pub(crate) struct VerifyArgs {
     pub(crate) tolerance: ToleranceArgs,
     #[command(flatten)]
     pub(crate) weights: WeightsArgs,
+    #[command(flatten)]
+    pub(crate) read: InputOptions,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ScoreArgs {
+    /// The reference: a motion of a person, or of a robot that --body names
+    #[arg(value_name = "INPUT")]
+    pub(crate) source: PathBuf,
+    /// The motion of the robot that follows it, which any program made, in any layout that is read
+    #[arg(value_name = "OUTPUT")]
+    pub(crate) output: PathBuf,
+    /// The robot that moves: a .urdf file, or an .xml file of MuJoCo
+    #[arg(long, value_name = "TARGET")]
+    pub(crate) robot: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) space: SourceSpace,
+    #[command(flatten)]
+    pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: InputOptions,
 }

@@ -35,6 +35,7 @@ pub(crate) mod retarget;
 pub(crate) mod robot;
 mod robot_reports;
 pub(crate) mod run;
+pub(crate) mod score;
 pub(crate) mod series;
 pub(crate) mod sheet;
 pub(crate) mod skeleton;

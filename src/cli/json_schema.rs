@@ -32,7 +32,7 @@ pub fn schema() -> serde_json::Value {
         generator.subschema_for::<JobReport>(),
     );
     add(&["retarget"], generator.subschema_for::<Vec<RetargetReport>>());
-    add(&["robot"], generator.subschema_for::<RobotReport>());
+    add(&["robot", "score"], generator.subschema_for::<RobotReport>());
     add(&["edit"], generator.subschema_for::<Vec<EditReport>>());
     add(&["graph walk"], generator.subschema_for::<WalkReport>());
     add(&["info"], generator.subschema_for::<info::InfoView<'_>>());

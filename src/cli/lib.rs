@@ -149,6 +149,7 @@ fn run_command() -> u8 {
         Command::Match(args) => commands::matching::run(args, &given),
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),
+        Command::Score(args) => commands::score::run(args),
         Command::Run(args) => commands::run::run(args, &given),
         Command::Formats(args) => commands::formats::run(args),
         Command::Doctor(args) => commands::doctor::run(args),

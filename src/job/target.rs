@@ -164,7 +164,8 @@ target! {
         )]
         #[serde(skip_serializing_if = "is_default")]
         pub floor: Floor,
-        /// Fail after writing, with the exit code 1, if the verdict of a motion is worse than this
+        /// Fail after writing, with the exit code 1, if the verdict of a motion is worse than this. feasible refuses
+        /// poor motions, and those that the robot cannot perform by its masses and efforts
         #[cfg_attr(feature = "clap", arg(long, value_name = "VERDICT"))]
         #[serde(skip_serializing_if = "is_default")]
         pub require: Option<RequiredVerdict>,
@@ -214,16 +215,24 @@ pub enum Hands {
 pub enum RequiredVerdict {
     /// Only good ones.
     Good,
+    /// Good and fair ones that the robot can perform, by its masses and efforts.
+    Feasible,
     /// Good and fair ones.
     Fair,
 }
 
 impl RequiredVerdict {
-    /// Whether a verdict is good enough.
-    pub fn allows(self, verdict: Verdict) -> bool {
-        match self {
+    /// Why a motion is not good enough.
+    fn problem(self, clip: &ClipReport) -> Option<String> {
+        let verdict = clip.verdict();
+        let is_allowed = match self {
             Self::Good => verdict == Verdict::Good,
-            Self::Fair => verdict != Verdict::Poor,
+            Self::Feasible | Self::Fair => verdict != Verdict::Poor,
+        };
+        match self {
+            _ if !is_allowed => Some(verdict.as_str().to_owned()),
+            Self::Feasible => clip.robot()?.why_infeasible(),
+            _ => None,
         }
     }
 }
@@ -336,9 +345,11 @@ impl RobotTarget {
 
     fn problem(&self, clips: &[ClipReport]) -> Option<String> {
         let required = self.require?;
-        let clip = clips.iter().find(|clip| !required.allows(clip.verdict()))?;
-        let (name, verdict) = (clip.name(), clip.verdict().as_str());
-        let problem = format!("{name}: the motion is {verdict}, which {{require}} refuses");
+        let mut problems = clips
+            .iter()
+            .filter_map(|clip| Some((clip.name(), required.problem(clip)?)));
+        let (name, why) = problems.next()?;
+        let problem = format!("{name}: the motion is {why}, which {{require}} refuses");
         Some(spelled(&problem).into_owned())
     }
 }

@@ -28,7 +28,8 @@ pub use self::source::{SourceMotion, whole};
 pub use self::target::Target;
 use crate::robot::four_legs::has_four_legs;
 use crate::robot::quadruped::QuadrupedRetargeter;
-use crate::robot::{Robot, RobotOptions, RobotRetargeter, robot_bones, robot_scene};
+use crate::robot::report::{Floor, RobotReport};
+use crate::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, robot_bones, robot_scene};
 use crate::{CreatureRetargeter, PoseRetargeter, check_figure};
 use mocap_figure::LimbAngles;
 
@@ -209,6 +210,43 @@ impl Retargeter {
         moving.clips = first..self.clips.len();
         self.sources.push(moving);
         Ok(&self.sources[self.sources.len() - 1].source)
+    }
+
+    /// How well a motion of the robot that is the target is the main clip of `reference`, a scene as it was read. Any
+    /// program may have made the motion. The reference gets its frame rate.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::Importer;
+    /// use mocap::retarget::{RetargetOptions, Retargeter};
+    ///
+    /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+    /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let made = Retargeter::new(walk.clone(), robot.clone(), RetargetOptions::new())?;
+    /// let motion = made.clips()[0].robot_motion.as_ref().unwrap();
+    /// let report = Retargeter::onto(robot, RetargetOptions::new())?.judge(walk, motion)?;
+    /// assert!(report.scores.unwrap().mpbpe_local < 0.2);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::prepare`] and [`RobotRetargeter::judge`]; [`Code::InvalidValue`] if the target is no robot on two
+    /// legs.
+    pub fn judge(&self, mut reference: Scene, motion: &RobotMotion) -> Result<RobotReport> {
+        let mut judge = self.clone();
+        judge.options.conversion = judge.options.conversion.frame_rate(motion.fps);
+        judge.options.floor = Floor::Keep;
+        reference.put_main_clip_first();
+        let source = judge.prepare(reference)?;
+        if source.scene.animations.is_empty() {
+            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+        }
+        let moving = judge.moving(source)?;
+        let Mover::Robot(mut retargeter) = moving.mover else {
+            let message = "motions of robots on two legs are judged, and the target is another body";
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        };
+        retargeter.judge(&moving.source.scene, 0, motion)
     }
 
     /// What moves the motions of a source, which then has no rest pose in its first frame.

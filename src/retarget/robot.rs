@@ -51,6 +51,7 @@ pub(crate) mod quadruped;
 pub mod report;
 pub(crate) mod retargeter;
 pub(crate) mod robot_report;
+mod scores;
 mod smooth_stream;
 #[doc(hidden)]
 pub(crate) mod solver;

@@ -377,6 +377,14 @@ pub const GUIDES: &[Guide] = &[
         ],
     ),
     guide(
+        "score",
+        &["robot", "json", "body", "map", "clip"],
+        [
+            ("robot walk.bvh --robot h1.urdf -o h1.npz", "a motion of the robot"),
+            ("score walk.bvh h1.npz --robot h1.urdf", "how near it is to the walk"),
+        ],
+    ),
+    guide(
         "formats",
         &["json"],
         [

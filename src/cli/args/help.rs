@@ -21,7 +21,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
             "fk", "angles", "gait", "forces", "analog", "pack", "pose", "chain", "dump",
         ],
     ),
-    ("Prove", &["check", "survey", "verify"]),
+    ("Prove", &["check", "survey", "verify", "score"]),
 ];
 
 /// The commands that are used most, which `mocap -h` describes.

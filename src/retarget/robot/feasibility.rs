@@ -1,6 +1,8 @@
 //! Whether a motion is one that a robot can do: by inverse dynamics, what it takes beyond what the floor and the motors
 //! give.
 
+use std::fmt;
+
 use glam::{DVec2, DVec3};
 use mocap_scene::math::hull::convex_hull;
 use mocap_scene::math::median::ranked;
@@ -47,6 +49,8 @@ pub struct Feasibility {
     /// The fraction of feasible frames. With a friction of 1, soles on the floor leave no force at the base above 10 %
     /// of the weight. They leave no moment above that of the weight 5 cm away.
     pub fraction_feasible: f64,
+    /// What makes most of the other frames infeasible; absent where all are feasible.
+    pub main_cause: Option<InfeasibleCause>,
     /// The force at the base beyond what the contacts give, as a fraction of the weight: in 95 % of frames it is less.
     pub residual_force: f64,
     /// The moment at the base beyond what the contacts give, as a lever of the weight in metres: in 95 % of frames it
@@ -64,6 +68,46 @@ pub struct Feasibility {
     pub most_loaded_joint: String,
 }
 
+/// What makes a frame infeasible.
+///
+/// The [module](crate::robot) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum InfeasibleCause {
+    /// No sole is on the floor, and the robot does not fall.
+    NoSoleOnFloor,
+    /// The centre of pressure would have to be outside the soles.
+    PressureOutside,
+    /// The floor would have to pull, or hold more than its friction.
+    FloorForce,
+}
+
+impl InfeasibleCause {
+    /// Every one.
+    const ALL: [Self; 3] = [Self::NoSoleOnFloor, Self::PressureOutside, Self::FloorForce];
+
+    /// Its name in data.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::NoSoleOnFloor => "no-sole-on-floor",
+            Self::PressureOutside => "pressure-outside",
+            Self::FloorForce => "floor-force",
+        }
+    }
+}
+
+impl fmt::Display for InfeasibleCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoSoleOnFloor => "no sole is on the floor",
+            Self::PressureOutside => "the centre of pressure is outside the soles",
+            Self::FloorForce => "it needs more force than the floor gives",
+        })
+    }
+}
+
 /// What carries a robot.
 struct Support<'a> {
     kinematics: &'a Kinematics,
@@ -77,8 +121,22 @@ struct Support<'a> {
 struct Residual {
     force: f64,
     lever: f64,
+    /// Whether a sole is on the floor.
+    touches: bool,
     /// How far and where to the centre of pressure is outside the soles.
     outside: Option<DVec2>,
+}
+
+impl Residual {
+    /// What makes the frame infeasible.
+    fn cause(&self) -> Option<InfeasibleCause> {
+        match (self.force <= SPARE_FORCE, self.lever <= SPARE_LEVER) {
+            (true, true) => None,
+            _ if !self.touches => Some(InfeasibleCause::NoSoleOnFloor),
+            (false, _) => Some(InfeasibleCause::FloorForce),
+            (true, false) => Some(InfeasibleCause::PressureOutside),
+        }
+    }
 }
 
 /// Whether a robot, whose feet have these soles, can do a motion; `None` where its file states no masses, or of fewer
@@ -96,14 +154,19 @@ pub(super) fn feasibility(
         residuals.push(support.carry(dynamics, pose, &mut forces));
         efforts.add(&forces.joints);
     })?;
-    let is_feasible = |residual: &&Residual| residual.force <= SPARE_FORCE && residual.lever <= SPARE_LEVER;
-    let feasible = residuals.iter().filter(is_feasible).count();
+    let causes: Vec<InfeasibleCause> = residuals.iter().filter_map(Residual::cause).collect();
+    let count = |cause: &InfeasibleCause| causes.iter().filter(|found| *found == cause).count();
+    let feasible = residuals.len() - causes.len();
     let pressures = residuals.iter().filter_map(|residual| residual.outside);
     let pressures: Vec<f64> = pressures.map(DVec2::length).collect();
     let outside = pressures.iter().filter(|outside| **outside > OUTSIDE).count();
     Some(Feasibility {
         mass,
         fraction_feasible: feasible as f64 / residuals.len().max(1) as f64,
+        main_cause: InfeasibleCause::ALL
+            .into_iter()
+            .filter(|cause| count(cause) > 0)
+            .max_by_key(count),
         residual_force: largest(residuals.iter().map(|residual| residual.force)),
         residual_lever: largest(residuals.iter().map(|residual| residual.lever)),
         fraction_pressure_outside: (!pressures.is_empty()).then(|| outside as f64 / pressures.len() as f64),
@@ -226,6 +289,7 @@ impl<'a> Support<'a> {
         Residual {
             force: force.length(),
             lever: unit * lever.length(),
+            touches: !self.touching.is_empty(),
             outside: self.pressure(&load),
         }
     }

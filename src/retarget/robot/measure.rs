@@ -20,6 +20,63 @@ pub(super) const LIFT: f64 = 0.15;
 /// How deep a link may be in the floor, in metres: capsules are not as exact as soles.
 const TOUCHING: f64 = 0.01;
 
+/// The speed in m/s above which a sole in stance skates: a sixth of a slow walk.
+const SKATES: f64 = 0.1;
+
+/// The mean speed over the ground of the slowest point of a sole, while the foot stands: it may roll.
+pub(super) struct SoleSpeed<const FEET: usize> {
+    fps: f64,
+    before: [Vec<DVec3>; FEET],
+    sum: f64,
+    count: usize,
+    fastest: f64,
+    skating: usize,
+}
+
+impl<const FEET: usize> SoleSpeed<FEET> {
+    pub(super) fn new(fps: f64) -> Self {
+        Self {
+            fps,
+            before: std::array::from_fn(|_| Vec::new()),
+            sum: 0.0,
+            count: 0,
+            fastest: 0.0,
+            skating: 0,
+        }
+    }
+
+    /// Adds the points of a sole in the next frame, +Z up; `is_held` where its foot stands in this frame and in the
+    /// frame before.
+    pub(super) fn add(&mut self, foot: usize, points: Vec<DVec3>, is_held: bool) {
+        if is_held {
+            let steps = points.iter().zip(&self.before[foot]);
+            let steps = steps.map(|(point, before)| (*point - *before).truncate().length());
+            let speed = steps.fold(f64::INFINITY, f64::min) * self.fps;
+            self.sum += speed;
+            self.count += 1;
+            self.fastest = self.fastest.max(speed);
+            self.skating += usize::from(speed > SKATES);
+        }
+        self.before[foot] = points;
+    }
+
+    /// The largest speed.
+    pub(super) fn fastest(&self) -> f64 {
+        self.fastest
+    }
+
+    /// The fraction of samples that skate.
+    pub(super) fn fraction_skating(&self) -> Option<f64> {
+        self.mean().map(|_| self.skating as f64 / self.count as f64)
+    }
+
+    /// `None` where no foot stands.
+    pub(super) fn mean(&self) -> Option<f64> {
+        let mean = (self.count > 0).then(|| self.sum / self.count as f64);
+        mean.filter(|speed| speed.is_finite())
+    }
+}
+
 /// A motion on a robot.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
@@ -95,32 +152,22 @@ impl Measured<'_> {
         (mean, lying as f64 / goals.len().max(1) as f64)
     }
 
-    /// The mean speed over the ground of the slowest point of a sole, while the foot of the source is at rest: a foot
-    /// may roll. `None` where none rests.
-    pub(super) fn sole_speed(&self) -> Option<f64> {
+    /// The speed of soles while the foot of the source is at rest.
+    pub(super) fn soles(&self) -> SoleSpeed<2> {
         let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
         let mut pose = self.kinematics.rest();
-        let mut before: [Vec<DVec3>; 2] = Default::default();
-        let (mut sum, mut count) = (0.0, 0_usize);
+        let mut speed = SoleSpeed::<2>::new(self.motion.fps);
         for frame in 0..self.motion.frames() {
             self.pose(frame, &mut pose);
-            for (side, before) in before.iter_mut().enumerate() {
-                let Some(link) = feet[side] else { continue };
+            for (side, link) in feet.into_iter().enumerate() {
+                let Some(link) = link else { continue };
                 let foot = self.kinematics.link(&pose, link);
-                let soles = &self.twin.soles[side];
-                let by_node: Vec<DVec3> = soles.iter().map(|ball| foot.point(ball.centre)).collect();
-                if frame > 0 && self.motion.contacts[frame][side] && self.motion.contacts[frame - 1][side] {
-                    let steps = by_node.iter().zip(&*before);
-                    let steps = steps.map(|(transform, before)| (*transform - *before).truncate().length());
-                    sum += steps.fold(f64::INFINITY, f64::min) * self.motion.fps;
-                    count += 1;
-                }
-                *before = by_node;
+                let points = self.twin.soles[side].iter().map(|ball| foot.point(ball.centre));
+                let is_held = frame > 0 && self.motion.contacts[frame][side] && self.motion.contacts[frame - 1][side];
+                speed.add(side, points.collect(), is_held);
             }
         }
-        (count > 0)
-            .then(|| sum / count as f64)
-            .filter(|speed| speed.is_finite())
+        speed
     }
 
     /// The motion of the robot as a motion of the twin, with its joints at the places of the robot's.

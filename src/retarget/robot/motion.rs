@@ -55,6 +55,14 @@ impl RobotMotion {
         self.hind_contacts.drain(..frames.min(self.hind_contacts.len()));
     }
 
+    /// Keeps the first frames alone.
+    pub(super) fn keep_first(&mut self, frames: usize) {
+        self.root.truncate(frames);
+        self.dof_pos.truncate(frames * self.dof_names.len());
+        self.contacts.truncate(frames);
+        self.hind_contacts.truncate(frames);
+    }
+
     /// How many feet there are, and for each frame which of them stand, the front feet first.
     #[doc(hidden)]
     pub fn contacts_of_feet(&self) -> (usize, Vec<bool>) {

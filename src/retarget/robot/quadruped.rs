@@ -19,7 +19,7 @@ use super::feasibility::feasibility;
 use super::floor::{Floor, smooth};
 use super::four_legs::RobotLegs;
 use super::kinematics::{Kinematics, RobotPose};
-use super::measure::{raised, standing};
+use super::measure::{SoleSpeed, raised, standing};
 use super::motion::{RobotMotion, rate};
 use super::retargeter::{FIRST_STEPS, RobotOptions, STEPS, continued, own_motion};
 use super::robot_report::{self, ObservedFrames, RobotReport};
@@ -365,8 +365,7 @@ impl QuadrupedRetargeter {
     fn report(&self, track: &AnimalTrack, motion: &RobotMotion, steps: f64) -> RobotReport {
         let legs = &self.legs.legs;
         let mut errors = [(0.0, 0.0_f64, 0_usize); 4];
-        let mut soles: [Vec<DVec3>; 4] = Default::default();
-        let (mut slid, mut held) = (0.0, 0_usize);
+        let mut speed = SoleSpeed::<4>::new(motion.fps);
         self.poses(motion, |frame, pose| {
             let stands = |frame: usize, index: usize| track.contacts[frame][index];
             for (index, leg) in legs.iter().enumerate() {
@@ -378,14 +377,8 @@ impl QuadrupedRetargeter {
                     (*most, *at) = (angle, frame);
                 }
                 let points = leg.sole.iter().map(|ball| pose.bodies[leg.body()].point(ball.centre));
-                let points: Vec<DVec3> = points.collect();
-                if frame > 0 && stands(frame, index) && stands(frame - 1, index) {
-                    let steps = points.iter().zip(&soles[index]);
-                    let steps = steps.map(|(point, before)| (*point - *before).truncate().length());
-                    slid += steps.fold(f64::INFINITY, f64::min) * motion.fps;
-                    held += 1;
-                }
-                soles[index] = points;
+                let is_held = frame > 0 && stands(frame, index) && stands(frame - 1, index);
+                speed.add(index, points.collect(), is_held);
             }
         });
         let frames = motion.frames().max(1) as f64;
@@ -413,7 +406,7 @@ impl QuadrupedRetargeter {
             ObservedFrames {
                 found: RetargetReport::of_limbs(motion.name.clone(), motion.frames(), steps, limbs),
                 source_skate: track.skate(motion.fps),
-                skate: (held > 0).then(|| slid / held as f64),
+                skate: speed.mean(),
                 lowest: heights.iter().map(lowest).collect(),
                 depths: Vec::new(),
                 standing: standing(&heights, &track.contacts),

@@ -1,7 +1,9 @@
 //! Puts the motion of a humanoid on a robot.
 
 pub(crate) mod balance;
+mod judge;
 mod own;
+mod slide;
 mod soles;
 mod stream;
 
@@ -181,13 +183,23 @@ impl RobotRetargeter {
     /// # Errors
     /// [`Code::NoMotion`] where there is no such animation.
     pub fn clip(&mut self, source: &Scene, index: usize) -> Result<(RobotMotion, RobotReport)> {
-        let Some(animation) = source.animations.get(index) else {
+        let (motion, mut report) = self.solved(source, index)?;
+        report.scores = self.scores(source, &source.animations[index], &motion, &report);
+        Ok((motion, report))
+    }
+
+    fn animation_of(source: &Scene, index: usize) -> Result<&Animation> {
+        source.animations.get(index).ok_or_else(|| {
             let message = format!(
                 "there is no animation {index}: the source has {}",
                 source.animations.len()
             );
-            return Err(Diagnostic::new(Code::NoMotion, message).into());
-        };
+            Diagnostic::new(Code::NoMotion, message).into()
+        })
+    }
+
+    fn solved(&mut self, source: &Scene, index: usize) -> Result<(RobotMotion, RobotReport)> {
+        let animation = Self::animation_of(source, index)?;
         let moved = self.retargeter.animation(source, animation);
         let mut held = moved;
         if self.options.lock_feet && self.twin.has_legs {
@@ -266,7 +278,19 @@ impl RobotRetargeter {
                 }
             }
         }
-        let measured = self.measured(&motion);
+        let report = self.report(source, animation, &motion, (goals, steps));
+        (motion, report)
+    }
+
+    /// The report of a motion.
+    fn report(
+        &self,
+        source: &Scene,
+        animation: &Animation,
+        motion: &RobotMotion,
+        (goals, steps): (&[Goals], &Steps),
+    ) -> RobotReport {
+        let measured = self.measured(motion);
         let as_twin = measured.as_twin();
         let mut found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
         if !self.twin.has_legs {
@@ -275,14 +299,13 @@ impl RobotRetargeter {
         let of_source = found.guessed.iter();
         let of_source = of_source.map(|guess| format!("{} of the source: {}", guess.bone.as_str(), guess.reason));
         let guessed = self.twin.guessed.iter().cloned().chain(of_source).collect();
-        let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
-        let feet = found.feet.filter(|feet| feet.contact_frames > 0);
-        let collisions = self.collisions.measure(&self.kinematics, &motion);
+        let (heights, skate) = (measured.sole_heights(), measured.soles().mean());
+        let collisions = self.collisions.measure(&self.kinematics, motion);
         let (roll, lying) = measured.roll(&self.following, goals);
         let seen = ObservedFrames {
             found,
             skate,
-            source_skate: feet.map(|feet| feet.source.skate),
+            source_skate: self.source_slide(source, animation, &motion.contacts),
             standing: standing(&heights, &motion.contacts),
             lowest: heights.iter().map(|[left, right]| left.min(*right)).collect(),
             depths: match self.twin.has_legs {
@@ -292,7 +315,7 @@ impl RobotRetargeter {
             collisions,
             roll,
             lying,
-            jumps: steps.fraction_of_jumps(&self.kinematics, &motion),
+            jumps: steps.fraction_of_jumps(&self.kinematics, motion),
             trunk: self
                 .retargeter
                 .trunk_degrees(source, animation, (&self.twin.scene, &as_twin), self.twin.has_legs),
@@ -300,13 +323,12 @@ impl RobotRetargeter {
             guessed,
             // What the wheels of an upper body carry is not known.
             dynamics: match self.twin.has_legs {
-                true => feasibility(&self.robot, &self.kinematics, &self.following.soles(), &motion),
+                true => feasibility(&self.robot, &self.kinematics, &self.following.soles(), motion),
                 false => None,
             },
             has_legs: self.twin.has_legs,
         };
-        let report = robot_report::report(&self.robot, &motion, seen);
-        (motion, report)
+        robot_report::report(&self.robot, motion, seen)
     }
 
     /// Solves the frames of each window together.

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::collision::{LinkCollision, SelfCollision};
 use super::feasibility::Feasibility;
 use super::motion::RobotMotion;
-use super::verdict::{Criterion, Measures};
+use super::scores::{BEYOND, RobotScores, beyond_limit};
+use super::verdict::{Criterion, INFEASIBLE, Measures, OVER_EFFORT};
 use crate::quality::Verdict;
 use crate::quality::{LimbError, RetargetReport};
 
@@ -24,6 +25,12 @@ const ROUNDING: f64 = 1e-9;
 
 /// A foot that stands in the source floats where its sole is higher than this, in metres.
 const FLOATS: f64 = 0.05;
+
+/// The fraction of floating frames above which a report says what helps: the bound of a good motion.
+const OFTEN_FLOATING: f64 = 0.02;
+
+/// The number of parts in a hundred below which a figure for people would be rounded to 0 %.
+const LEAST_PERCENT: f64 = 0.5;
 
 /// A joint that would go beyond its limit.
 ///
@@ -59,12 +66,12 @@ pub struct RobotReport {
     pub mean_degrees: f64,
     /// Joints that are at a limit, and how often.
     pub clamped: Vec<ClampedJoint>,
-    /// Positions beyond a limit: always 0.
+    /// Positions beyond a limit: 0 in every motion that mocap makes.
     pub limit_violations: usize,
     /// The mean speed over the ground of the slowest point of a sole while the foot of the source stands, in metres a
     /// second; absent where none stands.
     pub skate: Option<f64>,
-    /// The mean speed of the slowest joint of a foot that stands in the source.
+    /// The same of the source, with the soles of the robot on its feet.
     pub source_skate: Option<f64>,
     /// The fraction of frames in which a sole or another link is more than 1 cm below the floor, links by capsules
     /// within their shapes.
@@ -98,7 +105,8 @@ pub struct RobotReport {
     pub fraction_floating: Option<f64>,
     /// The fraction of frames in which the hips of the source lie: the up axis of the file may be another.
     pub fraction_lying: f64,
-    /// The passes that made it. Of two the first alone is kept where the second would move limbs or feet farther away.
+    /// The passes that made it; 0 of a motion that was judged alone. Of two the first alone is kept where the second
+    /// would move limbs or feet farther away.
     pub passes: u8,
     /// Parts of the robot that its file does not show, and bones of the source whose rotation about themselves nothing
     /// shows: they were guessed.
@@ -107,6 +115,8 @@ pub struct RobotReport {
     pub left_out: Vec<String>,
     /// Whether the robot can do the motion; absent where its file states no masses, and of fewer than three frames.
     pub dynamics: Option<Feasibility>,
+    /// The measures of publications; absent of a stream, and of a robot without two legs.
+    pub scores: Option<RobotScores>,
     /// What the verdict depends on, each with its bounds: the worst decides.
     pub criteria: Vec<Criterion>,
     /// Whether the motion is good enough to use unchanged: the worst of `criteria`; poor where no limb could be
@@ -125,14 +135,7 @@ impl RobotReport {
     pub(crate) fn reasons(&self) -> Vec<String> {
         let of = |verdict: Verdict| {
             let criteria = self.criteria.iter().filter(move |found| found.verdict == verdict);
-            criteria.map(|found| {
-                format!(
-                    "{} is {:.3}, above {}",
-                    found.name.replace('_', " "),
-                    found.value,
-                    found.good
-                )
-            })
+            criteria.map(Criterion::finding)
         };
         let is_poor_by_one = of(Verdict::Poor).next().is_some();
         let uncompared = (self.verdict == Verdict::Poor && !is_poor_by_one)
@@ -142,6 +145,42 @@ impl RobotReport {
             .chain(of(Verdict::Poor))
             .chain(of(Verdict::Fair))
             .collect()
+    }
+
+    /// Why the robot cannot be expected to perform the motion; `None` where by its masses it can.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::Importer;
+    /// use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
+    ///
+    /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+    /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let (_, report) = RobotRetargeter::new(&walk, &robot, &RobotOptions::default())?.clip(&walk, 0)?;
+    /// let is_feasible = report.dynamics.as_ref().unwrap().fraction_feasible >= 0.95;
+    /// assert_eq!(report.why_infeasible().is_none(), is_feasible);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn why_infeasible(&self) -> Option<String> {
+        let Some(dynamics) = &self.dynamics else {
+            return Some("not known to be feasible, without inverse dynamics".to_owned());
+        };
+        let is_good = |name: &str| {
+            let found = self.criteria.iter().find(|criterion| criterion.name == name);
+            found.is_none_or(|criterion| criterion.verdict == Verdict::Good)
+        };
+        if !is_good(INFEASIBLE) {
+            let cause = dynamics
+                .main_cause
+                .map(|cause| format!(" ({cause})"))
+                .unwrap_or_default();
+            let share = percent(1.0 - dynamics.fraction_feasible);
+            return Some(format!("not feasible in {share} of frames{cause}"));
+        }
+        (!is_good(OVER_EFFORT)).then(|| {
+            let (joint, most) = (&dynamics.most_loaded_joint, dynamics.max_effort);
+            format!("too hard for {joint}, at {most:.1} times its effort")
+        })
     }
 
     /// Whether no joint moves too fast or jumps more often than in `other`, and links collide as seldom.
@@ -168,15 +207,29 @@ impl fmt::Display for RobotReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (clip, verdict) = (&self.clip, self.verdict.as_str());
         let (mean, frames, scale) = (self.mean_degrees, self.frames, self.scale);
+        let infeasible = self.why_infeasible().filter(|_| self.dynamics.is_some());
+        let infeasible = infeasible.map(|why| format!(", {why}")).unwrap_or_default();
         write!(
             f,
-            "{clip}: {verdict}: limbs {mean:.1} degrees off in the mean of {frames} frames; path scaled by {scale:.3}"
+            "{clip}: {verdict}{infeasible}: limbs {mean:.1} degrees off in the mean of {frames} frames; path scaled by \
+             {scale:.3}"
         )?;
-        let criteria = self.criteria.iter();
-        for criterion in criteria.filter(|criterion| criterion.verdict != Verdict::Good) {
-            let (verdict, name) = (criterion.verdict.as_str(), criterion.name.replace('_', " "));
-            let (value, good) = (criterion.value, criterion.good);
-            write!(f, "\n{clip}: {verdict} because {name} is {value:.3}, above {good}")?;
+        let of = |is_worst: bool| {
+            let not_good = self.criteria.iter().filter(|found| found.verdict != Verdict::Good);
+            not_good.filter(move |found| (found.verdict == self.verdict) == is_worst)
+        };
+        for criterion in of(true) {
+            write!(f, "\n{clip}: {verdict} because {}", criterion.finding())?;
+        }
+        for criterion in of(false) {
+            write!(f, "\n{clip}: also, {}", criterion.finding())?;
+        }
+        if self.fraction_floating.is_some_and(|floating| floating > OFTEN_FLOATING) {
+            write!(
+                f,
+                "\n{clip}: soles are above the floor where feet of the source stand: the survey of the source tells \
+                 whether it floats, and the step ground puts it on the floor"
+            )?;
         }
         for part in &self.guessed {
             write!(f, "\n{clip}: guessed: {part}")?;
@@ -190,7 +243,7 @@ impl fmt::Display for RobotReport {
         }
         let clamped = self.clamped.iter().filter(|joint| joint.fraction >= 0.01);
         let clamped: Vec<String> = clamped
-            .map(|joint| format!("{} in {:.0} %", joint.joint, 100.0 * joint.fraction))
+            .map(|joint| format!("{} in {}", joint.joint, percent(joint.fraction)))
             .collect();
         if !clamped.is_empty() {
             write!(f, "\n{clip}: at a limit: {} of frames", clamped.join(", "))?;
@@ -206,11 +259,11 @@ impl fmt::Display for RobotReport {
             )?;
         }
         if let Some(pair) = self.self_collisions.first() {
-            let (percent, centimetres) = (100.0 * self.fraction_in_self_collision, 100.0 * pair.deepest);
+            let (share, centimetres) = (percent(self.fraction_in_self_collision), 100.0 * pair.deepest);
             let (link, other) = (&pair.link, &pair.other);
             write!(
                 f,
-                "\n{clip}: links of the robot collide in {percent:.0} % of frames, deepest {link} and {other}: \
+                "\n{clip}: links of the robot collide in {share} of frames, deepest {link} and {other}: \
                  {centimetres:.1} cm"
             )?;
         }
@@ -226,6 +279,15 @@ impl fmt::Display for RobotReport {
         }
         let (joint, most) = (&self.fastest_joint, self.max_velocity);
         write!(f, "\n{clip}: the fastest joint is {joint}, at {most:.1} rad/s")
+    }
+}
+
+/// A fraction for people, which is 0 % only if it is 0.
+fn percent(fraction: f64) -> String {
+    match 100.0 * fraction {
+        percent if percent > 0.0 && percent < LEAST_PERCENT => format!("less than {LEAST_PERCENT} %"),
+        percent if percent < 100.0 && percent > 100.0 - LEAST_PERCENT => format!("{percent:.1} %"),
+        percent => format!("{percent:.0} %"),
     }
 }
 
@@ -283,6 +345,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
         lying: seen.lying,
         self_collision: seen.collisions.fraction,
         too_fast: joints.fraction_too_fast,
+        beyond_limits: joints.fraction_beyond,
         infeasible: seen.dynamics.as_ref().map(|found| 1.0 - found.fraction_feasible),
         over_effort: seen.dynamics.as_ref().and_then(|found| found.fraction_over_effort),
         unmeasured_limbs: seen.unmeasured_limbs,
@@ -320,6 +383,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
             false => WITHOUT_LEGS.map(str::to_owned).to_vec(),
         },
         dynamics: seen.dynamics,
+        scores: None,
         criteria,
         verdict,
     }
@@ -340,6 +404,8 @@ fn floating(standing: &[f64], lowest: &[f64]) -> Option<f64> {
 struct Joints {
     clamped: Vec<ClampedJoint>,
     limit_violations: usize,
+    /// The fraction of positions that are farther beyond a limit than the rounding of files.
+    fraction_beyond: f64,
     max_velocity: f64,
     fastest_joint: String,
     fraction_too_fast: f64,
@@ -351,7 +417,7 @@ impl Joints {
         let joints = robot.moving_joints();
         let (frames, count) = (motion.frames(), joints.len());
         let mut all = Self::default();
-        let (mut too_fast, mut samples) = (0_usize, 0_usize);
+        let (mut too_fast, mut samples, mut beyond) = (0_usize, 0_usize, 0_usize);
         for (dof, &link) in joints.iter().enumerate() {
             let joint = &robot.links[link].joint;
             let limits = &joint.limits;
@@ -361,6 +427,7 @@ impl Joints {
                 let here = at(frame);
                 moved |= here != at(0);
                 all.limit_violations += usize::from(!(limits.lower..=limits.upper).contains(&here));
+                beyond += usize::from(beyond_limit(limits, here) > BEYOND);
                 held += usize::from(here - limits.lower <= AT_LIMIT || limits.upper - here <= AT_LIMIT);
                 if frame == 0 {
                     continue;
@@ -389,6 +456,7 @@ impl Joints {
             }
         }
         all.clamped.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
+        all.fraction_beyond = beyond as f64 / motion.dof_pos.len().max(1) as f64;
         all.fraction_too_fast = too_fast as f64 / samples.max(1) as f64;
         all
     }

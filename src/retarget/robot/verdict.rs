@@ -4,6 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::quality::Verdict;
 
+/// The name of the fraction of infeasible frames.
+pub(super) const INFEASIBLE: &str = "fraction_infeasible";
+
+/// The name of the fraction of samples above the efforts of motors.
+pub(super) const OVER_EFFORT: &str = "fraction_over_effort";
+
 /// One thing that the verdict on a motion depends on.
 ///
 /// The [module](crate::robot) has an example.
@@ -23,6 +29,17 @@ pub struct Criterion {
     pub verdict: Verdict,
 }
 
+impl Criterion {
+    /// What it is and which bound it is above.
+    pub(super) fn finding(&self) -> String {
+        let bound = match (self.verdict, self.fair) {
+            (Verdict::Poor, Some(fair)) => fair,
+            _ => self.good,
+        };
+        format!("{} is {:.3}, above {bound}", self.name.replace('_', " "), self.value)
+    }
+}
+
 /// What of a motion the verdict depends on. What could not be measured is `None`, and does not count.
 #[derive(Clone, Debug, Default)]
 #[doc(hidden)]
@@ -39,6 +56,7 @@ pub struct Measures {
     pub lying: f64,
     pub self_collision: f64,
     pub too_fast: f64,
+    pub beyond_limits: f64,
     /// The fraction of frames that need more than the floor gives, and of samples above the efforts of motors.
     pub infeasible: Option<f64>,
     pub over_effort: Option<f64>,
@@ -49,7 +67,7 @@ pub struct Measures {
 
 impl Measures {
     /// Each measure with its bounds: the name, the value, up to what it is good and up to what fair.
-    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 15] {
+    fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 16] {
         let count = |count: usize| Some(count as f64);
         [
             ("mean_degrees", self.mean_degrees, 5.0, Some(10.0)),
@@ -63,9 +81,10 @@ impl Measures {
             ("fraction_lying", Some(self.lying), 0.5, None),
             ("fraction_in_self_collision", Some(self.self_collision), 0.02, Some(0.2)),
             ("fraction_too_fast", Some(self.too_fast), 0.001, Some(0.02)),
+            ("fraction_beyond_limits", Some(self.beyond_limits), 0.0, Some(0.02)),
             // Never poor by these: hands on a table carry too, and inverse dynamics knows soles alone.
-            ("fraction_infeasible", self.infeasible, 0.05, None),
-            ("fraction_over_effort", self.over_effort, 0.01, None),
+            (INFEASIBLE, self.infeasible, 0.05, None),
+            (OVER_EFFORT, self.over_effort, 0.01, None),
             ("unmeasured_limbs", count(self.unmeasured_limbs), 0.0, None),
             ("guessed_parts", count(self.guessed_parts), 0.0, None),
         ]

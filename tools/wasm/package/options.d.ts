@@ -841,9 +841,10 @@ export interface OutputOptions {
 /**
  * The worst verdict that a motion on a robot may have.
  * `"good"`: Only good ones.
+ * `"feasible"`: Good and fair ones that the robot can perform, by its masses and efforts.
  * `"fair"`: Good and fair ones.
  */
-export type RequiredVerdict = "good" | "fair";
+export type RequiredVerdict = "good" | "feasible" | "fair";
 
 /** zero (all rotations 0, as in the file), t-pose, a-pose, or frame:N. */
 export type RestPoseSource = "zero" | "t-pose" | "a-pose" | `frame:${number}`;
@@ -874,7 +875,10 @@ export interface RobotTarget {
    * pass moves joints smoothly, within the velocities of the robot's file and without jumps. Default: 2.
    */
   passes?: number | null;
-  /** Fail after writing, with the exit code 1, if the verdict of a motion is worse than this. */
+  /**
+   * Fail after writing, with the exit code 1, if the verdict of a motion is worse than this. feasible refuses poor motions,
+   * and those that the robot cannot perform by its masses and efforts.
+   */
   require?: RequiredVerdict | null;
   /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
   scale?: Scale;

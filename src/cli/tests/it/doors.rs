@@ -271,7 +271,7 @@ fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
 
 /// For each command, the calls that do its work in each language: an empty text where a language has none. The Rust
 /// library can do the work of every command.
-const CALLS: [(&str, [&str; 4]); 28] = [
+const CALLS: [(&str, [&str; 4]); 29] = [
     // Command, Python, C and C++, JavaScript, a tool of `mocap mcp`.
     (
         "convert",
@@ -323,6 +323,7 @@ const CALLS: [(&str, [&str; 4]); 28] = [
     ("check", ["Scene.warnings", "mocap_warning_text", "check", "check"]),
     ("survey", ["survey", "mocap_run", "run", "survey"]),
     ("verify", ["", "mocap_verify", "", "verify"]),
+    ("score", ["", "", "", ""]),
 ];
 
 /// Where the calls of each language are declared.

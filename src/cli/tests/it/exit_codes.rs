@@ -79,6 +79,7 @@ const CASES: &[Case] = &[
     writes("match moves.mdb --path 0/0+0/1 --on IN -o OUT", "glb", ""),
     moves("find moves.mdb --pose IN@0", "", ""),
     prints("verify IN w.glb --max-error 1m", ""),
+    moves("score IN w.npz --robot robot.urdf", "", ""),
 ];
 
 /// Commands that do not read the table's motion. `solve` is `convert` for positions, `mcp` serves the others, `analog`
@@ -143,6 +144,7 @@ fn folder() -> Folder {
     folder.write("robot.urdf", &fs::read(at_root("fixtures/robots/h1.urdf")).unwrap());
     folder.succeeds("convert w.bvh w.glb");
     folder.succeeds("index w.bvh -o moves.mdb");
+    folder.succeeds("robot w.bvh --robot robot.urdf -o w.npz");
     folder.write(
         "many.json",
         br#"{"source": {"inputs": ["w.bvh", "bad.bvh"]}, "write": {"output": "many/", "to": "glb"}}"#,

@@ -19,6 +19,7 @@ use crate::sample::Sample;
 /// needs a sender: `live.rs` ends it.
 const WRITE_NOTHING: &[&str] = &[
     "verify",
+    "score",
     "info",
     "gait",
     "skeleton",

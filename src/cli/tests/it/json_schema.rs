@@ -21,7 +21,7 @@ const DOCUMENT: &str = "../../docs/json.schema.json";
 const WITHOUT: [&str; 1] = ["mcp"];
 
 /// A line for each shape that a command prints.
-const LINES: [&str; 40] = [
+const LINES: [&str; 41] = [
     "convert walk.bvh a.glb --json --max-error 1mm --verify",
     "convert walk.bvh a.npz --json --to amass",
     "solve markers.c3d solved.bvh --json",
@@ -54,6 +54,7 @@ const LINES: [&str; 40] = [
     "dump walk.bvh --json",
     "verify walk.bvh whole.glb --json",
     "verify walk.bvh other.glb --json",
+    "score walk.bvh robot.npz --robot h1.urdf --json",
     "view walk.bvh -o a.html --json",
     "sheet walk.bvh -o a.png --json",
     "gif walk.bvh -o a.gif --width 64 --height 48 --rate 5 --json",

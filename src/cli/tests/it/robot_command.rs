@@ -68,7 +68,8 @@ fn what_is_said_of_one_motion_is_what_was_found() {
     let command = "robot in/a.bvh --robot robot.urdf -o a.npz --fps 60 --require good --passes 1";
     let said = folder.ends_with(1, command);
     assert!(
-        said.contains("a: poor: limbs ") && said.contains("error: a: the motion is poor, which --require refuses"),
+        said.contains("a: poor, not feasible in ")
+            && said.contains("error: a: the motion is poor, which --require refuses"),
         "{said}"
     );
     assert!(
@@ -85,6 +86,11 @@ fn what_is_said_of_one_motion_is_what_was_found() {
         "{said}"
     );
     assert!(said.contains("a: fair because fraction infeasible is "), "{said}");
+    let said = folder.ends_with(1, &format!("{} --force", command.replace("good", "feasible")));
+    assert!(
+        said.contains("error: a: the motion is not feasible in ") && said.contains(", which --require refuses"),
+        "{said}"
+    );
     without_shapes(&folder);
     let said = folder.ends_with(1, command);
     assert!(
@@ -183,8 +189,9 @@ mod reports {
         for (row, record) in records.iter().enumerate() {
             for (name, column) in std::iter::zip(table.schema().fields(), table.columns()) {
                 let report = &record["robot"];
-                // The fields of the dynamics have columns of their own.
-                let found = report.get(name.name()).or_else(|| report["dynamics"].get(name.name()));
+                // The fields of the dynamics and of the scores have columns of their own.
+                let parts = [report, &report["dynamics"], &report["scores"]];
+                let found = parts.into_iter().find_map(|part| part.get(name.name()));
                 if column.is_null(row) {
                     assert!(found.is_none_or(Value::is_null) || name.name() == "error", "{name}");
                 } else if let Some(column) = column.as_primitive_opt::<Float64Type>() {
@@ -208,9 +215,11 @@ mod reports {
         }
         // Every field of a report is a column.
         let report = &records[0]["robot"];
-        let of_dynamics = report["dynamics"].as_object().unwrap().keys();
-        let fields = report.as_object().unwrap().keys().filter(|name| *name != "dynamics");
-        let mut missing: Vec<&String> = fields.chain(of_dynamics).collect();
+        let parts = ["dynamics", "scores"];
+        let of_parts = parts.iter().flat_map(|part| report[part].as_object().unwrap().keys());
+        let fields = report.as_object().unwrap().keys();
+        let fields = fields.filter(|name| !parts.contains(&name.as_str()));
+        let mut missing: Vec<&String> = fields.chain(of_parts).collect();
         missing.retain(|name| table.column_by_name(name).is_none());
         assert!(missing.is_empty(), "{missing:?}");
     }
@@ -319,4 +328,34 @@ fn info_lists_the_joints_of_a_robot() {
     let words: Vec<&str> = row.split_whitespace().collect();
     let expected = "3 left_knee_joint -0.260 to 2.050 rad 14 rad/s 300 Nm";
     assert_eq!(words.join(" "), expected);
+}
+
+/// The scores of a motion are the same where it is made and where its file is scored.
+#[test]
+fn a_file_has_the_scores_of_its_report() {
+    let folder = folder();
+    let printed = |command: &str| -> serde_json::Value {
+        let done = folder.run(command);
+        serde_json::from_slice(&done.stdout).unwrap()
+    };
+    let made = printed("robot in/a.bvh --robot robot.urdf -o a.npz --fps 30 --json");
+    let scored = printed("score in/a.bvh a.npz --robot robot.urdf --json");
+    let scores = made["scores"].as_object().unwrap();
+    assert!(scores.len() > 10 && scores["mpbpe_local"].as_f64().unwrap() > 0.001);
+    for (name, value) in scores {
+        let (made, scored) = (value.as_f64(), scored["scores"][name].as_f64());
+        let is_alike = made
+            .zip(scored)
+            .is_none_or(|(made, scored)| (made - scored).abs() < 1e-4 * made.max(1.0));
+        assert!(
+            is_alike && made.is_some() == scored.is_some(),
+            "{name}: {made:?} {scored:?}"
+        );
+    }
+    let done = folder.run("score a.npz a.npz --body robot.urdf --robot robot.urdf");
+    let said = String::from_utf8(done.stdout).unwrap();
+    assert!(
+        said.contains("a: MPBPE 0.0 mm global, 0.0 mm local, of 20 bodies"),
+        "{said}"
+    );
 }

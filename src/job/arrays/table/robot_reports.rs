@@ -5,7 +5,7 @@ use std::sync::Arc;
 use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder, StructBuilder};
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field};
-use mocap_retarget::robot::report::{Feasibility, RobotReport};
+use mocap_retarget::robot::report::{Feasibility, RobotReport, RobotScores};
 
 use super::batch;
 
@@ -22,8 +22,8 @@ pub struct RobotClip<'a> {
     pub report: Result<&'a RobotReport, &'a str>,
 }
 
-/// The table with one row for each clip: the columns are the fields of [`RobotReport`] and of its [`Feasibility`], with
-/// their names.
+/// The table with one row for each clip: the columns are the fields of [`RobotReport`], of its [`Feasibility`] and of
+/// its [`RobotScores`], with their names.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -57,6 +57,11 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         let dynamics = report.as_ref()?.dynamics.as_ref()?;
         Some(dynamics.most_loaded_joint.as_str())
     });
+    let main_causes = reports.iter().map(|report| {
+        let cause = report.as_ref()?.dynamics.as_ref()?.main_cause?;
+        Some(cause.as_str())
+    });
+    let score = |value: &dyn Fn(&RobotScores) -> Option<f64>| numbers(&|report| value(report.scores.as_ref()?));
     let limb_texts = ["bone"];
     let limb_numbers = ["mean_degrees", "max_degrees", "tick"];
     let limbs = structs(&reports, &limb_texts, &limb_numbers, &|report, add| {
@@ -124,6 +129,7 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("passes", numbers(&|report| Some(f64::from(report.passes)))),
         ("mass", dynamics(&|found| Some(found.mass))),
         ("fraction_feasible", dynamics(&|found| Some(found.fraction_feasible))),
+        ("main_cause", Arc::new(main_causes.collect::<StringArray>())),
         ("residual_force", dynamics(&|found| Some(found.residual_force))),
         ("residual_lever", dynamics(&|found| Some(found.residual_lever))),
         (
@@ -133,6 +139,30 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("fraction_over_effort", dynamics(&|found| found.fraction_over_effort)),
         ("max_effort", dynamics(&|found| Some(found.max_effort))),
         ("most_loaded_joint", Arc::new(most_loaded.collect::<StringArray>())),
+        ("bodies", score(&|scores| Some(scores.bodies as f64))),
+        ("mpbpe_global", score(&|scores| Some(scores.mpbpe_global))),
+        ("mpbpe_local", score(&|scores| Some(scores.mpbpe_local))),
+        ("palm_error", score(&|scores| scores.palm_error)),
+        ("foot_sliding", score(&|scores| scores.foot_sliding)),
+        ("foot_skating_duration", score(&|scores| scores.foot_skating_duration)),
+        ("foot_skating_velocity", score(&|scores| scores.foot_skating_velocity)),
+        ("contact_preservation", score(&|scores| scores.contact_preservation)),
+        (
+            "penetration_duration",
+            score(&|scores| Some(scores.penetration_duration)),
+        ),
+        ("penetration_depth", score(&|scores| Some(scores.penetration_depth))),
+        (
+            "self_collision_duration",
+            score(&|scores| Some(scores.self_collision_duration)),
+        ),
+        (
+            "self_collision_depth",
+            score(&|scores| Some(scores.self_collision_depth)),
+        ),
+        ("joint_jerk", score(&|scores| Some(scores.joint_jerk))),
+        ("limit_violation", score(&|scores| Some(scores.limit_violation))),
+        ("at_limit", score(&|scores| Some(scores.at_limit))),
         ("guessed", texts(&|report| report.guessed.join("; "))),
         ("left_out", texts(&|report| report.left_out.join("; "))),
         ("criteria", criteria),

@@ -22,6 +22,7 @@ mod robot_dynamics;
 mod robot_elbows;
 mod robot_kinds;
 mod robot_passes;
+mod robot_scores;
 mod robot_stream;
 mod robot_to_robot;
 mod robot_verdict;

@@ -7,16 +7,17 @@ use mocap::{Binding, Importer, Pose, Scene};
 use mocap_figure::robot_bones::moving::scene_of_clip;
 use mocap_figure::robot_bones::robot_bones;
 
+use crate::robot_scores::links;
 use crate::robot_walk::{on, walk};
 
-fn robot(name: &str) -> Robot {
+pub(crate) fn robot(name: &str) -> Robot {
     Importer::new()
         .import_robot(format!("../../fixtures/robots/{name}"))
         .unwrap()
 }
 
 /// The motion as a source in metres with +Y up.
-fn source(robot: &Robot, motion: &RobotMotion) -> Scene {
+pub(crate) fn source(robot: &Robot, motion: &RobotMotion) -> Scene {
     let mut scene = scene_of_clip(robot, Some(motion.to_animation(robot)));
     mocap::Conversion::new().apply(&mut scene).unwrap();
     scene
@@ -65,6 +66,34 @@ fn a_robot_does_its_own_motion_as_it_is() {
         }
         assert!(report.mean_degrees < 0.1, "{name}: {}", report.mean_degrees);
         assert!(report.trunk_degrees.unwrap() < 0.1);
+        // Both slide at the same points of their soles.
+        let [own, source] = [report.skate, report.source_skate].map(Option::unwrap);
+        assert!((own - source).abs() < 1e-3, "{name}: {own} {source}");
+    }
+}
+
+/// Programs look for the links of a robot by their names: a node of that name is where the robot's file has the link.
+#[test]
+fn links_stand_at_their_frames() {
+    for name in ["g1_29dof_rev_1_0.urdf", "h1.urdf"] {
+        let robot = robot(name);
+        let (motion, _) = on(&robot, &walk());
+        let scene = scene_of_clip(&robot, Some(motion.to_animation(&robot)));
+        assert!(
+            scene.nodes.len() > robot.links.len(),
+            "{name}: no bone begins elsewhere"
+        );
+        assert_eq!(scene.validate(), []);
+        let binding = Binding::new(&scene, &scene.animations[0]);
+        let mut pose = Pose::rest(&scene);
+        for frame in [0, motion.frames() / 2] {
+            pose.sample(&binding, &scene.animations[0], frame as f64);
+            for (link, place) in robot.links.iter().zip(links(&robot, &motion, frame)) {
+                let node = scene.nodes.iter().position(|node| node.name == link.name).unwrap();
+                let found = pose.node_to_world[node].as_dmat4();
+                assert!(found.abs_diff_eq(place, 1e-5), "{name}: {}: {found} {place}", link.name);
+            }
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use mocap::glam::{Quat, Vec3};
 use mocap::retarget::report::Verdict;
-use mocap::retarget::robot::report::{Floor, RobotReport};
+use mocap::retarget::robot::report::{Floor, InfeasibleCause, RobotReport};
 use mocap::retarget::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, robot_scene};
 use mocap::{Binding, Importer, Pose, Scene};
 
@@ -65,6 +65,20 @@ fn a_walk_in_the_air_is_not_good() {
         share > 0.9 && by_it == Verdict::Poor && report.verdict == Verdict::Poor,
         "{share}"
     );
+    let dynamics = report.dynamics.as_ref().unwrap();
+    assert_eq!(dynamics.main_cause, Some(InfeasibleCause::NoSoleOnFloor));
+    let said = report.to_string();
+    for text in [
+        ": poor, not feasible in ",
+        " of frames (no sole is on the floor): limbs ",
+        ": poor because fraction floating is ",
+        ", above 0.2\n",
+        ": also, fraction infeasible is ",
+        "the step ground puts it on the floor",
+    ] {
+        assert!(said.contains(text), "{text}: {said}");
+    }
+    assert!(report.why_infeasible().unwrap().ends_with("(no sole is on the floor)"));
     // The ankles of H1 are 5 cm above its soles.
     let robot = h1();
     let (scene, animation) = (robot_scene(&robot), motion.to_animation(&robot));
@@ -94,4 +108,19 @@ fn a_motion_whose_up_axis_is_wrong_is_not_good() {
     let (_, report) = on(&source, &RobotOptions::new());
     assert_ne!(report.verdict, Verdict::Good);
     assert!(verdict(&report, "fraction_lying").0 > 0.9);
+}
+
+/// A link that is somewhere inside another in one frame of a thousand is not said to be so in 0 %.
+#[test]
+fn a_small_fraction_is_not_zero() {
+    let (_, report) = on(&walk(), &RobotOptions::new().passes(1));
+    let mut value = serde_json::to_value(&report).unwrap();
+    value["fraction_in_self_collision"] = 0.001.into();
+    value["self_collisions"] = serde_json::json!([{"link": "a", "other": "b", "fraction": 0.001, "deepest": 0.03}]);
+    let report: RobotReport = serde_json::from_value(value).unwrap();
+    let said = report.to_string();
+    assert!(
+        said.contains("collide in less than 0.5 % of frames, deepest a and b: 3.0 cm"),
+        "{said}"
+    );
 }

@@ -1,0 +1,52 @@
+//! `mocap score`: how near a motion of a robot is to its reference, whoever made it.
+
+use std::fmt;
+
+use mocap::job::BoneMap;
+use mocap::retarget::robot::RobotMotion;
+use mocap::retarget::robot::report::RobotReport;
+use mocap::retarget::{RetargetOptions, Retargeter};
+use mocap::scene::UpAxis;
+use mocap::{Importer, Scene};
+use serde::Serialize;
+
+use super::{Place, import_motion, print_report};
+use crate::args::ScoreArgs;
+use crate::{Failure, report, streams};
+
+/// A report with the scores, which the text of a report leaves out.
+#[derive(Serialize)]
+#[serde(transparent)]
+struct Scored(RobotReport);
+
+impl fmt::Display for Scored {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)?;
+        let Some(scores) = &self.0.scores else { return Ok(()) };
+        for line in scores.to_string().lines() {
+            write!(f, "\n{}: {line}", self.0.clip)?;
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn run(args: &ScoreArgs) -> Result<(), Failure> {
+    let robot = Importer::new().import_robot(&args.robot)?;
+    report::warnings(Some(&args.robot), &robot.warnings);
+    let scene = streams::import(&Importer::new().body(&args.robot), &args.output)?;
+    if scene.metadata.up != Some(UpAxis::Z) {
+        let message = "a motion of a robot is read from the arrays of its joints, which this file has not";
+        return Err(Failure::Usage(format!("{}: {message}", args.output.display())));
+    }
+    let mut motion = RobotMotion::of_scene(&robot, &scene).map_err(|error| error.with_path(&args.output))?;
+    let name = args.output.file_stem().unwrap_or(args.output.as_os_str());
+    motion.name = name.to_string_lossy().into_owned();
+    let mut reference: Scene = import_motion(&args.read, &args.source)?;
+    report::warnings(Some(&args.source), &args.space.contradictions(&reference));
+    args.space.state(&mut reference);
+    let bones = args.map.map.as_ref().map(BoneMap::bones).transpose()?;
+    let options = RetargetOptions::new().source_bones(bones.unwrap_or_default());
+    let found = Retargeter::onto(robot, options)?.judge(reference, &motion);
+    let found = found.map_err(|error| error.with_path(&args.source))?;
+    print_report(&Scored(found), args.json, Place::Result)
+}

@@ -1,0 +1,158 @@
+//! Motions of the robot, which any program made, against what they follow.
+
+use glam::DVec3;
+use mocap_figure::HumanoidBone as Bone;
+use mocap_scene::error::{Code, Diagnostic, Result};
+use mocap_scene::pose::{Binding, Pose};
+use mocap_scene::scene::{Animation, Scene};
+
+use super::super::measure::standing;
+use super::super::motion::RobotMotion;
+use super::super::robot_report::RobotReport;
+use super::super::scores::{BodyPlaces, RobotScores, scores};
+use super::super::source_rotations::SourceRotations;
+use super::super::speed::Steps;
+use super::RobotRetargeter;
+
+/// Largest difference of two frame rates that are one, as a fraction.
+const SAME_RATE: f64 = 1e-3;
+
+impl RobotRetargeter {
+    /// How well a motion of the robot is an animation of `source`, by its index. Any program may have made it; it is
+    /// not changed. Both have one frame rate and begin at the same moment. Frames that one of them lacks are not
+    /// compared.
+    ///
+    /// ```
+    /// # std::env::set_current_dir("../..").unwrap();
+    /// use mocap::Importer;
+    /// use mocap::retarget::robot::{RobotOptions, RobotRetargeter};
+    ///
+    /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+    /// let walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let mut retargeter = RobotRetargeter::new(&walk, &robot, &RobotOptions::default())?;
+    /// let (mut motion, own) = retargeter.clip(&walk, 0)?;
+    /// motion.root.iter_mut().for_each(|root| root.translation.x += 0.1);
+    /// let [own, moved] = [own, retargeter.judge(&walk, 0, &motion)?].map(|report| report.scores.unwrap());
+    /// assert!(moved.mpbpe_global > own.mpbpe_global && (moved.mpbpe_local - own.mpbpe_local).abs() < 1e-6);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] if there is no such animation, or no frame that both have; [`Code::InvalidValue`] if the
+    /// frame rates differ, or the joints are not those of the robot.
+    pub fn judge(&mut self, source: &Scene, index: usize, motion: &RobotMotion) -> Result<RobotReport> {
+        let mut animation = Self::animation_of(source, index)?.clone();
+        let (own, theirs) = (motion.fps, animation.ticks_per_second);
+        if (own - theirs).abs() > SAME_RATE * theirs {
+            let message = format!("the motion has {own} frames per second, and its reference {theirs}");
+            return Err(Diagnostic::new(Code::InvalidValue, message)
+                .help("resample one of them")
+                .into());
+        }
+        if motion.dof_names != self.robot.dof_names() {
+            let message = format!("the joints of the motion are not those of {}", self.robot.name);
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        let frames = motion.frames().min(animation.frame_count());
+        if frames == 0 {
+            return Err(Diagnostic::new(Code::NoMotion, "there is no frame that both motions have").into());
+        }
+        animation.duration = animation.duration.min((frames - 1) as f64);
+        let mut motion = motion.clone();
+        motion.keep_first(frames);
+        motion.contacts = self.contacts_of(source, &animation);
+        let moved = self.retargeter.animation(source, &animation);
+        let mut goals = Vec::new();
+        self.follow(&moved, &animation, motion.contacts.clone(), &mut goals);
+        let rotations = SourceRotations::new(source, &animation, &self.source_bones);
+        let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, motion.fps);
+        let mut report = self.report(source, &animation, &motion, (&goals, &steps));
+        report.passes = 0;
+        report.scores = self.scores(source, &animation, &motion, &report);
+        Ok(report)
+    }
+
+    /// The scores of a motion with this report; `None` of a robot without legs, whose base stays.
+    pub(super) fn scores(
+        &self,
+        source: &Scene,
+        animation: &Animation,
+        motion: &RobotMotion,
+        report: &RobotReport,
+    ) -> Option<RobotScores> {
+        if !self.twin.has_legs {
+            return None;
+        }
+        let places = match RobotMotion::of_same_robot(&self.robot, source, animation) {
+            Some(reference) => self.links(&reference, motion),
+            None => self.bones(source, animation, motion),
+        };
+        let measured = self.measured(motion);
+        let heights = standing(&measured.sole_heights(), &motion.contacts);
+        let slide = measured.soles();
+        Some(RobotScores {
+            penetration_duration: report.fraction_below_floor,
+            penetration_depth: report.deepest,
+            self_collision_duration: report.fraction_in_self_collision,
+            self_collision_depth: report.self_collisions.first().map_or(0.0, |pair| pair.deepest),
+            ..scores(&self.robot, motion, &places, (&slide, &heights))
+        })
+    }
+
+    /// The links with a joint and the base, in two motions of the robot.
+    fn links(&self, reference: &RobotMotion, motion: &RobotMotion) -> BodyPlaces {
+        let of_motion = |motion: &RobotMotion| {
+            let mut pose = self.kinematics.rest();
+            let frames = (0..motion.frames()).map(|frame| {
+                motion.set(frame, &self.kinematics, &mut pose);
+                pose.bodies.iter().map(|body| body.translation).collect()
+            });
+            frames.collect::<Vec<Vec<DVec3>>>()
+        };
+        let hands = [Bone::LeftHand, Bone::RightHand].into_iter();
+        let hands = hands.filter_map(|bone| Some(self.kinematics.body_of(self.twin.bone(bone)?.link).0));
+        BodyPlaces {
+            reference: of_motion(reference),
+            robot: of_motion(motion),
+            base: 0,
+            palms: hands.collect(),
+        }
+    }
+
+    /// The bones of the robot, against a person of its proportions that does the motion.
+    fn bones(&self, source: &Scene, animation: &Animation, motion: &RobotMotion) -> BodyPlaces {
+        let moved = self.retargeter.clone().animation(source, animation);
+        let twin = &self.twin;
+        let tips = twin.tips.iter().copied();
+        let points = twin.bones.iter().map(|bone| (bone.node, bone.link, bone.start));
+        let points: Vec<_> = points.chain(tips).collect();
+        let named = |bones: &[Bone]| {
+            let is_one = |index: &usize| {
+                let name = &twin.scene.nodes[points[*index].0.index()].name;
+                bones.iter().any(|bone| bone.as_str() == name)
+            };
+            (0..points.len()).filter(is_one).collect::<Vec<usize>>()
+        };
+        let binding = Binding::new(&twin.scene, &moved);
+        let (mut person, mut pose) = (Pose::rest(&twin.scene), self.kinematics.rest());
+        let mut places = BodyPlaces {
+            reference: Vec::with_capacity(motion.frames()),
+            robot: Vec::with_capacity(motion.frames()),
+            base: named(&[Bone::Hips]).first().copied().unwrap_or_default(),
+            palms: named(&[Bone::LeftHand, Bone::RightHand]),
+        };
+        for frame in 0..motion.frames() {
+            person.sample(&binding, &moved, frame as f64);
+            motion.set(frame, &self.kinematics, &mut pose);
+            let of_person = points
+                .iter()
+                .map(|(node, _, _)| twin.figure_to_world * person.position(*node).as_dvec3());
+            places.reference.push(of_person.collect());
+            let of_robot = points
+                .iter()
+                .map(|(_, link, point)| self.kinematics.link(&pose, *link).point(*point));
+            places.robot.push(of_robot.collect());
+        }
+        places
+    }
+}
