@@ -367,8 +367,9 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`. Tracks that are still
-    /// the keys of the scene stay. The rotation of an end site moves nothing, so no end site gets a channel for it.
+    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`. Tracks that are
+    /// still the keys of the scene stay. The rotation of an end site moves nothing, so no end site gets a channel for
+    /// it.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize, rotated: &[NodeId], moved: &[NodeId]) {
         let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
         for (nodes, is_rotation) in [(rotated, true), (moved, false)] {

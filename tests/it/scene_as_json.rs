@@ -21,7 +21,7 @@ fn every_scene_is_read_back_but_for_what_serde_leaves_out() {
                 serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
             scene.original = None;
             scene.metadata.file_space = Default::default();
-            (scene.metadata.recorded, scene.metadata.solved) = (None, None);
+            (scene.metadata.recorded, scene.metadata.solved, scene.metadata.fbx) = (None, None, None);
             scene.textures.iter_mut().for_each(|texture| texture.bytes.clear());
             assert!(found == scene, "{} is another scene", path.display());
         }

@@ -62,7 +62,8 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Finds the defects of moving frames, before any other findings. `frames` has the frame of the clip for each frame of `motion`.
+    /// Finds the defects of moving frames, before any other findings. `frames` has the frame of the clip for each frame
+    /// of `motion`.
     pub(super) fn find_moving(&mut self, motion: &Motion, errors: &MotionErrors, frames: Option<&[usize]>) {
         let count = motion.frames - motion.first.min(motion.frames);
         if count <= POSES || motion.is_still() || motion.rate <= 0.0 {

@@ -1,8 +1,7 @@
-//! Left and right that are exchanged for some frames, as an estimator does that takes one leg for the other.
+//! Left and right that are exchanged for some frames, as by an estimator that takes one leg for the other.
 //!
-//! For each pair of limbs the path through the frames is sought on which the steps of rotations change least, where a
-//! limb is, or is exchanged (Viterbi's algorithm with two states). To exchange costs as much as a large change, so that
-//! limbs that cross quickly stay.
+//! In each frame, a pair of limbs is exchanged or not. The best sequence of these two states has the least change of
+//! rotation steps (Viterbi's algorithm). An exchange costs as much as a large change, so limbs that cross quickly stay.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::median::ranked;
@@ -121,8 +120,9 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
     is_exchanged
 }
 
-/// Adds the squares of how far the steps to each frame are from the mean of the steps before and after, which stay in one
-/// limb: as is, and with an exchange. So a quick movement, whose steps are alike, costs no more than a slow one.
+/// Adds the squared change at each frame, without and with an exchange. The change is the difference of the step from
+/// the mean of the steps of one limb before and after. So a quick movement with equal steps costs no more than a slow
+/// one.
 fn add_steps(tracks: &[Vec<Quat>; 2], steps: &mut [[f32; 2]]) {
     let step = |from: Quat, to: Quat| log(from.inverse() * to);
     let own = [0, 1].map(|side: usize| -> Vec<Vec3> {

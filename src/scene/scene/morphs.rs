@@ -3,8 +3,8 @@
 use super::{Keys, Scene};
 
 impl Scene {
-    /// The weights of each morph target in all animations, including targets of [`Scene::original`]. The last tracks are no
-    /// weights, but the times of [`clip_extras`](Self::clip_extras).
+    /// The weights of each morph target in all animations, including targets of [`Scene::original`]. The last tracks
+    /// are no weights, but the times of [`clip_extras`](Self::clip_extras).
     #[doc(hidden)]
     pub fn weight_keys(&mut self) -> impl Iterator<Item = &mut Vec<Keys<f32>>> {
         let targets = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets);

@@ -215,7 +215,7 @@ fn shapes_that_a_vrm_lacks_move_its_presets() {
         notes.contains("shapes of ARKit that the character lacks move blink, aa"),
         "{notes}"
     );
-    assert!(notes.contains("left out: mouthSmileLeft, tongueOut"), "{notes}");
+    assert!(notes.contains("dropped: mouthSmileLeft, tongueOut"), "{notes}");
     assert_eq!(
         (export.losses[0].kind, export.losses[0].count),
         (DataKind::FaceCurves, 2)

@@ -137,12 +137,17 @@ fn pass_block(bits: &mut Bits<'_>, literals: &Code, distances: &Code) {
     }
 }
 
-/// The compressed arrays of the element at a byte of a binary file of version 7.5, and where the next one is.
+/// The compressed arrays of the element at a byte of a binary file, and where the next one is.
 fn streams<'a>(file: &'a [u8], mut at: usize, found: &mut Vec<&'a [u8]>) -> usize {
     let int = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
     let long = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap()) as usize;
-    let (end, count) = (long(at), long(at + 8));
-    at += 25 + usize::from(file[at + 24]);
+    /// Later versions have offsets of 64 bits.
+    const SHORT_OFFSETS: usize = 7400;
+    let (end, count, width) = match int(23) <= SHORT_OFFSETS {
+        true => (int(at), int(at + 4), 4),
+        false => (long(at), long(at + 8), 8),
+    };
+    at += 3 * width + 1 + usize::from(file[at + 3 * width]);
     if end == 0 {
         return at;
     }
