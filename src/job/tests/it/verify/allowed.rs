@@ -430,8 +430,12 @@ fn is_pair(a: &Choice, b: &Choice) -> bool {
             .iter()
             .any(|choice| choice.option == option && choice.value == value)
     };
-    let concat = || is("steps", json!(["concat:within=0.5"]));
-    if is("write.bvh.channels", "3".into()) && (is("source.frames.root", "extract".into()) || concat()) {
+    let has_second_root = || {
+        is("source.frames.root", "extract".into())
+            || is("steps", json!(["root-motion"]))
+            || is("steps", json!(["concat:within=0.5"]))
+    };
+    if is("write.bvh.channels", "3".into()) && has_second_root() {
         return false;
     }
     // A motion is put on one body, and each option of it is tried with those of reading and writing.
