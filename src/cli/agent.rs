@@ -1,9 +1,10 @@
 //! `mocap mcp`: a server of the Model Context Protocol over standard input and output, for agents.
 //!
-//! A tool is a command: its arguments are those of the command line ([`schema`]), and it calls the functions that the
-//! command calls ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds them, and
-//! [`reports`] keeps the reports of a session. The server answers at once what needs no file. Each call of a tool runs
-//! in a process of its own ([`work`]), so that it can be ended at any moment; [`calls`] has those that wait and run.
+//! A tool is a command. It has the arguments of the command line ([`schema`]), and calls the functions of the command
+//! ([`tools`]), within one folder ([`root`]). [`protocol`] has the messages, [`line`] bounds their length, and
+//! [`reports`] keeps the reports of a session. The server answers requests without files at once. Each call of a tool
+//! runs in a separate process ([`work`]), so that the server can end it at any moment. [`calls`] has the waiting and
+//! running calls.
 
 #[doc(hidden)]
 pub(crate) mod about;
@@ -39,7 +40,7 @@ use self::schema::Commands;
 use crate::args::McpArgs;
 use crate::{Failure, report, streams};
 
-/// The instructions of the server for the model of a client. A test makes each call in them, in their order.
+/// The instructions of the server for the model of a client. A test makes each of the calls, in this order.
 const INSTRUCTIONS: &str = r#"Motion capture files in one folder. Survey takes, clean and edit motions, and retarget them to
 characters and robots. Write GLB, VRM, FBX, BVH and more, verify the result and look at it. Paths are relative to the root
 folder. With takes/walk.bvh and hero.vrm in it, this is a usual order of calls:
@@ -62,10 +63,10 @@ which has every option:
 read {"uri": "mocap://steps"}
 read {"uri": "mocap://job.schema.json"}"#;
 
-/// Answers the messages of standard input, until it ends.
+/// Answers the messages of standard input, until standard input ends.
 pub(crate) fn serve(args: &McpArgs) -> Result<(), Failure> {
     let root = Root::enter(&args.root)?;
-    // Standard error is a log that nobody may read, so notices are in the answers.
+    // Perhaps nobody reads standard error, so notices are in the answers.
     report::set_quiet(true);
     streams::take();
     if args.call {
@@ -91,7 +92,7 @@ pub(crate) fn serve(args: &McpArgs) -> Result<(), Failure> {
 struct Server<'a> {
     calls: &'a Calls,
     commands: Commands,
-    /// Whether the client has shaken hands, as those of earlier revisions do.
+    /// Whether the client has sent `initialize`, as in earlier revisions.
     is_initialized: bool,
 }
 
@@ -109,7 +110,7 @@ impl Server<'_> {
         }
     }
 
-    /// The answer to a message; none to what asks for none, and to a call that begins.
+    /// The answer to a message; none for a message without an answer, and for a call that begins.
     fn answer(&mut self, text: &[u8]) -> Option<Value> {
         if text.iter().all(u8::is_ascii_whitespace) {
             return None;

@@ -56,21 +56,21 @@ pub(crate) use self::search::{FindArgs, IndexArgs, MatchArgs};
 pub(crate) use self::survey::SurveyArgs;
 pub(crate) use self::write::{OutputFormat, refuse_options};
 
-/// What the exit codes mean, in every command. `src/cli/tests/it/exit_codes.rs` holds them to it.
+/// The meaning of the exit codes, in every command. `src/cli/tests/it/exit_codes.rs` tests it.
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  a file is at fault: it cannot be read or written, is broken, has no motion where one is
-     needed, would be replaced, or is not what --verify, --max-angle or --require asks for
+     needed, would be replaced, or fails --verify, --max-angle or --require
   2  the arguments are at fault: an unknown option, a wrong value, or a clip, joint or frame that
      the file does not have
   3  some of many files failed";
 
-/// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
+/// Convert, clean, edit, retarget, view and verify motion capture files.
 #[derive(Debug, Parser)]
 #[command(name = "mocap", version, long_version = build_info::long(), arg_required_else_help = true)]
 pub struct Args {
-    /// Say nothing but warnings and errors: neither notes nor progress nor a summary
+    /// Print only warnings and errors: no notes, no progress, no summary
     #[arg(short, long, global = true)]
     pub(crate) quiet: bool,
     #[command(subcommand)]
@@ -81,34 +81,34 @@ pub struct Args {
 pub(crate) enum Command {
     /// Convert motion files: to glTF, VRM animation, FBX, BVH, packed clips or arrays
     Convert(ConvertArgs),
-    /// Put motions on a character: onto the skeleton of a glTF, VRM, FBX or BVH file
+    /// Retarget motions to the skeleton of a glTF, VRM, FBX or BVH file
     Retarget(RetargetArgs),
-    /// Put motions of humans on a robot of URDF or MJCF, within the limits of its joints
+    /// Retarget human motion to a robot of URDF or MJCF, within its joint limits
     Robot(RobotArgs),
     /// Change a motion: foot lock, mirror, smooth, loop, join, blend, warp
     Edit(EditArgs),
-    /// Clean a motion of a camera or a generator: time, flips, noise, floor, contacts
+    /// Clean motion from video estimators, sensors and generators: time, flips, noise, floor, contacts
     Clean(CleanArgs),
-    /// Find where motions can pass into each other, and walk through them: motion graphs
+    /// Build motion graphs: find transitions between clips, and walk along them
     Graph(GraphArgs),
-    /// Solve rotations from markers of C3D and TRC, or from positions of joints with --joint-set
+    /// Solve rotations from the markers of C3D and TRC files, or from joint positions with --joint-set
     Solve(SolveArgs),
     /// Summarise a file
     Info(InfoArgs),
-    /// Write a motion as arrays: positions and rotations of all joints in all frames
+    /// Write positions and rotations of all joints in all frames as arrays
     Fk(FkArgs),
-    /// Write the angles of a body's joints as biomechanics states them, for OpenSim or as a table
+    /// Write joint angles in the conventions of biomechanics, for OpenSim or as a table
     Angles(AnglesArgs),
-    /// Print the table of a gait laboratory: heel strikes, toe offs, cadence, speed, lengths of steps
+    /// Print gait parameters: heel strikes, toe offs, cadence, speed, step lengths
     Gait(GaitArgs),
-    /// Write the forces of the ground from the force plates of a C3D file, for OpenSim or as a table
+    /// Write ground reaction forces from the force plates of a C3D file, for OpenSim or as a table
     Forces(SeriesArgs),
     /// Write the analog channels of a C3D file, such as electromyograms, for OpenSim or as a table
     Analog(SeriesArgs),
     /// Write many motions as arrays into Parquet files
     #[cfg(feature = "parquet")]
     Pack(PackArgs),
-    /// Write many motions as arrays into Parquet files: this build cannot
+    /// Write many motions as arrays into Parquet files: not available in this build
     #[cfg(not(feature = "parquet"))]
     #[command(disable_help_flag = true)]
     Pack {
@@ -117,19 +117,19 @@ pub(crate) enum Command {
     },
     /// Print the node matrices at a tick
     Pose(PoseArgs),
-    /// Print the matrices from the root to a joint, T = J0 L1 J1 L2 ..., each apart, and place a point
+    /// Print each matrix from the root to a joint, T = J0 L1 J1 L2 ..., and transform a point
     Chain(ChainArgs),
-    /// Print unit, axes, rest pose, and which joint is which bone of a humanoid
+    /// Print the unit, the axes, the rest pose, and the joint of each humanoid bone
     Skeleton(SkeletonArgs),
     /// Report errors and warnings of files
     Check(CheckArgs),
-    /// Say of many motions what is wrong with them, which repeat others, and which to choose
+    /// Survey a dataset: defects, near-duplicates, a diverse subset
     Survey(SurveyArgs),
-    /// Make a database of the frames of many motions, to search in
+    /// Build a search database from the frames of many motions
     Index(IndexArgs),
-    /// Find in a database the moments that are most like a part of a motion, or a pose, on any skeleton
+    /// Search a database for the frames most similar to a clip or a pose, on any skeleton
     Find(FindArgs),
-    /// Let a character follow a path by motion matching: jumps between the frames of a database
+    /// Move a character along a path by motion matching with the frames of a database
     Match(MatchArgs),
     /// Print a scene in the layout of the graphics course
     Dump(DumpArgs),
@@ -137,25 +137,25 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Score a motion of a robot against its reference, by the measures of publications
     Score(ScoreArgs),
-    /// Record what a program sends by the VMC protocol, until Ctrl-C
+    /// Record motion that a program sends over the VMC protocol, until Ctrl-C
     Record(RecordArgs),
-    /// Send a motion of a humanoid to programs that take the VMC protocol, as it would be captured
+    /// Send a humanoid's motion over the VMC protocol in real time
     Play(PlayArgs),
-    /// Put motion of the VMC protocol on a character or a robot as it comes, and send it on
+    /// Retarget a live VMC stream to a character or a robot, and send the result
     Bridge(BridgeArgs),
-    /// Write a page with a player for the motion, and open it
+    /// Write an HTML page that plays the motion, and open it
     View(ViewArgs),
     /// Draw poses over time, one row per file
     Sheet(SheetArgs),
-    /// Draw a film as animated GIF or PNG
+    /// Render a motion as an animated GIF or PNG
     Gif(GifArgs),
     /// Draw curves of a joint's position and angles
     Plot(PlotArgs),
     /// List the formats that can be read and written
     Formats(FormatsArgs),
-    /// Print what this build and this machine lack, and which commands need it
+    /// Print missing features of this build and machine, and the commands that need them
     Doctor(DoctorArgs),
-    /// Do the job of a JSON file, as --print-job of convert, edit, clean, retarget, robot, survey and graph prints it
+    /// Run the job of a JSON file, as --print-job of convert, edit, clean, retarget, robot, survey and graph prints it
     Run(RunArgs),
     /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),
@@ -163,12 +163,12 @@ pub(crate) enum Command {
     Completions(CompletionsArgs),
     /// Print the manual page of a command
     Man(ManArgs),
-    /// Serve agents: the Model Context Protocol over standard input and output, within one folder
+    /// Serve agents over the Model Context Protocol on standard input and output, within one folder
     Mcp(McpArgs),
 }
 
 impl Command {
-    /// Whether a command ends without anybody who stops it, however long it takes.
+    /// Whether a command ends without Ctrl-C.
     pub(crate) fn ends_by_itself(&self) -> bool {
         !matches!(self, Self::Mcp(_) | Self::Record(_) | Self::Play(_) | Self::Bridge(_))
     }
@@ -176,8 +176,8 @@ impl Command {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConvertArgs {
-    /// The motion file, and after it the OUTPUT [default: the input's name with the extension .glb]; - is standard
-    /// input or output, in the format of --to. With -o any number of motion files, folders and wildcards
+    /// The motion file, then the OUTPUT [default: the input's name with the extension .glb]; - is standard input or
+    /// output, in the format of --to. With -o: any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// Compare the written file with its source, as `mocap verify` does
@@ -214,8 +214,8 @@ pub(crate) struct SolveArgs {
     /// The former name of --joint-set
     #[arg(long, hide = true, value_name = "SET|FILE", conflicts_with_all = ["joint-set", "markers"])]
     joints: Option<String>,
-    /// Smooth the solved motion as a whole: a Butterworth filter of this cut-off in Hz, forwards and backwards
-    /// [without a number: 6]
+    /// Smooth the whole solved motion with a Butterworth filter, forwards and backwards, at this cut-off frequency in
+    /// Hz [without a number: 6]
     #[arg(long, value_name = "HZ", num_args = 0..=1, default_missing_value = "6", require_equals = true)]
     smooth: Option<f64>,
     #[command(flatten)]
@@ -223,7 +223,7 @@ pub(crate) struct SolveArgs {
 }
 
 impl SolveArgs {
-    /// Tells the reader the joints, or to find them from markers.
+    /// Passes the joint set to the reader; without a joint set, the reader solves from markers.
     pub(crate) fn settle(&mut self) {
         let Self {
             joints,
@@ -245,7 +245,7 @@ impl SolveArgs {
 }
 
 impl ConvertArgs {
-    /// Takes `-o take.glb` for the output of one file, as other commands have it.
+    /// Treats `-o take.glb` as the output of one file, as other commands do.
     pub(crate) fn settle(&mut self) {
         let file = self.batch.take_file(&self.paths);
         self.paths.extend(file);
@@ -256,7 +256,7 @@ impl ConvertArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Verifying")]
 pub(crate) struct ToleranceArgs {
-    /// Largest allowed distance of a joint from its position in the source, such as 1mm; above it the exit code is 1
+    /// Largest allowed distance of a joint from its position in the source, such as 1mm; beyond it, the exit code is 1
     #[arg(long, value_name = "LENGTH", default_value = "1mm")]
     pub(crate) max_error: Length,
 }
@@ -266,10 +266,10 @@ pub(crate) struct VerifyArgs {
     /// The motion file
     #[arg(value_name = "INPUT")]
     pub(crate) source: PathBuf,
-    /// The file that was made from it: any that is read, or the .npz or .csv of `mocap fk`
+    /// The file made from INPUT: any readable format, or the .npz or .csv of `mocap fk`
     #[arg(value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
-    /// A second motion that `mocap edit` joined, blended or layered with the source; once for each
+    /// A second motion that `mocap edit` joined, blended or layered with the source; repeatable
     #[arg(long, value_name = "FILE")]
     pub(crate) with: Vec<PathBuf>,
     /// Print JSON
@@ -325,7 +325,7 @@ pub(crate) struct SkeletonArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Say why each joint is the bone that it is: how lengths, names and shape score, and what came second
+    /// Explain the bone of each joint: scores of lengths, names and shape, and the second choice
     #[arg(long)]
     pub(crate) explain: bool,
     #[command(flatten)]
@@ -354,7 +354,7 @@ pub(crate) struct DoctorArgs {
 pub(crate) struct CompletionsArgs {
     /// The shell
     pub(crate) shell: clap_complete::Shell,
-    /// Print the completions within JSON
+    /// Print the completions as a JSON string
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -366,21 +366,21 @@ pub(crate) struct ManArgs {
     /// Write the pages of all commands into this folder
     #[arg(short, long, value_name = "OUTPUT", conflicts_with = "command")]
     pub(crate) output: Option<PathBuf>,
-    /// Print the page within JSON; with -o the names of the pages
+    /// Print the page as a JSON string; with -o, the file names of the pages
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct McpArgs {
-    /// The folder whose files may be read and written; paths of calls are relative to it. Nothing outside of it is
-    /// opened, and no file is replaced that the session has not written
+    /// The folder whose files may be read and written. Paths in calls are relative to the folder. The server opens no
+    /// file outside it, and replaces only files that the session has written
     #[arg(long, value_name = "FOLDER")]
     pub(crate) root: PathBuf,
-    /// End a call that takes longer than so many seconds
+    /// End a call that takes longer than this number of seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600, value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS))]
     pub(crate) time_limit: u64,
-    /// Do one call of a server, which starts itself with this option.
+    /// Run one call of a server. The server starts itself with this option.
     #[arg(long, hide = true)]
     pub(crate) call: bool,
 }

@@ -1,9 +1,8 @@
 //! Work on many files: the list of inputs, the threads, the manifest and the progress.
 //!
-//! This module is independent of the commands. A command that makes an output of each file in a [`folder`] says only
-//! what it does with one of them. Another finds its [`inputs`], and passes each to [`for_each`]. It receives the
-//! results on its own thread, where it writes them to a [`manifest`] or to standard output and updates the
-//! [`progress`].
+//! This module is independent of the commands. A command that makes an output of each file in a [`folder`] only defines
+//! the work on one file. Other commands find their [`inputs`], and pass each to [`for_each`]. They receive the results
+//! on their own thread, write them to a [`manifest`] or to standard output, and update the [`progress`].
 
 pub(crate) mod folder;
 pub(crate) mod gather;
@@ -28,10 +27,10 @@ use std::thread;
 
 use self::inputs::Input;
 
-/// Works on all inputs with `threads` threads, and passes each result to `sink` with the index of the input, in the
-/// order in which they are ready.
+/// Works on all inputs with `threads` threads. Passes each result to `sink` with the index of its input, in the order
+/// of completion.
 ///
-/// Where `work` panics, the result is that of `panicked`: one file must not stop the others.
+/// If `work` panics, `panicked` gives the result: one file must not stop the others.
 ///
 /// Inputs are started in their order. An error of `sink` ends the work after the files that were already started.
 pub fn for_each<T: Send, E>(
@@ -43,7 +42,7 @@ pub fn for_each<T: Send, E>(
 ) -> Result<(), E> {
     let next = AtomicUsize::new(0);
     let stopped = AtomicBool::new(false);
-    // Bounded, so that fast workers do not pile up results that a slow sink has yet to write.
+    // Bounded, so that fast workers do not pile up results for a slow sink.
     let (sender, receiver) = mpsc::sync_channel(4 * threads);
     thread::scope(|scope| {
         for _ in 0..threads.min(inputs.len()) {
@@ -64,7 +63,7 @@ pub fn for_each<T: Send, E>(
         for (index, result) in &receiver {
             if let Err(error) = sink(index, result) {
                 stopped.store(true, Ordering::Relaxed);
-                // A worker that waits for space in the channel must not wait for ever.
+                // A worker that waits for space in the channel must not wait forever.
                 drop(receiver);
                 return Err(error);
             }
@@ -102,9 +101,9 @@ impl<T> InOrder<T> {
     }
 }
 
-/// The number of threads asked for, or else of cores.
+/// The requested number of threads, or else the number of cores.
 pub(crate) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
-    /// More than any machine has cores, and fewer than a system refuses.
+    /// More threads than any machine has cores, and few enough for any system.
     const MOST_THREADS: usize = 512;
     asked
         .or_else(|| thread::available_parallelism().ok())

@@ -23,7 +23,7 @@ fn of_package() -> Option<String> {
     Some(short(hash))
 }
 
-/// The commit of the repository that has this file. A copy of the sources in another repository has none.
+/// The commit of the repository that contains this file. A copy of the sources in another repository has no commit.
 fn of_repository() -> Option<String> {
     git(&["ls-files", "--error-unmatch", "build.rs"])?;
     // Each commit and each checkout writes the log of HEAD, whatever the branch.
@@ -44,7 +44,7 @@ fn git(words: &[&str]) -> Option<String> {
 }
 
 fn short(hash: &str) -> String {
-    /// As many digits as are unique among millions of commits.
+    /// Enough digits to be unique among millions of commits.
     const DIGITS: usize = 12;
     hash.chars().take(DIGITS).collect()
 }

@@ -1,11 +1,11 @@
-//! What this build is: version, commit, features and target.
+//! Facts about this build: version, commit, features and target.
 
 use std::sync::OnceLock;
 
 /// The version of all packages.
 pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The first digits of the commit; `unknown` where the sources do not tell.
+/// The first digits of the commit; `unknown` if the sources do not have it.
 pub(crate) const COMMIT: &str = env!("MOCAP_COMMIT");
 
 /// The target triple.
@@ -24,7 +24,7 @@ pub(crate) fn features() -> Vec<&'static str> {
     built.map(|(name, _)| *name).collect()
 }
 
-/// What `mocap --version` prints after the name of the program.
+/// The output of `mocap --version` after the name of the program.
 pub(crate) fn long() -> &'static str {
     static TEXT: OnceLock<String> = OnceLock::new();
     TEXT.get_or_init(|| {

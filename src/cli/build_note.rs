@@ -1,4 +1,4 @@
-//! A slow command of an unoptimised build says that an optimised build exists.
+//! In a slow command of an unoptimised build, prints a note about optimised builds.
 
 use std::io::{self, IsTerminal};
 use std::thread;
@@ -10,7 +10,7 @@ use crate::report;
 /// A command that still runs after this time is slow.
 const WAIT: Duration = Duration::from_secs(5);
 
-/// Starts the clock of a command. An optimised build has none.
+/// Starts the clock of a command, except in an optimised build.
 pub(crate) fn start(command: &Command) {
     let Some(note) = note(
         cfg!(debug_assertions),
@@ -19,14 +19,15 @@ pub(crate) fn start(command: &Command) {
     ) else {
         return;
     };
-    // The thread ends with the program. If the system has no thread to spare, the user misses a hint and nothing else.
+    // The thread ends with the program. If no thread is available, the user only misses a hint.
     let _ = thread::Builder::new().spawn(move || {
         thread::sleep(WAIT);
         report::say(note);
     });
 }
 
-/// The note of a slow command. Programs and scripts read standard error too; they get the same text from every build.
+/// The note of a slow command, only for a terminal: programs that read standard error get the same text from every
+/// build.
 pub fn note(is_unoptimised: bool, ends_by_itself: bool, is_terminal: bool) -> Option<&'static str> {
     (is_unoptimised && ends_by_itself && is_terminal)
         .then_some("note: this build is not optimised; `cargo run --release` runs an optimised one")

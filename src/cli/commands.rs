@@ -1,4 +1,4 @@
-//! One command per file; each reads its arguments, calls the library, and prints.
+//! One command per file. Each command reads its arguments, calls the library, and prints.
 
 pub(crate) mod angles;
 pub(crate) mod chain;
@@ -62,13 +62,13 @@ use crate::args::{OutputFormat, PictureArgs};
 use crate::printed::PictureReport;
 use crate::{Failure, kinds, report, streams};
 
-/// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
+/// Imports a motion without meshes, prints the warnings, and reports which of several animations is used.
 fn import_motion(read: &InputOptions, file: &Path) -> mocap::Result<Scene> {
     let scene = streams::import(&read.importer().with_own_meshes(), file)?;
     Ok(told(scene, file))
 }
 
-/// As [`import_motion`], with the meshes of the file and a stated up axis, for a picture.
+/// As [`import_motion`], with the meshes of the file and a given up axis, for a picture.
 fn import_drawn(read: &InputOptions, up: SourceUp, file: &Path) -> mocap::Result<Scene> {
     let importer = read.importer().with_own_meshes();
     let mut scene = streams::import(&importer, file)?;
@@ -76,7 +76,7 @@ fn import_drawn(read: &InputOptions, up: SourceUp, file: &Path) -> mocap::Result
     Ok(told(scene, file))
 }
 
-/// A motion on a robot, with its links to be drawn.
+/// A motion retargeted to a robot, with the links for drawing.
 fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
     let robot = Importer::new().import_robot(robot)?;
     let done = Retargeter::new(scene, robot.clone(), RetargetOptions::new());
@@ -85,26 +85,25 @@ fn on_robot(scene: Scene, file: &Path, robot: &Path) -> mocap::Result<Scene> {
     Ok(moved)
 }
 
-/// Prints the warnings of a scene, and says which animation of several is taken.
+/// Prints the warnings of a scene, and reports which of several animations is used.
 fn told(mut scene: Scene, file: &Path) -> Scene {
     report::warnings(Some(file), &scene.warnings);
     report::clip_taken(&mut scene);
     scene
 }
 
-/// The format of an output, in lower case: its extension, or for standard output and for a device that of `--to`, or
-/// else `default`.
+/// The format of an output in lower case: its extension; for standard output and devices, `--to` or else `default`.
 fn output_format(output: &Path, to: Option<&str>, default: &str) -> Result<String, Failure> {
     match (streams::is_unnamed(output), to) {
         (true, to) => Ok(to.unwrap_or(default).to_owned()),
         (false, None) => Ok(extension(output)),
-        // The layout of arrays, of which the extension tells the container alone.
+        // The layout of arrays. The extension only determines the container.
         (false, Some(to)) if OutputFormat::named(to).is_some_and(OutputFormat::is_layout) => Ok(to.to_owned()),
         (false, Some(_)) => Err(Failure::Usage(format!("--to would do nothing: {TO_OF_FILE}"))),
     }
 }
 
-/// Refuses a report on standard output beside the data.
+/// Refuses a report and data that both go to standard output.
 fn check_json(json: bool, output: &Path) -> Result<(), Failure> {
     match json && streams::is_standard(output) {
         true => Err(Failure::Usage(
@@ -114,8 +113,8 @@ fn check_json(json: bool, output: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Refuses outputs of a command that are one file, before the first is made. The sidecar of the first output has its
-/// name and `.json`.
+/// Refuses two outputs of a command with the same file, before the first is made. The first output may also have a
+/// `.json` file.
 fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
     let outputs: Vec<&Path> = outputs.into_iter().collect();
     let sidecar = outputs.first().map(|output| {
@@ -141,23 +140,23 @@ fn value(report: &impl Serialize) -> serde_json::Value {
     serde_json::to_value(report).unwrap_or_default()
 }
 
-/// Prints a job, which is then not done.
+/// Prints a job, which is then not run.
 fn print_job(job: &impl Serialize) -> Result<(), Failure> {
     Ok(print_json(job)?)
 }
 
-/// The place of a report that is a text.
+/// The destination of a text report.
 #[derive(Clone, Copy)]
 enum Place {
     /// Standard output: the report is the result.
     Result,
-    /// Standard output without escapes: another program reads the report.
+    /// Standard output without escaping: another program reads the report.
     Data,
-    /// Standard error, unless the user wants silence: the result is a file.
+    /// Standard error, unless `--quiet`: the result is a file.
     Message,
-    /// Standard output with colours: the report escapes the text of a file itself.
+    /// Standard output with colours: the report itself escapes texts from files.
     Screen,
-    /// As [`Screen`](Self::Screen), one of many reports: its JSON is one line.
+    /// As [`Screen`](Self::Screen), for one of many reports: its JSON is one line.
     Row,
 }
 
@@ -191,7 +190,7 @@ fn print_json(value: &impl Serialize) -> io::Result<()> {
     out.flush()
 }
 
-/// The format of a picture, which may be written.
+/// Checks that a picture may be written. Returns its format.
 fn check_picture<P: AsRef<Path>>(inputs: &[P], picture: &PictureArgs) -> Result<String, Failure> {
     let format = output_format(&picture.output, picture.to.as_deref(), "png")?;
     if !["svg", "png"].contains(&format.as_str()) {
@@ -252,14 +251,14 @@ fn short_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// Why the name of a file and `--to` do not go together.
+/// The reason why a file name and `--to` exclude each other.
 const TO_OF_FILE: &str = "the name of the output names the format";
 
-/// The options of many motions, and why one output takes none of them.
+/// The options for many motions, and the reason why one output does not support them.
 const MANY: &[&str] = &["resume", "shard", "threads", "progress", "allow-empty"];
-const ONE_OUTPUT: &str = "one motion goes into one file; name a folder";
+const ONE_OUTPUT: &str = "one motion is written to one file; for many files, name a folder";
 
-/// An error where a motion on another body is worse than the arguments allow.
+/// An error if a retargeted motion is worse than the arguments allow.
 fn require(maker: &Maker<'_>, clips: &[ClipReport]) -> Result<(), Failure> {
     match maker.problem(clips) {
         None => Ok(()),

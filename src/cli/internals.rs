@@ -1,4 +1,4 @@
-//! What the tests of the program need, and nothing else.
+//! Items that only the tests of the program need.
 
 pub use crate::Failure;
 pub use crate::agent::about::ABOUT;

@@ -1,4 +1,4 @@
-//! How the program was started: the words of its command line, and the words that start it once more.
+//! The start of the program: the words of its command line, and the words to start it again.
 
 use std::ffi::OsString;
 use std::io;
@@ -7,10 +7,10 @@ use std::sync::OnceLock;
 
 use crate::Failure;
 
-/// The command line of a program inside another one, such as Python, whose own command line is another.
+/// The command line of a program inside another program, such as Python, which has a different command line.
 #[derive(Clone, Debug)]
 pub struct Invocation {
-    /// The command line, of which the first word is the name of the program.
+    /// The command line. The first word is the name of the program.
     pub words: Vec<OsString>,
     /// The words that start the same program in a new process.
     pub starter: Vec<OsString>,
@@ -18,7 +18,7 @@ pub struct Invocation {
 
 static GIVEN: OnceLock<Invocation> = OnceLock::new();
 
-/// Sets how this process was started. Only the first call counts.
+/// Sets the invocation of this process. Only the first call counts.
 pub(crate) fn set(invocation: Invocation) {
     GIVEN.get_or_init(|| invocation);
 }
@@ -30,7 +30,7 @@ pub(crate) fn words() -> Vec<OsString> {
         .map_or_else(|| std::env::args_os().collect(), |given| given.words.clone())
 }
 
-/// The words that start the program once more.
+/// The words that start the program again.
 pub(crate) fn starter() -> Result<Vec<OsString>, Failure> {
     match GIVEN.get() {
         Some(given) => Ok(given.starter.clone()),

@@ -14,8 +14,8 @@ use mocap::retarget::robot::report::RobotReport;
 use mocap::survey::report::ClipRow;
 use schemars::Schema;
 
-/// The JSON Schema of an object that has what each command prints under the words of the command. `check` prints a line
-/// for each file.
+/// The JSON Schema of an object with the output of each command, under the words of the command. `check` prints one
+/// line for each file.
 pub fn schema() -> serde_json::Value {
     let mut generator = schemars::generate::SchemaSettings::draft2020_12()
         .for_serialize()

@@ -1,4 +1,4 @@
-//! What a file is that a command cannot take, the command that takes it, and the names that are near a wrong one.
+//! Advice about files that a command cannot read: the kind of the file, the right command, and similar file names.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -10,27 +10,27 @@ pub(crate) use mocap::nearest;
 
 use crate::Failure;
 
-/// What a file is, by its first bytes.
+/// The kind of a file, by its first bytes.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// A motion or a character.
     Motion(&'static FormatInfo),
     Robot,
-    /// Of `mocap index`.
+    /// A database of `mocap index`.
     Database,
-    /// Of `mocap graph`.
+    /// A motion graph of `mocap graph`.
     Graph,
     Job,
-    /// Of a folder of outputs.
+    /// The manifest of an output folder.
     Manifest,
-    /// Of bones.
+    /// A map of bones.
     Map,
 }
 
 impl Kind {
-    /// `None` where it is nothing that this program reads or writes, or is no file.
+    /// The kind of a file; `None` if this program neither reads nor writes it, or it is not a file.
     fn of(path: &Path) -> Option<Self> {
-        /// Bytes that are looked at: as many as tell a format.
+        /// The number of examined bytes: enough to detect a format.
         const BEGINNING: u64 = 64 * 1024;
         if !path.is_file() || mocap::files::check_confined(path).is_err() {
             return None;
@@ -58,20 +58,20 @@ impl Kind {
         }
     }
 
-    /// The kind of the file, and the command that takes it. `code` is the fault of naming it there.
+    /// Describes the kind of the file, and the command for it. `code` is the error of the user's command.
     fn advice(self, code: Code) -> Option<String> {
         Some(match self {
-            Self::Robot => "it is a robot: mocap robot INPUT --robot TARGET puts motions on it".to_owned(),
-            Self::Database => "it is a database of motions: mocap find and mocap match take it".to_owned(),
-            Self::Graph => "it is a motion graph: mocap graph walk takes it".to_owned(),
-            Self::Job => "it is a job: mocap run does it".to_owned(),
+            Self::Robot => "it is a robot: mocap robot INPUT --robot TARGET retargets motions to it".to_owned(),
+            Self::Database => "it is a database of motions: mocap find and mocap match read it".to_owned(),
+            Self::Graph => "it is a motion graph: mocap graph walk reads it".to_owned(),
+            Self::Job => "it is a job: mocap run runs it".to_owned(),
             Self::Manifest => "it is the manifest of a folder: name the motions of the folder".to_owned(),
-            Self::Map => "it is a map of bones: --map takes it".to_owned(),
+            Self::Map => "it is a map of bones: --map reads it".to_owned(),
             Self::Motion(row) => {
                 let maker = match code {
                     Code::InvalidDatabase => "mocap index makes a database of motions",
                     Code::InvalidGraph => "mocap graph makes a graph of motions",
-                    Code::UnknownFormat => "mocap retarget puts motions on a character; a robot is URDF or MJCF",
+                    Code::UnknownFormat => "mocap retarget retargets motions to a character; a robot is URDF or MJCF",
                     Code::InvalidValue => "mocap convert and other commands take motions; --print-job prints a job",
                     _ => return None,
                 };
@@ -81,7 +81,7 @@ impl Kind {
     }
 }
 
-/// What is wrong with a file, with the help that its kind or its folder gives.
+/// Adds help to an error, from the kind of the file or from its folder.
 pub(crate) fn helped(path: Option<&Path>, diagnostic: &Diagnostic) -> Diagnostic {
     let mut helped = diagnostic.clone();
     if let Some(help) = path.and_then(|path| help(path, diagnostic)) {
@@ -100,9 +100,9 @@ fn help(path: &Path, diagnostic: &Diagnostic) -> Option<String> {
     }
 }
 
-/// A file in the same folder with a near name, where a file is not there.
+/// A file with a similar name in the same folder as a missing file.
 fn near_file(path: &Path) -> Option<String> {
-    /// Names that are compared.
+    /// The most compared names.
     const MOST: usize = 10_000;
     if path.exists() {
         return None;
@@ -123,7 +123,7 @@ pub(crate) fn is_robot(path: &Path) -> bool {
     matches!(Kind::of(path), Some(Kind::Robot))
 }
 
-/// Refuses a robot as a character, on which a motion would be wrong by the axes of its links.
+/// Refuses a robot as a character: a motion would be wrong because of the axes of the robot's links.
 pub(crate) fn refuse_robot<'a>(characters: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
     match characters.into_iter().find(|path| is_robot(path)) {
         None => Ok(()),
@@ -135,28 +135,28 @@ pub(crate) fn refuse_robot<'a>(characters: impl IntoIterator<Item = &'a Path>) -
     }
 }
 
-/// The error of a file that is no job.
+/// The error of a file that is not a job.
 pub(crate) fn no_job(error: Error, path: &Path) -> Error {
     let advice = match Kind::of(path) {
         None | Some(Kind::Job) => None,
         Some(kind) => kind.advice(Code::InvalidValue),
     };
     match advice {
-        Some(advice) => Diagnostic::new(Code::InvalidValue, "the file is no job")
+        Some(advice) => Diagnostic::new(Code::InvalidValue, "the file is not a job")
             .help(advice)
             .into(),
         None => error,
     }
 }
 
-/// The command that writes files of an extension, where another was asked to.
+/// The commands that write files of an extension, for messages of other commands.
 const WRITERS: &[(&[&str], &str)] = &[
     (
         &["npz", "npy", "csv", "parquet"],
         "mocap convert and mocap fk write arrays",
     ),
     (&["html"], "mocap view writes pages"),
-    (&["gif", "apng"], "mocap gif draws films"),
+    (&["gif", "apng"], "mocap gif draws animations"),
     (&["png", "svg"], "mocap sheet and mocap plot draw pictures"),
     (
         &["mot", "sto"],
@@ -166,7 +166,7 @@ const WRITERS: &[(&[&str], &str)] = &[
     (&["pkl"], "mocap robot writes pickles"),
 ];
 
-/// What to do about the name of an output that must end in one of `known`, `.a, .b or .c`; begins with `;`.
+/// The remedy for the name of an output that must end in one of `known`, such as `.a, .b or .c`. It begins with `;`.
 pub(crate) fn other_output(path: &Path, known: &str) -> String {
     let found = path
         .extension()

@@ -1,8 +1,7 @@
-//! The command line of `mocap`, which uses only the library's public interface. It is a library so that tests reach
-//! its parts; `main.rs` is the program.
+//! The command line of `mocap`, which uses only the library's public interface. This is a library, so that tests can
+//! call its parts. `main.rs` is the program.
 //!
-//! Data goes to standard output, messages to standard error. `--help` states the meaning of the exit codes:
-//! `args::EXIT_CODES`.
+//! Data goes to standard output, messages go to standard error. `--help` explains the exit codes (`args::EXIT_CODES`).
 
 #![warn(clippy::unwrap_used)]
 
@@ -36,7 +35,7 @@ use crate::args::{Args, Command};
 pub use crate::invocation::Invocation;
 use crate::waiting::WaitIndicator;
 
-/// Why a command stopped.
+/// The reason why a command stopped.
 pub enum Failure {
     /// A file could not be read or written.
     File(mocap::Error),
@@ -53,7 +52,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// The notices of a file, one of many, at which a command stopped.
+    /// The error as text, for one of many files.
     pub fn into_words(self) -> String {
         match self {
             Self::File(error) => error.to_string(),
@@ -77,24 +76,24 @@ impl From<io::Error> for Failure {
     }
 }
 
-/// Lets a write beyond the largest file that the system allows (`ulimit -f`) fail as one on a full disk does. By
-/// default a signal ends the program. Nothing else is wanted of it, so nobody looks at the flag.
+/// Makes a write beyond the system's file size limit (`ulimit -f`) fail like a write to a full disk. By default a
+/// signal ends the program. A handler prevents that; the flag that it sets is not used.
 #[cfg(unix)]
 fn take_no_signal_for_a_large_file() {
-    // Without it, all that is lost is the message.
+    // Without the handler, only the message is lost.
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
 #[cfg(not(unix))]
 fn take_no_signal_for_a_large_file() {}
 
-/// Does what the arguments of this process say.
+/// Runs the command of this process's arguments.
 pub fn run() -> ExitCode {
     ExitCode::from(run_command())
 }
 
-/// Does what a command line says inside a process with a command line of its own, once. Returns the exit code. Help and
-/// arguments that are not valid end the process.
+/// Runs a command line inside a process with a different command line, once. Returns the exit code. Help and invalid
+/// arguments end the process.
 pub fn run_with(invocation: Invocation) -> u8 {
     invocation::set(invocation);
     run_command()
@@ -109,9 +108,9 @@ fn run_command() -> u8 {
         _ => {}
     }
     mocap::spell_options(match args.command {
-        // An agent has no dashes.
+        // Agents name options without dashes.
         Command::Mcp(_) => |key| format!("\"{key}\""),
-        // Of other commands `--joints` are names.
+        // In other commands, `--joints` has names.
         _ => |key| match key {
             "joints" => "--joint-set".to_owned(),
             key => format!("--{key}"),
@@ -177,7 +176,7 @@ fn run_command() -> u8 {
         }
         Err(Failure::File(error)) => {
             report::error(&error);
-            // The value of an option is not valid, or not valid for this file.
+            // The value of an option is invalid, or invalid for this file.
             if error.code() == Code::InvalidValue { 2 } else { 1 }
         }
         Err(Failure::Usage(message)) => {

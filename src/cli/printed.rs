@@ -1,4 +1,4 @@
-//! The reports of commands that the library does not have.
+//! The reports of commands that have no report in the library.
 
 use std::fmt;
 use std::path::Path;
@@ -23,7 +23,7 @@ impl<R: fmt::Display> fmt::Display for OutputReport<'_, R> {
     }
 }
 
-/// Reports of one kind: a list as JSON, one below the other as text.
+/// Reports of one kind: a list as JSON, one after the other as text.
 #[derive(Serialize)]
 #[serde(transparent)]
 pub(crate) struct ReportList<R>(pub(crate) Vec<R>);
@@ -34,16 +34,16 @@ impl<R: fmt::Display> fmt::Display for ReportList<R> {
     }
 }
 
-/// A picture or a film that was written.
+/// A written picture or animation.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct PictureReport {
     pub(crate) output: String,
-    /// In pixels.
+    /// Width in pixels.
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) bytes: usize,
-    /// The size in words; of a film, its length too.
+    /// The size as text; for an animation, also its length.
     #[serde(skip)]
     pub(crate) summary: String,
 }
@@ -108,7 +108,7 @@ pub(crate) struct ArraysReport {
     pub(crate) joints: usize,
     pub(crate) end_sites: usize,
     pub(crate) bytes: usize,
-    /// Assumptions, and data that the output does not have, one sentence each.
+    /// Assumptions, and data that the output lacks, one sentence each.
     pub(crate) notes: Vec<String>,
     /// The layout of another program, as a phrase.
     #[serde(skip)]
@@ -140,10 +140,10 @@ pub(crate) struct AnglesReport<'a> {
     pub(crate) output: String,
     pub(crate) frames: usize,
     pub(crate) columns: &'a [String],
-    /// What is odd about the motion.
+    /// Warnings about the motion.
     #[serde(skip)]
     pub(crate) note: Option<String>,
-    /// How far the angles are from the model outputs of the file.
+    /// The differences between the angles and the model outputs of the file.
     pub(crate) beside_outputs: Vec<OutputDifference>,
 }
 
@@ -160,9 +160,9 @@ impl fmt::Display for AnglesReport<'_> {
     }
 }
 
-/// Angles beside the model outputs of the file, a line each.
+/// The differences between angles and the model outputs of the file, one line each.
 pub(crate) fn beside(differences: &[OutputDifference]) -> impl Iterator<Item = String> {
-    let title = "beside the model outputs of the file, in degrees: mean difference +- its deviation".to_owned();
+    let title = "difference from the model outputs of the file, in degrees: mean +- standard deviation".to_owned();
     let line = |difference: &OutputDifference| {
         let OutputDifference {
             output,
@@ -214,16 +214,16 @@ impl fmt::Display for RecordingReport {
     }
 }
 
-/// What was heard of a stream.
+/// The received packets of a stream.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct HeardReport {
     pub(crate) packets: u64,
-    /// Packets that came faster than they could be worked on.
+    /// Packets that were dropped, because they came too fast.
     pub(crate) lost: u64,
-    /// Packets or messages that are no messages of the protocol.
+    /// Packets or messages that violate the protocol.
     pub(crate) malformed: u64,
-    /// Messages about other things than the body.
+    /// Messages without data of the body.
     pub(crate) others: u64,
 }
 
@@ -238,16 +238,16 @@ impl fmt::Display for HeardReport {
     }
 }
 
-/// What `mocap play` sent.
+/// The result of `mocap play`.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct PlayReport {
-    /// Where it was sent to.
+    /// The destination address.
     pub(crate) peer: String,
-    /// The frames of a file.
+    /// The sent frames of a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) frames: Option<u64>,
-    /// The packets of a stream.
+    /// The sent packets of a stream.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) packets: Option<u64>,
 }
@@ -263,16 +263,16 @@ impl fmt::Display for PlayReport {
     }
 }
 
-/// What `mocap bridge` sent.
+/// The result of `mocap bridge`.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct BridgeReport {
-    /// Where it was sent to.
+    /// The destination address.
     pub(crate) peer: String,
     pub(crate) poses: u64,
     #[serde(flatten)]
     pub(crate) heard: HeardReport,
-    /// Why the last bones that came are no body.
+    /// The reason why the last received bones do not form a body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) problem: Option<String>,
 }
@@ -297,7 +297,7 @@ impl fmt::Display for CompletionsReport {
     }
 }
 
-/// A manual page, with its text where it is not written to a file.
+/// A manual page, with its text if it is not written to a file.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct ManualPage {
@@ -307,7 +307,7 @@ pub(crate) struct ManualPage {
     pub(crate) text: Option<String>,
 }
 
-/// Manual pages: a list as JSON, their texts where they are not in files.
+/// Manual pages: a list as JSON, or their texts if they are not in files.
 #[derive(Serialize)]
 #[serde(transparent)]
 pub(crate) struct ManualPages(pub(crate) Vec<ManualPage>);

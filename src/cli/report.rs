@@ -1,4 +1,4 @@
-//! Prints diagnostics as compilers do, on standard error; with colours on a terminal.
+//! Prints diagnostics on standard error in the style of compilers, with colours on a terminal.
 
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
@@ -32,7 +32,7 @@ pub(crate) fn error(error: &Error) {
     fault_of(error.path(), error.diagnostic());
 }
 
-/// Prints the fault of a file, one of many, that is skipped.
+/// Prints the fault of a skipped file among many.
 pub(crate) fn fault(path: &Path, diagnostic: &Diagnostic) {
     fault_of(Some(path), diagnostic);
 }
@@ -45,7 +45,7 @@ fn fault_of(path: Option<&Path>, diagnostic: &Diagnostic) {
 pub(crate) fn warnings(path: Option<&Path>, warnings: &[Diagnostic]) {
     let is_gap = |warning: &&Diagnostic| warning.code == Code::Gap;
     let gaps: u64 = warnings.iter().filter(is_gap).map(|warning| warning.count).sum();
-    // One line of all gaps: a take has a warning for each marker.
+    // Print one line for all gaps: a take has a warning for each marker.
     for warning in warnings.iter().filter(|warning| gaps < 2 || !is_gap(warning)) {
         print(&render(Severity::Warning, path, warning));
     }
@@ -71,7 +71,7 @@ impl Voice<'_> {
         }
     }
 
-    /// Passes on what a job says.
+    /// Passes on a notice of a job.
     pub(crate) fn hear(&mut self, said: Notice<'_>) {
         match said {
             Notice::Warnings(path, found) => self.warnings(path, found),
@@ -98,10 +98,10 @@ pub fn visible_lines(text: &str) -> String {
     parts.collect()
 }
 
-/// The errors of [`complain`], in a process whose standard error nobody reads.
+/// The kept errors of [`complain`], for a process whose standard error nobody reads.
 static KEPT: Mutex<Option<Vec<String>>> = Mutex::new(None);
 
-/// Errors that are kept: a run of many files may have any number.
+/// The most kept errors: a run of many files may have any number.
 const MOST_KEPT: usize = 1000;
 
 /// Keeps the errors that are not about the contents of a file, for [`kept`].
@@ -125,7 +125,7 @@ pub(crate) fn complain(message: &str) {
     fail(message);
 }
 
-/// As [`complain`], of one of many files: a manifest keeps what is wrong with it.
+/// As [`complain`], for one of many files whose error is also in a manifest.
 pub(crate) fn fail(message: &str) {
     let message = visible_lines(message);
     print(&renderer().render(&[Group::with_title(Level::ERROR.primary_title(message))]));
@@ -136,23 +136,23 @@ pub(crate) fn caution(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
 }
 
-/// Says which animation of several a command uses that needs one, and puts it before the others: the first that was
-/// imported in which joints move.
+/// For a command that needs one animation: reports which of several it uses, and moves it to the front. It is the first
+/// animation in which joints move.
 pub(crate) fn clip_taken(scene: &mut mocap::Scene) {
     let (index, count) = (scene.main_clip(), scene.animations.len());
     if count > 1 {
         let name = &scene.animations[index].name;
-        say(&format!("clip: {index} \"{name}\" of {count}; --clip takes another"));
+        say(&format!("clip: {index} \"{name}\" of {count}; --clip selects another"));
         scene.put_main_clip_first();
     }
     if let Some(curves) = scene.face_curves_alone(0) {
         caution(&format!(
-            "nothing but the face moves in the clip, by {curves}: the joints stand still"
+            "only the face moves in the clip, by {curves}: the joints do not move"
         ));
     }
 }
 
-/// Whether the user wants no more than warnings and errors: `--quiet`.
+/// Whether the user wants only warnings and errors: `--quiet`.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
 pub(crate) fn set_quiet(quiet: bool) {
@@ -163,7 +163,7 @@ pub(crate) fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Prints a line of progress or summary, unless the user wants none.
+/// Prints a line of progress or summary, unless `--quiet`.
 pub(crate) fn say(message: &str) {
     if !is_quiet() {
         print(&visible_lines(message));
@@ -180,31 +180,31 @@ pub(crate) fn replaced(path: &Path) {
         .push(path.to_owned());
 }
 
-/// Says which outputs of earlier commands were replaced: each of a few, the number of many.
+/// Reports the replaced outputs of earlier commands: each name of a few, the number of many.
 pub(crate) fn tell_replaced() {
-    /// Replaced outputs that are named: of more, the number is told.
+    /// The most replaced outputs that are named. For more, only the number is reported.
     const FEW: usize = 3;
     let paths = std::mem::take(&mut *REPLACED.lock().unwrap_or_else(PoisonError::into_inner));
     match paths.len() {
         count @ 0..=FEW => paths[..count]
             .iter()
-            .for_each(|path| say(&format!("{}: replaced, mocap wrote it", path.display()))),
-        count => say(&format!("{count} files replaced, mocap wrote them")),
+            .for_each(|path| say(&format!("{}: replaced; mocap wrote the earlier file", path.display()))),
+        count => say(&format!("{count} files replaced; mocap wrote the earlier files")),
     }
 }
 
-/// The text on standard output in place of characters of a file that control a terminal.
+/// How standard output escapes characters of a file that control a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrintableText {
     /// [`visible_lines`].
     Words,
     /// [`visible_json`].
     Json,
-    /// The characters, for data that another program reads.
+    /// No escaping, for data that another program reads.
     Data,
 }
 
-/// Standard output for words.
+/// Standard output for text.
 pub(crate) fn words() -> impl Write {
     EscapeWriter::new(io::stdout().lock(), PrintableText::Words)
 }
@@ -214,7 +214,7 @@ pub(crate) fn json() -> impl Write {
     EscapeWriter::new(io::stdout().lock(), PrintableText::Json)
 }
 
-/// Standard output for data: the bytes as they are, unless it is a terminal.
+/// Standard output for data: unchanged bytes, unless it is a terminal.
 pub(crate) fn data() -> impl Write {
     let out = io::stdout().lock();
     let shown = match out.is_terminal() {
@@ -279,13 +279,13 @@ impl<W: Write> Drop for EscapeWriter<W> {
     }
 }
 
-/// What is done sooner shows no progress.
+/// Work that takes less time shows no progress.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The progress bar on the terminal. It makes way for every line.
+/// The progress bar on the terminal. It is hidden while a line is printed.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Takes the place of the bar that is there.
+/// Replaces the current bar.
 pub(crate) fn set_bar(bar: Option<ProgressBar>) {
     let former = std::mem::replace(&mut *BAR.lock().unwrap_or_else(PoisonError::into_inner), bar);
     if let Some(former) = former {
@@ -302,7 +302,7 @@ fn print(text: &str) {
     beside_bar(|| drop(writeln!(io::stderr().lock(), "{text}")));
 }
 
-/// Writes to the terminal while the bar is not there. `write` must not do so itself.
+/// Calls `write` while the bar is hidden. `write` must not call this function.
 pub(crate) fn beside_bar<T>(write: impl FnOnce() -> T) -> T {
     match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
         Some(bar) => bar.suspend(write),
@@ -344,7 +344,7 @@ pub fn render(severity: Severity, path: Option<&Path>, diagnostic: &Diagnostic) 
         .primary_title(message)
         .id(diagnostic.code.as_str());
     let mut group = Group::with_title(title);
-    // One character for another, so that columns stay.
+    // Replace characters one by one, so that columns stay aligned.
     let line = diagnostic.location.as_ref().map(|location| {
         let shown = |c: char| {
             if c != '\t' && matches!(visible(c.encode_utf8(&mut [0; 4])), Cow::Owned(_)) {

@@ -20,7 +20,7 @@ pub(crate) fn is_standard(path: &Path) -> bool {
 /// Whether an output is standard output, a pipe or a device.
 pub(crate) fn is_stream(path: &Path) -> bool {
     let is_device = || fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir());
-    // A shell may lead `/dev/stdout` to a file.
+    // A shell may redirect `/dev/stdout` to a file.
     is_standard(path) || path == Path::new("/dev/stdout") || is_device()
 }
 
@@ -29,7 +29,7 @@ pub(crate) fn is_unnamed(path: &Path) -> bool {
     path.extension().is_none() && is_stream(path)
 }
 
-/// Imports a file or standard input, which is read once however often it is imported.
+/// Imports a file or standard input. Standard input is read once, however often it is imported.
 pub(crate) fn import(importer: &Importer, path: &Path) -> mocap::Result<Scene> {
     match is_standard(path) {
         true => importer.read(standard_input(importer)?[0].bytes, path),
@@ -37,7 +37,7 @@ pub(crate) fn import(importer: &Importer, path: &Path) -> mocap::Result<Scene> {
     }
 }
 
-/// The text of a file that is no motion, of at most `most` bytes.
+/// The text of a file that is not a motion, with at most `most` bytes.
 pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
     mocap::files::check_confined(path)?;
     let mut text = String::new();
@@ -46,14 +46,14 @@ pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
         Ok(bytes) if bytes as u64 <= most => return Ok(text),
         Ok(_) => Diagnostic::new(Code::LimitExceeded, format!("the file has more than {most} bytes")),
         Err(error) if error.kind() == io::ErrorKind::InvalidData => {
-            Diagnostic::new(Code::BinaryFile, "the file is no text in UTF-8")
+            Diagnostic::new(Code::BinaryFile, "the file is not UTF-8 text")
         }
         Err(error) => return Err(Error::io(path, error)),
     };
     Err(Error::from(diagnostic).with_path(path))
 }
 
-/// The motions of a job that are not on a disk: standard input, if it is one of them.
+/// The motions of a job that are not on a disk: standard input, if the job names it.
 pub(crate) fn given<'a>(
     read: &InputOptions,
     mut motions: impl Iterator<Item = &'a PathBuf>,
@@ -67,7 +67,7 @@ pub(crate) fn given<'a>(
 /// Whether standard input and output carry the messages of a protocol.
 static ARE_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// From now on neither is a file: what they carry belongs to a protocol.
+/// From now on, standard input and output belong to a protocol, and cannot be files.
 pub(crate) fn take() {
     ARE_TAKEN.store(true, Ordering::Relaxed);
 }
@@ -105,21 +105,21 @@ pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path, force: b
     ReplacePolicy::new(inputs).force(force).check(output)
 }
 
-/// Writes a file, of which a killed process may have left a part, or to standard output.
+/// Writes a file or standard output. A killed process may have left a partial file.
 pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
     if !is_standard(output) {
         remove_unfinished(output);
         return Ok(write_file(output, bytes)?);
     }
     check_free()?;
-    // Data that a terminal must not interpret: `report::data` escapes characters that could control it.
+    // A terminal must not interpret the data: `report::data` escapes control characters.
     let mut out = report::data();
     out.write_all(bytes)?;
     Ok(out.flush()?)
 }
 
-/// Writes the files of an output and the files that a user named besides, all or none, as `policy` allows; what goes to
-/// standard output goes there. A dry run says what it would write, unless `policy` refuses it.
+/// Writes the files of an output and further files that the user named, all or none, as `policy` allows. Files for
+/// standard output are printed. A dry run reports the files, unless `policy` refuses them.
 pub(crate) fn save(
     written: &Export,
     output: &Path,

@@ -1,4 +1,4 @@
-//! What stands on a terminal while a command works: which command it is, and for how long it has been at work.
+//! Shows on a terminal that a command is working: its name and its elapsed time.
 
 use std::io::{self, IsTerminal};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,16 +11,16 @@ use crate::args::{ArgumentSources, Command};
 use crate::invocation;
 use crate::report::{self, PATIENCE};
 
-/// How often to look whether a bar is there.
+/// The interval of checks for a progress bar.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Shows that a command works, until it is dropped. The bar of many files takes its place.
+/// Shows that a command is working, until this value is dropped. The bar of many files replaces it.
 pub(crate) struct WaitIndicator {
     is_over: Arc<Mutex<bool>>,
 }
 
 impl WaitIndicator {
-    /// Starts the clock of a command. Commands that run until somebody stops them say themselves what they do.
+    /// Starts the clock of a command. Commands that run until Ctrl-C print their own messages.
     pub(crate) fn start(command: &Command, given: &ArgumentSources) -> Option<Self> {
         let is_wanted = command.ends_by_itself() && !report::is_quiet() && !given.has("progress");
         if !is_wanted || !io::stderr().is_terminal() {
@@ -34,7 +34,7 @@ impl WaitIndicator {
             .filter_map(|word| word.into_string().ok());
         let name = words.find(|word| !word.starts_with('-'));
         let wait = move || wait(&of_thread, name.as_deref().unwrap_or_default());
-        // If the system has no thread to spare, the user sees nothing of the progress.
+        // If no thread is available, the user does not see the progress.
         thread::Builder::new().spawn(wait).ok()?;
         Some(Self { is_over })
     }
@@ -52,7 +52,7 @@ fn wait(is_over: &Mutex<bool>, name: &str) {
     let mut free_since = start;
     loop {
         thread::sleep(LOOK);
-        // Held until the bar is there, so that none comes after the command has ended.
+        // The lock is held until the bar exists, so that no bar appears after the command has ended.
         let is_over = is_over.lock().unwrap_or_else(PoisonError::into_inner);
         if *is_over {
             return;

@@ -1,19 +1,20 @@
-//! How bones are turned about themselves, as the motion shows it.
+//! The roll of bones, inferred from the motion.
 //!
-//! Where a bone points is seen in the positions of its ends; how it is turned about that line is not. A rest pose that
-//! stands says it. Where none does, the motion does:
+//! The positions of a bone's ends show its direction, but not its roll. A standing rest pose shows the roll. Without a
+//! standing rest pose, the motion shows it:
 //!
 //! - An elbow and a knee are hinges. Their bending axis is at right angles to both bones, and constant in the frames of
 //!   both joints. It is the mean of the cross products of upper and lower bone, over the frames in which the limb is
-//!   bent. In a T-pose that faces +Z a shin would bend back and a forearm forward. So the axis is +X for a knee, -Y for
-//!   the left elbow and +Y for the right elbow. Where a joint's frame is laid along its bone, the axis is that of its
-//!   coordinates, if it is near to one.
+//!   bent. In a T-pose that faces +Z, a shin bends back and a forearm bends forward. So the axis is +X for a knee, -Y
+//!   for the left elbow and +Y for the right elbow. If a joint's coordinate frame lies along its bone, and the axis is
+//!   near a coordinate axis, that coordinate axis is used.
 //! - A limb that never bends has the hinge of the other side, mirrored, if joint frames are mirrored.
-//! - Pelvis, spine, neck and head are turned as hips and shoulders on the average of the frames in which the body
-//!   stands: nobody looks aside all the time. A frame that is laid along the spine has axes of the body.
+//! - Pelvis, spine, neck and head get the average heading of hips and shoulders over the frames in which the body
+//!   stands: nobody looks aside all the time. A coordinate frame that lies along the spine has the axes of the body.
 //! - An upper arm or a thigh that never bends gets the smallest average roll against the trunk. A hand gets the
 //!   smallest average roll against its forearm.
-//! - Feet, toes, hands and fingers are against their parents as on the average, and so are knuckles against hands.
+//! - Feet, toes, hands and fingers get their average rotation relative to their parents; knuckles get theirs relative
+//!   to the hand.
 
 mod average;
 mod hinge;
@@ -33,8 +34,8 @@ use super::poses::sample;
 /// The fewest frames that show an axis or an average.
 const FEWEST: usize = 5;
 
-/// The largest angle between the axis of a hinge that is not fixed and where it belongs, in radians, with which a
-/// lower bone is turned as the upper one.
+/// The largest angle in radians between the axis of a loose hinge and its expected axis at which the lower bone gets
+/// the roll of the upper bone.
 const FARTHEST: f32 = 1.05;
 
 /// The error of a hinge in radians above which it is a guess: 3 degrees.
@@ -55,44 +56,45 @@ const HEAD_AGREES: f32 = 0.8;
 /// it: 8 degrees.
 const PELVIS_ALONG: f32 = 0.99;
 
-/// How the motion shows a bone's rotation about itself.
+/// The evidence for a bone's roll in the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Evidence {
-    /// By its hinge.
+    /// The bone's hinge.
     Hinge,
-    /// By its hinge, which is not the mirrored hinge of the other side.
+    /// The bone's hinge, which is not the mirrored hinge of the other side.
     UnlikeOtherSide,
-    /// By the hinge of the other side, mirrored.
+    /// The mirrored hinge of the other side.
     OtherSide,
-    /// By its average against the bone above.
+    /// The bone's average rotation relative to its parent bone.
     Average,
 }
 
-/// What the motion of a body shows.
+/// The evidence of a body's motion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shown {
     /// The joint that turns with the bone at its hinge, and the axis in its frame.
     hinges: BTreeMap<Bone, (NodeId, Vec3)>,
     /// Bones whose hinge is not the mirror image of the other side's.
     contradicted: BTreeSet<Bone>,
-    /// Bones with a hinge that other frames of the motion would show elsewhere.
+    /// Bones with an uncertain hinge: other frames of the motion could give another axis.
     vague: BTreeSet<Bone>,
     /// For a bone that never bends: the joint, and the axes in its frame that mirror the hinge of the other side.
     mirrored: BTreeMap<Bone, (NodeId, Vec<Vec3>)>,
     /// For a shin or forearm whose joint twists it too: the joint, and the hinge of the bone above in its frame. The
     /// flag states whether the hinge is clearly one of the joint's coordinate axes.
     loose_hinges: BTreeMap<Bone, (NodeId, Vec3, bool)>,
-    /// From joints of the trunk, and of limbs at their beginnings, to left, up and forward.
+    /// Rotations from joints of the trunk, and first joints of limbs, to left, up and forward.
     averages: BTreeMap<NodeId, Quat>,
-    /// Joints of the trunk whose frames have the axes of the body, which the average shows and does not measure.
+    /// Joints of the trunk whose coordinate frames have the axes of the body. The average confirms them, but is not
+    /// used as their rotation.
     exact: BTreeSet<NodeId>,
-    /// From hands to the joints of their forearms, on the average.
+    /// Average rotations from hands to the joints of their forearms.
     hands: BTreeMap<Bone, (NodeId, Quat)>,
-    /// Joints of the pelvis, the spine, the neck and the head, from below.
+    /// Joints of the pelvis, the spine, the neck and the head, from the bottom up.
     pub(super) trunk: Vec<NodeId>,
-    /// Feet, toes, hands and fingers as they are in their parents on the average.
+    /// Average transforms of feet, toes, hands and fingers relative to their parents.
     pub(super) usual: Vec<(NodeId, Mat4)>,
-    /// From knuckles to their hands, and to where they are in the axes of those, on the average.
+    /// For each knuckle, its hand, and its average offset in the axes of the hand.
     knuckles: BTreeMap<NodeId, (NodeId, Vec3)>,
 }
 
@@ -116,7 +118,7 @@ pub fn bend_axis(bone: Bone) -> Option<Vec3> {
 }
 
 impl Shown {
-    /// Examines some frames of all animations. `up` is the world's.
+    /// Examines some frames of all animations. `up` is the up axis of the world.
     pub(super) fn new(
         scene: &Scene,
         hierarchy: &Hierarchy,
@@ -197,7 +199,7 @@ impl Shown {
         shown
     }
 
-    /// Takes what a limb shows; `lower` is how its lower joint is turned against the upper one.
+    /// Adds the evidence of a limb. `lower` is the mean rotation of its lower joint relative to the upper joint.
     fn take(&mut self, limb: &Limb, lower: &Mean) {
         let [upper_hinge, lower_hinge] = limb.hinges();
         let at = |index: usize, axis: Vec3| (limb.bones[index], (limb.turned[index], axis));
@@ -237,9 +239,9 @@ impl Shown {
         }
     }
 
-    /// The rotation about `along`, the direction of a bone in the world, that turns it as the motion shows it. `axes`
-    /// rotates the frame of the T-pose to the world. `rotation` is the current world rotation of a joint of the bone.
-    /// `above` is the world rotation of a forearm's joint in the T-pose.
+    /// The rotation about `along`, a bone's direction in the world, that gives the bone the roll shown by the motion.
+    /// `axes` rotates the coordinate frame of the T-pose to the world. `rotation` is the current world rotation of a
+    /// joint of the bone. `above` is the world rotation of a forearm's joint in the T-pose.
     pub(super) fn roll(
         &self,
         bone: Bone,
@@ -260,8 +262,8 @@ impl Shown {
             return Some(about(to_hinge(*node, *axis)?, evidence));
         }
         if let Some((node, axis, is_clear)) = self.loose_hinges.get(&bone) {
-            // A forearm is turned against its elbow by up to a quarter turn; more is a joint frame that lies
-            // otherwise.
+            // A forearm rotates relative to its elbow by up to a quarter turn. A larger rotation means that the joints'
+            // axes differ.
             let angle = to_hinge(*node, *axis)?;
             return (*is_clear || angle.abs() > FARTHEST).then(|| about(angle, Evidence::Average));
         }
@@ -287,30 +289,31 @@ impl Shown {
         average.map(|angle| about(angle, Evidence::Average))
     }
 
-    /// The average rotation of a hand in the world over the motion, where its forearm has `forearm_rotation`.
+    /// The world rotation of a hand with its average rotation relative to the forearm, if the forearm has
+    /// `forearm_rotation`.
     pub(super) fn hand(&self, bone: Bone, forearm_rotation: impl Fn(NodeId) -> Quat) -> Option<Quat> {
         let (forearm, average) = self.hands.get(&bone)?;
         let hand = forearm_rotation(*forearm) * *average;
         hand.is_finite().then_some(hand)
     }
 
-    /// From the joint of its hand to a knuckle, with that hand turned to the world by `rotation`.
+    /// The offset from a hand's joint to a knuckle, if the hand has the world rotation `rotation`.
     pub(super) fn to_knuckle(&self, node: NodeId, rotation: impl Fn(NodeId) -> Quat) -> Option<Vec3> {
         let (hand, offset) = self.knuckles.get(&node)?;
         Some(rotation(*hand) * *offset)
     }
 
-    /// Whether other frames of the motion would show the hinge of a bone elsewhere.
+    /// Whether the hinge of a bone is uncertain: other frames of the motion could give another axis.
     pub(super) fn is_vague(&self, bone: Bone) -> bool {
         self.vague.contains(&bone)
     }
 
-    /// Whether the frame of a joint of the trunk has the axes of the body.
+    /// Whether the coordinate frame of a joint of the trunk has the axes of the body.
     pub(super) fn is_exact(&self, node: NodeId) -> bool {
         self.exact.contains(&node)
     }
 
-    /// The rotation in the world of a joint of the trunk in the T-pose.
+    /// The world rotation of a joint of the trunk in the T-pose.
     pub(super) fn of_trunk(&self, node: NodeId, axes: Quat) -> Option<Quat> {
         let rotation = axes * *self.averages.get(&node).filter(|_| self.trunk.contains(&node))?;
         rotation.is_finite().then_some(rotation)
@@ -337,7 +340,8 @@ fn trunk(hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>) -> Vec<NodeId> {
     [hips].into_iter().chain(between).chain([top]).collect()
 }
 
-/// Both hands: the bone, its joint, the joint of the forearm, and the mean rotation of the hand to the forearm.
+/// Both hands: the bone, its joint, the joint of the forearm, and the mean rotation of the hand relative to the
+/// forearm.
 fn hands(bones: &BTreeMap<Bone, NodeId>) -> Vec<(Bone, NodeId, NodeId, Mean)> {
     let sides = [Side::Left, Side::Right].into_iter();
     let hand = |side: Side| {
@@ -347,7 +351,8 @@ fn hands(bones: &BTreeMap<Bone, NodeId>) -> Vec<(Bone, NodeId, NodeId, Mean)> {
     sides.filter_map(hand).collect()
 }
 
-/// The joints that are averaged against the trunk, each with its fraction of the distance from hips to shoulders.
+/// The joints whose rotation relative to the trunk is averaged, each with its fraction of the distance from hips to
+/// shoulders.
 fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<TrunkAngle> {
     let joint = |bone: Bone| bones.get(&bone).copied();
     let neck = joint(Bone::Neck).or(joint(Bone::Head));
@@ -372,8 +377,8 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<TrunkA
     all
 }
 
-/// The joints of the trunk whose frames are laid along it: the pelvis along the line of the hip joints, others along
-/// the spine, the head along its only child.
+/// The joints of the trunk with coordinate frames along the trunk. The pelvis lies along the line of the hip joints,
+/// the head along its only child, others along the spine.
 fn laid_along(
     scene: &Scene,
     hierarchy: &Hierarchy,

@@ -24,7 +24,7 @@ pub enum Axis {
     NegY,
     #[serde(rename = "-z")]
     NegZ,
-    /// The file does not show it.
+    /// Unknown: the file does not show it.
     #[serde(rename = "unknown")]
     Unknown,
 }
@@ -46,7 +46,7 @@ impl Axis {
             .unwrap_or((Self::Unknown, 0.0))
     }
 
-    /// The direction of unit length; `None` where it is unknown.
+    /// The unit vector of the axis; `None` if the axis is unknown.
     pub const fn direction(self) -> Option<Vec3> {
         match self {
             Self::X => Some(Vec3::X),
@@ -59,7 +59,7 @@ impl Axis {
         }
     }
 
-    /// The same as an up axis; `None` for those that cannot be one.
+    /// The axis as an up axis; `None` if it cannot be an up axis.
     pub const fn up(self) -> Option<UpAxis> {
         match self {
             Self::Y => Some(UpAxis::Y),
@@ -70,7 +70,7 @@ impl Axis {
         }
     }
 
-    /// Its name, as `-y`.
+    /// Its name, such as `-y`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -105,11 +105,11 @@ impl From<UpAxis> for Axis {
 pub enum RestPose {
     /// Standing, arms sideways.
     TPose,
-    /// Standing, arms sideways and down.
+    /// Standing, arms between sideways and down.
     APose,
     /// Standing, arms down.
     IPose,
-    /// The bones lie along axes and make no figure.
+    /// The bones lie along axes and do not form a figure.
     Collapsed,
     /// Anything else.
     Other,

@@ -1,4 +1,4 @@
-//! A humanoid with the frames of its T-pose.
+//! A humanoid with the coordinate frames of its T-pose.
 
 use std::collections::BTreeMap;
 
@@ -15,25 +15,25 @@ use crate::report::{TPoseBone, TPoseReason, TPoseSource};
 use crate::t_pose::{self, limb_end};
 use crate::{Confidence, Figure, HumanoidBone as Bone, TPose};
 
-/// Fewer frames than this may all show one moment of a step. Measured on motions whose rest pose does not stand: in
-/// parts of 20 to 24 frames, feet, pelvis and head are up to 37 degrees off those of the whole.
+/// With fewer frames than this, all frames may show one moment of a step. Measured on motions whose rest pose does not
+/// stand: in parts of 20 to 24 frames, feet, pelvis and head deviate by up to 37 degrees from the whole motion.
 const FEW_FRAMES: usize = 30;
 
-/// Fewer than this show nothing at all.
+/// Fewer frames than this show nothing.
 const TOO_FEW_FRAMES: usize = 5;
 
-/// A humanoid with the frames of its T-pose.
+/// A humanoid with the coordinate frames of its T-pose.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// Left, up and forward of the figure, from the frame of the T-pose (+X, +Y, +Z) to the world.
+    /// The rotation from the T-pose's coordinate frame (+X left, +Y up, +Z forward) to the world.
     pub axes: Quat,
-    /// The figure, with left and right as the body has them.
+    /// The figure, with the left and right of the body.
     pub figure: Figure,
     pub hips: NodeId,
     pub bones: BTreeMap<Bone, NodeId>,
-    /// The axis that points up in the file, where nothing shows it.
+    /// The assumed up axis of the file, if nothing shows the axis.
     unsure_up: Option<String>,
-    /// The T-pose, and the reference pose from which the limbs are turned to it.
+    /// The T-pose, and the reference pose from which it is made.
     t_pose: TPose,
     /// The scene's nodes.
     pub hierarchy: Hierarchy,
@@ -41,20 +41,20 @@ pub struct Body {
     pub names: Vec<String>,
     pub rest_rotations: Vec<Quat>,
     pub rest: Vec<Trs>,
-    /// Joints between the hips and the neck, from below.
+    /// Joints between the hips and the neck, from the bottom up.
     pub trunk: Vec<NodeId>,
-    /// Joints from the neck to below the head.
+    /// Joints from the neck up to the head, without the head.
     pub neck: Vec<NodeId>,
-    /// Metres in a unit of length.
+    /// Metres per unit of length.
     pub metres_per_unit: f64,
-    /// Thigh and shin, the mean of both sides.
+    /// The length of thigh plus shin, averaged over both sides.
     pub leg: f32,
 }
 
 impl Body {
     /// The body of the figure of a scene.
     pub fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
-        // Whoever follows the body goes through its frames.
+        // Users of the body sample its frames.
         FrameBudget::of_scene(&Limits::default()).check(scene)?;
         let refused = |reason: String| -> mocap_scene::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
@@ -83,7 +83,7 @@ impl Body {
             .collect();
         figure.humanoid = figure.humanoid.with_sides_of_the_body();
         let hierarchy = Hierarchy::new(scene);
-        // A scene that was turned upright has its guess in the record.
+        // If the scene was rotated upright, the record has the guess.
         let mut assumptions = figure
             .survey
             .assumptions()
@@ -115,7 +115,7 @@ impl Body {
         Ok(body)
     }
 
-    /// The body that is moved.
+    /// The target body of a retargeting.
     pub fn target(scene: &Scene, figure: Figure) -> Result<Self> {
         let body = Self::of_figure(scene, figure, "target")?;
         body.check_target(scene)?;
@@ -145,12 +145,12 @@ impl Body {
         self.bones.get(&bone).copied()
     }
 
-    /// Whether a node is below another in the hierarchy.
+    /// Whether a node is a descendant of another.
     pub fn depends_on(&self, node: NodeId, ancestor: NodeId) -> bool {
         self.hierarchy.is_below(node, ancestor)
     }
 
-    /// The joints that make up a bone: its own, and those between it and the next bone.
+    /// The joints of a bone: its own joint, and the joints between it and the next bone.
     pub fn segment(&self, bone: Bone) -> Vec<NodeId> {
         let Some(joint) = self.joint(bone) else {
             return Vec::new();
@@ -162,18 +162,19 @@ impl Body {
         joints
     }
 
-    /// From the frame of `bone` to a joint that moves with it, as a rotation: the joint's rotation in the T-pose.
+    /// The rotation from the coordinate frame of `bone` to a joint that moves with it: the joint's rotation in the
+    /// T-pose.
     pub fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
         self.t_pose.frame_to_joint(bone, joint)
     }
 
-    /// A vector of the reference pose that turns with `bone`, in the T-pose and in the axes of the figure.
+    /// Converts a vector that rotates with `bone` from the reference pose to the T-pose, in the axes of the figure.
     pub(crate) fn to_frame(&self, bone: Bone, vector: Vec3) -> Vec3 {
         self.axes.inverse() * self.t_pose.reference_to_t_pose(bone) * vector
     }
 
-    /// Where a bone of a limb, from its joint to its end, points in the T-pose, in its frame. A T-pose that the file
-    /// states, as a VRM animation does, may have limbs that point elsewhere than straight down or sideways.
+    /// The direction of a limb's bone in the T-pose, from its joint to its end, in its coordinate frame. If the file
+    /// states the T-pose, as a VRM animation does, limbs may not point exactly down or sideways.
     pub(crate) fn direction(&self, bone: Bone, joint: NodeId, end: NodeId) -> Option<Vec3> {
         let usual = t_pose::direction(bone)?;
         let is_stated = self
@@ -190,17 +191,17 @@ impl Body {
         self.t_pose.positions[node.index()]
     }
 
-    /// The rotation of a node to the world in the reference pose.
+    /// The world rotation of a node in the reference pose.
     pub fn rotation(&self, node: NodeId) -> Quat {
         self.t_pose.rotations[node.index()]
     }
 
-    /// Whether the T-pose is computed, from a rest pose that does not stand.
+    /// Whether the T-pose is computed, because the rest pose does not stand.
     pub fn is_computed(&self) -> bool {
         self.t_pose.source == TPoseSource::Computed
     }
 
-    /// Whether the T-pose is made from the rest pose, which stands.
+    /// Whether the T-pose is made from a standing rest pose.
     pub fn stands_at_rest(&self) -> bool {
         self.t_pose.source == TPoseSource::RestPose
     }
@@ -212,7 +213,7 @@ impl Body {
         self.is_computed() && (is_unsure || self.t_pose.frames < TOO_FEW_FRAMES)
     }
 
-    /// Whether neither names nor the body tell left from right.
+    /// Whether neither names nor the body distinguish left from right.
     fn are_sides_unsure(&self) -> bool {
         let leg = self.figure.humanoid.bones.get(&Bone::LeftUpperLeg);
         let is_unsure = leg.is_some_and(|leg| leg.confidence == Confidence::Unsure);
@@ -255,7 +256,7 @@ impl Body {
         up.chain(sides).chain(turned).collect()
     }
 
-    /// Up in the world.
+    /// The up direction in the world.
     pub fn up(&self) -> Vec3 {
         self.axes * Vec3::Y
     }
@@ -265,7 +266,7 @@ impl Body {
         t_pose::next(&self.hierarchy, &self.bones, &self.knuckles, bone, joint)
     }
 
-    /// The joint of a foot or of its toes; for toes without a joint the first node below the ankle.
+    /// The joint of a foot or of its toes; for toes without a joint, the first child node of the ankle.
     pub fn foot_joint(&self, bone: Bone) -> Option<NodeId> {
         let below = || self.hierarchy.first_child(self.joint(Bone::LeftFoot.on(bone.side()?))?);
         match bone.on(Side::Left) {
@@ -274,7 +275,7 @@ impl Body {
         }
     }
 
-    /// How high a joint of a foot is when the body stands and its ankles are `ankle` high.
+    /// The height of a foot's joint if the body stands and its ankles have the height `ankle`.
     pub fn standing_height(&self, bone: Bone, ankle: f32) -> f32 {
         let joint = self.foot_joint(bone);
         let foot = self.joint(Bone::LeftFoot.on(bone.side().unwrap_or(Side::Left)));
@@ -287,7 +288,7 @@ impl Body {
         let named = |bones: &[Bone]| -> Vec<NodeId> { bones.iter().filter_map(|bone| self.joint(*bone)).collect() };
         let spine = named(&[Bone::Spine, Bone::Chest, Bone::UpperChest]);
         let top = self.joint(Bone::Neck).or(self.joint(Bone::Head));
-        // From the hips up, unless the head is the root of the body.
+        // From the hips upwards, unless the head is the root of the body.
         let trunk = top.and_then(|top| self.hierarchy.path(self.hips, top));
         let trunk = trunk.map(|path| path.into_iter().filter(is_joint).collect::<Vec<_>>());
         let trunk = trunk.filter(|path| spine.iter().all(|joint| path.contains(joint)));
@@ -296,7 +297,7 @@ impl Body {
         let between = between.and_then(|(neck, head)| self.hierarchy.path(neck, head));
         let between = between.unwrap_or_default().into_iter().filter(is_joint);
         let neck = neck.into_iter().chain(between).collect();
-        // Joints below the spine, as a second pelvis, belong to the hips.
+        // Joints before the spine, such as a second pelvis, belong to the hips.
         let trunk = trunk.map(|mut path| {
             let first = spine
                 .first()

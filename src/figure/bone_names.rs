@@ -1,4 +1,4 @@
-//! How programs call the joints of a humanoid.
+//! The names of a humanoid's joints in different programs.
 //!
 //! - VRM 1.0's humanoid, Mixamo's characters, the skeletons of MHR and SOMA
 //! - Unreal's mannequin (`SK_Mannequin`), Godot's `SkeletonProfileHumanoid`, Unity's `HumanBodyBones` (Mecanim)
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::humanoid::HumanoidMap;
 
-/// Names of the joints of a humanoid, as a program or a collection of motions has them.
+/// The naming scheme of a program or dataset for the joints of a humanoid.
 ///
 /// ```
 /// use mocap::figure::{BoneNames, HumanoidBone};
@@ -46,8 +46,8 @@ pub enum BoneNames {
 /// The prefix of every name of Mixamo.
 const MIXAMO_PREFIX: &str = "mixamorig:";
 
-/// Bones in the middle and on the left, and what Mixamo, Unreal and CMU call them. `*` stands for the side, `^` for its
-/// first letter; nothing for a bone that the skeleton does not have.
+/// Bones in the middle and on the left, and their names in Mixamo, Unreal and CMU. `*` stands for the side, `^` for its
+/// first letter. The name is empty for a bone that the skeleton lacks.
 const NAMES: [(Bone, [&str; 3]); 31] = [
     (Bone::Hips, ["Hips", "pelvis", "Hips"]),
     (Bone::Spine, ["Spine", "spine_01", "LowerBack"]),
@@ -93,14 +93,14 @@ fn capitalized(name: &str) -> String {
     name
 }
 
-/// The name of the joint that is a bone.
+/// The name of a bone's joint.
 fn name_in(joints: Vec<Joint>, bone: Bone) -> Option<String> {
     let mut joints = joints.into_iter();
     joints.find(|joint| joint.bone == Some(bone)).map(|joint| joint.name)
 }
 
 impl BoneNames {
-    /// Every one.
+    /// All naming schemes.
     pub const ALL: [Self; 8] = [
         Self::Vrm,
         Self::Mixamo,
@@ -126,17 +126,17 @@ impl BoneNames {
         }
     }
 
-    /// The names of this name, as users type it.
+    /// The naming scheme of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|names| names.as_str() == name)
     }
 
-    /// What a bone is called; `None` for one that those skeletons do not have.
+    /// The name of a bone; `None` if these skeletons lack the bone.
     pub fn name_of(self, bone: Bone) -> Option<String> {
         let column = match self {
             Self::Vrm => return Some(bone.as_str().to_owned()),
             Self::Godot => return Some(capitalized(bone.as_str())),
-            // Unity counts the joints of a thumb as those of a finger.
+            // Unity numbers the joints of a thumb like those of a finger.
             Self::Unity => {
                 let name = capitalized(bone.as_str());
                 let name = name.replace("ThumbProximal", "ThumbIntermediate");
@@ -161,7 +161,7 @@ impl BoneNames {
         (!name.is_empty()).then(|| format!("{prefix}{name}"))
     }
 
-    /// What every bone is called.
+    /// The names of all bones.
     pub fn names(self) -> HumanoidMap {
         let named = Bone::ALL.iter().map(|bone| (*bone, self.name_of(*bone)));
         named.filter(|(_, name)| name.is_some()).collect()

@@ -1,19 +1,19 @@
-//! When feet and hands are at rest on the ground: the one rule for all commands.
+//! The rule for contacts of feet and hands with the ground, for all commands.
 
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 use super::humanoid::Humanoid;
 
-/// When a point is at rest: it comes to rest when it is low and slow, and leaves when it is `release` times too high or
-/// too fast. Heights are those above the level on which the point rests itself: an ankle is higher above the floor than
-/// a toe.
+/// The thresholds of a contact. A contact starts when a point is low and slow, and ends when its height or speed
+/// exceeds `release` times its threshold. Heights are relative to the point's own resting level: an ankle rests higher
+/// above the floor than a toe.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactRule {
     /// The largest height in contact, in metres.
     pub height: f64,
     /// The largest speed in contact, in metres per second.
     pub speed: f64,
-    /// How many times as high or fast a point in contact must be to leave it.
+    /// The factor by which height or speed must exceed its threshold to end a contact.
     pub release: f64,
     /// The shortest contact, in seconds; shorter ones are dropped.
     pub shortest: f64,
@@ -21,8 +21,8 @@ pub struct ContactRule {
     pub gap: f64,
 }
 
-/// How many times as high or fast a point in contact must be to leave it: for contacts that are reported, and for those
-/// by which feet are held.
+/// The factor by which height or speed must exceed its threshold to end a contact: for contacts that are reported, and
+/// for those by which feet are held.
 const RELEASE: f64 = 1.6;
 
 impl Default for ContactRule {
@@ -38,8 +38,8 @@ impl Default for ContactRule {
 }
 
 impl ContactRule {
-    /// The contacts of one point: whether it is at rest in each frame. `samples` are its height above the level of rest
-    /// and its speed, in metres and seconds.
+    /// The contacts of one point: whether it is in contact in each frame. `samples` has its height above the resting
+    /// level in metres, and its speed in metres per second.
     pub fn at_rest(&self, samples: impl Iterator<Item = (f64, f64)>, frame_rate: f64) -> Vec<bool> {
         let mut at_rest = self.low_and_slow(samples);
         let frames = |seconds: f64| frames_in(seconds, frame_rate, at_rest.len());
@@ -64,8 +64,8 @@ pub fn frames_in(seconds: f64, frame_rate: f64, frames: usize) -> usize {
     ((seconds * frame_rate).round().max(1.0) as usize).min(frames.max(1))
 }
 
-/// The points of the feet that are examined, those of both sides together, which rest at one height: the ankles, and
-/// the balls of the feet.
+/// The examined points of the feet: the ankles of both sides, which share one resting height, and the balls of both
+/// feet.
 pub fn points_of_feet(scene: &Scene, humanoid: &Humanoid) -> [Vec<(Bone, NodeId)>; 2] {
     [Bone::LeftFoot, Bone::LeftToes].map(|bone| {
         let node = |side: Side| match bone {
@@ -88,7 +88,7 @@ pub fn ball(scene: &Scene, humanoid: &Humanoid, side: Side) -> Option<NodeId> {
     humanoid.joint(Bone::LeftToes.on(side)).or_else(below)
 }
 
-/// Ends every gap in `contacts` that is shorter than `gap` frames, and then drops every contact shorter than `contact`.
+/// Closes gaps shorter than `gap` frames in `contacts`, then drops contacts shorter than `contact` frames.
 pub fn without_short_ones(contacts: &mut [bool], gap: usize, contact: usize) {
     for (value, shortest) in [(false, gap), (true, contact)] {
         let mut start = 0;
@@ -96,7 +96,8 @@ pub fn without_short_ones(contacts: &mut [bool], gap: usize, contact: usize) {
             if end < contacts.len() && contacts[end] == contacts[start] {
                 continue;
             }
-            // A contact that is cut off by the end of the motion may be longer; a gap must have contacts on both sides.
+            // A contact at the start or end of the motion may be longer, so it is kept. A gap must have contacts on
+            // both sides.
             let is_inside = start > 0 && end < contacts.len();
             if contacts[start] == value && end - start < shortest && is_inside {
                 contacts[start..end].fill(!value);

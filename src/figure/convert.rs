@@ -38,8 +38,7 @@ pub use self::moment::{Moment, TimeRange};
 #[doc(hidden)]
 pub use self::space::{Needs, Space};
 
-/// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
-/// database.
+/// The treatment of the first frame. In some files, such as a conversion of the CMU database, it is a rest pose.
 ///
 /// [`Conversion::first_frame`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,15 +47,15 @@ pub use self::space::{Needs, Space};
 #[doc(hidden)]
 #[non_exhaustive]
 pub enum FirstFrame {
-    /// Drop it if it is a rest pose, and the motion jumps after it.
+    /// Drop the first frame if it is a rest pose and the motion jumps after it.
     #[serde(rename = "auto")]
     #[cfg_attr(feature = "clap", value(name = "auto"))]
     DropRestPose,
-    /// Drop it.
+    /// Drop the first frame.
     #[serde(rename = "yes")]
     #[cfg_attr(feature = "clap", value(name = "yes"))]
     Drop,
-    /// Keep it.
+    /// Keep the first frame.
     #[default]
     #[serde(rename = "no")]
     #[cfg_attr(feature = "clap", value(name = "no"))]
@@ -75,26 +74,26 @@ pub enum RestPoseSource {
     InFile,
     /// The pose of a frame of the file, from 0.
     Frame(u64),
-    /// The T-pose of the humanoid: arms sideways, facing along an axis. In it no joint has a rotation: the frames of
-    /// all joints are along the axes of the world.
+    /// The T-pose of the humanoid: arms sideways, facing along an axis. All joint rotations are zero: the axes of all
+    /// joints are those of the world.
     TPose,
-    /// The T-pose with its arms lowered by 45 degrees, likewise.
+    /// The T-pose with its arms lowered by 45 degrees. All joint rotations are zero.
     APose,
 }
 
-/// What to do with the root's motion over the ground.
+/// The treatment of root motion.
 ///
 /// [`Conversion::root`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum RootMotion {
-    /// Leave it in the root joint.
+    /// Keep root motion in the root joint.
     #[default]
     Keep,
-    /// Remove it.
+    /// Remove root motion.
     InPlace,
-    /// Move it to a new joint above the root.
+    /// Move root motion to a new joint above the root.
     Extract,
 }
 
@@ -149,8 +148,8 @@ impl Conversion {
     /// Default: the unit that the file states, or else the guess of [`Survey`](crate::Survey), in which the
     /// figure has the size of a person, with an [`Assumption`](mocap_scene::scene::Assumption).
     ///
-    /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: set the
-    /// unit if you know it.
+    /// Every length is multiplied by this value. The guess is right for most people, and wrong for a giant or a mouse:
+    /// set the unit if you know it.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -246,8 +245,9 @@ impl Conversion {
     ///
     /// Default: `false`, the output is in metres with +Y up.
     ///
-    /// For BVH, which has no unit and no up axis: without other options the numbers do not change. What is kept and not
-    /// needed is not guessed, also not by `Exporter`, which writes such a scene with its numbers and a warning.
+    /// For BVH, which has no unit and no up axis: without other options the values do not change. A unit or axis that
+    /// is kept and not needed is not guessed. `Exporter` does not guess either: it writes such a scene with its values
+    /// and a warning.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -265,9 +265,8 @@ impl Conversion {
         self
     }
 
-    /// Joints of the file for bones of the humanoid, where the guess of
-    /// [`Humanoid::of`](crate::Humanoid::of) is wrong or finds none; `None` for a bone that the skeleton does
-    /// not have.
+    /// The joints of the humanoid's bones, if the guess of [`Humanoid::of`](crate::Humanoid::of) is wrong or finds
+    /// none; `None` for a bone that the skeleton lacks.
     ///
     /// Default: empty.
     ///
@@ -294,8 +293,8 @@ impl Conversion {
     ///
     /// Default: the whole motion.
     ///
-    /// Both ends are included. A first moment after the last frame, and a last one before the first, are errors; a last
-    /// moment after the last frame means the last frame.
+    /// Both ends are included. It is an error if the first moment is after the last frame, or the last moment before
+    /// the first. A last moment after the last frame means the last frame.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -393,11 +392,11 @@ impl Conversion {
         self
     }
 
-    /// What to do with the root's motion over the ground.
+    /// The treatment of root motion.
     ///
     /// Default: [`RootMotion::Keep`].
     ///
-    /// Game engines that move characters themselves need clips in place, or the root motion in a separate joint.
+    /// Game engines that move characters need in-place clips, or the root motion in a separate joint.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -416,10 +415,10 @@ impl Conversion {
         self
     }
 
-    /// Upper bounds for what another frame rate makes.
+    /// Limits for resampling.
     ///
     /// Default: [`Limits::default`]. Beyond [`Limits::max_values`], [`apply`](Self::apply) fails with
-    /// [`Code::LimitExceeded`] before memory is taken.
+    /// [`Code::LimitExceeded`] before it allocates memory.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

@@ -11,8 +11,8 @@ use super::poses::poses;
 use super::{Confidence, Unit};
 use mocap_scene::scene::report::Guess;
 
-/// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
-/// spread span as much.
+/// The height of a person in metres, from joint to joint. The largest extent of a moving body stays close to this
+/// height: spread arms have the same span.
 const TYPICAL_HEIGHT: f64 = 1.7;
 
 /// The factor around the typical height within which a guess is sure: 1.36 m to 2.1 m, nearly all adults.
@@ -24,7 +24,7 @@ const LIKELY_WITHIN: f64 = 1.4;
 /// The largest variation of the floor's height, as a fraction of the figure's size: a jump, or stairs.
 const FLOOR_SPREAD: f64 = 0.4;
 
-/// Parts whose names indicate a whole body.
+/// Body parts whose names indicate a whole body.
 const LOWER: [Part; 2] = [Part::Foot, Part::Toes];
 const UPPER: [Part; 2] = [Part::Head, Part::Neck];
 
@@ -34,19 +34,19 @@ pub(super) struct Extent {
     size: f64,
     /// The same of the rest pose.
     size_at_rest: f64,
-    /// Whether a node is called foot or toes, and whether one is called head or neck.
+    /// Whether a node has the name of a foot or toes, and whether one has the name of a head or neck.
     has_feet: bool,
     has_head: bool,
-    /// From the feet to the head, on average. Absent where no names say which nodes these are.
+    /// The average vector from the feet to the head. Absent if no names identify these nodes.
     feet_to_head: Option<Vec3>,
     /// The same in the rest pose.
     feet_to_head_at_rest: Option<Vec3>,
-    /// How far the lowest foot moves along each axis; along the up axis it comes back to the floor.
+    /// The range of the lowest foot along each axis. Along the up axis, it returns to the floor.
     floor_spread: Vec3,
 }
 
 impl Extent {
-    /// `places` has the nodes that only place the figure, which do not count.
+    /// `places` has the nodes that only place the figure. They are ignored.
     pub(super) fn new(scene: &Scene, places: &[bool]) -> Self {
         let poses = poses(scene);
         let body: Vec<NodeId> = (0..scene.nodes.len())
@@ -70,7 +70,7 @@ impl Extent {
         }
     }
 
-    /// The unit in which the figure is nearest to a person's height.
+    /// The unit in which the figure's size is nearest to a person's height.
     ///
     /// Decimetres are rare, and less than twice CMU's unit. They are chosen only if the rest pose agrees: it does not
     /// crouch, and has its arms spread in CMU's files.
@@ -118,7 +118,7 @@ impl Extent {
     /// The axis from the feet to the head.
     ///
     /// The head is not always above the feet, as in swimming or in some rest poses. If the motion and the rest pose
-    /// differ, the motion decides if the feet return to a floor, as those of an upright figure do.
+    /// disagree, the motion decides, provided that its feet return to a floor, as for an upright figure.
     pub(super) fn up(&self) -> Guess<UpAxis> {
         let Some(to_head) = self
             .feet_to_head
@@ -170,7 +170,7 @@ impl Extent {
     }
 }
 
-/// The largest extent of some nodes in a pose along an axis.
+/// The largest extent of these nodes in a pose along an axis.
 fn extent(pose: &Pose, nodes: &[NodeId]) -> f32 {
     let positions = || nodes.iter().map(|node| pose.position(*node));
     match (positions().reduce(Vec3::min), positions().reduce(Vec3::max)) {
@@ -179,9 +179,9 @@ fn extent(pose: &Pose, nodes: &[NodeId]) -> f32 {
     }
 }
 
-/// Along X there is no answer, and the rest of the path is noise.
+/// X is not an up axis. The other components may be noise.
 fn longer_axis(to_head: Vec3) -> UpAxis {
-    /// Of the length of the path.
+    /// The noise, as a fraction of the length of the path.
     const NOISE: f32 = 0.3;
     if to_head.z.abs() > to_head.y.abs() && to_head.z.abs() > NOISE * to_head.length() {
         UpAxis::Z

@@ -1,5 +1,5 @@
-//! Counts how often bones are searched for, on each thread. Tests hold that a job searches once for each scene. Builds
-//! without debug assertions, which are those for users, count nothing.
+//! Counts searches for bones on each thread. Tests check that a job searches once for each scene. Release builds count
+//! nothing.
 
 use std::cell::Cell;
 
@@ -12,7 +12,7 @@ pub(super) fn count() {
     SEARCHES.set(SEARCHES.get() + 1);
 }
 
-/// How often bones are searched for in `act`, on this thread.
+/// The number of searches for bones during `act`, on this thread.
 pub fn searches(act: impl FnOnce()) -> usize {
     let before = SEARCHES.get();
     act();

@@ -1,10 +1,10 @@
-//! Where the ground is: the one definition, for contacts, cleaning, pictures, retargeting, robots and surveys.
+//! The definition of the ground for contacts, cleaning, pictures, retargeting, robots and surveys.
 //!
-//! The ankles have a level on which they rest in the motion, and so have the balls of the feet and the toes' ends. The
-//! level is the fifth percentile of the height of the lowest one, without feet that have sunk into the ground. A frame
-//! counts as far as the feet move before and after it, so a long stance counts about as much as a step. Held frames
-//! count nothing, nor does a rest pose from which the motion jumps away. The lowest of these levels is that of the
-//! soles, or the skin shows where they are. A floor at height 0 is expected: the ground is there if the soles are near.
+//! Ankles, balls of the feet and toe tips each have a resting level in the motion. The level is the fifth percentile of
+//! the height of the lowest point, without feet that have sunk into the ground. A frame's weight is the distance that
+//! the feet move around it, so a long stance counts about as much as a step. Held frames have no weight, nor does a
+//! rest pose from which the motion jumps away. The soles are at the lowest of these levels, or where the skin shows
+//! them. A floor at height 0 is expected: if the soles are near 0, the ground is at 0.
 
 mod drift;
 mod levels;
@@ -23,11 +23,11 @@ use super::hierarchy::Hierarchy;
 use crate::report::Guess;
 use crate::{Confidence, Humanoid, HumanoidBone as Bone};
 
-/// How far from the ground the lowest joint of a rest pose may be that stands on it, as a fraction of the leg.
+/// The largest distance from the ground of the lowest joint in a standing rest pose, as a fraction of the leg.
 const STANDS: f32 = 0.1;
 
-/// How much higher than those of a standing body the ankles of a motion may be, as a fraction of the leg. If they are
-/// still higher, the body does not stand in this motion.
+/// The largest height of a motion's ankles above the ankles of a standing body, as a fraction of the leg. If they are
+/// higher, the body does not stand in this motion.
 const HIGHEST: f32 = 0.2;
 
 /// How much higher than flat on the soles the level of the ankles may be in stance, as a fraction of the leg. In 153
@@ -41,18 +41,18 @@ const UPRIGHT: f32 = 0.65;
 /// The frames of an animation in which the hips are looked at.
 const LOOKS: usize = 100;
 
-/// How far from height 0 soles may be that stand on a floor there, as a fraction of the leg, and where a floor at 0
-/// explains nothing any more. In clips of fifteen makers with a floor at 0, the lowest joints of the feet rest at
+/// Distances of the soles from height 0, as fractions of the leg. Up to the first, the soles stand on a floor at 0.
+/// Beyond the second, they do not. In clips of fifteen makers with a floor at 0, the lowest joints of the feet rest at
 /// -0.065 to 0.065 of the leg. They are centres of joints, or markers on shoes.
 const ON_ZERO: [f32; 2] = [0.07, 0.17];
 
 /// The height of an ankle over the sole as a fraction of the leg (Winter, "Biomechanics and motor control", 2009).
 const ANKLE: f32 = 0.08;
 
-/// The farthest that the end of a foot is from the ankle, as a fraction of the leg.
+/// The largest distance from the ankle to the end of a foot, as a fraction of the leg.
 const FOOT: f32 = 0.6;
 
-/// What shows where the soles are.
+/// The evidence for the height of the soles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sole {
     Skin,
@@ -64,13 +64,13 @@ enum Sole {
 /// The ground of a motion, along the up axis, in units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// The level on which the ankles rest; the ends of the shins where there are no feet.
+    /// The resting level of the ankles; without feet, of the ends of the shins.
     pub ankles: Option<f32>,
-    /// The level on which the balls of the feet rest.
+    /// The resting level of the balls of the feet.
     pub balls: Option<f32>,
-    /// The level of the soles, and what shows it.
+    /// The level of the soles, and its evidence.
     soles: (f32, Sole),
-    /// Thigh and shin; 0 where it is unknown.
+    /// The length of thigh plus shin; 0 if unknown.
     leg: f32,
 }
 
@@ -97,13 +97,13 @@ impl Ground {
         points.ground(&rests.levels(metres))
     }
 
-    /// The level on which the lowest joints of the feet rest.
+    /// The resting level of the lowest joints of the feet.
     pub fn joints(&self) -> f32 {
         let levels = [self.ankles, self.balls].into_iter().flatten();
         levels.reduce(f32::min).unwrap_or(self.soles.0)
     }
 
-    /// The height of the floor: nowhere above the joints that rest on it.
+    /// The height of the floor, never above the joints that rest on it.
     pub fn height(&self) -> f32 {
         let [near, far] = ON_ZERO.map(|fraction| fraction * self.leg);
         let distance_of_zero = self.distance_of_zero();
@@ -111,12 +111,12 @@ impl Ground {
             true => far / (far - near) * (1.0 - near / distance_of_zero).max(0.0),
             false => 1.0,
         };
-        // A sum with 0 is never -0.
+        // Adding 0 turns -0 into 0.
         (part * self.soles.0).min(self.joints()) + 0.0
     }
 
-    /// How far height 0 is from the soles. The ends of toes are below the soles in push-offs, so that they may be
-    /// anywhere from there to the joints.
+    /// The distance of height 0 from the soles. In push-offs toe tips are below the soles, so the soles may be anywhere
+    /// between the toe tips and the joints.
     fn distance_of_zero(&self) -> f32 {
         match self.soles {
             (soles, Sole::Ends) if soles < 0.0 => (-self.joints()).max(0.0),
@@ -148,16 +148,16 @@ impl Ground {
 
 /// The nodes that show where the ground is.
 pub struct FootPoints {
-    /// The ankles, the balls of the feet, and the ends below them, those of both sides together.
+    /// The ankles, the balls and the tips of the feet, with both sides together.
     pub nodes: [Vec<NodeId>; 3],
-    /// How far the skin of the soles is below the ankles at rest.
+    /// The distance of the soles' skin below the ankles at rest.
     skin: Option<f32>,
     /// Thigh and shin.
     leg: f32,
 }
 
 impl FootPoints {
-    /// The points of a figure with so much up.
+    /// The points of a figure with this up direction.
     pub fn new(scene: &Scene, humanoid: &Humanoid, up: Vec3) -> Self {
         let rest = Pose::rest(scene);
         let [ankles, balls] = points_of_feet(scene, humanoid)
@@ -183,7 +183,7 @@ impl FootPoints {
         }
     }
 
-    /// The ground on which these points have such [`levels`].
+    /// The ground for points with these [`levels`].
     pub fn ground(&self, levels: &[Option<f32>]) -> Option<Ground> {
         let level = |kind: usize| levels.get(kind).copied().flatten();
         let (ankles, balls, ends) = (level(0), level(1), level(2));
@@ -218,7 +218,7 @@ fn leg(rest: &Pose, humanoid: &Humanoid) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// How far the lowest vertex that moves with a foot is below its ankle at rest.
+/// The distance of the lowest vertex of a foot below its ankle at rest.
 fn skin(
     scene: &Scene,
     rest: &Pose,
@@ -249,15 +249,15 @@ fn ends_of_shins(hierarchy: &Hierarchy, humanoid: &Humanoid) -> Vec<NodeId> {
         .collect()
 }
 
-/// The height of the ankles over the origin when the body stands: in its animations, else in its rest pose.
+/// The height of the standing body's ankles above the origin, from its animations, or else its rest pose.
 pub fn of_motion(body: &Body, scene: &Scene) -> f32 {
     shown_by_motion(body, scene)
         .or_else(|| of_rest(body))
         .unwrap_or_else(|| of_skeleton(body))
 }
 
-/// The height of the ankles in the animations of a scene, if the body stands in them. Who lies or crawls may rest on
-/// the toes, with the ankles far above them: then the soles are where the toes are.
+/// The height of the ankles in a scene's animations, if the body stands in them. Who lies or crawls may rest on the
+/// toes, with the ankles far above them: then the soles are where the toes are.
 fn shown_by_motion(body: &Body, scene: &Scene) -> Option<f32> {
     let ground = body.figure.ground_of(scene)?;
     let usual = of_skeleton(body);
@@ -299,7 +299,7 @@ pub fn of_character((body, scene): (&Body, &Scene), (other, motion): (&Body, &Sc
         .unwrap_or_else(|| of_skeleton(body) + soles())
 }
 
-/// Both ankles; the ends of the shins where there are no feet.
+/// Both ankles; without feet, the ends of the shins.
 fn ankles(body: &Body) -> Vec<NodeId> {
     let feet = [Bone::LeftFoot, Bone::RightFoot]
         .into_iter()
@@ -335,7 +335,7 @@ fn lowest(body: &Body) -> Option<f32> {
     nodes.map(|node| height(body, node)).reduce(f32::min)
 }
 
-/// From the lowest joint of the foot to the ankle.
+/// The height of the ankle above the lowest joint of the foot.
 pub(crate) fn of_skeleton(body: &Body) -> f32 {
     match (lowest_ankle(body), lowest(body)) {
         (Some(ankle), Some(lowest)) => ankle - lowest,
@@ -356,7 +356,7 @@ pub fn ankle(body: &Body) -> f32 {
     lowest_ankle(body).map_or(0.0, |ankle| ankle - floor(body))
 }
 
-/// The height of the ankles over the origin in the rest pose, if that stands on the ground.
+/// The height of the ankles above the origin in the rest pose, if the rest pose stands on the ground.
 fn of_rest(body: &Body) -> Option<f32> {
     let stands = lowest(body)?.abs() < STANDS * body.leg;
     lowest_ankle(body).filter(|_| stands)

@@ -1,4 +1,4 @@
-//! Which node is below which.
+//! The hierarchy of nodes.
 
 use mocap_scene::scene::{NodeId, Scene};
 
@@ -17,17 +17,17 @@ impl Hierarchy {
         }
     }
 
-    /// The nodes above a node, from its parent to the root.
+    /// The ancestors of a node, from its parent to the root.
     pub(crate) fn above(&self, node: NodeId) -> impl Iterator<Item = usize> {
         std::iter::successors(self.parents[node.index()], |node| self.parents[*node])
     }
 
-    /// Whether a node is below another.
+    /// Whether a node is a descendant of another.
     pub(crate) fn is_below(&self, node: NodeId, ancestor: NodeId) -> bool {
         self.above(node).any(|above| above == ancestor.index())
     }
 
-    /// The nodes strictly between a node and one below it, from above; `None` if it is not below it.
+    /// The nodes strictly between a node and its descendant, from the top down; `None` if it is not a descendant.
     pub(crate) fn path(&self, from: NodeId, to: NodeId) -> Option<Vec<NodeId>> {
         self.is_below(to, from).then(|| {
             let between = self.above(to).take_while(|node| *node != from.index());
@@ -41,7 +41,7 @@ impl Hierarchy {
         self.children(node).next()
     }
 
-    /// The child of a node that has no other.
+    /// The only child of a node.
     pub(crate) fn only_child(&self, node: NodeId) -> Option<NodeId> {
         let mut children = self.children(node);
         let child = children.next()?;

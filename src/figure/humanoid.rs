@@ -1,10 +1,10 @@
-//! Which joint is which bone of a humanoid: from names, from the shape of the tree, and from the lengths of its bones.
+//! Finds the bones of a humanoid from names, from the shape of the tree, and from the lengths of its bones.
 //!
-//! Names alone mislead: one word is another bone in another program, and many skeletons have numbers for names. So
-//! every pair of limbs is tried as legs and as arms, and each chain of joints in every reading that keeps their order.
-//! The reading that fits names and lengths best is taken. All of it depends on the skeleton and not on the motion, so
-//! that two clips of one skeleton get one map. The motion decides only if names and rest pose do not tell left from
-//! right.
+//! Names alone mislead: the same word means different bones in different programs, and many skeletons have numbers as
+//! names. So every pair of limbs is tried as legs and as arms, and every chain of joints in every assignment that keeps
+//! the order. The assignment that fits names and lengths best wins. It depends only on the skeleton, not on the motion,
+//! so that all clips of one skeleton get the same map. The motion only decides if names and rest pose do not
+//! distinguish left from right.
 
 mod body;
 mod creature;
@@ -36,13 +36,13 @@ pub(super) use self::topology::rest_positions;
 use super::Confidence;
 use crate::rig::Rig;
 
-/// Why a joint of a file that states its bones, as VRM does, is a bone.
+/// The reason of a bone that the file states, as VRM does.
 const STATED: &str = "the file says so";
 
-/// Why a joint that a map names is a bone.
+/// The reason of a bone that a map states.
 const OF_MAP: &str = "the map says so";
 
-/// Why a link of a robot is a bone.
+/// The reason of a robot's bone.
 const OF_ROBOT: &str = "the joints of the robot make it one";
 
 /// A joint that is a bone of the humanoid.
@@ -59,7 +59,7 @@ pub struct HumanoidJoint {
     pub reason: String,
 }
 
-/// Whether the names of the sides are right.
+/// Whether the sides in the names are correct.
 ///
 /// [`Humanoid`](crate::Humanoid) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -67,11 +67,11 @@ pub struct HumanoidJoint {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Sides {
-    /// What is named left is on the left of the body.
+    /// Joints named left are on the left of the body.
     Agree,
-    /// What is named left is on its right: the file is mirrored, or its names are meant as a camera sees them.
+    /// Joints named left are on the right of the body: the file is mirrored, or its names use the view of a camera.
     Opposite,
-    /// The names have no sides, or the body does not show them.
+    /// The names have no sides, or the body does not show its sides.
     Unknown,
 }
 
@@ -104,21 +104,21 @@ impl Sides {
 pub struct Humanoid {
     /// Whether the skeleton is a humanoid.
     pub found: bool,
-    /// Why it is one, or why not, as one phrase.
+    /// The reason, as one phrase.
     pub reason: String,
-    /// What it is instead, where its skeleton shows that.
+    /// The kind of creature, if the skeleton shows one instead of a humanoid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub creature: Option<Creature>,
-    /// The bones; empty where the skeleton is not a humanoid.
+    /// The bones; empty if the skeleton is not a humanoid.
     pub bones: BTreeMap<HumanoidBone, HumanoidJoint>,
-    /// Whether the names of the sides are those of the body's sides.
+    /// Whether the sides in the names are the sides of the body.
     pub sides: Sides,
-    /// How far to trust that.
+    /// The confidence in the sides.
     pub sides_confidence: Confidence,
     /// The reason, as one phrase.
     pub sides_reason: String,
-    /// The joints that follow others than their parents, each with the joint that it follows: because a map says so, or
-    /// the skin shows it.
+    /// The joints that follow a joint other than their parent, each with that joint. A map states these joints, or the
+    /// skin shows them.
     #[serde(skip)]
     pub follow: BTreeMap<NodeId, NodeId>,
 }
@@ -129,9 +129,9 @@ impl Humanoid {
         self.bones.get(&bone).map(|found| found.joint)
     }
 
-    /// Why the joints of `scene` are read as the bones that they are: what each table of the guess says of the chosen
-    /// reading, and what came second. `None` where the file states the bones, and where no two chains can be legs.
-    /// Where [`Humanoid::of`] refuses the skeleton, it is the reading that was refused.
+    /// Explains the bones of `scene`: the scores of each table for the chosen assignment, and the second choice. `None`
+    /// if the file states the bones, or if no two chains can be legs. If [`Humanoid::of`] refuses the skeleton, the
+    /// refused assignment is explained.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -149,20 +149,20 @@ impl Humanoid {
         explain::explain(rig.as_ref().map_or(scene, |rig| &rig.scene))
     }
 
-    /// The bones that VRM requires and that no joint is.
+    /// The bones that VRM requires, but the skeleton lacks.
     pub fn missing(&self) -> Vec<HumanoidBone> {
         let required = HumanoidBone::REQUIRED.into_iter();
         required.filter(|bone| !self.bones.contains_key(bone)).collect()
     }
 
-    /// The humanoid that a map states. It may name another joint for a bone, or none, or what a joint follows.
-    /// A joint is one bone: another bone that was found at a joint of the map has none then. A skeleton with a joint
-    /// for each required bone is a humanoid. Where a skeleton is refused, the bones that the map leaves out are
-    /// searched for around those that it names.
+    /// Applies a map. The map may state another joint for a bone, or no joint, or the joint that a joint follows. A
+    /// joint can only be one bone: if the map assigns a joint to a bone, another bone that was found at this joint
+    /// loses it. A skeleton with a joint for each required bone is a humanoid. If the skeleton was refused, the bones
+    /// that the map omits are searched for around the bones that it names.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where no joint has a name of the map, two bones have one
-    /// joint, or a joint would follow one that hangs from it.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) if no joint has a name of the map, two bones have the
+    /// same joint, or a joint would follow its own descendant.
     pub fn with_map(self, scene: &Scene, map: HumanoidMap) -> Result<Self> {
         let stated = StatedJoints::new(scene, &map, &self)?;
         let is_of_file = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
@@ -187,7 +187,7 @@ impl Humanoid {
         Ok(humanoid)
     }
 
-    /// Takes the bones of a map.
+    /// Applies the bones of a map.
     fn state(&mut self, stated: &StatedJoints) {
         for (bone, joint) in &stated.bones {
             match joint {
@@ -211,7 +211,7 @@ impl Humanoid {
         }
     }
 
-    /// Its bones after a node may have been inserted into the scene.
+    /// Its bones after the insertion of a node into the scene.
     #[doc(hidden)]
     pub fn after(mut self, inserted: Option<NodeId>) -> Self {
         let after = |node: NodeId| match inserted {
@@ -226,7 +226,7 @@ impl Humanoid {
         self
     }
 
-    /// Its bones in the scene of a rig, from those in the file.
+    /// Converts its bones from the file to the scene of a rig.
     #[doc(hidden)]
     pub fn in_rig(mut self, rig: &Rig) -> Self {
         for bone in self.bones.values_mut() {
@@ -255,7 +255,7 @@ impl Humanoid {
         }
     }
 
-    /// With the sides that the body has, where the names say the opposite.
+    /// Exchanges left and right if the names contradict the body.
     #[doc(hidden)]
     pub fn with_sides_of_the_body(mut self) -> Self {
         if self.sides == Sides::Opposite {
@@ -284,7 +284,7 @@ impl Humanoid {
 }
 
 impl Humanoid {
-    /// The bones of the humanoid among the joints of `scene`: those that its file states, or else those that are found.
+    /// The bones of the humanoid in `scene`: the bones that its file states, or else the inferred bones.
     pub fn of(scene: &Scene) -> Humanoid {
         let stated = scene.nodes.iter().enumerate();
         let stated = stated.filter_map(|(index, node)| Some((node.humanoid_bone?, NodeId::new(index))));
@@ -299,8 +299,8 @@ impl Humanoid {
         Self::search(scene, &BTreeMap::new(), None)
     }
 
-    /// The bones that are found, where joints follow others as a map says. With `stated`, the joints that a map names
-    /// are read by the names of their bones, and the skeleton is not refused.
+    /// Searches for bones. Joints follow other joints as a map states. With `stated`, the joints of a map have the
+    /// names of their bones, and the skeleton is not refused.
     fn search(scene: &Scene, follow: &BTreeMap<NodeId, NodeId>, stated: Option<&StatedJoints>) -> Humanoid {
         #[cfg(debug_assertions)]
         super::found::count();
@@ -330,7 +330,7 @@ impl Humanoid {
         let is_mapped = !stated.is_empty();
         let tree = Tree::new(scene, stated);
         let refused = |reason: String| {
-            // Where no reading is a person, four legs may still stand there.
+            // If no assignment is a person, the skeleton may still be an animal on four legs.
             let is_animal = !is_mapped && quadruped::find(scene, &tree).is_some();
             Humanoid {
                 creature: is_animal.then_some(Creature::FourLegged),

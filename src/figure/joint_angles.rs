@@ -1,7 +1,7 @@
-//! The joints of the human body as biomechanics names them: segments, the rotations between them, and their angles.
+//! The joints of the human body in biomechanics: segments, the rotations between them, and their angles.
 //!
-//! The frames are those of the International Society of Biomechanics: +X points forward, +Y up, +Z to the right, of a
-//! body that stands with arms hanging and palms forward.
+//! The coordinate frames follow the International Society of Biomechanics: +X forward, +Y up, +Z to the right, for a
+//! standing body with hanging arms and palms forward.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -34,7 +34,7 @@ impl Segment {
         Self::Hand,
     ];
 
-    /// The bones that can be the segment, the best first; of two sides those of the left.
+    /// The bones that can be the segment, the best first. For two sides, the bones of the left side.
     pub const fn bones(self) -> &'static [Bone] {
         match self {
             Self::Pelvis => &[Bone::Hips],
@@ -49,7 +49,7 @@ impl Segment {
         }
     }
 
-    /// From the anatomical frame of a segment of the right side to its frame in the T-pose.
+    /// The rotation from the anatomical coordinate frame of a right segment to its coordinate frame in the T-pose.
     pub fn to_t_pose(self) -> DQuat {
         let hanging = DQuat::from_rotation_x(-FRAC_PI_2);
         match self {
@@ -72,7 +72,7 @@ pub fn parts() -> impl Iterator<Item = Part> {
         .chain([Side::Left, Side::Right].into_iter().flat_map(of_sides))
 }
 
-/// How the rotation of a joint is decomposed.
+/// The decomposition of a joint's rotation.
 #[derive(Clone, Copy)]
 pub enum Rotations {
     /// About Z, X and Y, with these signs.
@@ -81,7 +81,7 @@ pub enum Rotations {
     Yxy,
 }
 
-/// Two segments, and what the angles between them are called.
+/// Two segments, and the names of the angles between them.
 pub struct Joint {
     pub above: Segment,
     pub below: Segment,
@@ -99,7 +99,7 @@ impl Joint {
         }
     }
 
-    /// Every joint, those of a side once.
+    /// Every joint; joints of both sides only once.
     pub(crate) fn all() -> impl Iterator<Item = &'static Self> + Clone {
         Self::OF_TRUNK.iter().chain(&Self::OF_SIDES)
     }
@@ -128,7 +128,7 @@ impl Joint {
             ["hip_flexion", "hip_adduction", "hip_rotation"],
             Rotations::PLAIN,
         ),
-        // A knee bends the other way than a hip or an elbow, and its flexion counts as positive.
+        // A knee bends in the opposite direction to a hip or an elbow, but its flexion counts as positive.
         Self::new(
             Segment::Thigh,
             Segment::Shank,
@@ -171,7 +171,7 @@ impl Joint {
 impl Rotations {
     pub const PLAIN: Self = Self::Zxy([1.0, 1.0, 1.0]);
 
-    /// The rotation by three angles in degrees; one that is not known is 0.
+    /// The rotation by three angles in degrees. An unknown angle is 0.
     pub(crate) fn back(self, degrees: [Option<f64>; 3]) -> DQuat {
         let [a, b, c] = degrees.map(|angle| angle.unwrap_or(0.0).to_radians());
         match self {
@@ -180,7 +180,8 @@ impl Rotations {
         }
     }
 
-    /// The three angles of a rotation in degrees, the nearest to those of the frame before.
+    /// The three angles of a rotation in degrees. Of equivalent solutions, the nearest to the angles of the previous
+    /// frame.
     pub fn of(self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
         let radians = match self {
             Self::Zxy(signs) => {
@@ -210,7 +211,7 @@ pub fn is_angle(name: &str) -> bool {
     Joint::all().any(|joint| joint.names.contains(&name))
 }
 
-/// What the names of columns of a side end in.
+/// The ending of a side's column names.
 pub const fn ending(side: Option<Side>) -> &'static str {
     match side {
         Some(Side::Right) => "_r",

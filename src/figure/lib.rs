@@ -1,9 +1,9 @@
-//! What a motion file does not state: its unit, its up axis, its exact frame rate, and whether its first frame is part
-//! of the motion. The body in it is inferred too: which joint is which bone, its facing, and its T-pose.
+//! Infers what a motion file does not state: its unit, its up axis, its exact frame rate, and whether its first frame
+//! is part of the motion. Also infers the body: the joint of each bone, the facing, and the T-pose.
 //!
-//! Every answer is a guess with a reason. [`Figure`] changes nothing; the caller decides what to do.
+//! Every answer is a guess with a reason. [`Figure`] does not change the scene: the caller decides.
 
-// Tests may unwrap and print; the library may not.
+// Tests may unwrap and print, but the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 #[doc(hidden)]
@@ -86,8 +86,8 @@ pub use self::unit::Unit;
 #[doc(hidden)]
 pub use self::vrm_humanoid::vrm_humanoid;
 
-/// All guesses about an imported scene before any step, as [`Figure::survey`] has them. Only a few frames are
-/// examined, so that a long take costs no more than a short one.
+/// All guesses about an imported scene before any step: [`Figure::survey`]. Only a few frames are examined, so that a
+/// long take costs no more than a short one.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -107,24 +107,24 @@ pub use self::vrm_humanoid::vrm_humanoid;
 pub struct Survey {
     /// The unit of length.
     pub unit: Guess<Unit>,
-    /// Metres in one unit of length: as the file states it, else those of [`unit`](Self::unit).
+    /// Metres per unit of length: the value that the file states, else the value of [`unit`](Self::unit).
     pub metres_per_unit: f64,
     /// Whether the file states its unit, in
     /// [`Metadata::metres_per_unit`](mocap_scene::scene::Metadata::metres_per_unit), so that nothing is guessed.
     pub unit_is_stated: bool,
-    /// The axis that points up.
+    /// The up axis.
     pub up: Guess<UpAxis>,
     /// Whether the scene states its up axis, in [`Metadata::up`](mocap_scene::scene::Metadata::up), so that nothing is
     /// guessed.
     pub up_is_stated: bool,
-    /// The intended frames per second, where the frame time is rounded. Absent where the frame time is exact, or not
-    /// near a usual rate.
+    /// The intended frames per second, if the frame time is rounded. Absent if the frame time is exact, or not near a
+    /// usual rate.
     pub frame_rate: Option<Guess<f64>>,
     /// Whether the first frame is a rest pose, and the motion jumps after it.
     pub first_frame_is_rest_pose: bool,
 }
 
-/// The axis of [`Figure::up`] alone.
+/// Only the axis of [`Figure::up`].
 #[doc(hidden)]
 pub fn up(scene: &Scene) -> Axis {
     if let Some(up) = scene.metadata.up {
@@ -157,8 +157,8 @@ pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
     assumptions
 }
 
-/// The body in a scene: everything that is known and guessed about it. It is found once for a scene, and then read by
-/// whatever needs it.
+/// The body in a scene, with all known and guessed facts about it. A figure is computed once for a scene, and then
+/// shared.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -176,31 +176,31 @@ pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Figure {
-    /// What the file does not state.
+    /// Guesses of values that the file does not state.
     pub survey: Survey,
-    /// The axis that points up in the world of the motion, with its sign.
+    /// The up axis of the motion's world, with its sign.
     pub up: Guess<Axis>,
-    /// Where the figure of the rest pose looks.
+    /// The facing of the figure in the rest pose.
     pub facing: Guess<Axis>,
     /// The kind of the rest pose.
     pub rest_pose: Guess<RestPose>,
-    /// The largest difference between the lengths of a left and a right bone, as a fraction, and which bones differ so.
+    /// The largest relative difference between the lengths of a left and a right bone. The reason names the bones.
     pub asymmetry: Option<Guess<f64>>,
-    /// Which joint is which bone.
+    /// The joint of each bone.
     pub humanoid: Humanoid,
-    /// The T-pose, made where it is first asked for, since it looks at some hundred frames.
+    /// The T-pose, computed on first use, because it examines a few hundred frames.
     #[serde(skip)]
     t_pose: OnceLock<Option<TPose>>,
-    /// The ground, made where it is first asked for, since it looks at some hundred frames too.
+    /// The ground, computed on first use, because it also examines a few hundred frames.
     #[serde(skip)]
     ground: OnceLock<Option<Ground>>,
-    /// The animal, made where it is first asked for.
+    /// The animal, computed on first use.
     #[serde(skip)]
     quadruped: OnceLock<Option<Quadruped>>,
 }
 
 impl PartialEq for Figure {
-    /// Whether all is equal but T-pose and ground, which follow from it and from the scene.
+    /// Compares everything except T-pose and ground, which follow from the other fields and the scene.
     fn eq(&self, other: &Self) -> bool {
         self.survey == other.survey
             && self.up == other.up
@@ -217,21 +217,21 @@ impl Figure {
         Self::with_bones(scene, Humanoid::of(scene))
     }
 
-    /// Finds the figure of `scene`, some of whose bones are known.
+    /// Finds the figure of `scene` with some known bones.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where a name of the map is not that of a joint.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) if a name of the map is not the name of a joint.
     pub fn mapped(scene: &Scene, map: &HumanoidMap) -> Result<Self> {
         let humanoid = Humanoid::of(scene).with_map(scene, map.clone())?;
         Ok(Self::with_bones(scene, humanoid))
     }
 
-    /// Its T-pose; `None` if it is not a humanoid. `scene` is the one in which the figure was found.
+    /// Its T-pose; `None` if it is not a humanoid. `scene` must be the scene of the figure.
     pub fn t_pose(&self, scene: &Scene) -> Option<&TPose> {
         self.t_pose.get_or_init(|| TPose::new(scene, self)).as_ref()
     }
 
-    /// The parts of an animal on four legs; `None` if it is not one. `scene` is the one in which the figure was found.
+    /// The parts of an animal on four legs; `None` if it is not one. `scene` must be the scene of the figure.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -249,40 +249,40 @@ impl Figure {
         self.quadruped.get_or_init(find).as_ref()
     }
 
-    /// The height of the ground along the up axis, in units of the file: where the soles are in contact, or 0 if they
-    /// are near. Contacts, pictures and retargeting read it here. `None` where it is no humanoid, and without a motion.
-    /// `scene` is the one in which the figure was found.
+    /// The height of the ground along the up axis, in units of the file: the height of the soles in contact, or 0 if
+    /// the soles are near 0. Contacts, pictures and retargeting use this height. `None` if the figure is not a
+    /// humanoid, or without a motion. `scene` must be the scene of the figure.
     pub fn ground(&self, scene: &Scene) -> Option<Guess<f64>> {
         Some(self.ground_of(scene)?.guess())
     }
 
-    /// The ground, with the levels on which the feet rest.
+    /// The ground, with the resting levels of the feet.
     #[doc(hidden)]
     pub fn ground_of(&self, scene: &Scene) -> Option<&Ground> {
         let find = || Ground::new(scene, &self.humanoid, self.up_direction(), self.metres());
         self.ground.get_or_init(find).as_ref()
     }
 
-    /// Up in the world of the motion.
+    /// The up direction in the motion's world.
     #[doc(hidden)]
     pub fn up_direction(&self) -> Vec3 {
         self.up.value.direction().unwrap_or(Vec3::Y)
     }
 
-    /// Of each node, whether it only places the figure, as a root on the floor above the hips does. The line from it to
-    /// the next joint is not a bone. `scene` is the one in which the figure was found.
+    /// For each node, whether it only places the figure, such as a root on the floor whose child is the hips. The line
+    /// from such a node to the next joint is not a bone. `scene` must be the scene of the figure.
     #[doc(hidden)]
     pub fn placing(&self, scene: &Scene) -> Vec<bool> {
         placing::placing(scene, &self.humanoid)
     }
 
-    /// Metres in one unit of the scene.
+    /// Metres per unit of the scene.
     #[doc(hidden)]
     pub fn metres(&self) -> f32 {
         self.survey.metres_per_unit as f32
     }
 
-    /// From left (+X), up (+Y) and forward (+Z) of a figure that stands to the world of the motion.
+    /// The rotation from left (+X), up (+Y) and forward (+Z) of a standing figure to the motion's world.
     #[doc(hidden)]
     pub fn figure_to_world(&self) -> Mat3 {
         let up = self.up_direction();
@@ -295,7 +295,7 @@ impl Figure {
         Mat3::from_cols(up.cross(forward), up, forward)
     }
 
-    /// Finds the figure of `scene` where its bones are known already.
+    /// Finds the figure of `scene` with known bones.
     pub fn with_bones(scene: &Scene, humanoid: Humanoid) -> Self {
         let body = measure::Measures::new(scene, &humanoid);
         let extents = std::cell::OnceCell::new();
@@ -342,7 +342,7 @@ impl Figure {
 }
 
 impl Figure {
-    /// The guesses of the survey and those about the figure, in the words of
+    /// The guesses of the survey and about the figure, in the form of
     /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions).
     pub fn assumptions(&self) -> Vec<Assumption> {
         let mut all = self.survey.assumptions();
@@ -350,7 +350,8 @@ impl Figure {
         all
     }
 
-    /// Those about the figure: whether it is a humanoid, and of a humanoid its facing, its rest pose and its sides.
+    /// The guesses about the figure: whether it is a humanoid, and for a humanoid its facing, its rest pose and its
+    /// sides.
     pub fn assumptions_of_figure(&self) -> Vec<Assumption> {
         let mut all = Vec::new();
         let mut add = |topic, choice: &str, confidence: Confidence, reason: &str| {
@@ -392,13 +393,13 @@ fn stated(up: UpAxis) -> Guess<UpAxis> {
 }
 
 impl Survey {
-    /// The guess about `topic`, where there is one.
+    /// The guess about `topic`, if any.
     pub fn assumption(&self, topic: Topic) -> Option<Assumption> {
         let mut assumptions = self.assumptions().into_iter();
         assumptions.find(|assumption| assumption.topic == topic)
     }
 
-    /// The guesses in the words of [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions).
+    /// The guesses in the form of [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions).
     pub fn assumptions(&self) -> Vec<Assumption> {
         let assumption = |topic, choice: String, reason: &str, confidence| Assumption {
             topic,

@@ -2,14 +2,14 @@
 
 use mocap_scene::scene::{HumanoidBone, NodeId};
 
-/// How far the directions of a limb are apart at each tick.
+/// The angle between the directions of a limb in two skeletons, at each tick.
 ///
 /// `PoseRetargeter` has an example.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbAngles {
     /// The bone.
     pub bone: HumanoidBone,
-    /// The joint of the target that the limb starts from.
+    /// The joint of the target at which the limb begins.
     pub node: NodeId,
     /// The angle at each tick, in degrees.
     pub degrees: Vec<f32>,

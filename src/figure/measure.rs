@@ -1,4 +1,4 @@
-//! What the bones of a humanoid say about its file: unit, up axis, facing, rest pose.
+//! Infers the unit, the up axis, the facing and the kind of the rest pose from a humanoid's bones.
 
 use std::cell::OnceCell;
 
@@ -59,7 +59,7 @@ impl<'a> Measures<'a> {
         }
     }
 
-    /// A few poses of the motion.
+    /// Some poses of the motion.
     pub(super) fn poses(&self) -> &[Pose] {
         self.poses.get_or_init(|| poses(self.scene))
     }
@@ -90,7 +90,7 @@ impl<'a> Measures<'a> {
         Some(length(&up[..=meeting]) + length(&down[..=end]))
     }
 
-    /// The length of thigh and shin, the mean of both sides.
+    /// The length of thigh plus shin, averaged over both sides.
     fn leg_length(&self) -> Option<f64> {
         let leg = |upper, lower, foot| Some(self.distance(upper, lower)? + self.distance(lower, foot)?);
         let left = leg(Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot)?;
@@ -105,13 +105,13 @@ impl<'a> Measures<'a> {
         length.is_finite().then_some(length)
     }
 
-    /// The unit in which the bones are those of a person.
+    /// The unit in which the bones have the lengths of a person.
     pub(super) fn unit(&self) -> Option<Guess<Unit>> {
         let length = self.bone_length()?;
         Some(unit_of(length, self.leg_length()?, family_unit(self.scene)))
     }
 
-    /// Up from the feet to the head at rest, where the rest pose stands.
+    /// The up direction from the feet to the head at rest, if the rest pose stands.
     pub(super) fn rest_up(&self) -> Option<Vec3> {
         let middle = |a, b| Some(0.5 * (self.at(a)? + self.at(b)?));
         let hips = middle(Bone::LeftUpperLeg, Bone::RightUpperLeg)?;
@@ -130,7 +130,7 @@ impl<'a> Measures<'a> {
         stands.then_some(trunk)
     }
 
-    /// Why the rest pose is one that a body passes through, and not one that a skeleton is bound in.
+    /// The reason why the rest pose is a moment of a motion and not a bind pose; `None` if it may be a bind pose.
     fn is_a_moment(&self) -> Option<String> {
         let lopsided = self.lopsided().unwrap_or(0.0).to_degrees();
         if lopsided > LOPSIDED || lopsided > SLANTING && self.off_axes() > Some(ALONG_AN_AXIS) {
@@ -151,8 +151,8 @@ impl<'a> Measures<'a> {
         ))
     }
 
-    /// How far the line of the hips or of the shoulders is from the nearest axis of the world at rest, in degrees: the
-    /// less of both.
+    /// The angle in degrees between the line of the hips or shoulders at rest and the nearest world axis: the smaller
+    /// of both.
     fn off_axes(&self) -> Option<f32> {
         let off = |bone: Bone| {
             let across = (self.at(bone)? - self.at(bone.on(Side::Right))?).try_normalize()?;
@@ -182,7 +182,7 @@ impl<'a> Measures<'a> {
         bones.into_iter().filter_map(angle).reduce(f32::max)
     }
 
-    /// Whether no arm goes across the body, as one may where bones lie along one axis.
+    /// Whether no arm crosses the body, as arms may if bones lie along one axis.
     fn has_arms_outwards(&self) -> bool {
         /// The cosine of the angle between an upper arm and the line outwards below which the arm goes across the body:
         /// 107 degrees.
@@ -198,14 +198,14 @@ impl<'a> Measures<'a> {
         outwards.is_none_or(|left| points_out(Side::Left, left) && points_out(Side::Right, -left))
     }
 
-    /// Both feet: ankles, or knees of a body without ankles.
+    /// Both feet: the ankles, or the knees of a body without ankles.
     pub(super) fn feet(&self) -> Option<[usize; 2]> {
         let left = self.joint(Bone::LeftFoot).or(self.joint(Bone::LeftLowerLeg))?;
         let right = self.joint(Bone::RightFoot).or(self.joint(Bone::RightLowerLeg))?;
         Some([left, right])
     }
 
-    /// The largest difference between the lengths of a left and a right bone of arms and legs, as a fraction.
+    /// The largest relative difference between the lengths of a left and a right bone of arms and legs.
     pub(super) fn asymmetry(&self) -> Option<Guess<f64>> {
         const PAIRS: [(Bone, Bone); 4] = [
             (Bone::LeftUpperArm, Bone::LeftLowerArm),
@@ -235,7 +235,7 @@ impl<'a> Measures<'a> {
         })
     }
 
-    /// Where the figure of the rest pose looks.
+    /// The facing of the figure in the rest pose.
     pub(super) fn facing(&self) -> Guess<Axis> {
         let unknown = |reason: &str| Guess {
             value: Axis::Unknown,

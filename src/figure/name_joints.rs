@@ -11,29 +11,29 @@ use serde::Serialize;
 
 use super::{Humanoid, HumanoidMap};
 
-/// What a reader calls an unnamed end site: this, and the name of its parent.
+/// The prefix of an unnamed end site; the name of its parent follows.
 const END_SITE: &str = "EndSite_";
 
-/// Joints that are listed in a sentence, at most.
+/// The most joints in a sentence.
 const MOST_LISTED: usize = 8;
 
-/// Which joints got another name, and which kept theirs.
+/// The joints that were renamed, and the joints that kept their names.
 ///
 /// [`name_joints`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct NamingReport {
-    /// The nodes with another name, each with its earlier name, in their order.
+    /// The renamed nodes in their order, each with its earlier name.
     pub renamed: Vec<(NodeId, String)>,
-    /// The bones for which there is no name, and the names that their joints keep.
+    /// The bones without a new name, and the names of their joints.
     pub unnamed: BTreeMap<HumanoidBone, String>,
-    /// The joints that are no bones and keep their names.
+    /// The joints that are not bones, and keep their names.
     pub others: Vec<String>,
 }
 
-/// Gives the joints of a humanoid the names of `names`; a bone that it does not name, or with `None`, and a joint
-/// that is no bone keep theirs. Meshes and channels follow, and end sites that are called after their joint.
-/// Nothing moves. Sides are the body's, where the file has left and right exchanged.
+/// Renames the joints of a humanoid. A joint keeps its name if it is not a bone, or if `names` omits its bone or has
+/// `None`. Meshes, channels, and end sites named after their joints are renamed too. Nothing moves. If the file has
+/// left and right exchanged, the sides of the body count.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -95,7 +95,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
     Ok(naming)
 }
 
-/// Refuses names that no joint can have, and one name for two bones.
+/// Refuses invalid names of joints, and one name for two bones.
 fn check(names: &HumanoidMap) -> Result<()> {
     let mut bone_of: HashMap<&str, HumanoidBone> = HashMap::new();
     for (bone, name) in names.iter().filter_map(|(bone, name)| Some((*bone, name.as_deref()?))) {
@@ -114,7 +114,7 @@ fn check(names: &HumanoidMap) -> Result<()> {
     Ok(())
 }
 
-/// The joints whose name changes, and the end sites below them.
+/// The renamed joints, and their end sites.
 fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<JointRename> {
     let mut seen: HashMap<&str, usize> = HashMap::new();
     let mut joints = Vec::new();
@@ -138,7 +138,7 @@ fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<JointRename> {
     joints
 }
 
-/// Gives joints their names, with meshes and channels; returns the nodes and their earlier names.
+/// Renames joints, meshes and channels. Returns the nodes and their earlier names.
 #[doc(hidden)]
 pub fn apply_names(scene: &mut Scene, joints: &[JointRename]) -> Vec<(NodeId, String)> {
     let to: HashMap<(&str, usize), &str> = joints
@@ -157,7 +157,7 @@ pub fn apply_names(scene: &mut Scene, joints: &[JointRename]) -> Vec<(NodeId, St
         names.push(name.map_or_else(|| node.name.clone(), |name| (*name).to_owned()));
         *earlier += 1;
     }
-    // By their old names, channels find their nodes for the last time.
+    // Channels find their nodes by the old names here for the last time.
     let driven: Vec<Vec<(NodeId, usize)>> = scene
         .animations
         .iter()
@@ -179,7 +179,7 @@ pub fn apply_names(scene: &mut Scene, joints: &[JointRename]) -> Vec<(NodeId, St
     renamed
 }
 
-/// What a user wants to know of it, as a sentence.
+/// A sentence for users.
 impl fmt::Display for NamingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "names: {} nodes have another name", self.renamed.len())?;

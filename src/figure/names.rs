@@ -1,5 +1,5 @@
-//! What the name of a joint says: its side, the part of the body, its number. This is the one reader of names: whatever
-//! asks what a joint is called asks here.
+//! Reads names of joints: the side, the part of the body, the number. All code that interprets names of joints uses
+//! this module.
 
 pub mod words;
 
@@ -7,10 +7,10 @@ use mocap_scene::scene::Side;
 
 use self::words::{AnimalPart, FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
 
-/// What a name says.
+/// The meaning of a name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Name {
-    /// Left or right, where the name says so.
+    /// Left or right, if the name has a side.
     pub side: Option<Side>,
     /// The parts of the body that it can mean.
     pub meaning: Meaning,
@@ -18,20 +18,20 @@ pub struct Name {
     pub finger: Option<FingerKind>,
     /// Whether the joint helps another one, as twist joints do, or is the end of one.
     pub is_helper: bool,
-    /// Whether it is a joint beside a bone that takes a part of the bone's twist.
+    /// Whether it is a twist joint, which takes a part of a bone's twist.
     pub is_twist: bool,
-    /// The part of an animal that it names, which people do not have.
+    /// The part of an animal that the name means, if people do not have the part.
     pub(crate) animal: Option<AnimalPart>,
-    /// The name without its side, to find the joint of the other side by.
+    /// The name without its side, to find the joint of the other side.
     pub(crate) without_side: String,
-    /// The numbers in it, as they are written.
+    /// The numbers in the name, as written.
     pub numbers: Vec<String>,
 }
 
 impl Name {
     /// Reads the name of a joint.
     pub fn read(name: &str) -> Self {
-        // A name space, as in `mixamorig:Hips`, and the path of a node in some writers.
+        // A namespace, as in `mixamorig:Hips`, or the path of a node in some writers.
         let name = name.rsplit([':', '|', '/']).next().unwrap_or(name);
         let starts_as_helper = name.starts_with("__");
         let words = split(name);
@@ -115,7 +115,7 @@ impl Name {
         }
     }
 
-    /// How well the name fits `part`: 1 at most, 0 if it says nothing, below 0 if it names another bone.
+    /// How well the name fits `part`: at most 1, 0 if the name has no meaning, below 0 if it means another bone.
     pub(crate) fn fits(&self, part: Part) -> f32 {
         let weight = self
             .meaning
@@ -158,8 +158,8 @@ pub(crate) fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// Splits at what is neither letter nor digit, between letters and digits, and where capitals begin a word; in lower
-/// case. `LHipJoint` gives `l`, `hip`, `joint`; `Bip01 L Toe0` gives `bip`, `01`, `l`, `toe`, `0`.
+/// Splits at characters other than letters and digits, between letters and digits, and at capitals that begin a word.
+/// Words are in lower case. `LHipJoint` gives `l`, `hip`, `joint`; `Bip01 L Toe0` gives `bip`, `01`, `l`, `toe`, `0`.
 fn split(name: &str) -> Vec<String> {
     let half_width = |c: char| match c {
         '\u{FF01}'..='\u{FF5E}' => char::from_u32(c as u32 - 0xFEE0).unwrap_or(c),
@@ -195,7 +195,7 @@ fn is_side_sign(letter: char) -> bool {
     matches!(letter, '左' | '右')
 }
 
-/// Takes the word that says a side out of `words`.
+/// Removes the word of the side from `words`.
 fn take_side(words: &mut Vec<String>) -> Option<Side> {
     for (index, word) in words.iter().enumerate() {
         let side = match word.as_str() {
@@ -220,8 +220,8 @@ fn take_side(words: &mut Vec<String>) -> Option<Side> {
     None
 }
 
-/// Whether a word is that of a twist joint: `twist`, `roll`, and glued to a part as in `forearmroll`. `controller` and
-/// `scroll` are no such words.
+/// Whether a word means a twist joint: `twist`, `roll`, or joined to a part as in `forearmroll`; but not `controller`
+/// and `scroll`.
 fn is_twist(word: &str) -> bool {
     let has_part = |rest: &str| !meaning(rest).is_empty() || glued_side(rest).is_some();
     word == "roll"
@@ -244,7 +244,7 @@ fn glued_side(word: &str) -> Option<(Side, Meaning)> {
         })
 }
 
-/// The meaning of the longest row of words that has one; of two the later.
+/// The meaning of the longest sequence of words with a meaning; of two equally long, the later.
 fn meaning_of(words: &[String]) -> Meaning {
     let whole = meaning(&words.concat());
     if !whole.is_empty() {

@@ -1,12 +1,13 @@
-//! Joints above the hips that only place the figure: the one definition, for lengths, sizes, ids, units and graphs.
+//! The definition of ancestors of the hips that only place the figure, for lengths, sizes, ids, units and graphs.
 
 use mocap_scene::scene::Scene;
 
 use super::hierarchy::Hierarchy;
 use crate::{Humanoid, HumanoidBone as Bone};
 
-/// Of each node, whether it only places the figure: the hips are below it, and no bone of the body is it or is below it
-/// beside the hips. The line from such a joint to the next is not a bone: its length changes with where the figure is.
+/// For each node, whether it only places the figure: the hips are a descendant, and the node and its other branches
+/// have no bone of the body. The line from such a joint to the next is not a bone: its length changes with where the
+/// figure is.
 pub(super) fn placing(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     let mut places = vec![false; scene.nodes.len()];
     let Some(hips) = humanoid.joint(Bone::Hips).filter(|_| humanoid.found) else {

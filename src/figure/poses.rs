@@ -1,4 +1,4 @@
-//! A few poses of a motion, to look at instead of all of it.
+//! A few poses of a motion, to examine instead of all frames.
 
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, Node, Scene};
@@ -6,7 +6,7 @@ use mocap_scene::scene::{Animation, Node, Scene};
 /// The number of frames examined, spread evenly over the motion.
 const FRAMES: usize = 16;
 
-/// Frames of all animations that say how bones are turned, at most.
+/// The most frames of all animations that are examined for the roll of bones.
 const SAMPLED: usize = 400;
 
 /// Poses spread over the first animation, or the rest pose without one.
@@ -38,7 +38,7 @@ pub(super) fn sample(scene: &Scene, mut see: impl FnMut(&Pose)) {
     }
 }
 
-/// Whether the nodes of two scenes are at rest alike, so that they have one T-pose.
+/// Whether the nodes of two scenes have the same rest pose, so that they share one T-pose.
 #[doc(hidden)]
 pub fn is_at_rest_alike(scene: &Scene, other: &Scene) -> bool {
     let rest = |node: &Node| node.transform;

@@ -1,4 +1,4 @@
-//! What is found in a figure, and why.
+//! The findings about a figure, with reasons.
 
 pub use mocap_scene::scene::report::Guess;
 

@@ -1,14 +1,15 @@
-//! Rigs whose joints of the skin hang elsewhere than the joints that they follow.
+//! Rigs in which joints of the skin have another parent than the joint that they follow.
 //!
-//! In a modelling program constraints move such joints, and files do not carry constraints. Examples are an IK control
-//! of a foot below the root, an eye or a hat beside the skeleton, and a deforming spine beside the spine that animators
-//! move. A motion of the skeleton would leave them behind, and stretch the skin. Here such a joint gets the parent that
-//! it follows, by the first rule that applies:
+//! In a modelling program, constraints move such joints, but files do not store constraints. Examples: an IK control of
+//! a foot as a child of the root, an eye or a hat outside the skeleton, and a deforming spine separate from the
+//! animated spine. A motion of the skeleton would leave these joints behind, and stretch the skin. This module gives
+//! such a joint the parent that it follows, by the first rule that applies:
 //!
 //! 1. It coincides with a joint without its own skin that carries other joints of the skin.
 //! 2. It shares vertices or faces with a joint far down another limb, and next to none with the top of that limb.
-//! 3. Nothing above it has a skin, it shares nothing, and its vertices are nearest to those of a joint far down a limb.
-//! 4. Without any skin: it stands where a limb ends.
+//! 3. No ancestor has a skin, it shares no vertices, and its vertices are nearest to the vertices of a joint far down a
+//! limb.
+//! 4. Without any skin: it is at the end of a limb.
 
 mod shared_skin;
 
@@ -34,7 +35,7 @@ const FAR_FROM_PARENT: f32 = 0.2;
 /// Distance of the skins of two joints of which one follows the other, as a fraction of the height of the skeleton.
 const NEAR_SKIN: f32 = 0.05;
 
-/// A scene in which each joint of the skin is below the joint that it follows. The rest pose is that of the file.
+/// A scene in which each joint of the skin is a child of the joint that it follows. The rest pose is that of the file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Rig {
@@ -44,13 +45,13 @@ pub struct Rig {
     to_file: Vec<NodeId>,
     /// The node of `scene`, by the node of the file.
     of_file: Vec<NodeId>,
-    /// The nodes of `scene` whose parent is another than in the file, each with its parent in the file.
+    /// The nodes of `scene` with a new parent, each with its parent in the file.
     moved: Vec<(NodeId, Option<NodeId>)>,
 }
 
 impl Rig {
-    /// `None` where each joint follows its parent, as in most files. `stated` has joints with the joints that they
-    /// follow, by the nodes of the file.
+    /// `None` if each joint follows its parent, as in most files. `stated` has joints and the joints that they follow,
+    /// as nodes of the file.
     pub fn new(file: &Scene, stated: &BTreeMap<NodeId, NodeId>) -> Option<Self> {
         let parents = Parents::new(file, stated);
         parents.has_changed.then(|| Self::with_parents(file, &parents.of))
@@ -112,17 +113,17 @@ impl Rig {
         }
     }
 
-    /// The node of [`Self::scene`] that a node of the file is.
+    /// Converts a node of the file to a node of [`Self::scene`].
     pub fn node(&self, of_file: NodeId) -> NodeId {
         self.of_file[of_file.index()]
     }
 
-    /// The node of the file that a node of [`Self::scene`] is.
+    /// Converts a node of [`Self::scene`] to a node of the file.
     pub fn node_of_file(&self, node: NodeId) -> NodeId {
         self.to_file[node.index()]
     }
 
-    /// The joints that follow another than their parent, each with the joint that it follows, by the nodes of the file.
+    /// The joints that follow a joint other than their parent, each with that joint, as nodes of the file.
     pub fn followers(&self) -> impl Iterator<Item = (NodeId, NodeId)> {
         self.moved.iter().filter_map(|(node, _)| {
             let parent = self.scene.nodes[node.index()].parent?;
@@ -130,7 +131,7 @@ impl Rig {
         })
     }
 
-    /// An animation of the file as one of [`Self::scene`], with every node where it was in the world.
+    /// Converts an animation of the file to [`Self::scene`]. The world transforms of all nodes do not change.
     pub fn in_rig(&self, file: &Scene, animation: &Animation) -> Animation {
         let moved = self.moved.iter().map(|(node, _)| {
             let parent = self.scene.nodes[node.index()].parent;
@@ -139,12 +140,12 @@ impl Rig {
         carry(file, &moved.collect::<Vec<_>>(), &self.of_file, animation)
     }
 
-    /// An animation of [`Self::scene`] as one of the file, with every node where it was in the world.
+    /// Converts an animation of [`Self::scene`] to the file. The world transforms of all nodes do not change.
     pub fn in_file(&self, animation: &Animation) -> Animation {
         carry(&self.scene, &self.moved, &self.to_file, animation)
     }
 
-    /// Takes from a pose of the file all nodes but those that follow another than their parent.
+    /// Copies a pose of the file, except for nodes with a new parent.
     pub fn take_pose(&self, file: &Pose, pose: &mut Pose) {
         for (index, id) in self.to_file.iter().enumerate() {
             if !self.moved.iter().any(|(node, _)| node.index() == index) {
@@ -267,7 +268,7 @@ impl<'a> Parents<'a> {
         parents
     }
 
-    /// Gives a node another parent, unless that is below it.
+    /// Gives a node another parent, unless that is a descendant.
     fn set(&mut self, node: usize, parent: usize) {
         if self.of[node] != Some(parent) && node != parent && !self.above(parent).any(|above| above == node) {
             self.of[node] = Some(parent);

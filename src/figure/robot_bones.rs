@@ -1,4 +1,5 @@
-//! Which links of a robot are bones of a humanoid, by the shape of its tree; names help where they can.
+//! Finds the links of a robot that are bones of a humanoid, by the shape of its tree. Names help if they have a
+//! meaning.
 //!
 //! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs. Two
 //! limbs that begin at one link and mirror each other are a pair. The pair that reaches lowest is the legs, the pair
@@ -22,10 +23,10 @@ use serde::Serialize;
 use super::humanoid::HumanoidMap;
 use super::names::{self, Name};
 
-/// Links, by their names, that are bones; `None` for a bone that the robot does not have. Links follow no others.
+/// The names of the links that are bones; `None` for a bone that the robot lacks. Links do not follow other links.
 pub type RobotMap = HumanoidMap;
 
-/// A bone of a humanoid in a robot: a link, and the joints that turn it against the bone above.
+/// A bone of a humanoid in a robot: a link, and the joints that rotate it relative to the parent bone.
 ///
 /// `RobotOptions` has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,12 +34,12 @@ pub type RobotMap = HumanoidMap;
 pub struct RobotBone {
     /// The bone.
     pub bone: Bone,
-    /// The link that moves as the bone does, an index into [`Robot::links`].
+    /// The link that moves with the bone, as an index into [`Robot::links`].
     pub link: usize,
-    /// The links whose joints turn it, from the body outwards. The last is `link`, or above it.
+    /// The links whose joints rotate the bone, from the body outwards. The last is `link`, or an ancestor of `link`.
     pub joints: Vec<usize>,
-    /// Where it begins with all joints at 0, in the frame of the base: where the axes of its joints come nearest to
-    /// each other.
+    /// The start of the bone with all joints at 0, in the coordinate frame of the base: the point nearest to the axes
+    /// of its joints.
     pub at: DVec3,
 }
 
@@ -82,8 +83,8 @@ struct Limb {
 /// The bones of the humanoid that a robot has. The bones of `map` replace inferred ones.
 ///
 /// # Errors
-/// [`Code::NotHumanoid`] where there are neither two legs nor two arms, as upper bodies on wheels have them;
-/// [`Code::InvalidValue`] where no link has a name of the map.
+/// [`Code::NotHumanoid`] if the robot has neither two legs nor two arms (upper bodies on wheels have two arms);
+/// [`Code::InvalidValue`] if no link has a name of the map.
 pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
     if let Some(link) = map.and_then(|map| map.follow.keys().next()) {
         let message = format!("the map lets the link {link:?} follow another: links of a robot move by its joints");
@@ -140,8 +141,8 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
     Ok(bones.collect())
 }
 
-/// A robot as a scene in metres, +Z up: a node for each link, at rest where every joint is at 0. The links that
-/// are bones of a humanoid are marked.
+/// A robot as a scene in metres, +Z up, with one node for each link. In the rest pose every joint is at 0. The links
+/// that are bones of a humanoid are marked.
 pub fn robot_scene(robot: &Robot) -> Scene {
     let nodes = robot.links.iter().map(|link| Node {
         name: link.name.clone(),
@@ -302,7 +303,7 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// Which link is which bone.
+    /// Finds the link of each bone.
     fn find(&self) -> Result<BTreeMap<Bone, usize>, String> {
         let heights = self.transforms.iter().map(|link| link.translation.z);
         let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| {

@@ -1,10 +1,10 @@
-//! The T-pose of a humanoid: arms sideways, legs down, facing forward. There is one for each figure: the commands that
-//! show it, draw it, move motions by it and write it take it from here.
+//! The T-pose of a humanoid: arms sideways, legs down, facing forward. Each figure has one T-pose. All commands that
+//! show, draw, use or write it compute it here.
 //!
-//! It is made in three steps. The *reference pose* is a figure that stands. It is the rest pose if that stands, else
-//! the first frame of the motion if that is a T-pose, else a pose that is computed from the bones (`standing`). From it
-//! each bone is turned to its T-pose (`builder`). Feet, head and shoulders are then levelled as the motion shows them
-//! (`level`). `docs/retargeting-algorithm.md` says what each bone keeps.
+//! The T-pose is made in three steps. First, the *reference pose* is a standing figure. It is the rest pose if that
+//! stands, else the first frame if it is a T-pose, else a pose computed from the bones (`standing`). Second, each bone
+//! is rotated from the reference pose to its T-pose (`builder`). Third, feet, head and shoulders are levelled by the
+//! motion (`level`). `docs/retargeting-algorithm.md` explains what each bone keeps.
 
 mod builder;
 mod level;
@@ -38,15 +38,15 @@ use super::knuckles::Knuckles;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum TPoseSource {
-    /// The rest pose: the figure stands in it, with its arms sideways, down or between.
+    /// The rest pose, in which the figure stands, with its arms sideways, down or between.
     RestPose,
     /// The first frame of the motion, which is a T-pose.
     FirstFrame,
-    /// One that is computed from the bones: nothing in the file shows how they are turned about themselves.
+    /// A pose computed from the bones: nothing in the file shows their roll.
     Computed,
 }
 
-/// Why a bone is turned as it is in a T-pose.
+/// The reason for a bone's rotation in a T-pose.
 ///
 /// [`TPose`](crate::TPose) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -54,26 +54,26 @@ pub enum TPoseSource {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum TPoseReason {
-    /// It keeps its rotation of the pose from which the T-pose is made.
+    /// It keeps its rotation in the reference pose.
     Stands,
-    /// It is turned by the shortest rotation until it points where it does in a T-pose.
+    /// It gets the shortest rotation to its direction in a T-pose.
     ShortestArc,
-    /// It stands on its sole, and is turned about the up axis until it points forward.
+    /// It stands on its sole, and is rotated about the up axis to point forward.
     OnItsSole,
-    /// Its pitch and roll are those of its stance in the motion.
+    /// It has the pitch and roll of its stance in the motion.
     StandsInMotion,
-    /// It is turned as on the average of the motion, against the chest.
+    /// It has its average rotation relative to the chest in the motion.
     AverageOfMotion,
-    /// It has its direction of a T-pose, rolled so that the palm is down, by the knuckles.
+    /// It has its direction of a T-pose. The knuckles determine the roll that turns the palm down.
     Knuckles,
     /// It has its direction of a T-pose. Its roll makes its knee or elbow bend as in the motion: a shin bends back, a
     /// forearm forward.
     Hinge,
     /// Its knee or elbow bends as in the motion, but the hinge of the other side is not the mirror image of this one.
     HingeUnlikeOtherSide,
-    /// It never bends, and is turned as the other side is by its hinge, mirrored.
+    /// It never bends, and gets the mirrored hinge of the other side.
     OtherSide,
-    /// It follows the bone above it.
+    /// It follows its parent bone.
     FollowsTheBoneAbove,
 }
 
@@ -107,16 +107,16 @@ impl TPoseReason {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TPoseBone {
-    /// The joint that is the bone.
+    /// The joint of the bone.
     pub joint: NodeId,
-    /// The rotation in the world, about the joint, that brings the bone there from the rest pose, after those of the
-    /// bones above it.
+    /// The world rotation about the joint that brings the bone from the rest pose to the T-pose, after the rotations of
+    /// its ancestors.
     pub rotation: Quat,
     /// The confidence in the roll of the bone. Its direction is certain.
     pub confidence: Confidence,
-    /// Why it is turned so.
+    /// The reason for the rotation.
     pub reason: TPoseReason,
-    /// From the reference pose to the T-pose, in the world.
+    /// The world rotation from the reference pose to the T-pose.
     reference_to_t_pose: Quat,
 }
 
@@ -139,29 +139,29 @@ pub struct TPoseBone {
 pub struct TPose {
     /// The pose from which it is made.
     pub source: TPoseSource,
-    /// Every node of the scene in the T-pose. Joints that are no bone go with the bone above them.
+    /// Every node of the scene in the T-pose. Joints that are not bones move with the nearest ancestor bone.
     pub pose: Pose,
-    /// The bones; left and right are those of the body, whatever the names say.
+    /// The bones. Left and right are the sides of the body, even if the names contradict them.
     pub bones: BTreeMap<Bone, TPoseBone>,
-    /// Left, up and forward of the figure, from the frames of the T-pose (+X, +Y, +Z) to the world.
+    /// The rotation from the T-pose's coordinate frame (+X left, +Y up, +Z forward) to the world.
     pub(crate) axes: Quat,
     /// The joints in the reference pose.
     pub(crate) positions: Vec<Vec3>,
-    /// Their rotations to the world in the reference pose.
+    /// The world rotations of the joints in the reference pose.
     pub(crate) rotations: Vec<Quat>,
-    /// How many frames the motions have that show how bones are turned.
+    /// The number of frames in the motions that show the roll of bones.
     pub(crate) frames: usize,
 }
 
 impl TPose {
-    /// The T-pose of `figure`, which is that of `scene`; `None` if it is not a humanoid.
+    /// The T-pose of `figure`, the figure of `scene`; `None` if it is not a humanoid.
     pub(super) fn new(scene: &Scene, figure: &Figure) -> Option<Self> {
         if !figure.humanoid.found {
             return None;
         }
         let humanoid = figure.humanoid.clone().with_sides_of_the_body();
         let rest_pose = figure.rest_pose.value;
-        // Without a motion nothing else says more than a body that stands with its arms or knees otherwise.
+        // Without a motion, a standing body with other arms or knees is the best evidence.
         let stands = match rest_pose {
             RestPose::TPose | RestPose::APose | RestPose::IPose => true,
             _ => scene.animations.is_empty() && figure.facing.value != Axis::Unknown,
@@ -179,7 +179,7 @@ impl TPose {
             shown: shown.as_ref(),
         };
         let (source, reference) = standing::reference(scene, &sources, figure.up.value, &axes);
-        // The rest pose of a VRM animation is the T-pose, whatever it looks like.
+        // The rest pose of a VRM animation is the T-pose by definition.
         let is_t_pose = scene.metadata.format == Some(Format::Vrma) && rest_pose == RestPose::TPose;
         let mut builder = Builder {
             source,
@@ -202,7 +202,7 @@ impl TPose {
         Some(builder.finish(scene, &reference))
     }
 
-    /// The largest angle of a bone from the rest pose, after the bones above it, in degrees.
+    /// The largest rotation of a bone from the rest pose, after its ancestors, in degrees.
     pub fn largest_rotation(&self) -> f32 {
         let angles = self.bones.values().map(|bone| Self::degrees(bone.rotation));
         angles.fold(0.0, f32::max)
@@ -210,19 +210,20 @@ impl TPose {
 
     /// The angle of a rotation, in degrees.
     pub fn degrees(rotation: Quat) -> f32 {
-        // Of small angles the cosine is too coarse.
+        // For small angles the cosine is too coarse.
         let sine = Vec3::new(rotation.x, rotation.y, rotation.z).length();
         2.0 * sine.atan2(rotation.w.abs()).to_degrees()
     }
 
-    /// From the reference pose of a bone to its T-pose.
+    /// The rotation of a bone from the reference pose to the T-pose.
     pub(crate) fn reference_to_t_pose(&self, bone: Bone) -> Quat {
         self.bones
             .get(&bone)
             .map_or(Quat::IDENTITY, |bone| bone.reference_to_t_pose)
     }
 
-    /// From the frame of `bone` to a joint that moves with it, as a rotation: the joint's rotation in the T-pose.
+    /// The rotation from the coordinate frame of `bone` to a joint that moves with it: the joint's rotation in the
+    /// T-pose.
     pub(crate) fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
         (self.axes.inverse() * self.reference_to_t_pose(bone) * self.rotations[joint.index()]).normalize()
     }

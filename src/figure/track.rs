@@ -70,7 +70,7 @@ fn is_told(start: Vec3, end: Vec3) -> bool {
     start.distance(end) > SHORTEST * start.abs().max(end.abs()).max_element()
 }
 
-/// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the
+/// The joint that shows the twist of a whole bone of the source. For a limb, also its ends, and its direction in the
 /// T-pose.
 pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let joint = from.joint(bone)?;

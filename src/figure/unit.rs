@@ -1,4 +1,4 @@
-//! Units of length, and which one makes bones those of a person.
+//! Units of length, and the unit in which bones have the lengths of a person.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{HumanoidBone as Bone, Scene};
@@ -28,12 +28,12 @@ pub enum Unit {
     Centimetre,
     /// Millimetres.
     Millimetre,
-    /// No known unit: so many micrometres, in which the bones are those of a usual person.
+    /// No known unit: this number of micrometres, in which the bones have the lengths of an average person.
     Measured(u32),
 }
 
 impl Unit {
-    /// The known ones, from the longest to the shortest.
+    /// The known units, from the longest to the shortest.
     pub const ALL: [Self; 6] = [
         Self::Metre,
         Self::Decimetre,
@@ -81,7 +81,7 @@ impl Unit {
         }
     }
 
-    /// What a user types for it: its name, or its metres.
+    /// The text that a user types for the unit: its name, or its metres.
     pub fn choice(self) -> String {
         match self {
             Self::Measured(_) => self.metres().to_string(),
@@ -89,27 +89,27 @@ impl Unit {
         }
     }
 
-    /// A unit of so many metres that has no name, rounded to a micrometre.
+    /// A unit without a name, of this number of metres, rounded to a micrometre.
     fn measured(metres: f64) -> Self {
         Self::Measured((metres * 1e6).round().clamp(1.0, f64::from(u32::MAX)) as u32)
     }
 }
 
-/// Metres of bone from ankle to head that a grown person has: of 1.5 m to 2.2 m, without soles and skull.
+/// The length of bone from ankle to head of an adult, in metres: 1.5 m to 2.2 m tall, without soles and skull.
 const ADULT: [f64; 2] = [1.18, 1.75];
 
-/// Metres of bone from ankle to head that anybody has: from a child of two years to the largest person.
+/// The length of bone from ankle to head of any person, in metres: from a child of two years to the largest person.
 const ANYBODY: [f64; 2] = [0.72, 2.2];
 
-/// Metres of thigh and shin of a usual person, for a file in no known unit: 0.49 of 1.7 m.
+/// The length of thigh plus shin of an average person, in metres, for a file without a known unit: 0.49 of 1.7 m.
 const USUAL_LEG: f64 = 0.833;
 
-/// How many times as large as a usual person a figure may be, and as small. A giant and a doll are beyond it. A
-/// child is not, and neither is a unit of inches taken for centimetres.
+/// The largest factor between a figure and an average person, in both directions. A giant and a doll are beyond this
+/// factor. A child is within it, and so are inches read as centimetres.
 const PLAUSIBLE: f64 = 4.0;
 
 impl Figure {
-    /// The warning of a humanoid that is no person by far where a unit has so many metres.
+    /// The warning about a humanoid whose size is implausible for a person with this unit.
     pub(super) fn implausible_size(&self, metres: f64) -> Option<Diagnostic> {
         let has = |bone: Bone| self.humanoid.joint(bone).is_some();
         let is_body = has(Bone::LeftLowerLeg) && has(Bone::RightLowerLeg) && (has(Bone::Head) || has(Bone::Neck));
@@ -127,7 +127,7 @@ impl Figure {
     }
 }
 
-/// The unit of a program or a database, by the names that it gives to joints.
+/// The unit of a program or a database, identified by its joint names.
 pub(super) fn family_unit(scene: &Scene) -> Option<(Unit, &'static str)> {
     let has = |names: &[&str]| {
         names
@@ -169,7 +169,7 @@ pub(super) fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)
         Unit::Decimetre,
     ];
     if let Some(unit) = known.into_iter().find(|unit| within(unit, ADULT)) {
-        // Few files are in decimetres or in CMU's unit but those that have its names.
+        // Decimetres and CMU's unit are rare in files without the names of these programs.
         let is_common = !matches!(unit, Unit::Decimetre | Unit::Cmu | Unit::Inch);
         return Guess {
             value: unit,
@@ -181,7 +181,7 @@ pub(super) fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)
             reason: measured(unit),
         };
     }
-    // Children and giants, in the units that everybody uses.
+    // Children and giants, in the usual units.
     if let Some(unit) = known[..3].iter().copied().find(|unit| within(unit, ANYBODY)) {
         return Guess {
             value: unit,

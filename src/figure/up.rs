@@ -1,4 +1,4 @@
-//! The axis that points up, from the rest pose, a few poses of the motion, and how often files have each axis up.
+//! Infers the up axis from the rest pose, a few poses of the motion, and the frequency of each up axis in files.
 
 use glam::Vec3;
 use mocap_scene::math::median::median;
@@ -12,9 +12,9 @@ use mocap_scene::scene::report::Guess;
 /// The axes that may point up.
 const AXES: [Axis; 4] = [Axis::Y, Axis::Z, Axis::NegY, Axis::NegZ];
 
-/// What an axis scores, in natural logarithms of likelihoods. The weights are near those of a logistic regression over
-/// 261 clips of 25 makers and 150 made motions: crawls, lies, handstands, sit-ups, walks. Each is turned to all axes,
-/// and counted by how often files have the axis up.
+/// The scores of an axis, as natural logarithms of likelihoods. The weights are near those of a logistic regression
+/// over 261 clips of 25 makers and 150 made motions: crawls, lies, handstands, sit-ups, walks. Each clip is rotated to
+/// all axes, and weighted by the frequency of the up axis in files.
 ///
 /// Y and -Y: more than nine of ten BVH files are Y up.
 const IS_Y: f32 = 2.1;
@@ -25,10 +25,10 @@ const IS_POSITIVE: f32 = 3.5;
 /// The cosine of the angle to the mean direction from the feet to the head.
 const TO_HEAD: f32 = 3.0;
 
-/// The same cosine where it is below 0: nobody is on the head all the time.
+/// The same cosine if it is negative: nobody stands on the head all the time.
 const UPSIDE_DOWN: f32 = 2.5;
 
-/// For each length of the figure that the lowest joint goes up and down: a body on the ground stays on it.
+/// The vertical movement of the lowest joint, in lengths of the figure: a body on the ground stays on it.
 const WANDER: f32 = -6.9;
 
 /// The most of that which counts, as fractions of the figure: of a body that lies along the ground, and of one that
@@ -45,7 +45,7 @@ const LIES: f32 = 5.3;
 /// The cosine of the angle to the trunk of a rest pose that stands.
 const REST: f32 = 7.7;
 
-/// The fraction of joints at the height of the lowest: what touches the ground lies in one plane.
+/// The fraction of joints at the height of the lowest joint: joints on the ground lie in one plane.
 const CONTACT: f32 = 4.5;
 
 /// The height of the hips above the lowest joint, as a fraction of the figure.
@@ -54,7 +54,7 @@ const HIPS: f32 = 6.4;
 /// The score of a ground far below 0, where the origin would be in the air.
 const BELOW: f32 = -2.5;
 
-/// A joint is in contact up to this height above the lowest, as a fraction of the figure.
+/// The largest height above the lowest joint of a joint in contact, as a fraction of the figure.
 const TOUCHES: f32 = 0.06;
 
 /// The height below which a ground is far below 0, as a fraction of the figure.
@@ -76,7 +76,7 @@ const LIKELY: f32 = 0.9;
 /// The cosine of the largest angle between up and the mean direction from the feet to the head of a body that stands.
 const UPRIGHT: f32 = 0.9;
 
-/// The joints whose heights are looked at, on the left: no fingers, and no joints that are inside the body.
+/// The joints whose heights are examined, on the left: no fingers, and no joints inside the body.
 const PARTS: [Bone; 10] = [
     Bone::Hips,
     Bone::Neck,
@@ -91,7 +91,7 @@ const PARTS: [Bone; 10] = [
 ];
 
 impl Measures<'_> {
-    /// The axis that points up.
+    /// The up axis.
     pub(super) fn up(&self) -> Option<Guess<Axis>> {
         let rest = self.rest_up();
         let stands = |axis: Axis| rest.is_some_and(|rest| rest.dot(axis.direction().unwrap_or_default()) > 0.8);
@@ -118,7 +118,7 @@ impl Measures<'_> {
             (false, true) => words,
             (false, false) => format!("the body is on the ground ({words})"),
         };
-        // Nothing but a body that stands is beyond doubt.
+        // Only a standing body is certain.
         let is_upright = stands(axis) || mean.dot(axis.direction().unwrap_or_default()) > UPRIGHT;
         let confidence = match probability {
             probability if probability > SURE && is_upright => Confidence::Sure,
@@ -165,7 +165,8 @@ struct Motion {
 }
 
 impl Motion {
-    /// The logarithm of the likelihood of an axis, beside those of others. `rest` is up in a rest pose that stands.
+    /// The log-likelihood of an axis, up to a constant for all axes. `rest` is the up direction of a standing rest
+    /// pose.
     fn score(&self, axis: Axis, rest: Option<Vec3>) -> f32 {
         let up = axis.direction().unwrap_or_default();
         let lowest = |parts: &[Vec3]| parts.iter().map(|part| part.dot(up)).fold(f32::INFINITY, f32::min);

@@ -16,11 +16,11 @@ use super::watched::{WatchedJoints, WatchedPose};
 use crate::report::HumanoidJoint;
 use crate::{Confidence, Figure, Humanoid, HumanoidBone as Bone, is_at_rest_alike};
 
-/// Bones whose rotation is no part of a VRM animation, which has a point to look at instead.
+/// Bones whose rotation is not part of a VRM animation: it has a gaze point instead.
 const EYES: [Bone; 2] = [Bone::LeftEye, Bone::RightEye];
 
-/// Bones that VRM requires and that end a chain. Where the source has none, it is put where the bone above ends, and
-/// does not turn.
+/// Bones that VRM requires and that end a chain. If the source lacks such a bone, it is placed at the end of its parent
+/// bone, and does not rotate.
 pub const ENDS: [Bone; 5] = [
     Bone::Head,
     Bone::LeftHand,
@@ -29,11 +29,10 @@ pub const ENDS: [Bone; 5] = [
     Bone::RightFoot,
 ];
 
-/// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the humanoid.
-/// The skeleton has the bones and the path of the source. Its T-pose faces +Z with its feet on the ground. In it no
-/// node has a rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move
-/// otherwise than by rotation. Nodes of a face follow the bones, unchanged. `known` has the bones, where they are not
-/// to be searched for.
+/// Converts the motions of `scene`, which is in metres with +Y up, to a skeleton with one node for each bone of the
+/// humanoid. The skeleton has the bones and the path of the source. Its T-pose faces +Z with its feet on the ground. In
+/// the T-pose no node has a rotation, so the rotations of the motion are VRM's normalized rotations. Only the hips have
+/// translation. Nodes of a face follow the bones, unchanged. `known` has the bones, if they are known.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -48,14 +47,14 @@ pub const ENDS: [Bone; 5] = [
 /// ```
 ///
 /// # Errors
-/// [`Code::NotHumanoid`] where no humanoid is found, or one without a bone that VRM requires;
-/// [`Code::UnknownUnit`] where `scene` is not in metres with +Y up.
+/// [`Code::NotHumanoid`] if no humanoid is found, or a bone that VRM requires is missing; [`Code::UnknownUnit`] if
+/// `scene` is not in metres with +Y up.
 pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
     vrm_humanoid_shown(scene, None, known)
 }
 
-/// As [`vrm_humanoid`]. The T-pose is read from `other`, which has other frames of the motion, unless a step changed
-/// the skeleton.
+/// As [`vrm_humanoid`], but the T-pose is inferred from `other`, which has further frames of the motion, unless a step
+/// changed the skeleton.
 pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
         let message = "a VRM animation is in metres with +Y up, and the scene does not state to be so";
@@ -80,7 +79,7 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
     }
     let bones = bones(&body);
     let t_pose = t_pose(&body, &bones);
-    // Where the feet stand below the origin, the ground is brought there.
+    // Move the ground below the origin to the origin.
     let (usual, ankle) = (ground::of_skeleton(&body), ground::of_motion(&body, scene));
     let lift = if ankle < 0.0 { usual - ankle } else { 0.0 };
     let height = ankle + lift - lowest_ankle(&t_pose);
@@ -131,7 +130,7 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
     Ok(made)
 }
 
-/// The name of a bone that no joint is: its own, unless a joint that is no bone has it.
+/// The name of a missing bone: its own name, unless another joint that is not a bone has this name.
 fn name_of_lacking(bone: Bone, body: &Body) -> String {
     let mut name = bone.as_str().to_owned();
     while body.names.contains(&name) {

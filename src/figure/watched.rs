@@ -1,4 +1,4 @@
-//! The joints of the source on which a pose of the target depends, and what is seen of them.
+//! The joints of the source on which a pose of the target depends, and their sampled values.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::directions::rotation_of;
@@ -14,7 +14,7 @@ pub struct WatchedJoints {
     pub joints: Vec<Joint>,
 }
 
-/// A joint that is watched.
+/// A watched joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
     pub node: NodeId,
@@ -42,7 +42,7 @@ impl WatchedJoints {
         joint
     }
 
-    /// Watches where a joint is.
+    /// Watches the position of a joint.
     pub fn index_of(&mut self, node: NodeId) -> usize {
         let joint = self.joint(node);
         self.joints[joint].has_place = true;
@@ -50,8 +50,7 @@ impl WatchedJoints {
     }
 }
 
-/// What is seen in `N` poses: rotations and positions of the watched joints, from their axes to the frame of the
-/// T-pose.
+/// The values in `N` poses: rotations and positions of the watched joints, in the coordinate frame of the T-pose.
 #[derive(Clone, Debug)]
 pub struct WatchedPose<const N: usize> {
     pub rotations: Vec<Rotations<N>>,
@@ -66,7 +65,7 @@ impl<const N: usize> WatchedPose<N> {
         }
     }
 
-    /// Takes one of the poses from that of a whole skeleton.
+    /// Sets one of the poses from the pose of a whole skeleton.
     pub fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &WatchedJoints) {
         let world_to_frame = body.axes.inverse();
         let seen = self.rotations.iter_mut().zip(&mut self.positions);

@@ -1,4 +1,4 @@
-//! The layouts in which a motion on its own skeleton is written as arrays.
+//! The array layouts of a motion that keeps its skeleton.
 
 use std::path::Path;
 
@@ -18,17 +18,17 @@ use crate::arrays::{BodyArrays, BodyLayout};
 pub(super) enum ArrayLayout {
     /// Positions and rotations of all joints, as `mocap fk` writes them, in an archive of NumPy.
     Npz,
-    /// The same as a table of text.
+    /// The same arrays as CSV.
     Csv,
-    /// The same as a table of columns.
+    /// The same arrays as a Parquet table.
     Parquet,
-    /// The layout of another program, for the motion of a humanoid.
+    /// The layout of another program, for humanoid motion.
     #[cfg(feature = "npz")]
     Body(BodyLayout),
 }
 
 impl ArrayLayout {
-    /// The layout of this name, or of files with this extension: HumanML3D alone is written to an `.npy`.
+    /// The layout of this name or file extension. Only HumanML3D is written to an `.npy`.
     pub(super) fn named(name: &str) -> Option<Self> {
         Some(match name {
             "npz" => Self::Npz,
@@ -54,7 +54,7 @@ impl ArrayLayout {
         }
     }
 
-    /// The row of its files.
+    /// The row of its file format in the table of formats.
     pub(super) fn row(self) -> &'static FormatInfo {
         FormatInfo::of(match self {
             Self::Npz => Format::Npz,
@@ -67,7 +67,8 @@ impl ArrayLayout {
         })
     }
 
-    /// Whether its numbers are in the unit and the axes of the motion; the others are in metres, each with its up axis.
+    /// Whether its values keep the unit and the axes of the motion. Other layouts are in metres, and each has an up
+    /// axis.
     pub(super) fn keeps_units(self) -> bool {
         matches!(self, Self::Npz | Self::Csv | Self::Parquet)
     }
@@ -84,8 +85,8 @@ impl ArrayLayout {
         self.keeps_units() && of_own.contains(&option)
     }
 
-    /// The arrays of the first animation of `scene`, whose T-pose `whole` shows where the layout has one; `motion` is
-    /// the file that it is from.
+    /// The arrays of the first animation of `scene`. For a layout with a T-pose, `whole` has the frames that show it.
+    /// `motion` is the file of `scene`.
     #[cfg_attr(
         not(feature = "npz"),
         expect(unused_variables, reason = "the layouts of other programs take them")

@@ -1,20 +1,20 @@
-//! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
+//! Motion as arrays, for NumPy, data frames and training code: positions and rotations of joints in every frame.
 //!
-//! [`Arrays::of`](crate::arrays::Arrays::of) makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the
-//! feature `arrow` tables, and with `parquet` files of them. Functions such as [`robot_csv`] write the motion of a
-//! robot, contacts, a distance matrix and columns over time.
+//! [`Arrays::of`](crate::arrays::Arrays::of) computes the arrays. [`Arrays`] has a method for each format: `.npz`, CSV,
+//! Arrow tables (feature `arrow`) and Parquet files (feature `parquet`). Functions such as [`robot_csv`] write the
+//! motion of a robot, contacts, a distance matrix and time series.
 //!
 //! | array | shape | values |
 //! |---|---|---|
 //! | [`Arrays::positions`] | frames x joints x 3 | x, y, z in the unit and the axes of the output |
 //! | [`Arrays::rotations`] | frames x joints x [`Rotation::width`] | see [`Rotation`] |
-//! | [`Arrays::velocities`] | frames x joints x 3 | of the positions, in units per second |
-//! | [`Arrays::contacts`] | frames x joints | whether a foot stands on the ground |
+//! | [`Arrays::velocities`] | frames x joints x 3 | velocities of the positions, in units per second |
+//! | [`Arrays::contacts`] | frames x joints | whether a foot is in contact with the ground |
 //!
-//! Each is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. NaN and
+//! Each array is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. NaN and
 //! infinity in the file are replaced by the last finite value.
 //! [`Importer::root_offset`](mocap_io::Importer::root_offset) decides how a root's OFFSET is used. Both happen when the
-//! file is read, and are in the scene's warnings and in the provenance.
+//! file is read, and are recorded in the scene's warnings and in the provenance.
 
 #[cfg(feature = "npz")]
 mod body;
@@ -80,17 +80,17 @@ pub use mocap_scene::files::csv_field;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Arrays {
-    /// The meaning and the origin of the numbers.
+    /// The meaning and the origin of the values.
     pub header: Header,
-    /// The number of frames; 0 where the file has no motion.
+    /// The number of frames; 0 if the file has no motion.
     pub frames: usize,
     /// Frames x joints x 3.
     pub positions: Vec<f32>,
     /// Frames x joints x [`Rotation::width`].
     pub rotations: Vec<f32>,
-    /// Frames x joints x 3, if asked for.
+    /// Frames x joints x 3, if requested.
     pub velocities: Option<Vec<f32>>,
-    /// Frames x joints, if asked for. `false` for joints that are not feet.
+    /// Frames x joints, if requested. `false` for joints that are not feet.
     pub contacts: Option<Vec<bool>>,
 }
 
@@ -100,12 +100,12 @@ impl Arrays {
         &self.header.joints
     }
 
-    /// Frames per second; 0 where there is no motion.
+    /// Frames per second; 0 without motion.
     pub fn frame_rate(&self) -> f64 {
         self.header.frame_rate
     }
 
-    /// Refuses numbers that are not finite: positions far from the origin can add up to them.
+    /// Refuses values that are not finite. Sums of positions far from the origin can overflow.
     ///
     /// # Errors
     /// [`Code::Unrepresentable`], with the joint.
@@ -136,18 +136,18 @@ impl Arrays {
     }
 }
 
-/// The meaning of the numbers of [`Arrays`]. Every written file contains it, as JSON.
+/// The meaning of the values of [`Arrays`]. Every written file contains it, as JSON.
 ///
 /// [`Arrays::of`](crate::arrays::Arrays::of) has an example.
 #[doc(hidden)]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Header {
-    /// Frames per second; 0 where there is no motion.
+    /// Frames per second; 0 without motion.
     pub frame_rate: f64,
-    /// Metres per unit of length of the output; absent where neither the file nor the options state it.
+    /// Metres per unit of length of the output; absent if neither the file nor the options state the unit.
     pub metres_per_unit: Option<f64>,
-    /// The up axis of the output; absent where neither the file nor the options state it.
+    /// The up axis of the output; absent if neither the file nor the options state the axis.
     pub up: Option<UpAxis>,
     /// What positions are relative to.
     pub space: Space,
@@ -155,11 +155,11 @@ pub struct Header {
     pub rotation: Rotation,
     /// What rotations are relative to.
     pub rotation_space: RotationSpace,
-    /// The thresholds for contacts, where contacts were asked for.
+    /// The thresholds for contacts, if contacts were requested.
     pub contacts: Option<Contacts>,
     /// The joints, in the order of the second axis.
     pub joints: Vec<Joint>,
-    /// The file, and all decisions and changes.
+    /// The source file, and all decisions and changes.
     pub provenance: Provenance,
 }
 
@@ -191,8 +191,7 @@ impl Arrays {
     /// # Errors
     /// - [`Code::InvalidValue`] if an option is not valid, such as a pattern that matches no joint's name, or a part
     ///   that begins after the motion's end
-    /// - [`Code::LimitExceeded`] if the arrays would have more values than the default [`Limits::max_values`] and that
-    ///   of another frame rate
+    /// - [`Code::LimitExceeded`] if a new frame rate gives more values than the default limits allow
     /// - [`Code::Unrepresentable`] if a value is not finite
     pub fn of(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
         let mut provenance = Provenance::of(scene);
@@ -251,7 +250,7 @@ impl Arrays {
         Ok(arrays)
     }
 
-    /// Makes the numbers of points NaN in frames in which they were not seen.
+    /// Sets the values of a point to NaN in frames in which the point was not visible.
     fn leave_gaps(&mut self, scene: &Scene, nodes: &[NodeId], timeline: &timeline::Timeline) {
         let gaps = scene
             .animations
@@ -274,7 +273,7 @@ impl Arrays {
     }
 }
 
-/// A frame rate of the caller decides the memory, so it is checked like a count in a file.
+/// The caller's frame rate determines the memory, so the size is checked like a count in a file.
 fn check_size(timeline: &timeline::Timeline, values_per_frame: usize) -> Result<()> {
     let values = |frames: usize| (frames as u64).saturating_mul(values_per_frame as u64);
     let limit = Limits::default().expanded_values(values(timeline.frames_in_file));

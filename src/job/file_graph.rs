@@ -1,4 +1,4 @@
-//! Motion graphs with the clips of their files.
+//! Motion graphs whose clips are read from files.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use super::notice::{Listener, say_warnings};
 use super::walk::WalkOptions;
 use super::{InputOptions, SourceSpace};
 
-/// A motion graph whose clips were read from their files. Those that a walk needs are read again for it.
+/// A motion graph whose clips were read from files. A walk reads the files that it needs again.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -40,17 +40,17 @@ pub struct FileGraph {
     body: Option<Body>,
 }
 
-/// Where a graph of files on a disk is.
+/// The files of a graph on a disk.
 const ON_DISK: Files<'static> = Files {
     given: &[],
     has_disk: true,
 };
 
 impl FileGraph {
-    /// Compares the motions of files, all of one skeleton or, with [`GraphJobOptions::on`], of humanoids.
+    /// Compares the motions of files. All files have one skeleton or, with [`GraphJobOptions::on`], humanoids.
     ///
     /// # Errors
-    /// As [`Importer::import`], with the file; [`Code::InvalidValue`] where the skeletons differ, and where there is no
+    /// As [`Importer::import`], with the file; [`Code::InvalidValue`] if the skeletons differ, or if the clips give no
     /// graph.
     pub fn compare(
         graphing: &GraphJobOptions,
@@ -63,11 +63,11 @@ impl FileGraph {
         Ok(Self::new(graph, clips))
     }
 
-    /// The graph of a file, with the clips that it names.
+    /// Reads a graph file, and the clips of the graph.
     ///
     /// # Errors
-    /// As [`Importer::import`], with the file; [`Code::InvalidGraph`] where the file is no graph, and where a clip has
-    /// changed since.
+    /// As [`Importer::import`], with the file; [`Code::InvalidGraph`] if the file is not a graph, or if a clip has
+    /// changed since the graph was made.
     pub fn open(file: &Path, read: &InputOptions, space: &SourceSpace) -> Result<Self> {
         let graph = read_graph(file, ON_DISK)?;
         let clips = Clips::of_graph(&graph, (read, space), ON_DISK, &mut |_| {});
@@ -90,7 +90,7 @@ impl FileGraph {
         &self.graph
     }
 
-    /// What has compared the clips: it has the distances of any two.
+    /// The builder that compared the clips. It has the distances of any two clips.
     pub fn builder(&self) -> &GraphBuilder {
         &self.builder
     }
@@ -98,7 +98,8 @@ impl FileGraph {
     /// Searches a walk over the graph, and makes its motion.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for a walk that there is not, [`Code::InvalidGraph`] where a file has changed since.
+    /// [`Code::InvalidValue`] if no such walk exists, [`Code::InvalidGraph`] if a file has changed since the graph was
+    /// made.
     pub fn walk(&self, walking: &WalkOptions) -> Result<(Scene, WalkReport)> {
         let clips = Clips {
             builder: self.builder.clone(),
@@ -111,7 +112,7 @@ impl FileGraph {
     }
 }
 
-/// The clips of files, compared or ready to be.
+/// The clips of files, compared or ready for a comparison.
 pub(super) struct Clips<'a> {
     pub(super) builder: GraphBuilder,
     read: &'a InputOptions,
@@ -143,7 +144,7 @@ impl<'a> Clips<'a> {
         Ok(clips)
     }
 
-    /// The clips of a graph, whose files must be unchanged.
+    /// The clips of a graph. Their files must be unchanged.
     pub(super) fn of_graph(
         graph: &MotionGraph,
         (read, space): (&'a InputOptions, &'a SourceSpace),
@@ -183,7 +184,7 @@ impl<'a> Clips<'a> {
         let found = walking.search(&self.builder.network(graph)?, graph)?;
         let scenes = self.scenes_of(&found, graph)?;
         let used = |clip: usize| scenes.iter().find(|(path, _)| *path == graph.clips[clip].file);
-        // A clip without a piece in the walk is never looked at.
+        // The walk does not use a clip without a piece.
         let clips = (0..graph.clips.len()).filter_map(|clip| {
             let (_, scene) = used(clip).or(scenes.first())?;
             Some((scene, graph.clips[clip].animation))
@@ -191,7 +192,7 @@ impl<'a> Clips<'a> {
         found.motion(&Vec::from_iter(clips))
     }
 
-    /// The files of the pieces of a walk, each once.
+    /// The scenes of the files that a walk uses, each once.
     fn scenes_of<'b>(&self, walk: &Walk, graph: &'b MotionGraph) -> Result<Vec<(&'b str, Scene)>> {
         let mut scenes: Vec<(&str, Scene)> = Vec::new();
         for piece in &walk.pieces {
@@ -205,7 +206,8 @@ impl<'a> Clips<'a> {
         Ok(scenes)
     }
 
-    /// Reads a clip in its own unit and axes, or on the body, without a rest pose before the motion.
+    /// Reads a clip without a rest pose before the motion. The clip keeps its unit and axes, or is retargeted to the
+    /// body.
     fn import(&self, path: &Path, hear: Listener<'_>) -> Result<Scene> {
         let in_file = |error: Error| error.with_path(path);
         let importer = self.read.importer().with_own_meshes();
@@ -221,7 +223,7 @@ impl<'a> Clips<'a> {
     }
 }
 
-/// The body on which all clips are put.
+/// The body to which all clips are retargeted.
 #[derive(Clone, Debug)]
 struct Body {
     file: PathBuf,
@@ -253,7 +255,7 @@ impl Body {
         }
     }
 
-    /// All motions of a scene on the body.
+    /// Retargets all motions of a scene to the body.
     fn with_motions_of(&self, motion: Scene) -> Result<Scene> {
         let origin = motion.metadata.origin.clone();
         let moved = Retargeter::new(motion, self.scene.clone(), RetargetOptions::new())?;
@@ -269,7 +271,7 @@ pub(super) fn read_graph(file: &Path, files: Files<'_>) -> Result<MotionGraph> {
     graph.map_err(|error| error.with_path(file))
 }
 
-/// An error of a graph, where no clip and nothing that is asked for is at fault.
+/// Adds the graph's file to an error of the graph itself, not of a clip or a request.
 pub(super) fn in_graph(error: Error, file: &Path) -> Error {
     match (error.path(), error.code()) {
         (Some(_), _) | (None, Code::InvalidValue) => error,
@@ -277,14 +279,14 @@ pub(super) fn in_graph(error: Error, file: &Path) -> Error {
     }
 }
 
-/// The files of a graph, each once; the clips of a file stand one after another.
+/// The files of a graph, each once. The clips of a file are consecutive in the graph.
 pub(super) fn files_of(graph: &MotionGraph) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = graph.clips.iter().map(|clip| PathBuf::from(&clip.file)).collect();
     files.dedup();
     files
 }
 
-/// Refuses a clip whose file is another than that of the graph.
+/// Refuses a clip whose file differs from the file that the graph records.
 fn require_same(graph: &MotionGraph, file: &Path, scene: &Scene) -> Result<()> {
     let own = sha256(scene);
     let clips = graph.clips.iter().filter(|clip| Path::new(&clip.file) == file);

@@ -1,4 +1,4 @@
-//! Where the files of a job are: on a disk, or in memory.
+//! The location of a job's files: on a disk, or in memory.
 
 use std::path::{Path, PathBuf};
 
@@ -13,12 +13,12 @@ use mocap_scene::scene::robot::Robot;
 use super::report::OutputFile;
 use super::{InputOptions, JobTarget, refuse};
 
-/// Where the files of a job are.
+/// The location of a job's files.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Files<'a> {
-    /// In memory, under the names that the job has for them.
+    /// Files in memory, with their names in the job.
     pub(super) given: &'a [MemoryFile<'a>],
-    /// Whether files that are not given are on a disk.
+    /// Whether files that are not in `given` are read from a disk.
     pub(super) has_disk: bool,
 }
 
@@ -27,7 +27,7 @@ impl<'a> Files<'a> {
         match (self.find(path), self.has_disk) {
             (None, true) => importer.import(path),
             (None, false) => Err(missing(path)),
-            // Standard input: a skeleton that it needs is on the disk.
+            // Standard input: its skeleton file, if needed, is on the disk.
             (Some(file), true) => importer.read(file.bytes, path),
             (Some(file), false) => importer.read_among(file, &self.others(path)),
         }
@@ -52,7 +52,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The body that motions are put on.
+    /// Reads the body to which motions are retargeted.
     pub(super) fn import_target(&self, target: &JobTarget, importer: &Importer) -> Result<Target> {
         let path = target.file();
         let file = self.find(path);
@@ -77,7 +77,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The robot of a file.
+    /// Reads the robot of a file.
     pub(super) fn import_robot(&self, path: &Path) -> Result<Robot> {
         match self.find(path) {
             Some(file) => Importer::new().read_robot(file.bytes, path),
@@ -104,7 +104,7 @@ fn missing(path: &Path) -> Error {
     Diagnostic::new(Code::MissingFile, message).into()
 }
 
-/// Which files outputs may replace: none that is read.
+/// The policy for replacing files: an output never replaces a file that the job reads.
 pub(super) fn policy<'a>(
     inputs: &'a [PathBuf],
     read: &'a InputOptions,
@@ -113,24 +113,24 @@ pub(super) fn policy<'a>(
     ReplacePolicy::new(inputs.iter().map(AsRef::as_ref).chain(others).chain(read.files()))
 }
 
-/// Refuses inputs that are no files.
+/// Refuses inputs that are not files.
 pub(super) fn check_inputs(inputs: &[PathBuf]) -> Result<()> {
     if inputs.is_empty() {
         return refuse("the job names no input", "name files in source.inputs");
     }
     match inputs.iter().find(|input| Importer::is_of_many(input)) {
         Some(folder) => refuse(
-            &format!("{} is a folder, and the job takes files", folder.display()),
-            "name its files, or do the job with mocap run",
+            &format!("{} is a folder, but the job takes files", folder.display()),
+            "name its files, or run the job with mocap run",
         ),
         None => Ok(()),
     }
 }
 
-/// Files that are to be written, with their bytes.
+/// Files to write, with their bytes.
 pub(super) type Outputs = Vec<(PathBuf, Vec<u8>)>;
 
-/// The names and the sizes of files that are made.
+/// The names and the sizes of output files.
 pub(super) fn output_files(made: &Outputs) -> Vec<OutputFile> {
     let of_output = |(path, bytes): &(PathBuf, Vec<u8>)| OutputFile {
         name: file_name(path),
@@ -139,7 +139,7 @@ pub(super) fn output_files(made: &Outputs) -> Vec<OutputFile> {
     made.iter().map(of_output).collect()
 }
 
-/// Files that are made, in memory.
+/// The output files, in memory.
 pub(super) fn written(made: Outputs) -> Export {
     let files = made
         .into_iter()
@@ -152,7 +152,7 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Refuses outputs that would replace an input or somebody's file, and two of one name.
+/// Refuses outputs that would replace an input or a file of the user, and two outputs of one name.
 pub(super) fn check_outputs<'a>(policy: &ReplacePolicy, outputs: impl Iterator<Item = &'a Path>) -> Result<()> {
     let outputs: Vec<&Path> = outputs.collect();
     check_distinct(outputs.iter().copied())?;

@@ -1,4 +1,4 @@
-//! What the output of a job is: a scene in a written format, the file of a character, or the joints of a robot.
+//! The form of a job's output: a scene, the file of a character, the joints of a robot, or arrays.
 
 use std::path::Path;
 
@@ -14,30 +14,30 @@ use super::array_layout::ArrayLayout;
 use super::robot_format::RobotFormat;
 use super::{JobTarget, MotionJob, OutputOptions, SourceFrames};
 
-/// What an output is.
+/// The form of an output.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Form {
-    /// A scene, in a format of the table.
+    /// A scene, in a format of the table of formats.
     Scene(&'static FormatInfo),
-    /// The file of a character with the motions added, and everything in it.
+    /// The file of a character with all its contents, and the added motions.
     Character,
     /// The positions of a robot's joints.
     Robot(RobotFormat),
-    /// The arrays of a motion on its own skeleton.
+    /// The arrays of a motion that keeps its skeleton.
     Arrays(ArrayLayout),
 }
 
-/// The extensions under which the file of a character is passed through.
+/// The extensions of character files that are passed through.
 const OF_TEXT: [&str; 1] = ["gltf"];
 const OF_BINARY: [&str; 2] = ["glb", VRM];
 const VRM: &str = "vrm";
 
 impl Form {
-    /// The form of a motion on its own skeleton, of a robot or not.
+    /// The form of a motion that keeps its skeleton, which may be a robot.
     pub(super) fn of_motion(writing: &OutputOptions, is_of_robot: bool) -> Result<Self> {
         let name = writing.extension();
         let form = match (RobotFormat::named(&name), ArrayLayout::named(&name)) {
-            // Of a VRM file, which is found when it is read.
+            // For a VRM input. The reader detects VRM.
             _ if name == VRM => Self::Scene(FormatInfo::of(Format::Gltf)),
             (Some(format), _) if is_of_robot => Self::Robot(format),
             (_, Some(layout)) => Self::Arrays(layout),
@@ -58,7 +58,7 @@ impl Form {
         Ok(form)
     }
 
-    /// The extension of the file, where the name of the format does not say it.
+    /// The file extension, if it differs from the name of the format.
     pub(super) fn extension(self) -> Option<&'static str> {
         match self {
             Self::Scene(_) | Self::Character => None,
@@ -67,7 +67,7 @@ impl Form {
         }
     }
 
-    /// Whether numbers go out in the unit and the axes of the motion.
+    /// Whether the output keeps the unit and the axes of the motion.
     pub(super) fn keeps_units(self) -> bool {
         match self {
             Self::Scene(row) => row.keeps_units(),
@@ -86,7 +86,7 @@ impl Form {
         }
     }
 
-    /// The form of motions on another body.
+    /// The form of retargeted motions.
     pub(super) fn onto(writing: &OutputOptions, named: &JobTarget, target: &Target, has_disk: bool) -> Result<Self> {
         let extension = writing.extension();
         let form = match target {
@@ -125,7 +125,7 @@ impl Form {
         Ok(form)
     }
 
-    /// Refuses a rest pose or a root of a motion on its own skeleton that the output cannot have.
+    /// Refuses options for the rest pose or the root that the output cannot represent. The motion keeps its skeleton.
     pub(super) fn check_frames(self, frames: &SourceFrames) -> Result<()> {
         let extension = self.extension().unwrap_or_default();
         let stated = [
@@ -139,7 +139,7 @@ impl Form {
         }
     }
 
-    /// Why the output of a job without a target cannot be compared with its source; `None` where it can.
+    /// The reason why the output of a job without a target cannot be compared with its source; `None` if it can.
     pub(super) fn no_verification(self, job: &MotionJob) -> Option<Diagnostic> {
         let SourceFrames {
             rest,
@@ -149,19 +149,19 @@ impl Form {
         } = &job.source.frames;
         let is_other = *rest != RestPoseSource::default() || *root != RootMotion::Keep || *t_pose_first;
         let message = match self {
-            Self::Robot(_) => "{verify} compares positions of joints, and the file has angles; leave it out",
+            Self::Robot(_) => "{verify} compares positions of joints, but the file has angles; leave it out",
             Self::Arrays(layout) if !layout.keeps_units() => {
-                "{verify} compares joints by their names, and the layout has joints of its own; leave it out"
+                "{verify} compares joints by their names, but the layout has other joints; leave it out"
             }
             Self::Arrays(_) if is_other || !job.steps.is_empty() => {
-                "{verify} does not repeat steps, or another root or rest pose, for arrays; leave it out"
+                "for arrays, {verify} cannot repeat steps or changes of the root or the rest pose; leave it out"
             }
             _ => return None,
         };
         Some(Diagnostic::new(Code::InvalidValue, message))
     }
 
-    /// Why an option of writing has no effect on the output; `None` where it has one.
+    /// The reason why an option of writing has no effect on the output; `None` if it has an effect.
     pub(super) fn refusal(self, option: WriteOption, extension: &str) -> Option<Diagnostic> {
         let gltf = FormatInfo::of(Format::Gltf);
         let what = match self {
@@ -169,7 +169,7 @@ impl Form {
             Self::Character if OF_KEYS.contains(&option) => return None,
             Self::Character if option == WriteOption::Embed && OF_TEXT.contains(&extension) => return None,
             Self::Character if !gltf.takes(option) => return gltf.refusal(option, extension),
-            // Onto a node that the file has.
+            // Onto an existing node of the file.
             Self::Character if option == WriteOption::RootMotion => return None,
             Self::Character if option == WriteOption::BoneAxis => {
                 let message = "{bone-axis} would turn the frames in which a glTF or VRM character has its meshes and \
@@ -185,7 +185,7 @@ impl Form {
         Some(Diagnostic::new(Code::InvalidValue, message))
     }
 
-    /// Refuses options that have no effect on the output, and values that it cannot have.
+    /// Refuses options without an effect on the output, and values that the output cannot represent.
     fn check(self, writing: &OutputOptions) -> Result<()> {
         let extension = writing.extension();
         let mut stated = writing.stated().into_iter();
@@ -209,7 +209,7 @@ impl Form {
     }
 }
 
-/// Whether the name of an output names another format than that of files which end in `wanted`.
+/// Whether the output's extension belongs to another format than `wanted`.
 fn names_another(output: &Path, wanted: &str) -> bool {
     let own = output
         .extension()
@@ -222,10 +222,10 @@ fn names_another(output: &Path, wanted: &str) -> bool {
     is_known && own != wanted
 }
 
-/// How keys are stored: all that can be chosen of the animations of a character.
+/// Options of key storage: the only options for the animations of a character.
 const OF_KEYS: [WriteOption; 3] = [WriteOption::Compress, WriteOption::MaxError, WriteOption::ShellDistance];
 
-/// The row of the format of an output; `known` are the extensions that it may have.
+/// The row of the output's format. `known` are the allowed extensions.
 fn row(writing: &OutputOptions, known: &str) -> Result<&'static FormatInfo> {
     let extension = writing.extension();
     FormatInfo::of_output(&Path::new("scene").with_extension(&extension)).ok_or_else(|| unknown(writing, known).into())
@@ -246,8 +246,8 @@ fn unknown(writing: &OutputOptions, known: &str) -> Diagnostic {
     Diagnostic::new(Code::UnknownFormat, message)
 }
 
-/// The form of motions on a character: a file that is passed through keeps its format, other formats are written from
-/// its scene.
+/// The form of motions on a character. A passed-through file keeps its format; other formats are written from the
+/// character's scene.
 fn of_character(writing: &OutputOptions, file: &Path, character: &Character, has_disk: bool) -> Result<Form> {
     let extension = writing.extension();
     let is_text = file.extension().is_some_and(|own| own.eq_ignore_ascii_case("gltf"));
@@ -264,7 +264,7 @@ fn of_character(writing: &OutputOptions, file: &Path, character: &Character, has
             words(extensions.map(|extension| format!(".{extension}")), "or")
         };
         format!(
-            "{}, as that of the character, or in {}; {{to-skeleton}} takes the skeleton alone",
+            "{}, like the character, or in {}; {{to-skeleton}} takes only the skeleton",
             listed(&mut own.iter().copied()),
             listed(&mut from_scene.into_iter())
         )
@@ -281,30 +281,30 @@ fn of_character(writing: &OutputOptions, file: &Path, character: &Character, has
     }
 }
 
-/// Refuses an output that would not find a file that is beside the character.
+/// Refuses an output that would lose the link to a file in the character's folder.
 fn check_beside(writing: &OutputOptions, file: &Path, beside: &str) -> Result<()> {
     let output = writing.output.as_path();
     let message = match writing.is_folder() {
         true => format!(
-            "{}: outputs in a folder would not find {beside}, which is beside it: name a character that holds all its \
+            "{}: outputs in a folder would not find {beside}, a file next to it: name a character that holds all its \
              files, such as a .glb",
             file.display()
         ),
         false if file.parent() == output.parent() => return Ok(()),
         false => format!(
-            "{} would not find {beside}, which is beside the character: write into its folder",
+            "{} would not find {beside}, a file next to the character: write to the character's folder",
             output.display()
         ),
     };
     Err(Diagnostic::new(Code::InvalidValue, message).into())
 }
 
-/// A largest error that the format cannot keep, and a shell without a largest error.
+/// Reports a largest error that the format cannot guarantee, or a shell distance without a largest error.
 fn problem_of_bound(writing: &OutputOptions, row: &FormatInfo) -> Option<String> {
     let smaller = &writing.smaller;
-    // A format that does not say how keys are stored always has a largest error, or takes none.
+    // A format without a choice of key storage always has a largest error, or does not support one.
     let chooses = row.takes(WriteOption::Compress);
-    // Only 32-bit floats lose nothing.
+    // Only 32-bit floats are lossless.
     let is_exact = chooses && smaller.compress == Some(Compression::None);
     if smaller.max_error.is_some_and(|length| length.to_metres() == 0.0) && !is_exact {
         let exact = match chooses {
@@ -321,14 +321,14 @@ fn problem_of_bound(writing: &OutputOptions, row: &FormatInfo) -> Option<String>
     })
 }
 
-/// Files that cannot stand beside the output.
+/// Reports files that cannot be written next to the output.
 fn problem_of_stream(writing: &OutputOptions) -> Option<String> {
     if writing.fbx.textures != FbxTextures::Beside {
         return None;
     }
     let why = match (writing.is_stream(), writing.is_folder()) {
         (true, _) => "standard output is one file; name a file, not -, or leave it out",
-        (_, true) => "textures of many files could have one name; make one file at a time, or leave it out",
+        (_, true) => "textures of many files could have the same name; write one file at a time, or leave it out",
         (false, false) => return None,
     };
     Some(format!("{{textures}} beside: {why}"))

@@ -1,4 +1,4 @@
-//! How motions are compared to a motion graph.
+//! Options for building a motion graph.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::is_default;
 use super::text::Length;
 
-/// How the moments of motions are compared.
+/// Options for comparing the frames of motions.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -33,19 +33,18 @@ pub struct GraphJobOptions {
     /// Frames per second at which clips are compared
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", default_value_t = GraphOptions::default().rate))]
     pub rate: f64,
-    /// The length of the window that is compared, and of a transition, in seconds
+    /// Length in seconds of the compared window, and of a transition
     #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", default_value_t = GraphOptions::default().window))]
     pub window: f64,
-    /// The largest distance at which a figure may pass from one moment to another: of its joints in the mean, such as
-    /// 6cm
+    /// Largest distance for a transition between two frames, as a mean over the joints, such as 6cm
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH", default_value_t = GraphJobOptions::default().threshold))]
     pub threshold: Length,
-    /// Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any
-    /// motion file, glTF, VRM or FBX file of a humanoid
+    /// Retarget all clips to this body before the comparison, as mocap retarget does, for clips of several skeletons.
+    /// Any motion, glTF, VRM or FBX file of a humanoid
     #[cfg_attr(feature = "clap", arg(long = "character", alias = "on", value_name = "TARGET"))]
     #[serde(skip_serializing_if = "is_default")]
     pub on: Option<PathBuf>,
-    /// Keep transitions into and out of the largest strongly connected component too
+    /// Also keep transitions into and out of the largest strongly connected component
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub whole: bool,
@@ -74,7 +73,7 @@ impl GraphJobOptions {
     }
 }
 
-/// How large a motion graph is, and what of its clips stays.
+/// The size of a motion graph, and the kept parts of its clips.
 ///
 /// [`GraphJobOptions`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -85,11 +84,11 @@ pub struct GraphReport {
     pub clips: usize,
     /// The transitions.
     pub transitions: usize,
-    /// The length of all clips.
+    /// The total length of all clips, in seconds.
     pub seconds: f64,
-    /// The length of their parts from which a walk reaches all others.
+    /// The total length of the kept parts in seconds: from each part a walk reaches all other kept parts.
     pub kept_seconds: f64,
-    /// The files of the clips that have no such part.
+    /// The files of clips without a kept part.
     pub left_out: Vec<String>,
 }
 
@@ -98,14 +97,14 @@ impl fmt::Display for GraphReport {
         let (transitions, clips) = (counted(self.transitions, "transition"), counted(self.clips, "clip"));
         write!(
             f,
-            "{transitions} among {clips}; {:.1} of {:.1} s stay: from each moment there a walk reaches all others",
+            "{transitions} among {clips}; {:.1} of {:.1} s kept: from each moment there a walk reaches all others",
             self.kept_seconds, self.seconds
         )
     }
 }
 
 impl GraphReport {
-    /// What is in a graph.
+    /// Summarises a graph.
     pub fn of(graph: &MotionGraph) -> Self {
         let seconds = |frames: usize| frames as f64 / graph.options.rate;
         let parts = graph.clips.iter().filter_map(|clip| clip.part);

@@ -1,4 +1,4 @@
-//! A job that compares its inputs to a motion graph.
+//! A job that builds a motion graph from its inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -26,13 +26,13 @@ pub struct GraphJob {
     /// How the inputs are read.
     #[serde(default, skip_serializing_if = "is_default")]
     pub read: InputOptions,
-    /// The inputs, and what is known of them.
+    /// The inputs, and the caller's statements about them.
     #[serde(default)]
     pub source: GraphSources,
-    /// How their moments are compared.
+    /// How the frames are compared.
     pub graph: GraphJobOptions,
-    /// The file of the distances of all moments of two clips, or of one clip to itself: a .png picture or a .npy array.
-    /// In the picture lighter means more alike, and red dots are transitions.
+    /// The file for the distance matrix of two clips, or of one clip with itself: a .png picture or a .npy array. In
+    /// the picture, lighter means more similar, and red dots are transitions.
     #[serde(default, skip_serializing_if = "is_default")]
     pub matrix: Option<PathBuf>,
     /// The graph.
@@ -40,7 +40,7 @@ pub struct GraphJob {
     pub write: FileOutputOptions,
 }
 
-/// What a motion graph is made of.
+/// The inputs of a motion graph.
 ///
 /// [`GraphJobOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -56,12 +56,12 @@ pub struct GraphSources {
 }
 
 impl GraphJob {
-    /// Compares the motions of the inputs: the files that the job names, with their bytes, the graph last, and what
-    /// there is to report. Nothing is written. The files of `given` are not read from the disk.
+    /// Compares the motions of the inputs, and writes nothing. Returns the job's output files with their bytes, the
+    /// graph last, and the report. The files of `given` are not read from the disk.
     ///
     /// # Errors
     /// As [`Importer::import`](mocap_io::Importer::import), with the file.
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where the skeletons differ, and where there is no graph.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) if the skeletons differ, or if the clips give no graph.
     pub fn compare(&self, given: &[MemoryFile<'_>]) -> Result<(Outputs, JobReport)> {
         self.graph_of(Files { given, has_disk: true })
     }
@@ -73,7 +73,7 @@ impl GraphJob {
         let (known, inputs) = ((&self.read, &self.source.space), &self.source.inputs);
         let compared = Clips::compare(&self.graph, known, inputs, files, &mut hear)?;
         let output = self.write.output();
-        // The matrix of clips without a transition is made too.
+        // The matrix is also made if no transition exists.
         let needs_graph = output.is_some() || self.matrix.is_none();
         let graph = needs_graph.then(|| compared.graph()).transpose()?;
         let mut made = Outputs::new();
@@ -93,7 +93,7 @@ impl GraphJob {
         Ok((written(made), report))
     }
 
-    /// Makes the graph, and writes what it is asked to.
+    /// Makes the graph, and writes the requested files.
     pub(super) fn run_of(&self, files: Files<'_>) -> Result<JobReport> {
         let policy = self.policy();
         check_outputs(&policy, self.outputs())?;
@@ -122,24 +122,24 @@ impl GraphJob {
             && !is_called(matrix, &["png", "npy"])
         {
             let message = format!("{}: the name of a matrix must end in .png or .npy", matrix.display());
-            return refuse(&message, "name the file of matrix so");
+            return refuse(&message, "give matrix such a file name");
         }
         let output = self.write.output().filter(|output| *output != Path::new("-"));
         let is_json = output.is_none_or(|output| is_called(output, &["json"]));
         if !is_json || self.write.to.as_deref().is_some_and(|to| to != "json") {
             let message = format!("{}: the name of a graph must end in .json", self.write.output.display());
-            return refuse(&message, "name the file of write.output so");
+            return refuse(&message, "give write.output such a file name");
         }
         check_inputs(&self.source.inputs)
     }
 }
 
 impl Clips<'_> {
-    /// The matrix of the first and the last clip, as a picture or as an array, by the name of the file.
+    /// The matrix of the first and the last clip. The file name selects a picture or an array.
     fn drawn(&self, graph: Option<&MotionGraph>, picture: &Path) -> Result<Vec<u8>> {
         let count = self.builder.clips().len();
         if count > 2 {
-            let message = format!("a matrix is of two clips, and there are {count}");
+            let message = format!("a matrix compares two clips, but there are {count}");
             return refuse(&message, "name two clips, or leave the matrix out");
         }
         let second = count.saturating_sub(1);
@@ -161,7 +161,7 @@ fn array_of(matrix: &DistanceMatrix) -> Result<Vec<u8>> {
 #[cfg(not(feature = "npz"))]
 fn array_of(_: &DistanceMatrix) -> Result<Vec<u8>> {
     refuse(
-        "this build writes no arrays: it has not the feature npz",
+        "this build cannot write arrays: it lacks the feature npz",
         "name a picture, .png, in matrix",
     )
 }
@@ -181,7 +181,7 @@ fn picture_of(matrix: &DistanceMatrix, graph: Option<&MotionGraph>, second: usiz
 #[cfg(not(feature = "render"))]
 fn picture_of(_: &DistanceMatrix, _: Option<&MotionGraph>, _: usize) -> Result<Vec<u8>> {
     refuse(
-        "this build draws no pictures: it has not the feature render",
-        "name an array, .npy, in matrix",
+        "this build cannot draw pictures: it lacks the feature render",
+        "name an .npy file in matrix",
     )
 }

@@ -32,7 +32,8 @@ pub struct InputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", ignore_case = true, value_parser = format_parser()))]
     #[serde(skip_serializing_if = "is_default")]
     pub from: Option<Format>,
-    /// The skeleton of an .amc motion [default: the .asf file beside it that has the same prefix, or the only one]
+    /// The skeleton of an .amc motion [default: the .asf file in its folder with the same prefix, or the only .asf
+    /// file]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub skeleton: Option<PathBuf>,
@@ -54,22 +55,22 @@ pub struct InputOptions {
     #[cfg_attr(feature = "clap", arg(id = "joint-set", long, value_name = "SET|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub joints: Option<String>,
-    /// Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are
-    /// where their positions are
+    /// Lengths of bones that are solved from positions: the median over all frames; or the length in each frame, so
+    /// that joints match their positions
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub lengths: Option<Lengths>,
-    /// Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a JSON object
-    /// from labels to landmarks [default: markers stay points]
+    /// Solve a skeleton from the markers of a file. auto: a known marker set; auto:NAME: the markers of one subject;
+    /// FILE: a JSON object from labels to landmarks [default: markers stay points]
     #[cfg_attr(feature = "clap", arg(long, value_name = "auto|FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub markers: Option<String>,
-    /// A static trial: markers of a standing person, which may be more than those of the motion
+    /// A static trial: markers of a standing person. It may have more markers than the motion
     #[cfg_attr(feature = "clap", arg(long = "static", value_name = "FILE"))]
     #[serde(rename = "static", skip_serializing_if = "is_default")]
     pub static_trial: Option<PathBuf>,
-    /// The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H or SMPL-X,
-    /// .npz or .pkl, or a file with a figure in any format [default: generic proportions, 1.70 m tall]
+    /// The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz or .pkl),
+    /// or a file of any format with a figure [default: generic proportions, 1.70 m tall]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub body: Option<PathBuf>,
@@ -77,7 +78,7 @@ pub struct InputOptions {
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub strict: bool,
-    /// Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster
+    /// Play at this number of frames per second: the motion keeps its frames, and becomes slower or faster
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = Self::parse_rate))]
     #[serde(skip_serializing_if = "is_default")]
     pub retime: Option<f64>,
@@ -96,7 +97,7 @@ impl InputOptions {
     /// The files that are read besides the inputs.
     pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
         let paths = [&self.skeleton, &self.static_trial, &self.body];
-        // Names of sets are no files.
+        // Names of joint sets are not files.
         let sets = [&self.joints, &self.markers].map(|set| set.as_ref().map(Path::new));
         let paths = paths.map(|path| path.as_deref());
         paths.into_iter().chain(sets).flatten().filter(|path| path.is_file())

@@ -1,3 +1,3 @@
-//! What the tests of this package need, and nothing else.
+//! Items that only the tests of this package need.
 
 pub use crate::arrays::robot::rounded_within;

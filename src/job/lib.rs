@@ -1,4 +1,4 @@
-//! One piece of work: what a command line, a call from Python, JavaScript or C, and a job file all mean.
+//! Jobs. A job is one piece of work: command lines, calls from Python, JavaScript and C, and job files all become jobs.
 //!
 //! A [`Job`] is a document. Its JSON Schema, [`Job::SCHEMA`], lists the options of its four kinds:
 //!
@@ -23,7 +23,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-// Tests may unwrap and print; the library may not.
+// Tests may unwrap and print, but the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 mod array_layout;
@@ -112,7 +112,7 @@ pub use self::walk_job::{WalkJob, WalkSources};
 #[doc(hidden)]
 pub use self::weights::JobWeights;
 
-/// One piece of work. Its kind has only the options that do something in it.
+/// One piece of work. Each kind of job has only the options that affect it.
 ///
 /// In JSON the keys determine the kind. An object with `walk` is a walk job, with `graph` a graph job, with `survey` a
 /// survey job. Every other object is a motion job.
@@ -149,9 +149,9 @@ impl Job {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`], with the path of the value, where the text is no job.
+    /// [`Code::InvalidValue`], with the path of the value, if the text is not a job.
     pub fn from_json(text: &str) -> Result<Self> {
-        // An empty list would be an empty job.
+        // serde would read an empty list as an empty job.
         if !text.trim_start().starts_with('{') {
             let message = "the job: it must be a JSON object";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
@@ -169,24 +169,23 @@ impl Job {
         })
     }
 
-    /// The job as indented JSON, without what has its default.
+    /// The job as indented JSON, without default values.
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// Reads the inputs, and writes the output: whole, or not at all.
+    /// Reads the inputs, and writes the output. A failed job leaves no partial file.
     ///
     /// # Errors
-    /// Those of its parts, with the file: of [`Importer::import`](mocap_io::Importer::import), of the steps, of
-    /// [`Retargeter`](mocap_retarget::Retargeter), of [`Exporter::export`](mocap_io::Exporter::export).
-    /// [`Code::InvalidValue`] for standard output and for a folder of outputs, which are for programs:
-    /// [`Maker`] makes what they write.
+    /// The errors of [`Importer::import`](mocap_io::Importer::import), of the steps, of
+    /// [`Retargeter`](mocap_retarget::Retargeter) and of [`Exporter::export`](mocap_io::Exporter::export), with the
+    /// file. [`Code::InvalidValue`] if the output is standard output or a folder: use [`Maker`] for these.
     pub fn run(&self) -> Result<JobReport> {
         self.run_with(&[])
     }
 
-    /// As [`run`](Self::run), where the files of `given` are not on the disk, such as standard input, whose name is
-    /// `-`.
+    /// As [`run`](Self::run), but files of `given` are in memory instead of on the disk. Standard input is one with the
+    /// name `-`.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -200,8 +199,8 @@ impl Job {
         }
     }
 
-    /// Makes the output of files that are in memory, under the names that the job has for them. Nothing is read from a
-    /// disk, and nothing is written there.
+    /// Makes the output from files in memory. The job refers to the files by their names. Nothing is read from or
+    /// written to a disk.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -217,8 +216,8 @@ impl Job {
     /// ```
     ///
     /// # Errors
-    /// As [`run`](Self::run); [`Code::MissingFile`] where the job names a file that is not given;
-    /// [`Code::InvalidValue`] for `verify`, which compares files.
+    /// As [`run`](Self::run); [`Code::MissingFile`] if the job names a file that is not in `files`;
+    /// [`Code::InvalidValue`] for `verify`, because it compares files on a disk.
     pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Export, JobReport)> {
         self.make_of(Files {
             given: files,
@@ -226,8 +225,8 @@ impl Job {
         })
     }
 
-    /// Makes the output as [`run`](Self::run) does, and writes nothing. The files of `given` are not read from the
-    /// disk, such as standard input, whose name is `-`.
+    /// Makes the output as [`run`](Self::run) does, and writes nothing. Files of `given` are in memory instead of on
+    /// the disk. Standard input is one with the name `-`.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -254,7 +253,7 @@ impl Job {
         }
     }
 
-    /// The inputs, and after them the second motions of steps.
+    /// The inputs, then the second motions of steps.
     pub fn motions(&self) -> impl Iterator<Item = &PathBuf> {
         let (inputs, with): (&[PathBuf], &[PathBuf]) = match self {
             Self::Motion(job) => (&job.source.inputs, &job.source.with),
@@ -265,7 +264,7 @@ impl Job {
         inputs.iter().chain(with)
     }
 
-    /// The output; empty where nothing is written.
+    /// The output; empty if nothing is written.
     pub fn output(&self) -> &Path {
         match self {
             Self::Motion(job) => &job.write.output,
@@ -288,7 +287,7 @@ impl Job {
         }
     }
 
-    /// Which files the outputs may replace: no input, and no other file that the job reads.
+    /// The policy for replacing files: outputs never replace an input or another file that the job reads.
     pub fn policy(&self) -> ReplacePolicy {
         match self {
             Self::Motion(job) => job.policy(),
@@ -299,7 +298,7 @@ impl Job {
     }
 }
 
-/// The words of errors for a JSON text and its owner, and where a user finds its contents documented.
+/// The words of errors about a JSON text: the kind of text, its owner, and the place of its documentation.
 struct Wording<'a> {
     text: &'a str,
     owner: &'a str,
@@ -311,7 +310,7 @@ impl<'a> Wording<'a> {
         Self {
             text: "the job",
             owner,
-            help: "the schema of jobs says what one may hold: mocap run prints it",
+            help: "mocap run prints the schema of jobs, which lists all options",
         }
     }
 }
@@ -374,13 +373,13 @@ fn dotted(pointer: &str) -> String {
     path
 }
 
-/// What serde says of a value of another type, in the words of this library.
+/// Rewrites serde's message about a value of a wrong type in the words of this library.
 fn wrong_value(what: &str) -> String {
     let found = ["invalid type: ", "invalid value: "]
         .into_iter()
         .find_map(|start| what.strip_prefix(start)?.split_once(", expected "));
     let Some((found, expected)) = found else {
-        // The path says where.
+        // The path already states the place.
         return what.rsplit_once(" at line ").map_or(what, |(what, _)| what).to_owned();
     };
     let (expected, place) = expected.split_once(" at line ").unwrap_or((expected, ""));
@@ -391,7 +390,7 @@ fn wrong_value(what: &str) -> String {
     }
 }
 
-/// The word that serde does not know where it expected one of this `kind`, and those that it does.
+/// The unknown word in serde's message about this `kind` of word, and the known words.
 fn unknown<'a>(said: &'a str, kind: &str) -> Option<(&'a str, String)> {
     let (word, known) = said
         .strip_prefix("unknown ")?
@@ -406,7 +405,7 @@ fn unknown<'a>(said: &'a str, kind: &str) -> Option<(&'a str, String)> {
     Some((word, known))
 }
 
-/// Steps in the schema: each is a text, or an object with its name and its options.
+/// Steps in the schema: each step is a text, or an object with its name and its options.
 #[cfg(feature = "schema")]
 struct Steps;
 
@@ -432,7 +431,7 @@ impl schemars::JsonSchema for Steps {
     }
 }
 
-/// An error of a job that asks for what it cannot have.
+/// Refuses a job with a message and a remedy.
 fn refuse<T>(message: &str, help: &str) -> Result<T> {
     Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
 }

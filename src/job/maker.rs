@@ -1,4 +1,4 @@
-//! Makes the outputs of a job: one recipe for one motion and for many, for every command and every language.
+//! Makes the outputs of a job, for one motion or many, for every command and every language.
 
 mod onto;
 mod own;
@@ -30,13 +30,14 @@ use super::form::Form;
 use super::notice::{Listener, Notice, clip_taken, say_all, say_warnings};
 use super::{JobTarget, JointNames, MotionJob, meshes};
 
-/// What is said where the first frame is no part of the motion.
-const REST_LEFT_OUT: &str = "the first frame, a rest pose, is left out: tick 0 is tick 1 of the file";
+/// The note if the first frame is dropped.
+const REST_LEFT_OUT: &str = "the first frame, a rest pose, is dropped: tick 0 is tick 1 of the file";
 
-/// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
+/// A job that is ready to run: its options are checked, and its target and second motions are read. It makes outputs
+/// from motions.
 ///
-/// [`MotionJob::run`] makes one and writes its output. A program that has many motions, or that looks at what was made,
-/// makes one itself; it writes nothing.
+/// [`MotionJob::run`] uses a maker, and writes its output. A program with many motions, or one that inspects the
+/// output, uses a maker directly. A maker writes no files.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -57,23 +58,23 @@ pub struct Maker<'a> {
     job: MotionJob,
     files: Files<'a>,
     form: Form,
-    /// The bones of the inputs that are stated.
+    /// The bones of the inputs that the caller states.
     bones: HumanoidMap,
-    /// What the joints of outputs are called, where they get other names.
+    /// The new names of the outputs' joints, if they are renamed.
     names: Option<HumanoidMap>,
-    /// The robot of the inputs, where the output has its joints.
+    /// The robot of the inputs, if the output has its joints.
     robot: Option<Arc<Robot>>,
     /// The second motions of steps.
     others: Arc<[Scene]>,
-    /// The target without a motion, where there is one.
+    /// The target without a motion, if the job has a target.
     target: Option<Retargeter>,
     threads: Option<usize>,
-    /// The skeletons of several motions that were looked at, and which of them each motion has.
+    /// The skeletons of the motions that were looked at, and the skeleton of each motion.
     skeletons: Arc<[Skeleton]>,
     of_motions: Arc<BTreeMap<PathBuf, usize>>,
 }
 
-/// What a job has made of motions, before it is written.
+/// The outputs of a job before they are written.
 ///
 /// The [module](crate) has an example.
 #[derive(Clone, Debug)]
@@ -81,23 +82,23 @@ pub struct Maker<'a> {
 pub struct JobOutput {
     /// The files.
     pub written: Export,
-    /// The motion as it is written; absent in the file of a character and in the numbers of a robot.
+    /// The written motion; absent for the file of a character and for the joints of a robot.
     pub scene: Option<Scene>,
-    /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
+    /// The bones of [`scene`](Self::scene), as found when the input was read.
     pub humanoid: Option<Humanoid>,
-    /// How well each motion is kept on the other body.
+    /// The retargeting quality of each motion.
     pub clips: Vec<ClipReport>,
-    /// The motions of several for one output that could not be put on the other body, and why.
+    /// The motions that could not be retargeted, if one output has several motions, and the reasons.
     pub left_out: Vec<(PathBuf, Diagnostic)>,
 }
 
 impl<'a> Maker<'a> {
-    /// Makes `job` ready, whose inputs and output the methods name. A file of `given` is not read from the disk, such
-    /// as standard input, whose name is `-`.
+    /// Prepares `job`. The methods name the inputs and the output. Files of `given` are in memory instead of on the
+    /// disk. Standard input is one with the name `-`.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where options do not go together, [`Code::UnknownFormat`] where the output is in no
-    /// format that is written; and warnings of reading the target and the second motions.
+    /// [`Code::InvalidValue`] if options contradict each other, [`Code::UnknownFormat`] if the output's format is
+    /// unknown or cannot be written; and the errors of reading the target and the second motions.
     pub fn new(job: &MotionJob, given: &'a [MemoryFile<'a>], hear: Listener<'_>) -> Result<Self> {
         Self::of(job, Files { given, has_disk: true }, hear)
     }
@@ -147,21 +148,21 @@ impl<'a> Maker<'a> {
         Ok(maker)
     }
 
-    /// Where the files of the job are.
+    /// The location of the job's files.
     pub(super) fn files(&self) -> Files<'a> {
         self.files
     }
 
-    /// How many threads read a file. Default: as many as there are cores.
+    /// The number of threads that read a file. Default: the number of cores.
     #[must_use]
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = Some(threads);
         self
     }
 
-    /// Reads motions before their outputs are made, if the outputs have a T-pose. Motions of one skeleton then have one
-    /// unit, one map of bones and one T-pose, which all of them show together. What cannot be read here is told when
-    /// its output is made.
+    /// If the outputs have a T-pose, reads all motions before making an output. Motions of one skeleton then share one
+    /// unit, one bone map and one T-pose, inferred from all of them. A file that cannot be read is reported later, with
+    /// its output.
     #[must_use]
     pub fn look_at(mut self, motions: &[PathBuf]) -> Self {
         if self.target.is_none() && !self.form.has_t_pose() {
@@ -174,25 +175,26 @@ impl<'a> Maker<'a> {
         self
     }
 
-    /// The unit, the up axis, the map and the T-pose that a motion shares with others, as text: an output that was made
-    /// with another text is out of date. `None` of a motion that [`look_at`](Self::look_at) has not seen with others.
+    /// The unit, the up axis, the bone map and the T-pose that a motion shares with others, as text. An output with a
+    /// different text is out of date. `None` for a motion that shares no skeleton with another motion in
+    /// [`look_at`](Self::look_at).
     pub fn shared_figure(&self, motion: &Path) -> Option<String> {
         self.skeletons.get(*self.of_motions.get(motion)?)?.says()
     }
 
-    /// What other motions of its skeleton say of a motion.
+    /// The data that a motion shares with other motions of its skeleton.
     fn shared(&self, scene: &Scene) -> Option<Shared<'_>> {
         self.skeletons.iter().find_map(|skeleton| skeleton.shared(scene))
     }
 
-    /// The up axis of the inputs, where the job leaves it open and others know it.
+    /// Sets the up axis of the inputs, for a caller who knows it from other motions.
     #[must_use]
     pub fn up(mut self, up: UpAxis) -> Self {
         self.job.source.space.up.up = super::UpChoice::Axis(up);
         self
     }
 
-    /// The row of the format, where the output is a scene in one of the table.
+    /// The row of the format, if the output is a scene in a format of the table.
     pub fn format(&self) -> Option<&'static FormatInfo> {
         match self.form {
             Form::Scene(row) => Some(row),
@@ -200,18 +202,18 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// The extension of the outputs, where the name of the format is not their extension.
+    /// The extension of the outputs, if it differs from the name of the format.
     #[doc(hidden)]
     pub fn extension(&self) -> Option<&'static str> {
         self.form.extension()
     }
 
-    /// Why an option of writing has no effect on the output; `None` where it has one.
+    /// The reason why an option of writing has no effect on the output; `None` if it has an effect.
     pub fn refusal(&self, option: WriteOption) -> Option<Diagnostic> {
         self.form.refusal(option, &self.job.write.extension())
     }
 
-    /// Refuses an output that would replace an input, or a file that is known to belong to somebody.
+    /// Refuses an output that would replace an input, or a file of the user.
     ///
     /// # Errors
     /// As [`ReplacePolicy::check`].
@@ -223,16 +225,16 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// What of the motions on another body is worse than the job allows.
+    /// Describes the retargeted motions that are worse than the job allows.
     pub fn problem(&self, clips: &[ClipReport]) -> Option<String> {
         self.job.target.as_ref()?.problem(clips)
     }
 
-    /// Makes the output of motions for the name `output`, and writes nothing.
+    /// Makes the output of motions under the name `output`, and writes nothing.
     ///
     /// # Errors
-    /// Those of reading, of the steps, of [`Retargeter`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as),
-    /// with the file.
+    /// The errors of reading, of the steps, of [`Retargeter`] and of
+    /// [`Exporter::write_as`](mocap_io::Exporter::write_as), with the file.
     pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Listener<'_>) -> Result<JobOutput> {
         match &self.target {
             Some(target) => self.make_onto(target.clone(), motions, output, hear),
@@ -244,10 +246,10 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// Makes the output of one motion, which [`prepare`](Self::prepare) has made ready.
+    /// Makes the output of one motion from the result of [`prepare`](Self::prepare).
     ///
     /// # Errors
-    /// Those of the steps, of [`Retargeter`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the
+    /// The errors of the steps, of [`Retargeter`] and of [`Exporter::write_as`](mocap_io::Exporter::write_as), with the
     /// file.
     pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Listener<'_>) -> Result<JobOutput> {
         if let Some(target) = &self.target {
@@ -274,7 +276,7 @@ impl<'a> Maker<'a> {
         })
     }
 
-    /// Refuses an output that lacks data of its inputs, where the job is strict.
+    /// Refuses an output that lacks data of its inputs, if the job is strict.
     fn check_losses(&self, written: Export) -> Result<Export> {
         if !self.job.read.strict || written.losses.is_empty() {
             return Ok(written);
@@ -286,17 +288,17 @@ impl<'a> Maker<'a> {
             .into())
     }
 
-    /// Reads a motion as the job needs it, and changes nothing yet.
+    /// Reads a motion with the options of the job, and does not change it yet.
     ///
     /// # Errors
-    /// As [`Importer::import`](mocap_io::Importer::import); [`Code::NoMotion`] where the job needs a motion.
+    /// As [`Importer::import`](mocap_io::Importer::import); [`Code::NoMotion`] if the job needs a motion.
     pub fn import(&self, motion: &Path, hear: Listener<'_>) -> Result<Scene> {
         let importer = self.job.importer();
         let importer = match self.form {
             Form::Scene(row) if self.target.is_none() => {
                 let mesh = meshes::shown(&self.job, Some(row));
                 match (self.job.steps.is_empty(), mesh) {
-                    // The steps see the skin, whatever is written.
+                    // The steps need the skin, even if it is not written.
                     (false, SkeletonMesh::None) => importer.with_own_meshes(),
                     (has_none, mesh) => importer
                         .skeleton_mesh(mesh)
@@ -328,11 +330,11 @@ impl<'a> Maker<'a> {
         Ok(scene)
     }
 
-    /// Brings a motion that [`import`](Self::import) has read into the unit, the axes and the frames in which the steps
-    /// change it, and finds its bones.
+    /// Converts a motion from [`import`](Self::import) to the unit, the axes and the frames that the steps need, and
+    /// finds its bones.
     ///
     /// # Errors
-    /// As [`Conversion::apply`], and where the bones that are stated are none of its joints, with the file.
+    /// As [`Conversion::apply`], and if a stated bone is not among the joints, with the file.
     pub fn prepare(&self, mut scene: Scene, motion: &Path, hear: Listener<'_>) -> Result<SourceMotion> {
         let prepared = match &self.target {
             Some(target) => {
@@ -370,7 +372,7 @@ impl<'a> Maker<'a> {
         if decided.iter().any(is_rest) {
             match frames.drop_first_frame {
                 FirstFrame::Keep => hear(Notice::Note(&spelled(
-                    "the first frame is kept; {drop-first-frame} auto leaves it out",
+                    "the first frame is kept; {drop-first-frame} auto drops it",
                 ))),
                 FirstFrame::DropRestPose => hear(Notice::Note(REST_LEFT_OUT)),
                 _ => {}
@@ -383,7 +385,7 @@ impl<'a> Maker<'a> {
         Ok(source)
     }
 
-    /// From the space and the frames of an input to the space and the frames of the output.
+    /// The conversion from the space and the frames of an input to those of the output.
     fn conversion(&self) -> Conversion {
         let MotionJob { source, write, .. } = &self.job;
         let mut conversion = source.frames.conversion().bones(self.bones.clone());
@@ -396,9 +398,9 @@ impl<'a> Maker<'a> {
         write.space.of(conversion).keep_units(self.form.keeps_units())
     }
 
-    /// Does the steps on a scene with the bones `found`, and returns the bones of what it has become.
+    /// Applies the steps to a scene with the bones `found`. Returns the bones of the changed scene.
     fn apply_steps(&self, scene: &mut Scene, found: Humanoid, hear: Listener<'_>) -> Result<Humanoid> {
-        // What the caller has stated is recorded.
+        // The bones that the caller states are recorded.
         let stated = (!self.bones.is_empty()).then(|| found.clone());
         let others: Vec<&Scene> = self.others.iter().collect();
         let known = scene.warnings.len();
@@ -411,7 +413,7 @@ impl<'a> Maker<'a> {
         Ok(found)
     }
 
-    /// A second motion of a step, as the first is when steps begin.
+    /// Reads the second motion of a step, prepared like the first motion.
     fn import_second(&self, file: &Path, hear: Listener<'_>) -> Result<Scene> {
         let scene = self.import(file, hear)?;
         Ok(self.prepare(scene, file, hear)?.scene)
@@ -437,7 +439,7 @@ fn one(motions: &[PathBuf]) -> Result<&Path> {
         [motion] => Ok(motion),
         [] => Err(no_input()),
         motions => {
-            let message = format!("the job has {} inputs, and one output", motions.len());
+            let message = format!("the job has {} inputs, but one output", motions.len());
             let help = "name one motion in source.inputs, and second motions of steps in source.with";
             Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
         }

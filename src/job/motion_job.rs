@@ -1,4 +1,4 @@
-//! A job that makes an output of motions.
+//! A job that writes motions.
 
 use std::path::Path;
 
@@ -37,13 +37,13 @@ pub struct MotionJob {
     /// How the inputs are read.
     #[serde(skip_serializing_if = "is_default")]
     pub read: InputOptions,
-    /// The inputs, and what is known of them.
+    /// The inputs, and the caller's statements about them.
     pub source: Sources,
-    /// What changes the motion, in this order. With a step, the first animation of an input is taken.
+    /// Steps that change the motion, in this order. With a step, only the first animation of an input is used.
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "super::Steps"))]
     pub steps: Vec<EditStep>,
-    /// What the motions are retargeted to. Default: they keep their skeletons.
+    /// The target of retargeting. Default: the motions keep their skeletons.
     #[serde(skip_serializing_if = "is_default")]
     pub target: Option<JobTarget>,
     /// The weights of solvers that differ from their defaults.
@@ -51,14 +51,14 @@ pub struct MotionJob {
     pub weights: JobWeights,
     /// The output.
     pub write: OutputOptions,
-    /// Whether the output is compared with its source.
+    /// Whether to compare the output with its source.
     #[serde(skip_serializing_if = "is_default")]
     pub verify: bool,
 }
 
 impl MotionJob {
-    /// Compares an output with the input of the job, from which `scene` was made. A motion on a target is compared with
-    /// the target: its joints are elsewhere than in the input on purpose.
+    /// Compares an output with the input of the job, from which `scene` was made. A retargeted motion is compared with
+    /// the target, because its joints differ from the input on purpose.
     ///
     /// # Errors
     /// As [`Verifier::files`].
@@ -75,12 +75,12 @@ impl MotionJob {
                 (input.as_path(), verifier.second_motions(self.source.with.clone()))
             }
         };
-        // A BVH file does not say how it was made.
+        // A BVH file does not record its provenance.
         let verifier = match &scene {
             Some(scene) => verifier.provenance(Provenance::of(scene)),
             None => verifier,
         };
-        // The keys of a long take are better gone before the file is read back.
+        // Free the keys of a long take before the file is read back.
         drop(scene);
         verifier.files(input, output)
     }
@@ -90,7 +90,7 @@ impl MotionJob {
         self.read.importer().marker_weights(self.weights.markers)
     }
 
-    /// Which files the output may replace: no input, and no other file that the job reads.
+    /// The policy for replacing files: the output never replaces an input or another file that the job reads.
     pub fn policy(&self) -> ReplacePolicy {
         let target = self.target.as_ref().map(JobTarget::file);
         let others = self.source.with.iter().map(AsRef::as_ref).chain(target);

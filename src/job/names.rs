@@ -1,4 +1,4 @@
-//! What the joints of an output are called.
+//! The names of an output's joints.
 
 use std::path::PathBuf;
 
@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 
 use super::source::BoneMap;
 
-/// What the joints of a humanoid are called in the output.
+/// The names of a humanoid's joints in the output.
 ///
 /// A file holds `{"bones": {"hips": "NAME", ...}}`, or the output of `mocap skeleton --json` for a skeleton with the
-/// wanted names. A bone that it does not name, or with `null`, keeps its name.
+/// wanted names. If the file omits a bone or has `null` for it, the joint keeps its name.
 ///
 /// ```
 /// use mocap::job::JointNames;
@@ -35,11 +35,11 @@ use super::source::BoneMap;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum JointNames {
-    /// Those of a program or of a collection.
+    /// The names of a program or of a dataset.
     Known(BoneNames),
-    /// Those of a JSON file.
+    /// The names in a JSON file.
     File(PathBuf),
-    /// The name of each bone; `null` where the joint keeps its own.
+    /// The name of each bone; `null` if the joint keeps its name.
     Bones(
         #[cfg_attr(
             feature = "schema",
@@ -53,7 +53,7 @@ impl JointNames {
     /// The name of each bone.
     ///
     /// # Errors
-    /// [`Code::Io`] where the file cannot be read, and [`Code::InvalidValue`] where it has no names.
+    /// [`Code::Io`] if the file cannot be read, and [`Code::InvalidValue`] if the file has no names.
     pub fn names(&self) -> Result<HumanoidMap> {
         match self {
             Self::Known(names) => Ok(names.names()),
@@ -62,11 +62,11 @@ impl JointNames {
         }
     }
 
-    /// The names of this word, or of the file of this name, which is read at once, so that a bad one is refused before
-    /// the work begins.
+    /// Parses the name of a known set, or the path of a file. The file is read at once, so that a bad file is refused
+    /// before the work begins.
     ///
     /// # Errors
-    /// As [`names`](Self::names); [`Code::InvalidValue`] too where `text` is neither a word that is known nor a file.
+    /// As [`names`](Self::names); also [`Code::InvalidValue`] if `text` is neither a known set nor a file.
     pub fn parse(text: &str) -> Result<Self> {
         if let Some(names) = BoneNames::named(text) {
             return Ok(Self::Known(names));
@@ -81,7 +81,7 @@ impl JointNames {
     }
 }
 
-/// Gives the joints of a scene that is to be written their names.
+/// Renames the joints of a scene before it is written.
 pub(super) fn name(
     scene: &mut Scene,
     names: Option<&HumanoidMap>,
@@ -91,7 +91,7 @@ pub(super) fn name(
     named.transpose()
 }
 
-/// Says of a written file what its joints were called before.
+/// Adds the original names of the joints to the report of a written file.
 pub(super) fn tell(naming: &NamingReport, scene: &Scene, written: &mut Export) {
     written.notes.push(naming.to_string());
     let mut all: Vec<NodeRename> = naming
@@ -104,7 +104,7 @@ pub(super) fn tell(naming: &NamingReport, scene: &Scene, written: &mut Export) {
             is_asked_for: true,
         })
         .collect();
-    // What the format made of a name comes after.
+    // The format may have changed a new name further.
     all.append(&mut written.renamed);
     written.renamed = all;
 }

@@ -6,7 +6,7 @@ use mocap_edit::report::EditReport;
 use mocap_scene::error::{Code, Diagnostic, spelled};
 use mocap_scene::scene::{Assumption, Scene, Topic};
 
-/// What comes to light while a job is done.
+/// A notice of a running job.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -28,18 +28,18 @@ use mocap_scene::scene::{Assumption, Scene, Topic};
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Notice<'a> {
-    /// What may be wrong with a file.
+    /// Possible problems of a file.
     Warnings(&'a Path, &'a [Diagnostic]),
     /// A decision, a choice, or a part that was dropped.
     Note(&'a str),
-    /// What a step has changed.
+    /// The changes of a step.
     Step(&'a EditReport),
 }
 
 /// The receiver of notices.
 pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
-/// What is to be known of a skeleton onto which motions go. It need not move.
+/// Reports notices about a skeleton that motions are retargeted to. The skeleton needs no motion.
 pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Listener<'_>) {
     let warnings = scene.warnings.iter().filter(|warning| warning.code != Code::NoMotion);
     hear(Notice::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));
@@ -48,7 +48,7 @@ pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Listener<'_>) {
     left_out.for_each(|assumption| hear(Notice::Note(&assumption.to_string())));
 }
 
-/// Says the warnings of a scene, which are then not said again.
+/// Reports the warnings of a scene, and removes them, so that they are not reported twice.
 pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Listener<'_>) {
     let warnings = std::mem::take(&mut scene.warnings);
     if !warnings.is_empty() {
@@ -57,13 +57,14 @@ pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Listener<'_>) {
 }
 
 pub(super) fn say_all(assumptions: &[Assumption], hear: Listener<'_>) {
-    // The ledger of losses counts what is beside the motion.
+    // Losses other than motion are reported elsewhere.
     let is_of_motion = |assumption: &&Assumption| !matches!(assumption.topic, Topic::Analog | Topic::Events);
     let sentences = assumptions.iter().filter(is_of_motion).map(Assumption::to_string);
     sentences.for_each(|sentence| hear(Notice::Note(&sentence)));
 }
 
-/// Which animation of several is taken, the first that moves; `only` is a format that has one.
+/// Reports the animation that is used if there are several: the first that moves. `only` is a format with one
+/// animation.
 pub(super) fn clip_taken(scene: &Scene, only: Option<&str>) -> Option<String> {
     if scene.animations.len() < 2 {
         return None;

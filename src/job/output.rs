@@ -1,4 +1,4 @@
-//! What a job writes, and how.
+//! The output of a job, and its options.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use super::names::JointNames;
 use super::size::SizeOptions;
 use super::text::UnitChoice;
 
-/// What a job writes, and how. What a format does not take is refused.
+/// The output of a job, and its options. Options that the format does not support are refused.
 ///
 /// ```
 /// use mocap::job::OutputOptions;
@@ -32,16 +32,16 @@ use super::text::UnitChoice;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OutputOptions {
-    /// The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each
-    /// motion in a folder, which is there or ends in /.
+    /// The file to write; its extension names the format. - is standard output. If output is an existing folder or ends
+    /// in /, `mocap run` writes one file for each motion.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub output: PathBuf,
-    /// The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its
-    /// name, such as amass, humanml3d, qpos or gmr.
+    /// The output format, as a file extension, if it differs from that of the output. Or the name of an array layout,
+    /// such as amass, humanml3d, qpos or gmr.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub to: Option<String>,
-    /// Whether a file is replaced that may be a source. An input is never replaced.
+    /// Whether the output may replace a file that may be a source. An input is never replaced.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub force: bool,
@@ -54,8 +54,8 @@ pub struct OutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND"))]
     #[serde(skip_serializing_if = "is_default")]
     pub mesh: Option<MeshStyle>,
-    /// Turn the frames of joints at rest so that this axis points along the bone, and another is the bending axis: in
-    /// Blender a bone is drawn along +Y. Nothing moves [default: none; for the target blender y]
+    /// Rotate the axes of joints at rest so that this axis points along the bone, and another is the bending axis.
+    /// Positions do not change. Blender draws bones along +Y [default: none; for the target blender y]
     #[cfg_attr(feature = "clap", arg(long, value_name = "AXIS"))]
     #[serde(skip_serializing_if = "is_default")]
     pub bone_axis: Option<OutBoneAxis>,
@@ -63,7 +63,7 @@ pub struct OutputOptions {
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub skeleton_only: bool,
-    /// Keep constant tracks in the animation; by default they become part of the rest pose
+    /// Keep constant tracks in the animation. By default they become part of the rest pose
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub keep_constant: bool,
@@ -72,7 +72,7 @@ pub struct OutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAMES", value_parser = parse_names))]
     #[serde(skip_serializing_if = "is_default")]
     pub names: Option<JointNames>,
-    /// Embed the buffer of a .gltf, instead of writing a .bin beside it
+    /// Embed the buffer in a .gltf file, instead of writing a separate .bin file
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub embed: bool,
@@ -106,10 +106,10 @@ pub struct FileOutputOptions {
     /// The file to write; its extension names the format. - is standard output. Default: nothing is written.
     #[serde(skip_serializing_if = "is_default")]
     pub output: PathBuf,
-    /// The format by its extension, where the extension of the output is another.
+    /// The output format, as a file extension, if it differs from that of the output.
     #[serde(skip_serializing_if = "is_default")]
     pub to: Option<String>,
-    /// Whether a file is replaced that may be a source. An input is never replaced.
+    /// Whether the output may replace a file that may be a source. An input is never replaced.
     #[serde(skip_serializing_if = "is_default")]
     pub force: bool,
 }
@@ -154,7 +154,7 @@ pub enum OutUp {
     Z,
 }
 
-/// The axis of joints' frames at rest that points along their bones.
+/// The axis of a joint at rest that points along its bone.
 ///
 /// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,7 +167,7 @@ pub enum OutBoneAxis {
     Y,
     /// +X, as in Unreal; joints bend about +Z.
     X,
-    /// Frames are those of the input.
+    /// Joints keep the axes of the input.
     None,
 }
 
@@ -216,7 +216,7 @@ pub struct BvhOutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "ORDER", value_parser = parse_order))]
     #[serde(skip_serializing_if = "is_default")]
     pub order: Option<RotationOrder>,
-    /// Decimals of every number [default: as many as are needed to read the same motion back]
+    /// Decimals of every number [default: enough to read back the same motion]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     #[serde(skip_serializing_if = "is_default")]
     pub digits: Option<usize>,
@@ -224,7 +224,7 @@ pub struct BvhOutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub channels: Channels,
-    /// Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too
+    /// For a .bvh OUTPUT, also write OUTPUT.json with its provenance. Every command reads this file, including verify
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub sidecar: bool,
@@ -249,7 +249,7 @@ pub struct FbxOutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "VERSION", default_value = "7.5"))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx_version: FbxVersion,
-    /// Where the rotations of the rest pose are [default: rotation; for the target maya pre-rotation]
+    /// Where to store the rotations of the rest pose [default: rotation; for the target maya pre-rotation]
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub fbx_rest: Option<FbxRest>,
@@ -257,14 +257,14 @@ pub struct FbxOutputOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "PROGRAM"))]
     #[serde(skip_serializing_if = "is_default")]
     pub target: Option<FbxTarget>,
-    /// Where the images of textures are
+    /// Where to store the images of textures
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHERE", default_value = "embedded"))]
     #[serde(skip_serializing_if = "is_default")]
     pub textures: FbxTextures,
 }
 
 impl FileOutputOptions {
-    /// The file to write, where there is one.
+    /// The file to write, if any.
     pub fn output(&self) -> Option<&Path> {
         Some(self.output.as_path()).filter(|output| !output.as_os_str().is_empty())
     }
@@ -281,7 +281,7 @@ fn extension(output: &Path, to: Option<&str>) -> String {
 }
 
 impl OutSpace {
-    /// A conversion to the unit and the axis that are stated.
+    /// A conversion to the stated unit and axis.
     pub(super) fn of(&self, mut conversion: Conversion) -> Conversion {
         if let Some(metres) = self.metres_per_unit() {
             conversion = conversion.out_metres_per_unit(metres);
@@ -296,12 +296,12 @@ impl OutSpace {
         is_default(self)
     }
 
-    /// Metres in a unit of the output, where that is stated.
+    /// Metres per unit of the output, if stated.
     pub fn metres_per_unit(&self) -> Option<f64> {
         self.out_unit.and_then(UnitChoice::metres)
     }
 
-    /// The up axis of the output, where it is stated.
+    /// The up axis of the output, if stated.
     pub fn up(&self) -> Option<UpAxis> {
         self.out_up.map(|up| match up {
             OutUp::Y => UpAxis::Y,
@@ -331,7 +331,7 @@ impl FbxOutputOptions {
 }
 
 impl OutputOptions {
-    /// The options that are stated, of those that only some formats take.
+    /// The stated options that only some formats support.
     pub(super) fn stated(&self) -> Vec<WriteOption> {
         let Self {
             smaller,
@@ -365,10 +365,10 @@ impl OutputOptions {
         stated.map(|(option, _)| option).collect()
     }
 
-    /// The axis of joints' frames that points along their bones; `None` where frames are those of the file.
+    /// The axis of a joint that points along its bone; `None` if joints keep the axes of the file.
     ///
-    /// Default: what the program wants for which an FBX file is. Clips for Unreal, Unity, Maya and MotionBuilder are
-    /// for existing skeletons there, and need their frames.
+    /// Default: depends on the target program of an FBX file. Clips for Unreal, Unity, Maya and MotionBuilder are for
+    /// existing skeletons, and must keep their axes.
     pub fn along_bone(&self) -> Option<AlongBone> {
         match (self.bone_axis, self.fbx.target) {
             (Some(OutBoneAxis::Y), _) | (None, Some(FbxTarget::Blender)) => Some(AlongBone::Y),
@@ -382,7 +382,7 @@ impl OutputOptions {
         extension(&self.output, self.to.as_deref())
     }
 
-    /// A name for the files of an output at `path`: one that has the extension of the format.
+    /// The name of an output's files at `path`, with the extension of the format.
     pub(super) fn name_of(&self, path: &Path) -> PathBuf {
         let extension = self.extension();
         match path.extension() {
@@ -392,7 +392,7 @@ impl OutputOptions {
         }
     }
 
-    /// The exporter of the output, which has its options but not its format.
+    /// An exporter with the options of the output, but without its format.
     pub fn exporter(&self) -> Exporter {
         let mut exporter = Exporter::new()
             .keep_constant(self.keep_constant)
@@ -410,7 +410,7 @@ impl OutputOptions {
         exporter.buffer(self.buffer())
     }
 
-    /// How the clips of a character are stored if its file is passed through.
+    /// The storage options for the clips of a character whose file is passed through.
     #[doc(hidden)]
     pub fn gltf(&self) -> GltfOptions {
         self.smaller.gltf().buffer(self.buffer())
@@ -423,12 +423,12 @@ impl OutputOptions {
         }
     }
 
-    /// Whether the output is standard output, beside which no file can stand.
+    /// Whether the output is standard output, which cannot have a second file.
     pub fn is_stream(&self) -> bool {
         self.output == Path::new("-")
     }
 
-    /// Whether the output is a folder, with an output of each motion: one that is there, or a name that ends in a
+    /// Whether the output is a folder with one file for each motion: an existing folder, or a name that ends in a
     /// separator.
     pub fn is_folder(&self) -> bool {
         self.output.is_dir() || self.output.to_string_lossy().ends_with(std::path::is_separator)

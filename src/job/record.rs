@@ -1,5 +1,5 @@
-//! The record of a user's outputs: by it a command knows the outputs of earlier commands, also in formats that have no
-//! place for a mark, such as BVH.
+//! The record of a user's outputs. With it, commands recognise outputs of earlier commands, even in formats without
+//! metadata, such as BVH.
 
 use std::env;
 use std::io::{self, Read};
@@ -8,15 +8,16 @@ use std::path::{Path, PathBuf};
 use mocap_scene::files::record_outputs;
 use sha2::{Digest, Sha256};
 
-/// From now on this process notes each output that it writes in the record of the user. It replaces outputs that the
-/// record knows, where nobody has changed them since, and passes the path of each to `replaced`.
+/// Starts recording. From now on, this process notes each output in the user's record. It may replace recorded outputs
+/// that are unchanged, and passes the path of each replaced file to `replaced`.
 ///
-/// The program and the Python package call it once, at their start. A library does nothing of this unasked: without
-/// this call it writes no file that its caller has not named.
+/// The program and the Python package call this function once, at their start. Without this call, the library only
+/// writes files that its caller names.
 ///
-/// The record is `mocap/outputs.jsonl` in `$XDG_STATE_HOME`, or where that is not set: in `~/.local/state`, on macOS in
-/// `~/Library/Application Support`, on Windows in `%LOCALAPPDATA%`. It takes at most 16 MiB. Without a folder that can
-/// be written nothing is noted, and nothing fails. Behind [`confine`](mocap_scene::files::confine) it is not used.
+/// The record is `mocap/outputs.jsonl` in `$XDG_STATE_HOME`. If this variable is not set, the folder is
+/// `~/.local/state`, on macOS `~/Library/Application Support`, on Windows `%LOCALAPPDATA%`. The record has at most 16
+/// MiB. If the folder is not writable, nothing is recorded and nothing fails. After
+/// [`confine`](mocap_scene::files::confine) the record is not used.
 ///
 /// ```no_run
 /// mocap::job::remember_outputs(|path| eprintln!("{}: replaced", path.display()));
@@ -27,7 +28,7 @@ pub fn remember_outputs(replaced: fn(&Path)) {
     }
 }
 
-/// The folder for the state of programs. The specification of XDG ignores a path that is not absolute.
+/// The folder for program state. The XDG specification ignores a relative path.
 fn state_folder() -> Option<PathBuf> {
     let folder = |name: &str| {
         env::var_os(name)

@@ -1,4 +1,4 @@
-//! What a job has done.
+//! The report of a finished job.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::{GraphReport, Notice};
 use crate::verify::report::Verification;
 
-/// What a job has done.
+/// The report of a finished job.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -39,38 +39,38 @@ use crate::verify::report::Verification;
 pub struct JobReport {
     /// The files of the output; the last is the one that the job names.
     pub files: Vec<OutputFile>,
-    /// Decisions, choices and dropped parts, a sentence each.
+    /// Decisions, choices and dropped parts, one sentence each.
     pub notes: Vec<String>,
-    /// The nodes that have another name in the output.
+    /// The nodes that were renamed in the output.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub renamed: Vec<NodeRename>,
-    /// What may be wrong with the inputs, or misread in the output.
+    /// Possible problems of the inputs, or of reading the output.
     pub warnings: Vec<Diagnostic>,
-    /// What the inputs have and the output has not; each is a warning too.
+    /// Data of the inputs that the output lacks. Each loss is also a warning.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub losses: Vec<DataLoss>,
-    /// What each step changed.
+    /// The changes of each step.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<EditReport>,
-    /// How well each motion is kept on the other body.
+    /// The retargeting quality of each motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub clips: Vec<ClipReport>,
-    /// The distance of the output from the motion, if keys or bits were dropped.
+    /// The deviation of the output from the motion, if keys or bits were dropped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Deviation>,
-    /// How far the output is from its source, where the job asks for that.
+    /// The deviation of the output from its source, if the job requests a comparison.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
     /// The rows of a survey.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub survey: Vec<ClipRow>,
-    /// How large the motion graph is.
+    /// The size of the motion graph.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub graph: Option<GraphReport>,
-    /// What the walk over a motion graph is.
+    /// The walk over a motion graph.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub walk: Option<WalkReport>,
-    /// What is worse than the job allows: the files are written nevertheless.
+    /// A result that is worse than the job allows. The files are written nevertheless.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
 }
@@ -89,7 +89,7 @@ pub struct OutputFile {
 }
 
 impl fmt::Display for JobReport {
-    /// What was decided and changed, a line each. Files and warnings are not among them.
+    /// Prints decisions and changes, one line each, without files and warnings.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut lines = self.notes.clone();
         lines.extend(self.steps.iter().map(ToString::to_string));
@@ -104,7 +104,7 @@ impl fmt::Display for JobReport {
 }
 
 impl JobReport {
-    /// Keeps what was said.
+    /// Adds a notice to the report.
     pub(super) fn hear(&mut self, said: Notice<'_>) {
         match said {
             Notice::Warnings(_, warnings) => self.warnings.extend(warnings.iter().cloned()),
@@ -113,18 +113,16 @@ impl JobReport {
         }
     }
 
-    /// Says which motions were left out.
+    /// Reports the motions that were skipped.
     pub(super) fn leave_out(&mut self, motions: Vec<(PathBuf, Diagnostic)>) {
         if let Some((first, why)) = motions.first() {
             let (count, file, message) = (motions.len(), first.display(), &why.message);
-            self.problem = Some(format!(
-                "motions that were left out: {count}; the first is {file}: {message}"
-            ));
+            self.problem = Some(format!("skipped motions: {count}; the first is {file}: {message}"));
         }
         self.warnings.extend(motions.into_iter().map(|(_, why)| why));
     }
 
-    /// Takes over what there is to say of an output.
+    /// Adds the notices of an output to the report.
     pub(super) fn describe(&mut self, written: &mut Export, output: &Path) {
         let name = output.file_name().unwrap_or_default().to_string_lossy();
         let last = written.files.len().saturating_sub(1);

@@ -8,8 +8,8 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 
 use crate::arrays::{self, trainers};
 
-/// A format of the positions of a robot's joints. The links of a robot, as an animated skeleton, are written in every
-/// format that [`FormatInfo::ALL`](mocap_formats::FormatInfo::ALL) writes.
+/// A format for the joint positions of a robot. Every format that [`FormatInfo::ALL`](mocap_formats::FormatInfo::ALL)
+/// writes can also store the links of a robot, as an animated skeleton.
 ///
 /// ```
 /// use mocap::job::RobotFormat;
@@ -21,7 +21,7 @@ use crate::arrays::{self, trainers};
 pub enum RobotFormat {
     /// NumPy arrays: fps, root_pos, root_rot (x y z w), dof_pos, dof_names
     Npz,
-    /// The same as a pickle, as GMR writes it
+    /// The same arrays as a pickle, as GMR writes
     Pkl,
     /// Rows: position and rotation (x y z w) of the base, joints
     Csv,
@@ -29,11 +29,11 @@ pub enum RobotFormat {
     Qpos,
     /// The pickle that GMR's tools load
     Gmr,
-    /// Rows as those of LAFAN1 for Unitree's robots, at 30 frames a second
+    /// Rows as in LAFAN1 for Unitree's robots, at 30 frames per second
     UnitreeCsv,
-    /// NumPy arrays for mjlab, at 50 frames a second, joints and bodies depth-first
+    /// NumPy arrays for mjlab, at 50 frames per second, joints and bodies depth-first
     Mjlab,
-    /// NumPy arrays for BeyondMimic, at 50 frames a second, joints and bodies breadth-first
+    /// NumPy arrays for BeyondMimic, at 50 frames per second, joints and bodies breadth-first
     BeyondMimic,
     /// NumPy arrays for the AMP tasks of Isaac Lab, bodies and joints breadth-first
     IsaacLab,
@@ -41,14 +41,14 @@ pub enum RobotFormat {
     ProtoMotions,
     /// The pickle that MimicKit loads
     MimicKit,
-    /// The pickle that TWIST loads: as GMR's, with the positions of links
+    /// The pickle that TWIST loads: GMR's pickle with the positions of links
     Twist,
-    /// NumPy arrays of the inverse dynamics, as MuJoCo has them: qpos, qvel, qacc and qfrc_inverse
+    /// NumPy arrays of the inverse dynamics, with MuJoCo's names: qpos, qvel, qacc and qfrc_inverse
     Dynamics,
 }
 
 impl RobotFormat {
-    /// Every one.
+    /// All formats.
     pub const ALL: [Self; 13] = [
         Self::Npz,
         Self::Pkl,
@@ -91,7 +91,7 @@ impl RobotFormat {
         }
     }
 
-    /// The frames a second that its readers take for granted.
+    /// The frame rate that readers of the format assume.
     pub fn rate(self) -> Option<f64> {
         match self {
             Self::UnitreeCsv => Some(30.0),
@@ -100,7 +100,7 @@ impl RobotFormat {
         }
     }
 
-    /// The format that users name so.
+    /// The format of this name.
     ///
     /// ```
     /// use mocap::job::RobotFormat;
@@ -114,8 +114,8 @@ impl RobotFormat {
     /// The file of the motion.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is none; [`Code::Unrepresentable`] where there are several;
-    /// [`Code::MissingFeature`] where this build has no archives of NumPy.
+    /// [`Code::NoMotion`] without a motion; [`Code::Unrepresentable`] for several motions; [`Code::MissingFeature`] if
+    /// this build cannot write NumPy archives.
     pub fn write(self, retargeting: &Retargeter) -> Result<Export> {
         let clips = retargeting.clips().iter();
         let mut motions = clips.filter_map(|clip| Some((clip.robot_motion.as_ref()?, &clip.provenance)));
@@ -123,7 +123,7 @@ impl RobotFormat {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion on a robot").into());
         };
         if motions.next().is_some() {
-            let message = format!("a {} of a robot has one motion; name one", self.name());
+            let message = format!("a {} file of a robot has one motion; name one motion", self.name());
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }
         self.write_motion(motion, robot, provenance)

@@ -1,4 +1,4 @@
-//! Runs a job that makes an output of motions.
+//! Runs a motion job.
 
 use std::path::{Path, PathBuf};
 
@@ -20,8 +20,8 @@ impl MotionJob {
         self.run_with(&[])
     }
 
-    /// As [`run`](Self::run), where the files of `given` are not on the disk, such as standard input, whose name is
-    /// `-`.
+    /// As [`run`](Self::run), but files of `given` are in memory instead of on the disk. Standard input is one with the
+    /// name `-`.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -67,7 +67,7 @@ impl MotionJob {
 
     pub(super) fn make_of(&self, files: Files<'_>) -> Result<(Export, JobReport)> {
         if self.verify && !files.has_disk {
-            let message = "the job: verify compares files on a disk, and these are in memory";
+            let message = "the job: verify compares files on a disk, but these are in memory";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let (mut report, output) = (JobReport::default(), &self.write.output);
@@ -78,7 +78,7 @@ impl MotionJob {
     }
 }
 
-/// Writes the outputs, and adds their notices to the report. Returns the motion.
+/// Writes the outputs, and adds their notices to the report. Returns the written motion.
 pub(super) fn save(
     report: &mut JobReport,
     maker: &Maker<'_>,
@@ -101,24 +101,21 @@ pub(super) fn describe(report: &mut JobReport, maker: &Maker<'_>, made: &mut Job
     report.clips = std::mem::take(&mut made.clips);
 }
 
-/// Refuses what is not one file on a disk.
+/// Refuses anything other than one file on a disk.
 pub(super) fn check_one_file(inputs: &[PathBuf], write: &OutputOptions) -> Result<()> {
     let many = inputs.iter().find(|input| Importer::is_of_many(input));
     let (message, help) = match many {
         _ if write.is_stream() => (
-            "the job writes to standard output, which belongs to the program".to_owned(),
-            "name a file in write.output, or do the job with mocap run",
+            "the job writes to standard output, which only mocap run supports".to_owned(),
+            "name a file in write.output, or run the job with mocap run",
         ),
         Some(folder) if !write.is_folder() => (
-            format!(
-                "{} is a folder, and its motions need a folder of outputs",
-                folder.display()
-            ),
-            "name a folder in write.output, which ends in /, and do the job with mocap run",
+            format!("{} is a folder: its motions need an output folder", folder.display()),
+            "name a folder in write.output that ends in /, and run the job with mocap run",
         ),
         _ if write.is_folder() => (
-            "the job makes an output of each of many motions in a folder".to_owned(),
-            "do it with mocap run, or take a Maker, or name a file in write.output",
+            "the job writes one file for each of many motions in a folder".to_owned(),
+            "run it with mocap run, or use a Maker, or name a file in write.output",
         ),
         _ => return Ok(()),
     };

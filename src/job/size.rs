@@ -1,4 +1,4 @@
-//! How much smaller an output is.
+//! Options for compression.
 
 use mocap_compress::ErrorBound;
 use mocap_formats::gltf::{Compression, GltfOptions};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::is_default;
 use super::text::Length;
 
-/// Fewer keys and bits, within a largest error.
+/// Compression options: fewer keys and bits, within a largest error.
 ///
 /// ```
 /// use mocap::job::SizeOptions;
@@ -21,13 +21,13 @@ use super::text::Length;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SizeOptions {
-    /// Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are
-    /// removed within it; fails where it cannot be kept [default with a compression: 1mm]
+    /// Remove keys and bits, but keep every joint and end site within this distance of its position in every frame,
+    /// such as 1mm. Fails if the format cannot keep this distance [default with a compression: 1mm]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub max_error: Option<Length>,
-    /// Distance of points around each joint, such as the skin, that keep the largest error too; 3cm is the default of
-    /// ACL [default: 0, joints and end sites alone]
+    /// Also keep points at this distance around each joint, such as the skin, within the largest error. ACL uses 3cm
+    /// [default: 0, only joints and end sites]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LENGTH"))]
     #[serde(skip_serializing_if = "is_default")]
     pub shell_distance: Option<Length>,
@@ -60,7 +60,7 @@ impl SizeOptions {
             .error_bound(self.has_bound().then_some(bound))
     }
 
-    /// Whether keys or bits may be left out.
+    /// Whether keys or bits may be removed.
     pub fn has_bound(&self) -> bool {
         self.max_error.is_some() || self.compress.is_some_and(|kind| kind != Compression::None)
     }

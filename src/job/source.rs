@@ -1,4 +1,4 @@
-//! The inputs of a job, and the caller's statements about them that the files do not have.
+//! The inputs of a job, and the caller's statements that the files lack.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use super::input::InputOptions;
 use super::is_default;
 use super::text::{UnitChoice, UpChoice};
 
-/// What a job works on.
+/// The inputs of a job.
 ///
 /// ```
 /// use mocap::job::Sources;
@@ -37,10 +37,10 @@ pub struct Sources {
     /// The unit and the up axis of the inputs.
     #[serde(skip_serializing_if = "is_default")]
     pub space: SourceSpace,
-    /// Which joint of the inputs is which bone, where the guess is wrong: a JSON file, or the name of each.
+    /// The joint of each bone, if the guess is wrong: a JSON file, or the names here.
     #[serde(skip_serializing_if = "is_default")]
     pub map: SourceMap,
-    /// Which frames of the inputs are taken.
+    /// The frames to use from the inputs.
     #[serde(skip_serializing_if = "is_default")]
     pub frames: SourceFrames,
 }
@@ -63,7 +63,7 @@ pub struct SourceSpace {
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub unit: UnitChoice,
-    /// The axis of the input that points up; auto: from the feet to the head.
+    /// The up axis of the input; auto: from the feet to the head.
     #[cfg_attr(feature = "clap", command(flatten))]
     #[serde(skip_serializing_if = "is_default")]
     pub up: SourceUp,
@@ -91,7 +91,7 @@ pub struct SourceUp {
     pub up: UpChoice,
 }
 
-/// The bones of the inputs, where the guess is wrong or not wanted.
+/// The bones of the inputs, if the guess is wrong or not wanted.
 ///
 /// ```
 /// use mocap::job::SourceMap;
@@ -106,17 +106,17 @@ pub struct SourceUp {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceMap {
-    /// Take the bones from this JSON file, as `mocap skeleton --json` prints it; those that it does not name are
-    /// searched for
+    /// Read the bones from this JSON file, as `mocap skeleton --json` prints it. Bones that the file omits are searched
+    /// for
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_parser = |path: &str| BoneMap::parse_file(path).map(BoneMap::Bones)))]
     pub map: Option<BoneMap>,
 }
 
-/// Which joint is which bone: in a file, or here.
+/// The joint of each bone, in a file or here.
 ///
-/// A file holds `{"bones": {"hips": "NAME", ...}}`, or what `mocap skeleton --json` prints. Beside `bones`, and here
-/// among them, `"follow": {"FootIK.L": "leftFoot"}` lets a joint follow a bone or another joint instead of its
-/// parent.
+/// A file holds `{"bones": {"hips": "NAME", ...}}`, or the output of `mocap skeleton --json`. `"follow": {"FootIK.L":
+/// "leftFoot"}` lets a joint follow a bone or another joint instead of its parent. In a file, `follow` is next to
+/// `bones`; here it is among the bones.
 ///
 /// ```
 /// use mocap::job::BoneMap;
@@ -132,8 +132,8 @@ pub struct SourceMap {
 pub enum BoneMap {
     /// A JSON file.
     File(PathBuf),
-    /// The name of the joint of each bone; `null` where a bone is not to be searched for. `follow` has joints that
-    /// follow a bone, or another joint, instead of their parents.
+    /// The name of the joint of each bone; `null` to not search for a bone. `follow` has joints that follow a bone, or
+    /// another joint, instead of their parents.
     Bones(#[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, MapEntry>"))] HumanoidMap),
 }
 
@@ -151,7 +151,7 @@ impl BoneMap {
     /// The bones.
     ///
     /// # Errors
-    /// [`Code::Io`] where the file cannot be read, and [`Code::InvalidValue`] where it has no bones.
+    /// [`Code::Io`] if the file cannot be read, and [`Code::InvalidValue`] if the file has no bones.
     pub fn bones(&self) -> Result<HumanoidMap> {
         match self {
             Self::Bones(bones) => Ok(bones.clone()),
@@ -165,8 +165,7 @@ impl BoneMap {
         }
     }
 
-    /// The bones of a file, as a command line takes them: read at once, so that a bad file is refused before the work
-    /// begins.
+    /// Parses the file of an option. The file is read at once, so that a bad file is refused before the work begins.
     #[cfg(feature = "clap")]
     pub fn parse_file(path: &str) -> Result<HumanoidMap, String> {
         let bones = Self::File(PathBuf::from(path)).bones();
@@ -174,7 +173,7 @@ impl BoneMap {
     }
 }
 
-/// What `mocap skeleton --json` prints, or its part `humanoid`.
+/// The output of `mocap skeleton --json`, or its part `humanoid`.
 #[derive(Deserialize)]
 struct MapFile {
     humanoid: Option<Box<MapFile>>,
@@ -237,7 +236,7 @@ fn bones_of(text: &str) -> Result<HumanoidMap, String> {
     Ok(map)
 }
 
-/// Which frames of the inputs are taken, before their unit and axes are changed.
+/// The frames to use from the inputs. They are selected before the unit and the axes are converted.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -255,15 +254,16 @@ fn bones_of(text: &str) -> Result<HumanoidMap, String> {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SourceFrames {
-    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end is optional
     #[cfg_attr(feature = "clap", arg(long, value_name = "A..B", allow_hyphen_values = true))]
     #[serde(skip_serializing_if = "is_default")]
     pub trim: Option<TimeRange>,
-    /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate
+    /// Resample to this number of frames per second, at the same playback speed. For an input without a valid rate, set
+    /// its rate
     #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate))]
     #[serde(skip_serializing_if = "is_default")]
     pub fps: Option<f64>,
-    /// Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it
+    /// Whether to drop the first frame; auto: drop it if it is a rest pose and the motion jumps after it
     #[cfg_attr(feature = "clap", arg(long, value_name = "WHEN", default_value = "no"))]
     #[serde(skip_serializing_if = "is_default")]
     pub drop_first_frame: FirstFrame,
@@ -275,30 +275,30 @@ pub struct SourceFrames {
     #[cfg_attr(feature = "clap", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub t_pose_first: bool,
-    /// What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root.
-    // Not an argument of its own: a command line has two switches for it.
+    /// The root motion: kept, removed, or moved to a joint above the root.
+    // Not an argument: a command line has two switches for it.
     #[cfg_attr(feature = "clap", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]
     pub root: RootMotion,
 }
 
 impl SourceSpace {
-    /// Metres in a unit of the input, where that is known.
+    /// Metres per unit of the input, if known.
     pub fn metres_per_unit(&self) -> Option<f64> {
         self.unit.metres()
     }
 
-    /// The up axis of the input, where it is known.
+    /// The up axis of the input, if known.
     pub fn up(&self) -> Option<UpAxis> {
         self.up.axis()
     }
 
-    /// Lets the scene state what is known of the numbers of its file. What the file states otherwise gives a warning.
+    /// Sets the stated unit and up axis in the scene. A value that contradicts the file gives a warning.
     pub fn state(&self, scene: &mut Scene) {
         self.space().state(scene);
     }
 
-    /// A warning for each value that the file of a scene states otherwise.
+    /// A warning for each value that contradicts the file of a scene.
     pub fn contradictions(&self, scene: &Scene) -> Vec<Diagnostic> {
         self.space().contradictions(&scene.metadata)
     }
@@ -312,12 +312,12 @@ impl SourceSpace {
 }
 
 impl SourceUp {
-    /// The axis, where it is known.
+    /// The axis, if known.
     pub fn axis(self) -> Option<UpAxis> {
         self.up.axis()
     }
 
-    /// Lets the scene state what is known. A file that states another axis gives a warning.
+    /// Sets the stated axis in the scene. A file that states another axis gives a warning.
     pub fn state(self, scene: &mut Scene) {
         let space = Space {
             metres_per_unit: None,
@@ -328,7 +328,7 @@ impl SourceUp {
 }
 
 impl SourceMap {
-    /// The bones that stand here; none where the map is in a file.
+    /// The bones that are stated here; none if the map is in a file.
     pub fn bones_here(&self) -> HumanoidMap {
         match &self.map {
             Some(BoneMap::Bones(bones)) => bones.clone(),
@@ -348,7 +348,7 @@ impl SourceMap {
 }
 
 impl SourceFrames {
-    /// A conversion that takes these frames.
+    /// A conversion with these frames.
     pub fn conversion(&self) -> Conversion {
         let TimeRange { first, last } = self.trim.unwrap_or_default();
         let conversion = Conversion::new()

@@ -1,4 +1,4 @@
-//! How motions are surveyed.
+//! Options of a survey.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::files::{Files, Outputs};
 use super::{InputOptions, is_default};
 
-/// How motions are surveyed: thresholds, which clips are kept, and what is written beside the table.
+/// Options of a survey: thresholds, the clips to keep, and further files next to the table.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -33,8 +33,8 @@ use super::{InputOptions, is_default};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SurveyOptions {
-    /// The amount from which a clip is bad, KIND=BAD, or suspect and bad, KIND=SUSPECT..BAD, as skate=2; inf turns a
-    /// kind off; once for each kind
+    /// Threshold from which a clip is bad, KIND=BAD, or thresholds for suspect and bad, KIND=SUSPECT..BAD, such as
+    /// skate=2; inf turns a kind off; repeatable
     #[cfg_attr(feature = "clap", arg(long, value_name = "KIND=AMOUNT"))]
     #[serde(skip_serializing_if = "is_default")]
     pub threshold: Vec<String>,
@@ -43,31 +43,32 @@ pub struct SurveyOptions {
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     #[serde(rename = "where", skip_serializing_if = "is_default")]
     pub condition: Option<Condition>,
-    /// Keep so many clips, or so many per cent, which are as different as can be
+    /// Keep this number or percentage of clips, as diverse as possible
     #[cfg_attr(feature = "clap", arg(long, value_name = "N|N%"))]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
     #[serde(skip_serializing_if = "is_default")]
     pub select: Option<SelectAmount>,
-    /// Split the clips into parts of these fractions, as 0.8,0.1,0.1: the column `split` has train, validation or test;
-    /// of two parts train or test
+    /// Split the clips into parts of these fractions, such as 0.8,0.1,0.1. The column `split` has train, validation or
+    /// test; with two parts train or test
     #[cfg_attr(feature = "clap", arg(long, value_name = "FRACTIONS", value_delimiter = ','))]
     #[serde(skip_serializing_if = "is_default")]
     pub split: Vec<f64>,
     /// How to select: diversity, or quality,diversity, which first drops bad clips and near-duplicates. For a split,
-    /// what to keep in one part: person, skeleton, near-duplicate [default: quality,diversity, and near-duplicate of a
-    /// split]
+    /// clips with the same value stay in one part: person, skeleton, near-duplicate [default: quality,diversity, and
+    /// near-duplicate for a split]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_delimiter = ','))]
     #[serde(skip_serializing_if = "is_default")]
     pub by: Vec<SelectBy>,
-    /// Write the findings as SARIF, which code hosts show beside files
+    /// Write the findings as SARIF, which code hosts show next to files
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub sarif: Option<PathBuf>,
-    /// Write a page that shows the corpus: counts, the worst and usual clips as moving figures, twins, a map
+    /// Write a page that shows the dataset: counts, the worst and typical clips as moving figures, near-duplicates, a
+    /// map
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
     #[serde(skip_serializing_if = "is_default")]
     pub html: Option<PathBuf>,
-    /// Fail if a kept clip has this verdict or a worse one: the exit code is 1, and the problem of a report says so
+    /// Fail if a kept clip has this verdict or a worse one: the exit code is 1, and the report has a problem
     #[cfg_attr(feature = "clap", arg(long, value_name = "VERDICT", value_parser = parse_verdict))]
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
@@ -82,20 +83,20 @@ fn parse_verdict(text: &str) -> Result<Quality, String> {
 }
 
 impl SurveyOptions {
-    /// From which amounts on a clip is suspect and bad.
+    /// The amounts from which a clip is suspect and bad.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a text that is no threshold.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a text that is not a threshold.
     pub fn thresholds(&self) -> Result<Thresholds> {
         let mut thresholds = Thresholds::default();
         self.threshold.iter().try_for_each(|text| thresholds.set(text))?;
         Ok(thresholds)
     }
 
-    /// The clips of a file as `read` reads it, or those of the record that it is, a `.jsonl` file.
+    /// The clips of a motion file, read with `read`; or the clips of a record, a `.jsonl` file.
     ///
     /// # Errors
-    /// As [`Importer::import`]; [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a line that is no row.
+    /// As [`Importer::import`]; [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a line that is not a row.
     pub fn examine(&self, read: &InputOptions, path: &Path) -> Result<Vec<ClipRecord>> {
         let files = Files {
             given: &[],
@@ -104,7 +105,7 @@ impl SurveyOptions {
         examine(&self.thresholds()?, read, files, path)
     }
 
-    /// The corpus of files, by all cores. A file that cannot be read is a row with its error.
+    /// The corpus of files, computed on all cores. A file that cannot be read gives a row with its error.
     ///
     /// # Errors
     /// As [`thresholds`](Self::thresholds).
@@ -125,7 +126,7 @@ impl SurveyOptions {
         self.judge(rows.into_iter().flatten().collect())
     }
 
-    /// The corpus of clips: judged together, and of them those that are to be kept.
+    /// Judges all clips together, and returns the clips to keep.
     ///
     /// # Errors
     /// As [`thresholds`](Self::thresholds).
@@ -152,7 +153,7 @@ impl SurveyOptions {
         Ok(corpus)
     }
 
-    /// Refuses a `by` for which nothing is selected or split.
+    /// Refuses a value of `by` without the selection or split that it controls.
     fn check_by(&self) -> Result<()> {
         let needs = |option: &str, by: &str| Diagnostic::new(Code::InvalidValue, format!("{{by}} {by} needs {option}"));
         let error = match self.by.iter().find(|by| is_of_selection(**by)) {
@@ -162,12 +163,10 @@ impl SurveyOptions {
             }
             _ => return Ok(()),
         };
-        Err(error
-            .help("name what is selected or split, too, or leave it out")
-            .into())
+        Err(error.help("also name what to select or split, or leave it out").into())
     }
 
-    /// The files beside the table: the page and the findings, if they are asked for.
+    /// The further files: the page and the findings, if requested.
     ///
     /// # Errors
     /// As [`thresholds`](Self::thresholds).
@@ -194,7 +193,7 @@ impl SurveyOptions {
         Ok(made.map(|(path, text)| (path, text.into_bytes())).collect())
     }
 
-    /// Says which clips are as bad as must not be.
+    /// Describes the clips that are worse than allowed.
     pub fn problem(&self, corpus: &Corpus) -> Option<String> {
         let least = self.fail_on?;
         let bad: Vec<&ClipRow> = corpus.rows().filter(|row| row.verdict >= least).collect();
@@ -207,12 +206,12 @@ impl SurveyOptions {
     }
 }
 
-/// Whether it determines the selection, and not the parts of a split.
+/// Whether `by` controls the selection, not the split.
 fn is_of_selection(by: SelectBy) -> bool {
     matches!(by, SelectBy::Quality | SelectBy::Diversity)
 }
 
-/// Rows need no mesh, and files are read beside each other.
+/// Rows need no mesh, and files are read in parallel.
 fn importer(read: &InputOptions) -> Importer {
     read.importer().threads(1).with_own_meshes()
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::files::{Files, Outputs, check_inputs, check_outputs, output_files, policy, write_all, written};
 use super::{FileOutputOptions, InputOptions, JobReport, SurveyOptions, is_default};
 
-/// What is to be known of motions: a row for each clip, in the report and in the table that is written.
+/// Surveys motions: one row for each clip, in the report and in the written table.
 ///
 /// [`SurveyOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -24,14 +24,14 @@ pub struct SurveyJob {
     /// The inputs.
     #[serde(default)]
     pub source: SurveySources,
-    /// How they are surveyed.
+    /// The options of the survey.
     pub survey: SurveyOptions,
     /// The table.
     #[serde(default, skip_serializing_if = "is_default")]
     pub write: FileOutputOptions,
 }
 
-/// What a survey works on.
+/// The inputs of a survey.
 ///
 /// [`SurveyOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -67,7 +67,7 @@ impl SurveyJob {
         Ok((written(made), report))
     }
 
-    /// Makes the survey, and writes what it is asked to: the page, the findings, and the table last.
+    /// Makes the survey, and writes the requested files: the page, the findings, then the table.
     pub(super) fn run_of(&self, files: Files<'_>) -> Result<JobReport> {
         let policy = self.policy();
         let beside = self.survey.html.iter().chain(&self.survey.sarif).map(AsRef::as_ref);
@@ -77,7 +77,7 @@ impl SurveyJob {
         Ok(report)
     }
 
-    /// Which files the outputs may replace: no input.
+    /// The policy for replacing files: outputs never replace an input.
     pub fn policy(&self) -> ReplacePolicy {
         policy(&self.source.inputs, &self.read, []).force(self.write.force)
     }

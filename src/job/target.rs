@@ -1,4 +1,4 @@
-//! What a job retargets its motions to.
+//! The target to which a job retargets its motions.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use super::is_default;
 use super::source::BoneMap;
 use super::text::Angle;
 
-/// What a job retargets its motions to. Each kind has only its own options.
+/// The target to which a job retargets its motions. Each kind has only its own options.
 ///
 /// ```
 /// use mocap::job::JobTarget;
@@ -29,16 +29,16 @@ use super::text::Angle;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum JobTarget {
-    /// A character. A glTF or VRM file keeps everything that is in it, and the motions are added.
+    /// A character. A glTF or VRM file keeps all its contents, and the motions are added.
     Character(CharacterTarget),
-    /// The skeleton of a file alone, without what else is in it.
+    /// Only the skeleton of a file, without its other contents.
     Skeleton(SkeletonTarget),
     /// A robot of URDF or MJCF.
     Robot(RobotTarget),
 }
 
-/// A kind of target: the options that all kinds have, and its own. On a command line its map has its own name. A struct
-/// of the shared options in each would lose the path of a wrong value (serde's `flatten`).
+/// Defines a kind of target: the shared options, then its own. On a command line the map option has its own name. The
+/// macro repeats the shared options, because serde's `flatten` would lose the path of a wrong value.
 macro_rules! target {
     ($(#[$about:meta])* $name:ident, $map:tt, { $($own:tt)* }) => {
         $(#[$about])*
@@ -48,11 +48,11 @@ macro_rules! target {
         #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[non_exhaustive]
         pub struct $name {
-            /// The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo.
+            /// The file of the character or the skeleton; for a robot, URDF or MuJoCo's MJCF.
             #[cfg_attr(feature = "clap", arg(skip))]
             pub file: PathBuf,
-            /// Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target;
-            /// those that it does not name are searched for
+            /// Read the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target.
+            /// Bones that the file omits are searched for
             #[cfg_attr(
                 feature = "clap",
                 arg(
@@ -64,12 +64,13 @@ macro_rules! target {
             )]
             #[serde(skip_serializing_if = "is_default")]
             pub map: Option<BoneMap>,
-            /// Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor
+            /// Scale of the path over the ground: auto, in proportion to the leg length; none, as in the source; or a
+            /// factor
             #[cfg_attr(feature = "clap", arg(long, value_name = "auto|none|FACTOR", default_value = "auto"))]
             #[serde(skip_serializing_if = "is_default")]
             pub scale: Scale,
             /// Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not
-            /// correct it. On a character, lock applies only where the foot would slide more than the source foot
+            /// correct it. On a character, lock applies only if the foot would slide more than the source foot
             #[cfg_attr(feature = "clap", arg(long, value_name = "lock|free", default_value = "lock"))]
             #[serde(skip_serializing_if = "is_default")]
             pub feet: Feet,
@@ -102,18 +103,17 @@ target! {
     /// assert_eq!(hero.feet, Feet::Free);
     /// ```
     CharacterTarget, "character-map", {
-        /// Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the
-        /// source touch, free to the place that the directions of the arms give
+        /// Hands that touch the body, each other or the floor: keep moves a hand to the place that the source hand
+        /// touches, free keeps the directions of the arms
         #[cfg_attr(feature = "clap", arg(long, value_name = "keep|free", default_value = "keep"))]
         #[serde(skip_serializing_if = "is_default")]
         pub hands: Hands,
-        /// Drop the animations of the character; by default they stay
+        /// Drop the animations of the character. By default they are kept
         #[cfg_attr(feature = "clap", arg(long))]
         #[serde(skip_serializing_if = "is_default")]
         pub replace_animations: bool,
-        /// Largest allowed angle in degrees; above it the job fails after it has written, with the exit code 1. It is
-        /// the worst of these angles: of a limb in any frame, and in the mean of a roll of a limb, a line of the trunk,
-        /// a palm
+        /// Largest allowed angle in degrees; beyond it, the job fails after writing, with the exit code 1. Four angles
+        /// are checked: of a limb in any frame, and the means of a limb's roll, a line of the trunk and a palm
         #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES"))]
         #[serde(skip_serializing_if = "is_default")]
         pub max_angle: Option<Angle>,
@@ -121,12 +121,12 @@ target! {
 }
 
 target! {
-    /// The skeleton of a file alone.
+    /// Only the skeleton of a file.
     ///
     /// [`CharacterTarget`] has an example.
     SkeletonTarget, "skeleton-map", {
-        /// Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the
-        /// source touch, free to the place that the directions of the arms give
+        /// Hands that touch the body, each other or the floor: keep moves a hand to the place that the source hand
+        /// touches, free keeps the directions of the arms
         #[cfg_attr(feature = "clap", arg(long, value_name = "keep|free", default_value = "keep"))]
         #[serde(skip_serializing_if = "is_default")]
         pub hands: Hands,
@@ -142,9 +142,9 @@ target! {
     ///
     /// [`JobTarget`] has an example.
     RobotTarget, "robot-map", {
-        /// How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together.
-        /// The second pass moves joints smoothly, within the velocities of the robot's file and without jumps [default:
-        /// 2]
+        /// Number of solver passes: 1 solves frame by frame, which is faster; 2 then solves all frames of a window
+        /// together. The second pass moves joints smoothly and without jumps, within the velocity limits of the robot's
+        /// file [default: 2]
         #[cfg_attr(
             feature = "clap",
             arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))
@@ -152,12 +152,13 @@ target! {
         #[serde(skip_serializing_if = "is_default")]
         #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 2)))]
         pub passes: Option<u8>,
-        /// Keep joints within the velocities of the robot's file with one pass, too
+        /// Keep joints within the velocity limits of the robot's file, also with one pass
         #[cfg_attr(feature = "clap", arg(long))]
         #[serde(skip_serializing_if = "is_default")]
         pub velocity_limits: bool,
-        /// Where the floor is: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its
-        /// mean height in the motion, with no height changed. auto also lowers a foot that stands a little too high
+        /// Height of the floor: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its
+        /// mean height in the motion, without changing heights. auto also lowers a foot that is slightly above the
+        /// floor
         #[cfg_attr(
             feature = "clap",
             arg(long, value_name = "FLOOR", default_value = "auto", hide_possible_values = true)
@@ -172,7 +173,7 @@ target! {
     }
 }
 
-/// What happens to feet in contact.
+/// Treatment of feet in contact.
 ///
 /// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -188,7 +189,7 @@ pub enum Feet {
     Free,
 }
 
-/// What happens to hands that touch something.
+/// Treatment of hands in contact.
 ///
 /// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -197,14 +198,14 @@ pub enum Feet {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Hands {
-    /// They touch on the target what those of the source touch.
+    /// A hand touches the same place on the target as the source hand.
     #[default]
     Keep,
-    /// They are where the directions of the arms put them.
+    /// Hands follow from the directions of the arms.
     Free,
 }
 
-/// The worst verdict that a motion on a robot may have.
+/// The worst allowed verdict of a motion on a robot.
 ///
 /// The [module](crate) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -213,11 +214,11 @@ pub enum Hands {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum RequiredVerdict {
-    /// Only good ones.
+    /// Only good motions.
     Good,
     /// Good and fair ones that the robot can perform, by its masses and efforts.
     Feasible,
-    /// Good and fair ones.
+    /// Good and fair motions.
     Fair,
 }
 
@@ -269,7 +270,7 @@ impl JobTarget {
         shared!(self, kind => &kind.file)
     }
 
-    /// The names of the clips, if they differ from those of the files.
+    /// The names of the clips, if they differ from the names in the files.
     pub(super) fn names_of_clips(&self) -> &[String] {
         shared!(self, kind => &kind.names_of_clips)
     }
@@ -285,7 +286,7 @@ impl JobTarget {
         std::iter::once(file).chain(map)
     }
 
-    /// Leaves out what decides only whether the job fails: no output depends on it.
+    /// Removes options that only decide whether the job fails: no output depends on them.
     #[doc(hidden)]
     pub fn forget_verdict(&mut self) {
         match self {
@@ -295,10 +296,10 @@ impl JobTarget {
         }
     }
 
-    /// The options of a retargeting to it.
+    /// The options for retargeting to this target.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for passes that there are not, and as [`BoneMap::bones`].
+    /// [`Code::InvalidValue`] for an invalid number of passes, and the errors of [`BoneMap::bones`].
     #[doc(hidden)]
     pub fn options(&self) -> Result<RetargetOptions> {
         let (map, scale, feet) = shared!(self, kind => (&kind.map, kind.scale, kind.feet));
@@ -319,7 +320,7 @@ impl JobTarget {
         })
     }
 
-    /// What of the motions is worse than is allowed.
+    /// Describes the motions that are worse than allowed.
     pub(super) fn problem(&self, clips: &[ClipReport]) -> Option<String> {
         let allowed = match self {
             Self::Robot(robot) => return robot.problem(clips),

@@ -1,4 +1,4 @@
-//! Values that people write as text, on a command line and in a job file alike: lengths, units, parts of a motion.
+//! Values that users write as text, on a command line or in a job file: lengths, units, parts of a motion.
 
 use std::fmt;
 use std::str::FromStr;
@@ -35,11 +35,11 @@ impl Length {
         self.0
     }
 
-    /// The question to ask where a text on a command line is a length without a unit: `1` would be a metre.
+    /// The question to ask if a length on a command line lacks its unit: `1` would be a metre.
     #[doc(hidden)]
     pub fn question(text: &str) -> Option<String> {
-        // What is smaller was meant in metres.
-        /// The number of millimetres below which a length without a unit was meant in metres: no motion is as exact.
+        // A smaller number was meant in metres.
+        /// The number of millimetres below which a length without a unit was meant in metres: no motion is that exact.
         const SMALLEST_IN_MILLIMETRES: f64 = 0.1;
         let number: f64 = text.trim().parse().ok().filter(|&number| number != 0.0)?;
         let millimetres = match number.abs() < SMALLEST_IN_MILLIMETRES {
@@ -84,7 +84,7 @@ impl fmt::Display for Length {
     }
 }
 
-/// The unit of length of a file: known by its name, by its length in metres, or to be guessed.
+/// The unit of length of a file: named, given in metres, or guessed.
 ///
 /// ```
 /// use mocap::job::UnitChoice;
@@ -95,7 +95,7 @@ impl fmt::Display for Length {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum UnitChoice {
-    /// What the file states, or else a guess.
+    /// The unit that the file states, or else a guess.
     #[default]
     Auto,
     /// A unit with a name.
@@ -108,7 +108,7 @@ impl UnitChoice {
     #[cfg(feature = "schema")]
     const TAKES: &str = "auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit";
 
-    /// Metres in one unit, where the unit is known.
+    /// Metres per unit, if the unit is known.
     pub fn metres(self) -> Option<f64> {
         match self {
             Self::Auto => None,
@@ -139,7 +139,7 @@ impl fmt::Display for UnitChoice {
     }
 }
 
-/// The unit that a text names: not `auto`.
+/// Parses a unit other than `auto`.
 pub(super) fn parse_unit(text: &str) -> Result<UnitChoice, String> {
     if let Some(unit) = Unit::named(text) {
         return Ok(UnitChoice::Named(unit));
@@ -162,7 +162,7 @@ pub(super) fn parse_unit(text: &str) -> Result<UnitChoice, String> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum UpChoice {
-    /// What the file states, or else from the feet to the head.
+    /// The axis that the file states, or else the direction from the feet to the head.
     #[default]
     Auto,
     /// This axis.
@@ -173,7 +173,7 @@ impl UpChoice {
     #[cfg(feature = "schema")]
     const TAKES: &str = "auto, y, z, -y or -z";
 
-    /// The axis, where it is known.
+    /// The axis, if known.
     pub fn axis(self) -> Option<UpAxis> {
         match self {
             Self::Auto => None,

@@ -1,35 +1,34 @@
-//! Proof that a motion survived: where a written file puts every joint at every frame of every clip, against its
-//! source.
+//! Verifies a written file: compares the position of every joint, in every frame of every clip, with its source.
 //!
-//! Both sides are computed in double precision by kinematics of their own, and the file is read back by a reader, which
-//! did not write it. The moment of a frame in glTF is the 32-bit number of seconds next to it, for glTF has no other.
+//! This module computes both sides in double precision with separate kinematics code. A reader, not the writer, reads
+//! the file. In glTF, the time of a frame is rounded to 32-bit seconds, because glTF stores no other times.
 //!
-//! Intended changes (unit, up axis, trim, frame rate, in place, edits) are in the [`Provenance`] of glTF and FBX files
-//! of this crate, or in a file beside BVH. They are applied to the source as well. Without this record, the unit
-//! follows from the lengths of the links, and must be a unit of length. The up axis is the one that fits the first
-//! frame better. The motion is assumed to be whole.
+//! Intended changes (unit, up axis, trim, frame rate, edits) are in the [`Provenance`] of this crate's glTF and FBX
+//! files, or in the JSON file of a BVH file. They are applied to the source as well. Without this record, the unit is
+//! inferred from the lengths of the links, and must be a unit of length. The up axis is the axis with the smaller
+//! distances. The motion is assumed to be whole.
 //!
-//! Joints are paired by their names, and joints of one name or without a name by the joints above them. Clips are
-//! paired by their names, or in their order if the format has no names. Each clip keeps its own frame rate. A cubic
-//! curve is looked at between its keys too; BVH, FBX and markers, which are read as a pose for each frame, at their
-//! frames alone. Rotations that move no joint show in points 3 cm away.
+//! Joints are paired by name. Joints without a name, or with a repeated name, are paired by their ancestors. Clips are
+//! paired by name, or in their order if the format has no names. Each clip keeps its own frame rate. Cubic curves are
+//! also compared between their keys. BVH, FBX and markers are read as one pose for each frame, and compared only at
+//! their frames. Rotations that move no joint are compared by points 3 cm away from the joint.
 //!
-//! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the positions of those that
-//! stand on bones alone, and how each of them has rotated since the first frame. A joint that is left out and moves has
-//! a part in both.
+//! A VRM animation has only the bones of a humanoid, in a different rest pose. Two things are compared: the positions
+//! of bones whose ancestors are all bones, and the rotation of each bone since the first frame. An omitted joint that
+//! moves would affect both.
 //!
-//! A motion that was put on another skeleton cannot be compared so, and is refused.
+//! A retargeted motion cannot be compared this way, and is refused.
 //!
-//! Distances are one half of the proof. The other are [`Finding`]s:
+//! Apart from distances, the result has [`Finding`]s:
 //!
-//! - frames that are missing at either end
-//! - clips or joints that are missing, renamed or too many, and joints on another parent
-//! - keys that step, and lengths in no unit
-//! - a skin that is bound elsewhere
-//! - another source than the file names
+//! - missing frames at either end
+//! - missing, renamed or additional clips and joints, and joints with another parent
+//! - stepped keys, and lengths that match no unit
+//! - a skin with another bind pose
+//! - a source that differs from the source that the file names
 //!
-//! A file is what its source is where there is no finding and no distance beyond the allowed;
-//! [`Verification::is_within`] says so.
+//! A file equals its source if there is no finding, and no distance exceeds the allowed distance: see
+//! [`Verification::is_within`].
 
 mod arrays;
 mod chain;
@@ -73,8 +72,8 @@ use self::report::{Finding, FindingKind, LargestDeviation, Resampling, Verificat
 use mocap_formats::usd;
 
 impl Verification {
-    /// Compares `output` with `source`. `output` is the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of
-    /// any other file that is read. `source` is the scene of its source file, before any step that moves things.
+    /// Compares `output` with `source`. `output` has the bytes of a `.glb`, of a `.gltf` with an embedded buffer, or of
+    /// any other readable file. `source` is the scene of its source file, before any step.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -89,7 +88,7 @@ impl Verification {
     /// ```
     ///
     /// # Errors
-    /// Where the bytes cannot be read, have their buffer in another file, or have no joint in common with `source`.
+    /// If the bytes cannot be read, have their buffer in another file, or have no joint in common with `source`.
     pub fn of(source: &Scene, output: &[u8]) -> Result<Verification> {
         let refuse = |other: &Path| {
             let message = format!("the buffer is in another file, \"{}\"", other.display());
@@ -104,7 +103,7 @@ impl Verification {
     }
 }
 
-/// Compares files, where more is known than they say.
+/// Compares files, with information that the files lack.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -135,40 +134,41 @@ pub struct Verifier {
 }
 
 impl Verifier {
-    /// Knows what the files say.
+    /// A verifier without further information.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// How the source is read. What the file says of that comes on top. Default: [`Importer::new`].
+    /// The importer of the source. The file's record of reading options is applied in addition. Default:
+    /// [`Importer::new`].
     #[must_use]
     pub fn importer(mut self, importer: Importer) -> Self {
         self.importer = importer;
         self
     }
 
-    /// What was done between source and file, for files that do not say it.
+    /// The changes between source and file, for files that do not record them.
     #[must_use]
     pub fn provenance(mut self, provenance: Provenance) -> Self {
         self.provenance = Some(provenance);
         self
     }
 
-    /// The files of the second motions that steps took, in any order: a concat, a blend or a layer. Each is recognised
-    /// by the SHA-256 that the file records.
+    /// The files of second motions of the steps concat, blend and layer, in any order. Each is recognised by the
+    /// SHA-256 that the file records.
     #[must_use]
     pub fn second_motions(mut self, files: impl IntoIterator<Item = impl Into<PathBuf>>) -> Self {
         self.seconds = files.into_iter().map(Into::into).collect();
         self
     }
 
-    /// What is known of the unit and the up axis of the source. A file with the source's own space does not record it.
+    /// The unit and the up axis of the source, if known. A file that keeps the source's space does not record them.
     pub(super) fn space(mut self, space: SourceSpace) -> Self {
         self.space = space;
         self
     }
 
-    /// The largest error that the caller allows, in metres: a motion that is smaller may be lost.
+    /// The largest error that the caller allows, in metres. A smaller motion may be lost.
     #[doc(hidden)]
     #[must_use]
     pub fn allowing(mut self, max_error: f64) -> Self {
@@ -176,8 +176,8 @@ impl Verifier {
         self
     }
 
-    /// Compares a written file with its source file. Arrays (`.npz`, `.csv`, `.parquet`) are compared in the space that
-    /// they have; of several animations they have the first.
+    /// Compares a written file with its source file. Arrays (`.npz`, `.csv`, `.parquet`) are compared in their own
+    /// space. They have only the first animation of the source.
     ///
     /// # Errors
     /// As [`Verifier::files`].
@@ -237,8 +237,8 @@ impl Verifier {
             .map_err(|error| error.with_path(path))
     }
 
-    /// The output, read again where its format has one frame rate for all clips and those of its source have several.
-    /// It has keys between its frames then.
+    /// Reads the output again if its format has one frame rate for all clips, but the source's clips have several
+    /// rates. The output then has keys between its frames.
     fn sampled<'a>(
         &self,
         output: Output<'a>,
@@ -272,7 +272,7 @@ impl Verifier {
         Ok(sampled)
     }
 
-    /// Imports the second motion of a step: the one of the given files that the output names.
+    /// Imports the second motion of a step from the given files. The output names the file.
     fn second(&self, motion: &SecondMotion, source: Option<&Path>) -> Result<Scene> {
         let provenance = Provenance {
             source: motion.source.clone(),
@@ -326,7 +326,7 @@ impl Verifier {
     }
 }
 
-/// What the source says of itself, if this crate wrote it.
+/// The provenance of the source, if this crate wrote it.
 fn provenance_of_file(source: &Path) -> Option<Provenance> {
     let opener = Importer::new();
     let open = |sibling: &Path| opener.open(&source.with_file_name(sibling));
@@ -334,13 +334,13 @@ fn provenance_of_file(source: &Path) -> Option<Provenance> {
     output::provenance_of(&bytes, source, &open).ok()?
 }
 
-/// Refuses two files that were made of one source by other steps: neither says what lies between the two.
+/// Refuses two files that were made from one source by different steps: neither records the difference.
 fn check_not_siblings(stated: &Provenance, other: &Provenance) -> Result<()> {
     match (&stated.source, &other.source) {
         (Some(source), Some(of_other)) if is_same_file(source, of_other) && other.onto().is_none() => {
-            let message = format!("both files were made of \"{}\", by other steps", source.name);
+            let message = format!("both files were made from \"{}\", by different steps", source.name);
             Err(Diagnostic::new(Code::InvalidValue, message)
-                .help("compare each of them with the file that it was made of")
+                .help("compare each file with its source")
                 .into())
         }
         _ => Ok(()),

@@ -1,4 +1,4 @@
-//! Where a walk over a motion graph goes.
+//! The goal of a walk over a motion graph.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{is_default, refuse};
 
-/// Where a walk over a motion graph goes: for so many seconds, along a path, or through clips.
+/// The goal of a walk over a motion graph: a duration, a path, or a list of clips.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -36,26 +36,26 @@ use super::{is_default, refuse};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WalkOptions {
-    /// Walk for so many seconds, to moments that it has seldom visited
+    /// Walk for this number of seconds, and prefer rarely visited frames
     #[cfg_attr(feature = "clap", arg(long, value_name = "SECONDS", group = "aim"))]
     #[serde(skip_serializing_if = "is_default")]
     pub seconds: Option<f64>,
-    /// Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is
+    /// Walk along a path over the ground, through these points in metres: x and z if +Y is up, x and y if +Z is up
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "X/Z+...", group = "aim", value_parser = parse_path, allow_hyphen_values = true)
     )]
     #[serde(skip_serializing_if = "is_default")]
-    // Not one value for each point on a command line.
+    // On a command line, all points are one value.
     pub path: Option<std::vec::Vec<[f64; 2]>>,
-    /// Walk through these clips in this order, by the cheapest transitions; CLIP@SECONDS is a moment of a clip
+    /// Walk through these clips in this order, by the cheapest transitions. CLIP@SECONDS is a time in a clip
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "CLIP[@SECONDS]", group = "aim", num_args = 2..)
     )]
     #[serde(skip_serializing_if = "is_default")]
     pub through: Vec<String>,
-    /// The seed of a walk of some seconds: another seed gives another walk
+    /// Random seed of a walk with --seconds: another seed gives another walk
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = WalkOptions::default().seed))]
     pub seed: u64,
 }
@@ -71,7 +71,7 @@ impl Default for WalkOptions {
     }
 }
 
-/// As the step warp of mocap edit has a path, without times.
+/// The same syntax as the path of the edit step warp, without times.
 #[cfg(feature = "clap")]
 fn parse_path(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let point = |text: &str| {
@@ -83,7 +83,7 @@ fn parse_path(text: &str) -> Result<Vec<[f64; 2]>, String> {
 }
 
 impl WalkOptions {
-    /// The walk that is asked for.
+    /// Searches the requested walk.
     pub(super) fn search(&self, network: &Network<'_>, graph: &MotionGraph) -> Result<Walk> {
         match (self.seconds, &self.path, self.through.is_empty()) {
             (Some(seconds), None, true) => network.random(seconds, self.seed),
@@ -97,7 +97,7 @@ impl WalkOptions {
     }
 }
 
-/// A clip of a graph, and a time in it, of CLIP[@SECONDS].
+/// Parses CLIP[@SECONDS]: a clip of a graph, and a time in the clip.
 fn moment(graph: &MotionGraph, named: &str) -> Result<(usize, Option<f64>)> {
     let at = named
         .rsplit_once('@')
@@ -106,10 +106,10 @@ fn moment(graph: &MotionGraph, named: &str) -> Result<(usize, Option<f64>)> {
     Ok((clip_named(graph, clip)?, seconds))
 }
 
-/// Clips that a message names, at most.
+/// The most clips that a message lists.
 const NAMED: usize = 20;
 
-/// The clip of a graph that is named by its path, or by the name of its file.
+/// The clip of a graph with this path or file name.
 fn clip_named(graph: &MotionGraph, named: &str) -> Result<usize> {
     let is_path = |file: &str| file == named;
     let is_name = |file: &str| Path::new(file).file_name().is_some_and(|name| name == named);
@@ -120,8 +120,8 @@ fn clip_named(graph: &MotionGraph, named: &str) -> Result<usize> {
         match (found.next(), found.next()) {
             (Some((index, _)), None) => return Ok(index),
             (Some(_), Some(_)) => {
-                let message = format!("through: several clips of the graph are called {named}");
-                return refuse(&message, "name the path that the graph has");
+                let message = format!("through: several clips of the graph have the name {named}");
+                return refuse(&message, "use the clip's path in the graph");
             }
             _ => {}
         }

@@ -19,7 +19,7 @@ use super::{
     SourceSpace, Sources, WalkOptions, is_default, refuse,
 };
 
-/// A walk over a motion graph, which is changed, retargeted and written as a motion of a file is.
+/// A walk over a motion graph. The job changes, retargets and writes the walk like the motion of a file.
 ///
 /// [`WalkOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -30,19 +30,19 @@ pub struct WalkJob {
     /// How the clips are read.
     #[serde(default, skip_serializing_if = "is_default")]
     pub read: InputOptions,
-    /// The graph, or with `graph` the clips.
+    /// The graph file; with `graph`, the clips.
     #[serde(default)]
     pub source: WalkSources,
-    /// How the moments of the inputs are compared. Default: the input is the file of a graph.
+    /// How the frames of the inputs are compared. Default: the input is a graph file.
     #[serde(default, skip_serializing_if = "is_default")]
     pub graph: Option<GraphJobOptions>,
-    /// Where the walk goes.
+    /// The goal of the walk.
     pub walk: WalkOptions,
-    /// What changes the walk, in this order.
+    /// Steps that change the walk, in this order.
     #[serde(default, skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "super::Steps"))]
     pub steps: Vec<EditStep>,
-    /// What the walk is retargeted to. Default: it keeps its skeleton.
+    /// The target of retargeting. Default: the walk keeps its skeleton.
     #[serde(default, skip_serializing_if = "is_default")]
     pub target: Option<JobTarget>,
     /// The weights of solvers that differ from their defaults.
@@ -53,7 +53,7 @@ pub struct WalkJob {
     pub write: OutputOptions,
 }
 
-/// What a walk is made of.
+/// The inputs of a walk.
 ///
 /// [`WalkOptions`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -61,7 +61,7 @@ pub struct WalkJob {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WalkSources {
-    /// The file of the graph, or the clips.
+    /// The graph file, or the clips.
     pub inputs: Vec<PathBuf>,
     /// The second motions, which steps join, blend or layer with the walk; a step counts them from 2.
     #[serde(skip_serializing_if = "is_default")]
@@ -75,8 +75,8 @@ impl WalkJob {
     /// The job that changes, retargets and writes the walk as a motion.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a walk that has no aim or several, and for inputs
-    /// and outputs that are not one.
+    /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a walk without a goal or with several goals, and
+    /// unless there is one input and one output.
     #[doc(hidden)]
     pub fn motion(&self) -> Result<MotionJob> {
         self.check()?;
@@ -96,11 +96,11 @@ impl WalkJob {
         })
     }
 
-    /// Makes the walk and its output, and says what the walk is. `maker` is of [`motion`](Self::motion). A walk that
-    /// would replace a clip is not made.
+    /// Makes the walk and its output, and reports the walk. `maker` is a maker of the job [`motion`](Self::motion).
+    /// Refuses a walk whose output would replace a clip.
     ///
     /// # Errors
-    /// Those of reading, of the walk and of [`Maker::make_of`], with the file.
+    /// The errors of reading, of the walk and of [`Maker::make_of`], with the file.
     #[doc(hidden)]
     pub fn make_by(&self, maker: &Maker<'_>, hear: Listener<'_>) -> Result<(JobOutput, WalkReport)> {
         let output = self.write.output.as_path();
@@ -112,7 +112,7 @@ impl WalkJob {
         Ok((maker.make_of(source, input, output, hear)?, report))
     }
 
-    /// The walk. One that would replace a clip is not made.
+    /// Searches the walk. Refuses a walk whose output would replace a clip.
     fn walk_of(&self, files: Files<'_>, hear: Listener<'_>) -> Result<(Scene, WalkReport)> {
         let (read, space) = (&self.read, &self.source.space);
         if let Some(graphing) = &self.graph {
@@ -154,7 +154,7 @@ impl WalkJob {
         Ok(report)
     }
 
-    /// Which files the output may replace: no input, and no other file that the job reads.
+    /// The policy for replacing files: the output never replaces an input or another file that the job reads.
     pub fn policy(&self) -> ReplacePolicy {
         let body = self.graph.as_ref().and_then(|graphing| graphing.on.as_deref());
         let target = self.target.as_ref().map(JobTarget::file);
@@ -177,18 +177,18 @@ impl WalkJob {
         ];
         if aims.into_iter().filter(|is_aim| *is_aim).count() != 1 {
             return refuse(
-                "the job: a walk has one of seconds, path and through",
+                "the job: a walk has exactly one of seconds, path and through",
                 "name one of them",
             );
         }
         if self.write.is_folder() {
-            let message = "the job: a walk is one motion, and write.output is a folder";
+            let message = "the job: a walk is one motion, but write.output is a folder";
             return refuse(message, "name a file in write.output");
         }
         if self.graph.is_none() && self.source.inputs.len() > 1 {
             return refuse(
-                "the job: a walk is over one graph",
-                "name one graph in source.inputs, or put graph into the job, and the inputs are its clips",
+                "the job: a walk uses one graph",
+                "name one graph in source.inputs. Or add graph to the job; then source.inputs are its clips",
             );
         }
         check_inputs(&self.source.inputs)

@@ -12,7 +12,7 @@ use super::is_default;
 #[cfg(feature = "clap")]
 use super::{Wording, parsed};
 
-/// The weights of solvers, where they differ from their defaults. `docs/weights.md` lists them.
+/// The weights of solvers that differ from their defaults. `docs/weights.md` lists all weights.
 ///
 /// ```
 /// use mocap::job::JobWeights;
@@ -25,27 +25,26 @@ use super::{Wording, parsed};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct JobWeights {
-    /// Of motions on a robot.
+    /// Weights of retargeting to a robot.
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "schema::RobotWeights"))]
     pub robot: robot::Weights,
-    /// Of feet that are held: of the step foot-lock, and of motions on a character, a skeleton or a robot.
+    /// Weights of foot lock: of the step foot-lock, and of retargeting to a character, a skeleton or a robot.
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "schema::FootLockWeights"))]
     pub foot_lock: FootLockWeights,
-    /// Of the step clean.
+    /// Weights of the step clean.
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "schema::CleanWeights"))]
     pub clean: CleanWeights,
-    /// Of skeletons that are solved from markers.
+    /// Weights of solving a skeleton from markers.
     #[serde(skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "schema", schemars(with = "schema::MarkerWeights"))]
     pub markers: MarkerWeights,
 }
 
 impl JobWeights {
-    /// The weights of a JSON file, as a command line takes them: read at once, so that a bad file is refused before the
-    /// work begins.
+    /// Parses the file of an option. The file is read at once, so that a bad file is refused before the work begins.
     #[cfg(feature = "clap")]
     pub fn parse_file(path: &str) -> Result<Self, String> {
         let in_words = |error: &Error| {
@@ -66,7 +65,7 @@ impl JobWeights {
         Ok(weights)
     }
 
-    /// Refuses weights that are out of their ranges.
+    /// Refuses weights outside their ranges.
     ///
     /// # Errors
     /// [`Code::InvalidValue`](mocap_scene::error::Code::InvalidValue), with the weight and its range.
@@ -77,8 +76,8 @@ impl JobWeights {
         self.markers.check()
     }
 
-    /// Gives the steps that have no weights of their own those of the job. Steps keep none where these are the
-    /// defaults.
+    /// Gives the job's weights to steps without weights. If the job's weights are the defaults, the steps stay without
+    /// weights.
     pub(super) fn give_to(&self, steps: &mut [EditStep]) {
         for step in steps {
             match step {

@@ -1,4 +1,4 @@
-//! What a tool answers.
+//! The answer of a tool.
 
 use serde_json::{Value, json};
 
@@ -6,15 +6,15 @@ use crate::Failure;
 
 /// The result of a call.
 pub(super) struct Answer {
-    /// What was found or done.
+    /// The report of the call.
     pub(super) report: Value,
-    /// A shorter report, where `report` is too long for an answer.
+    /// A shorter report, if `report` is too long for an answer.
     pub(super) brief: Option<Value>,
     /// A picture, as PNG.
     pub(super) picture: Option<Vec<u8>>,
-    /// Whether the call could not be done, or its result is worse than its arguments allow.
+    /// Whether the call failed, or its result is worse than its arguments allow.
     pub(super) is_error: bool,
-    /// Whether there is nothing but an error: the report is not what the tool's schema says.
+    /// Whether there is only an error: the report then does not match the tool's schema.
     pub(super) is_failed: bool,
 }
 
@@ -29,7 +29,7 @@ impl Answer {
         }
     }
 
-    /// Says why a call that was done is an error nevertheless.
+    /// Adds the reason why a finished call is an error.
     pub(super) fn add_problem(&mut self, problem: &str) {
         self.is_error = true;
         for report in [Some(&mut self.report), self.brief.as_mut()].into_iter().flatten() {
@@ -37,16 +37,16 @@ impl Answer {
         }
     }
 
-    /// Whether an error says why it is one.
+    /// Whether an error has its reason.
     pub(super) fn is_explained(&self) -> bool {
         ["error", "problem"].iter().any(|key| self.report[key].is_string())
     }
 
-    /// A call that failed: the fault, its place, and the remedy.
+    /// A failed call: the fault, its place, and the remedy.
     pub(super) fn failed(failure: Failure) -> Self {
         let report = match failure {
             Failure::File(error) => {
-                // The text has all that there is: file, line, what is wrong, and the help.
+                // The text has all information: file, line, fault and help.
                 let mut found = json!({"error": error.to_string(), "code": error.code().as_str()});
                 if let Some(help) = &error.diagnostic().help {
                     found["help"] = help.as_str().into();

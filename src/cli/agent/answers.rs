@@ -1,9 +1,9 @@
-//! The JSON Schema of the answer of each tool: the keys by which an agent decides. An answer has more. No value is
-//! null: a number that is not finite is absent, so only counts and texts are required.
+//! The JSON Schema of each tool's answer: the keys that an agent needs for decisions. An answer has further keys. No
+//! value is null. A number that is not finite is absent, so only counts and texts are required.
 
 use serde_json::{Map, Value, json};
 
-/// An object with these properties, of which the first `required` are always there.
+/// An object with these properties. The first `required` of them are always present.
 fn object<const N: usize>(required: usize, properties: [(&str, Value); N]) -> Value {
     let names: Vec<&str> = properties.iter().take(required).map(|(name, _)| *name).collect();
     let properties = properties.map(|(name, schema)| (name.to_owned(), schema));
@@ -14,7 +14,7 @@ fn list(items: Value) -> Value {
     json!({"type": "array", "items": items})
 }
 
-/// A list whose entries need no schema.
+/// A list of entries without a schema.
 fn any_list() -> Value {
     json!({"type": "array"})
 }
@@ -174,7 +174,7 @@ pub(super) fn verified() -> Value {
     object(1, properties)
 }
 
-/// A job has the answer of the tool of its kind.
+/// A job has the answer of the tool for its kind.
 pub(super) fn run() -> Value {
     object(0, [("output", text()), ("files", any_list()), ("problem", text())])
 }

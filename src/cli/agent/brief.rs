@@ -1,4 +1,4 @@
-//! The main part of long reports: what an answer has, while the whole report is a resource.
+//! The main part of long reports, for an answer. The whole report is a resource.
 
 use std::cmp::Reverse;
 use std::fs;
@@ -16,20 +16,20 @@ use serde_json::{Map, Value, json};
 use super::answer::Answer;
 use crate::batch::manifest::{Manifest, Record};
 
-/// How many clips, motions or files stand in an answer.
+/// The most clips, motions or files in an answer.
 const MOST: usize = 50;
 
-/// How many warnings of one of many motions stand in an answer.
+/// The most warnings for one of many motions in an answer.
 const MOST_WARNINGS: usize = 3;
 
 pub(super) fn value(found: &impl serde::Serialize) -> Value {
     serde_json::to_value(found).unwrap_or_default()
 }
 
-/// What a job has done.
+/// The report of a finished job.
 pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
     let mut report = value(found);
-    // In every other report an error is why something failed.
+    // In every other report, an error is the reason of a failure.
     let compression = report.as_object_mut().and_then(|report| report.remove("error"));
     report["compression"] = compression.unwrap_or_default();
     report["output"] = job.output().display().to_string().into();
@@ -58,7 +58,7 @@ pub(super) fn done(job: &Job, found: &JobReport, is_dry: bool) -> Answer {
     answer
 }
 
-/// What was made of each motion in a folder, by its manifest: the worst first.
+/// The result for each motion in a folder, from the manifest, the worst first.
 pub(super) fn folder(folder: &Path) -> Answer {
     let text = fs::read_to_string(Manifest::path(folder, None)).unwrap_or_default();
     let lines = text
@@ -100,7 +100,7 @@ pub(super) fn folder(folder: &Path) -> Answer {
     answer
 }
 
-/// One motion of a folder. Of several clips the worst counts.
+/// One motion of a folder. The worst of several clips counts.
 fn motion(record: &Record) -> Value {
     let robot = record.robot_report().map(ClipReport::Robot);
     let read = |text: &serde_json::value::RawValue| serde_json::from_str::<Vec<RetargetReport>>(text.get()).ok();
@@ -124,7 +124,7 @@ fn motion(record: &Record) -> Value {
     motion
 }
 
-/// How well a motion is kept on another body.
+/// The retargeting quality of a motion.
 fn clip(report: &ClipReport) -> Value {
     let limbs = report.body().map(|report| &report.limbs);
     let limbs = limbs
@@ -153,12 +153,12 @@ fn clip(report: &ClipReport) -> Value {
     clip
 }
 
-/// Hundredths are enough of an angle.
+/// Two decimals are enough for an angle.
 fn rounded(degrees: f64) -> f64 {
     (100.0 * degrees).round() / 100.0
 }
 
-/// As many as an answer has, the worst first: what failed, and then by verdict and angle.
+/// The rows of an answer, the worst first: failures, then by verdict and angle.
 fn sorted(rows: impl Iterator<Item = Value>) -> Vec<Value> {
     let mut rows: Vec<Value> = rows.collect();
     let grade = |row: &Value| match (row.get("error"), row["verdict"].as_str()) {
@@ -176,10 +176,10 @@ fn sorted(rows: impl Iterator<Item = Value>) -> Vec<Value> {
     rows
 }
 
-/// The clips of a survey: what to choose by, the best first; the report has every column.
+/// The clips of a survey, the best first, with the columns that guide a choice. The report has every column.
 pub(super) fn surveyed(corpus: &Corpus) -> Answer {
     let mut rows: Vec<&ClipRow> = corpus.rows().collect();
-    // A character and a robot have no defects, and no motion to choose.
+    // Characters and robots have neither defects nor a motion to choose.
     rows.sort_by(|a, b| {
         (a.frames == 0, a.verdict, b.quality)
             .partial_cmp(&(b.frames == 0, b.verdict, a.quality))
@@ -216,7 +216,7 @@ pub(super) fn surveyed(corpus: &Corpus) -> Answer {
     answer
 }
 
-/// What was found in files: those with errors first, and then those with warnings.
+/// The findings in files: files with errors first, then files with warnings.
 pub(super) fn checked(mut files: Vec<Value>) -> Answer {
     const STATUSES: [&str; 3] = ["error", "warning", "ok"];
     let has = |file: &Value, status: &str| file["status"] == status;

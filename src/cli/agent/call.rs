@@ -33,7 +33,7 @@ impl Call<'_> {
             _ => {}
         }
         paths::check(self.tool, self.arguments)?;
-        // A picture goes into the answer, whether it is written or not; the command line asks for a file.
+        // A picture is always part of the answer, but the command line requires a file.
         let mut arguments = self.arguments.clone();
         if self.tool.name == "sheet" {
             arguments.entry("output").or_insert("sheet.png".into());
@@ -93,7 +93,7 @@ impl Call<'_> {
         let mut answer = Answer::new(verdict);
         if !is_alike {
             answer.add_problem(
-                "the file is not what its source is: findings, or an error above max_allowed, in metres; max-error allows \
+                "the file differs from its source: findings, or an error above max_allowed, in metres; max-error allows \
                  more",
             );
         }
@@ -115,7 +115,7 @@ impl Call<'_> {
         Ok(Answer::new(report))
     }
 
-    /// A database; a dry run lists what would be in it.
+    /// A database; a dry run lists its contents.
     fn index(&mut self, args: &IndexArgs) -> Result<Answer, Failure> {
         check_output(&args.output)?;
         let found = inputs::find(&args.paths, &args.inputs)?;
@@ -127,7 +127,7 @@ impl Call<'_> {
         if !is_dry {
             match commands::index::run(args) {
                 Ok(()) => {}
-                // The database is written without some of the inputs.
+                // Some inputs are missing from the written database.
                 Err(Failure::Some) => answer.is_error = true,
                 Err(failure) => return Err(failure),
             }
@@ -135,7 +135,7 @@ impl Call<'_> {
         Ok(answer)
     }
 
-    /// A picture, which may be written besides.
+    /// A picture, which may also be written.
     fn look(&mut self, args: &Args) -> Result<Answer, Failure> {
         let args = match &args.command {
             Command::Survey(args) => return self.survey(&args.job(), &args.inputs, &args.spread),
@@ -207,7 +207,7 @@ impl Call<'_> {
         }
     }
 
-    /// Does a job, or all of it but writing.
+    /// Runs a job, or everything except writing.
     fn job(&mut self, job: Job) -> Result<Answer, Failure> {
         let is_dry = self.is_dry_run()?;
         let job = match job {
@@ -234,7 +234,7 @@ impl Call<'_> {
         Ok(brief::done(&job, &found, is_dry))
     }
 
-    /// The options of `mocap run` as they are by default.
+    /// The default options of `mocap run`.
     fn run_args(&self) -> Result<RunArgs, Failure> {
         let words = ["mocap", "run", "job.json"].map(Into::into);
         match self.commands.parse_words(words)?.0.command {
@@ -243,7 +243,7 @@ impl Call<'_> {
         }
     }
 
-    /// A job with many motions, each into a file of its own.
+    /// A job with many motions, one file for each.
     fn folder(&mut self, job: &MotionJob, is_dry: bool) -> Result<Answer, Failure> {
         let folder = job.write.output.as_path();
         check_folder(folder)?;

@@ -1,7 +1,8 @@
-//! The calls of a session: those that wait, and those that run, each in a process of its own.
+//! The waiting and running calls of a session. Each call runs in a separate process.
 //!
-//! A process can be ended at any time, and its fault stays in it. It ends for a call that is cancelled, takes too long
-//! or runs out of memory. The process ends when its standard input does, so it does not outlive the server.
+//! A process can be ended at any time, and a fault does not affect the server. A process ends when its call is
+//! cancelled, takes too long or runs out of memory. It also ends with its standard input, so it does not outlive the
+//! server.
 
 use std::collections::{HashMap, VecDeque};
 use std::ffi::OsString;
@@ -22,10 +23,10 @@ use super::reports::{self, Reports};
 use super::work::{Order, OutputLine};
 use crate::{Failure, invocation, report};
 
-/// Calls that run at once. Each uses all cores where it has many files.
+/// The most calls that run at once. A call with many files uses all cores.
 pub(super) const MOST_RUNNING: usize = 4;
 
-/// Calls that wait, each with a message of at most 1 MiB.
+/// The most waiting calls, each with a message of at most 1 MiB.
 const MOST_WAITING: usize = 128;
 
 /// The time in which a process must end by itself: it may be writing a file.
@@ -36,23 +37,23 @@ pub(super) struct Call {
     /// The identifier of the request, as JSON.
     pub(super) id: String,
     pub(super) tool: &'static str,
-    /// As text, because values take a multiple of its memory while the call waits.
+    /// As text, because parsed values take several times the memory while the call waits.
     pub(super) arguments: Box<RawValue>,
     pub(super) era: Era,
     /// The progress of the call, if the client asks for it.
     pub(super) progress: Option<Progress>,
 }
 
-/// The time after which a client hears of a call again that is still waiting or running.
+/// The interval of notifications about a waiting or running call.
 const BEAT: Duration = Duration::from_secs(1);
 
-/// How far a call is.
+/// The progress of a call.
 pub(super) struct Progress {
     token: Value,
-    /// Files that are done, and all files; 0 of a call with one file, and until they are counted.
+    /// Finished files, and all files; 0 for a call with one file, and until the files are counted.
     done: usize,
     files: usize,
-    /// When the call came, and when the last file was done.
+    /// The times at which the call came, and the last file was finished.
     start: Instant,
     last: Instant,
 }
@@ -69,7 +70,7 @@ impl Progress {
         }
     }
 
-    /// Takes a new count; whether it is farther than the one before.
+    /// Takes a new count. Returns whether it is larger than the last count.
     fn count(&mut self, done: usize, files: usize) -> bool {
         self.files = files;
         let is_farther = done > self.done;
@@ -84,8 +85,8 @@ impl Progress {
         self.notification(self.done.into(), "running")
     }
 
-    /// The notification after some time. Its number is above the last count and below the next, and rises with time,
-    /// for each must be larger than the one before.
+    /// The notification after some time. Its number is between the last count and the next, and rises with time,
+    /// because each number must be larger than the last.
     fn beat(&self, what: &str) -> String {
         let waited = self.last.elapsed().as_secs_f64();
         self.notification(json!(self.done as f64 + waited / (waited + 10.0)), what)
@@ -109,7 +110,7 @@ pub(super) struct Calls {
     starter: Vec<OsString>,
     time_limit: Duration,
     state: Mutex<State>,
-    /// A call came, or no more will come.
+    /// Signals that a call came, or that no more will come.
     came: Condvar,
     reports: Mutex<Reports>,
 }
@@ -118,14 +119,14 @@ pub(super) struct Calls {
 struct State {
     waiting: VecDeque<Call>,
     running: HashMap<String, Sender<Event>>,
-    /// What the session has written.
+    /// The files that the session has written.
     written: OwnFiles,
-    /// When the calls that wait were told so.
+    /// The time of the last notifications about waiting calls.
     told: Option<Instant>,
     is_closed: bool,
 }
 
-/// What happens while a call runs.
+/// Events while a call runs.
 enum Event {
     Said(OutputLine),
     Ended,
@@ -151,7 +152,7 @@ impl Calls {
         lock(&self.reports)
     }
 
-    /// Sends a message to the client. The server ends where nobody hears it.
+    /// Sends a message to the client. The server ends if the client is gone.
     pub(super) fn send(&self, message: &str) {
         let mut output = io::stdout().lock();
         let sent = writeln!(output, "{}", report::visible_json(message)).and_then(|()| output.flush());
@@ -160,7 +161,7 @@ impl Calls {
         }
     }
 
-    /// Takes a call, which is answered when it ends.
+    /// Takes a call. The answer follows when the call ends.
     pub(super) fn begin(&self, call: Call) -> Result<(), Fault> {
         let mut state = lock(&self.state);
         if state.running.contains_key(&call.id) || state.waiting.iter().any(|other| other.id == call.id) {
@@ -169,7 +170,7 @@ impl Calls {
             ));
         }
         if state.waiting.len() == MOST_WAITING {
-            let words = format!("{MOST_WAITING} calls are waiting; call again when some are answered");
+            let words = format!("{MOST_WAITING} calls are waiting; call again after some answers");
             return Err(Fault::busy(words));
         }
         state.waiting.push_back(call);
@@ -187,13 +188,13 @@ impl Calls {
         }
     }
 
-    /// No more calls will come; those that wait are done.
+    /// No more calls will come. Waiting calls are still run.
     pub(super) fn close(&self) {
         lock(&self.state).is_closed = true;
         self.came.notify_all();
     }
 
-    /// Does one call after the other, until none will come.
+    /// Runs calls one after the other, until no more will come.
     pub(super) fn work(&self) {
         loop {
             let mut state = lock(&self.state);
@@ -209,7 +210,7 @@ impl Calls {
             let written = state.written.clone();
             drop(state);
             let answer = self.run(&mut call, written, sender, &events);
-            // First, because the client may reuse the identifier when it has the answer.
+            // Remove the call first, because the client may reuse the identifier once it has the answer.
             lock(&self.state).running.remove(&call.id);
             if let Some(result) = answer {
                 self.send(&format!(r#"{{"jsonrpc":"2.0","id":{},"result":{result}}}"#, call.id));
@@ -217,7 +218,7 @@ impl Calls {
         }
     }
 
-    /// The result of a call as JSON; none of one that is cancelled.
+    /// The result of a call as JSON; none for a cancelled call.
     fn run(
         &self,
         call: &mut Call,
@@ -297,7 +298,7 @@ impl Calls {
         }
     }
 
-    /// Tells of the calls that wait, which they do only while others run.
+    /// Sends notifications about waiting calls. Calls only wait while others run.
     fn tell_waiting(&self) {
         let mut state = lock(&self.state);
         if state.told.is_some_and(|told| told.elapsed() < BEAT) {
@@ -310,7 +311,7 @@ impl Calls {
         }
     }
 
-    /// Ends a process, which finishes the file that it is writing.
+    /// Ends a process. It first finishes the file that it is writing.
     fn end(&self, mut process: Process, events: &Receiver<Event>) {
         drop(process.orders);
         let end = Instant::now() + GRACE;
@@ -321,16 +322,16 @@ impl Calls {
                 Event::Said(_) | Event::Cancelled => {}
             }
         }
-        // One that has ended already takes no harm.
+        // Harmless if the process has already ended.
         let _ = process.child.kill();
         let _ = process.child.wait();
     }
 }
 
-/// A process that does a call.
+/// A process that runs a call.
 struct Process {
     child: Child,
-    /// Its standard input, which ends where the call is to end.
+    /// Its standard input. Closing it ends the call.
     orders: Option<ChildStdin>,
 }
 
@@ -353,7 +354,7 @@ impl Process {
             let _ = events.send(Event::Ended);
         });
         if let Some(orders) = &mut orders {
-            // One that has ended before it read says so by its status.
+            // If the process has ended before it read, its status shows it.
             let _ = writeln!(orders, "{}", serde_json::to_string(order)?);
         }
         Ok(Self { child, orders })

@@ -4,13 +4,13 @@ use std::io::{self, BufRead};
 
 use super::protocol::Fault;
 
-/// The longest message in bytes. A job with a map of every bone has some thousands.
+/// The longest message in bytes. A job with a map of every bone has a few thousand.
 pub const LONGEST: usize = 1 << 20;
 
-/// What comes next.
+/// The next line.
 pub enum Line {
     Text(Vec<u8>),
-    /// More bytes than are taken; they were read and left out.
+    /// A line with too many bytes, which were read and dropped.
     TooLong,
     End,
 }

@@ -1,4 +1,4 @@
-//! What is in a folder.
+//! The contents of a folder.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -13,28 +13,26 @@ use crate::Failure;
 use crate::batch::pattern::Pattern;
 use crate::batch::walk::{Entry, Search};
 
-/// How many files stand in an answer. The report has more.
+/// The most files in an answer. The report has more.
 const MOST_SHOWN: usize = 200;
 
-/// How many files are listed.
+/// The most files in a list.
 const MOST: usize = 100_000;
 
-/// The bytes of a file by which its format is told. Of a file with another extension fewer tell it: a folder may have
-/// many pictures and tables.
+/// The bytes of a file that determine its format. For other extensions fewer bytes are read: a folder may have many
+/// pictures and tables.
 const HEAD: u64 = 64 << 10;
 const HEAD_OF_UNKNOWN: u64 = 4 << 10;
 
-/// The files of a folder and below, by the search of every command: it ends, and stays in the root folder.
+/// The files of a folder and its subfolders. The search of all commands is used: it always ends, and stays in the root
+/// folder.
 pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
     check_confined(folder)?;
     if !folder.is_dir() {
-        let words = format!(
-            "{}: there is no such folder; inspect says what a file is",
-            folder.display()
-        );
+        let words = format!("{}: there is no such folder; inspect describes files", folder.display());
         return Err(Failure::Usage(words));
     }
-    // What is in the root folder has no `./` before it.
+    // Paths in the root folder have no `./` before them.
     let base = folder.strip_prefix(".").unwrap_or(folder);
     let search = Search {
         base,
@@ -43,7 +41,7 @@ pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
     };
     let mut paths = Vec::new();
     search.run(|found| {
-        // A link that leads nowhere or a folder without permission has no file to read.
+        // A broken link or a folder without permission has no readable file.
         if let Entry::File(path) = found {
             paths.push(path);
         }
@@ -77,7 +75,7 @@ pub(super) fn list(folder: &Path) -> Result<Answer, Failure> {
     Ok(found)
 }
 
-/// A file that mocap reads, by its contents or else by its extension; `None` for another.
+/// Describes a file that mocap reads, by its contents or else by its extension; `None` for other files.
 fn described(path: &Path) -> Option<Value> {
     let has = |known: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(known));
     let named = FormatInfo::ALL
@@ -85,9 +83,9 @@ fn described(path: &Path) -> Option<Value> {
         .find(|row| row.extensions.iter().any(|known| has(known)));
     let longest = if named.is_some() { HEAD } else { HEAD_OF_UNKNOWN };
     let mut head = Vec::new();
-    // A file that cannot be read is told by its extension.
+    // An unreadable file is described by its extension.
     let _ = File::open(path).and_then(|file| file.take(longest).read_to_end(&mut head));
-    // Most tables are no motion.
+    // Most tables are not motions.
     let format = FormatInfo::of_contents(&head).or(named.filter(|_| !has("csv")))?;
     Some(json!({
         "file": path.display().to_string(),

@@ -1,5 +1,4 @@
-//! What is wrong with the paths of a call, in words for who has made the call. The commands speak to users of the
-//! command line.
+//! Errors in the paths of a call, in words for agents. The commands' messages address users of the command line.
 
 use std::path::Path;
 
@@ -12,7 +11,7 @@ use crate::batch::inputs::names_several;
 /// The tools whose inputs may always be folders and wildcards.
 const OF_FOLDERS: [&str; 4] = ["check", "survey", "index", "graph"];
 
-/// Refuses inputs that are not there or are folders where files are needed, and outputs in folders that are not there.
+/// Refuses inputs that do not exist, folders instead of files, and outputs in folders that do not exist.
 pub(super) fn check(tool: &Tool, arguments: &Map<String, Value>) -> Result<(), Failure> {
     let refuse = |words: String| Err(Failure::Usage(words));
     let name = tool.tool_name();
@@ -34,7 +33,7 @@ pub(super) fn check(tool: &Tool, arguments: &Map<String, Value>) -> Result<(), F
                     }
                 }
                 Kind::Input if !names_several(path) => {
-                    // One of many that is not there is a row of the answer.
+                    // A missing file among many becomes a row of the answer.
                     if count == 1 && !path.exists() {
                         return refuse(format!(
                             "{text}: there is no such file; list shows the files that are there"
@@ -51,7 +50,7 @@ pub(super) fn check(tool: &Tool, arguments: &Map<String, Value>) -> Result<(), F
                 }
                 Kind::Input => {
                     return refuse(format!(
-                        "{text} is no file, and {name} takes files; list shows the files of a folder"
+                        "{text} is not a file, but {name} takes files; list shows the files of a folder"
                     ));
                 }
                 Kind::Other => {}

@@ -1,9 +1,9 @@
-//! Messages of JSON-RPC 2.0, and what the revisions of the Model Context Protocol have around a result.
+//! Messages of JSON-RPC 2.0, and the fields that revisions of the Model Context Protocol add to a result.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// The current revision: no handshake, and every request says its revision.
+/// The current revision: no handshake; every request states its revision.
 const CURRENT: &str = "2026-07-28";
 
 /// Revisions that begin with `initialize`, the newest first.
@@ -13,7 +13,7 @@ const REVISION_KEY: &str = "io.modelcontextprotocol/protocolVersion";
 const CAPABILITIES_KEY: &str = "io.modelcontextprotocol/clientCapabilities";
 const SERVER_KEY: &str = "io.modelcontextprotocol/serverInfo";
 
-/// Why a request has no result, by the codes of JSON-RPC and of the protocol.
+/// The error of a request, with a code of JSON-RPC or of the protocol.
 #[derive(Debug)]
 pub(super) struct Fault {
     code: i32,
@@ -43,7 +43,7 @@ impl Fault {
         Self::new(-32000, message)
     }
 
-    /// What is wrong.
+    /// The message of the error.
     pub(super) fn into_words(self) -> String {
         self.message
     }
@@ -53,20 +53,20 @@ impl Fault {
     }
 }
 
-/// What a line holds.
+/// The contents of a line.
 pub(super) enum Message {
     Request {
         id: Value,
         method: String,
         params: Value,
     },
-    /// The request of this identifier is not wanted any more.
+    /// The request with this identifier is cancelled.
     Cancelled(Value),
-    /// Another notification, or an answer to nothing that was asked.
+    /// Another notification, or an unexpected answer.
     Silent,
 }
 
-/// The message of a line, or what is wrong with it, for the request with an `id` as far as that is known.
+/// Parses the message of a line. An error has the request's `id`, if known.
 pub(super) fn parse(text: &[u8]) -> Result<Message, (Value, Fault)> {
     let message: Value = serde_json::from_slice(text).map_err(|error| {
         (
@@ -117,7 +117,7 @@ pub(super) fn progress_token(params: &Value) -> Result<Option<Value>, Fault> {
     }
 }
 
-/// The answer to a request that has no result.
+/// The answer to a failed request.
 pub(super) fn failed(id: &Value, fault: &Fault) -> Value {
     let mut error = json!({"code": fault.code, "message": fault.message});
     if let Some(data) = &fault.data {
@@ -161,7 +161,7 @@ impl Era {
         }
     }
 
-    /// Adds to a result what the revision asks for.
+    /// Adds the fields that the revision requires to a result.
     pub(super) fn finish(self, mut result: Value, method: &str) -> Value {
         if self == Self::Current {
             result["resultType"] = "complete".into();

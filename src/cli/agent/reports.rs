@@ -1,4 +1,4 @@
-//! Resources: the reports of the last calls, and what does not change.
+//! Resources: the reports of the last calls, and fixed resources.
 
 use std::collections::VecDeque;
 
@@ -15,13 +15,13 @@ use super::schema::check_names;
 use super::tools::Tool;
 use crate::Failure;
 
-/// The longest report in characters that stands in an answer; a longer one is read as a resource.
+/// The longest report in an answer, in characters. A longer report is read as a resource.
 const LONGEST: usize = 24_000;
 
-/// The longest part of a resource that the tool `read` answers with: the schema of a job is shorter.
+/// The longest part of a resource in an answer of the tool `read`. The schema of a job is shorter.
 const LONGEST_READ: usize = 64_000;
 
-/// How many characters of reports are kept; the oldest go first.
+/// The most characters of kept reports. The oldest reports are dropped first.
 const MOST_KEPT: usize = 64 << 20;
 
 /// The resources of every session: name, description, type.
@@ -84,7 +84,7 @@ impl Reports {
         }
     }
 
-    /// What can be read.
+    /// The resources that can be read.
     pub(super) fn list(&self) -> Vec<Value> {
         let fixed = FIXED.iter().map(|(uri, about, kind)| {
             json!({"uri": uri, "name": uri.trim_start_matches("mocap://"), "description": about, "mimeType": kind})
@@ -110,7 +110,7 @@ impl Reports {
         result
     }
 
-    /// The part of a resource that a call asks for, or what is wrong with the call.
+    /// The requested part of a resource, or the error of the call.
     fn part(&self, tool: &Tool, arguments: &Map<String, Value>) -> Result<Value, String> {
         check_names(tool, arguments).map_err(Failure::into_words)?;
         let pointer = match arguments.get("pointer") {
@@ -131,7 +131,7 @@ impl Reports {
                 keys.join(", ")
             };
             return Err(format!(
-                "{} has no part {shown:?}; a pointer is the names of the keys on the way to it: {keys}",
+                "{} has no part {shown:?}; a pointer is the path of keys: {keys}",
                 uri.as_str().unwrap_or_default()
             ));
         };
@@ -171,7 +171,7 @@ fn uri_of(number: usize) -> String {
     format!("mocap://reports/{number}")
 }
 
-/// The result of a call, and its report, which has this number.
+/// The result of a call, and its report with this number.
 pub(super) fn result(number: usize, answer: Answer) -> (Value, String) {
     let text = answer.report.to_string();
     let mut shown = shortened(without_nulls(answer.brief.unwrap_or(answer.report)), LONGEST);
@@ -183,30 +183,30 @@ pub(super) fn result(number: usize, answer: Answer) -> (Value, String) {
         content.push(json!({"type": "image", "data": STANDARD.encode(picture), "mimeType": "image/png"}));
     }
     let mut result = json!({"content": content, "isError": answer.is_error});
-    // Clients validate structured content by the output schema of the tool, which no error matches.
+    // Clients validate structured content by the output schema of the tool. No error matches this schema.
     if !answer.is_failed {
         result["structuredContent"] = shown;
     }
     (result, text)
 }
 
-/// How many entries of a list and how many characters of a text remain where an answer is too long.
+/// The remaining entries of lists and characters of texts in an answer that is too long.
 const SHORTER: [(usize, usize); 5] = [(200, 4000), (50, 2000), (20, 500), (5, 200), (1, 80)];
 
-/// A value of no more characters than `longest`, with a note where lists or texts were cut for that.
+/// Shortens a value to at most `longest` characters, with a note about cut lists or texts.
 fn shortened(mut value: Value, longest: usize) -> Value {
     for (entries, characters) in SHORTER {
         if value.to_string().len() <= longest {
             break;
         }
         cut(&mut value, entries, characters);
-        let note = format!("too long: each list has its first {entries} entries; read has the rest, with a pointer");
+        let note = format!("too long: each list has only its first {entries} entries; read the rest with a pointer");
         value["note"] = note.into();
     }
     value
 }
 
-/// Leaves out all but the first entries of lists and the first characters of texts.
+/// Keeps only the first entries of lists and the first characters of texts.
 fn cut(value: &mut Value, entries: usize, characters: usize) {
     match value {
         Value::Object(fields) => fields.values_mut().for_each(|value| cut(value, entries, characters)),
@@ -224,7 +224,7 @@ fn cut(value: &mut Value, entries: usize, characters: usize) {
     }
 }
 
-/// A value without the keys that say nothing.
+/// A value without null keys.
 fn without_nulls(mut value: Value) -> Value {
     fn leave_out(value: &mut Value) {
         match value {

@@ -1,4 +1,4 @@
-//! The folder of a session: what a call may read and write.
+//! The folder of a session. A call may only read and write in this folder.
 
 use std::env;
 use std::path::{Component, Path};
@@ -14,16 +14,16 @@ use crate::Failure;
 pub(super) struct Root;
 
 impl Root {
-    /// Makes `folder` the current one, and the only one whose files this process opens. From now on it replaces only
-    /// files that it has written itself.
+    /// Makes `folder` the current folder, and the only folder whose files this process opens. From now on, the process
+    /// replaces only files that it has written.
     pub(super) fn enter(folder: &Path) -> Result<Self, Failure> {
         confine(folder)?;
         env::set_current_dir(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))?;
         Ok(Self)
     }
 
-    /// Refuses arguments with a text that leads out of the folder, whatever the text is for. A path with `..` is
-    /// refused before anything is looked for on the disk.
+    /// Refuses arguments with a text that leads out of the folder, whatever its purpose. A path with `..` is refused
+    /// before any access to the disk.
     pub(super) fn check(&self, arguments: &Value) -> Result<(), Failure> {
         match arguments {
             Value::String(text) => check_text(text),
@@ -37,13 +37,13 @@ impl Root {
     }
 }
 
-/// Refuses an output that would replace what this session has not written, before its motion is made. Whoever writes
-/// asks again, and for the files beside it too.
+/// Refuses an output that would replace a file that this session has not written, before the motion is made. The writer
+/// checks again, for all files of the output.
 pub(super) fn check_output(output: &Path) -> Result<(), Failure> {
     Ok(ReplacePolicy::default().check_inputs(output)?)
 }
 
-/// Refuses a folder of outputs that has files which this session has not written.
+/// Refuses an output folder with files that this session has not written.
 pub(super) fn check_folder(folder: &Path) -> Result<(), Failure> {
     check_confined(folder)?;
     let is_of_others = |path: &Path| !path.is_dir() && check_output(path).is_err();
@@ -73,10 +73,10 @@ fn check_text(text: &str) -> Result<(), Failure> {
         )),
         (_, true) => Ok(()),
         (_, false) => Err(Failure::Usage(format!(
-            "{shown:?} leads out of the root folder; name a path inside of it, without .. and links that lead out"
+            "{shown:?} leads out of the root folder; name a path inside it, without .. and without links that lead out"
         ))),
     }
 }
 
-/// The longest text that is taken for a path, in bytes: no system has longer ones.
+/// The longest text in bytes that is treated as a path. No system has longer paths.
 const MOST_PATH: usize = 32_768;

@@ -1,4 +1,4 @@
-//! The options of a command as a JSON Schema, and JSON as the words of a command line.
+//! Converts the options of a command to a JSON Schema, and JSON to the words of a command line.
 
 use std::any::TypeId;
 use std::collections::BTreeSet;
@@ -25,7 +25,7 @@ impl Default for Commands {
 }
 
 impl Commands {
-    /// The schema of an option; `None` if the command of the tool has none of this name.
+    /// The schema of an option; `None` if the command of the tool has no option of this name.
     pub fn schema(&self, tool: &'static Tool, option: &str) -> Option<Value> {
         self.option(tool, option).map(schema)
     }
@@ -45,7 +45,7 @@ impl Commands {
         })
     }
 
-    /// The arguments of a command line that mean what the arguments of a call mean.
+    /// The command line arguments equivalent to the arguments of a call.
     pub(super) fn parse(
         &self,
         tool: &'static Tool,
@@ -118,14 +118,14 @@ fn listed(tool: &'static Tool, commands: &Commands) -> Value {
         "outputSchema": (tool.answer)(),
         "annotations": match tool.writes() {
             true => json!({"destructiveHint": false, "openWorldHint": false}),
-            // What it says about writing means nothing then.
+            // Its statement about writing then has no meaning.
             false => json!({"readOnlyHint": true, "openWorldHint": false}),
         },
     })
 }
 
-/// The schema of the arguments of a tool. That it has no others is not in it, because the list of tools is long enough:
-/// a call with another is refused, and told which there are.
+/// The schema of a tool's arguments. It does not forbid other arguments, to keep the list of tools short. A call with
+/// an unknown argument is refused with a list of the arguments.
 fn arguments_of(tool: &'static Tool, commands: &Commands) -> Value {
     let dry_run = json!({"type": "boolean", "description": "Write nothing"});
     if tool.name == "run" {
@@ -166,7 +166,8 @@ fn arguments_of(tool: &'static Tool, commands: &Commands) -> Value {
     schema
 }
 
-/// The keys of a job of any kind. Its whole schema is a resource, because it is longer than all tools together.
+/// The keys of a job of any kind. The whole schema is a resource, because it is longer than the schemas of all tools
+/// together.
 fn brief_schema_of_job() -> Value {
     let whole: Value = serde_json::from_str(Job::SCHEMA).unwrap_or_default();
     let kinds = ["oneOf", "anyOf"]
@@ -185,7 +186,7 @@ fn brief_schema_of_job() -> Value {
     json!({"type": "object", "description": format!("{keys}; for their schemas read mocap://job.schema.json")})
 }
 
-/// The first sentence of a text, without its end.
+/// The first sentence of a text, without its full stop.
 fn first_sentence(text: &str) -> &str {
     text.split(". ").next().unwrap_or_default().trim_end_matches('.')
 }
@@ -213,7 +214,7 @@ fn add_files(file: &FileArgument, texts: Vec<String>, words: &mut Vec<String>, p
     }
 }
 
-/// An option with its values as words of their own, none of which may be taken for an option.
+/// Adds an option with its values as separate words. No value may look like an option.
 fn add_several(name: &str, texts: Vec<String>, words: &mut Vec<String>) -> Result<(), Failure> {
     if let Some(text) = texts.iter().find(|text| text.starts_with('-')) {
         return Err(Failure::Usage(format!("{name:?} must not begin with -, got {text:?}")));
@@ -272,10 +273,10 @@ fn schema(option: &Arg) -> Value {
     schema
 }
 
-/// How many values of an option a schema lists. An error names all of them.
+/// The most values of an option in a schema. An error names all values.
 const MOST_VALUES: usize = 8;
 
-/// Whether the value of an option is a number and nothing else. A text that is a number is one too.
+/// Whether the value of an option can only be a number. A text with a number is a number too.
 fn is_number(option: &Arg) -> bool {
     let value = option.get_value_parser().type_id();
     let numbers = [

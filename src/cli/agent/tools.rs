@@ -1,5 +1,6 @@
-//! The tools: each is a command with the files and the options that an agent needs. All others are in a job, for `run`.
-//! Two have no command: `list` shows a folder, and `read` reads a resource for clients that have tools alone.
+//! The tools. Each is a command with the files and the options that an agent needs. A job for `run` has all other
+//! options. Two tools have no command: `list` shows a folder, and `read` reads a resource for clients that only support
+//! tools.
 
 use serde_json::{Map, Value};
 
@@ -8,9 +9,9 @@ use super::protocol::Fault;
 
 /// A tool.
 pub struct Tool {
-    /// Its name: its command, or the command's last word.
+    /// The name of the tool: its command, or the command's last word.
     pub name: &'static str,
-    /// What the model of a client reads.
+    /// The description for the model of a client.
     pub(super) about: &'static str,
     pub(super) files: &'static [FileArgument],
     /// The options of the command that the tool has, by their long names.
@@ -28,14 +29,14 @@ pub(super) struct FileArgument {
     pub(super) about: &'static str,
 }
 
-/// Where files stand on the command line.
+/// The position of files on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Slot {
     /// Without an option.
     Position,
     /// With the option of the argument's name.
     Option,
-    /// The output of `convert`: without an option, or with `--output` where it is a folder.
+    /// The output of `convert`: without an option, or with `--output` if it is a folder.
     OutputOrFolder,
 }
 
@@ -81,28 +82,28 @@ const WITH: FileArgument = FileArgument {
 pub const TOOLS: &[Tool] = &[
     Tool {
         name: "list",
-        about: "List the files in a folder and below that mocap reads, with format and size",
+        about: "List the files in a folder and its subfolders that mocap reads, with format and size",
         files: &[option("folder", false, "A folder [default: the root folder]")],
         options: &[],
         answer: answers::listed,
     },
     Tool {
         name: "info",
-        about: "Inspect a file: format, joints, frames, clips, what is guessed, warnings",
+        about: "Inspect a file: format, joints, frames, clips, guesses, warnings",
         files: &[input("input", "The file")],
         options: &["clip", "from"],
         answer: answers::inspected,
     },
     Tool {
         name: "skeleton",
-        about: "Say unit, axes, rest pose, and which joint is which bone, how sure that is, and why",
+        about: "Show unit, axes, rest pose, and the joint of each bone, with confidence and reason",
         files: &[input("input", "The file")],
         options: &["clip", "unit", "up", "map", "explain"],
         answer: answers::skeleton,
     },
     Tool {
         name: "check",
-        about: "Report errors and warnings of files, with line, column, and how to mend them; the worst first",
+        about: "Report errors and warnings of files, with line, column and remedy; the worst first",
         files: &[inputs("Files, folders and wildcards")],
         options: &["strict"],
         answer: answers::checked,
@@ -114,14 +115,14 @@ pub const TOOLS: &[Tool] = &[
         files: &[
             inputs("Files, folders and wildcards; . is the root folder"),
             option("output", false, "A table to write: .csv, .json, .jsonl or .txt"),
-            option("html", false, "A page to write, for the user to see"),
+            option("html", false, "A page to write for the user"),
         ],
         options: &["where", "select", "threshold", "fail-on"],
         answer: answers::surveyed,
     },
     Tool {
         name: "index",
-        about: "Make a database of the frames of many motions, for find and match",
+        about: "Build a database of the frames of many motions, for find and match",
         files: &[
             inputs("Files, folders and wildcards"),
             option("output", true, "The database to write: .mdb"),
@@ -131,14 +132,14 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "find",
-        about: "Search a database of index for the parts most like a part of a motion (like: walk.bvh@2.0s..3.5s) or a pose",
+        about: "Search a database of index for the frames most similar to a clip (like: walk.bvh@2.0s..3.5s) or a pose",
         files: &[input("database", "The .mdb file")],
         options: &["like", "pose", "count", "where"],
         answer: answers::found,
     },
     Tool {
         name: "match",
-        about: "Let a character follow a path over the ground, by motion matching in a database of index",
+        about: "Move a character along a path by motion matching in a database of index",
         files: &[
             input("database", "The .mdb file"),
             option("on", true, "The character"),
@@ -149,23 +150,27 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "graph",
-        about: "Find all moments at which a figure can pass from one motion to another, for walk",
+        about: "Find all transitions between motions, for walk",
         files: &[
             inputs("Motions of one skeleton, or of humanoids with on; folders too"),
-            option("on", false, "A body to put all motions on first"),
+            option("on", false, "A body to which all motions are retargeted first"),
             option("output", true, "The graph to write: .json"),
-            option("matrix", false, "The distances of two motions to write: .png or .npy"),
+            option(
+                "matrix",
+                false,
+                "The distance matrix of two motions to write: .png or .npy",
+            ),
         ],
         options: &["threshold"],
         answer: answers::graphed,
     },
     Tool {
         name: "walk",
-        about: "Write a motion that walks over a graph: for so many seconds, along a path, or \
+        about: "Write a motion along a walk over a graph: for some seconds, along a path, or \
                 through two clips or more (walk.bvh, turn.bvh@2)",
         files: &[
             input("graph", "The .json file of graph"),
-            option("on", false, "A character that the walk is put on"),
+            option("on", false, "A character to which the walk is retargeted"),
             option("output", true, "The file to write"),
         ],
         options: &["seconds", "path", "through", "seed"],
@@ -199,12 +204,16 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "retarget",
-        about: "Retarget motions to a character (GLB, VRM, FBX, BVH), which keeps all that is in its file. Says for each \
-                motion whether it is good, and which limb is farthest off",
+        about: "Retarget motions to a character (GLB, VRM, FBX, BVH). The character's file keeps all contents. \
+                Reports for each motion whether it is good, and which limb is farthest off",
         files: &[
             INPUTS,
             option("character", false, "The character"),
-            option("to-skeleton", false, "Instead: a file whose skeleton alone is used"),
+            option(
+                "to-skeleton",
+                false,
+                "Instead: a file of which only the skeleton is used",
+            ),
             OUTPUT,
         ],
         options: &[
@@ -227,7 +236,7 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "robot",
-        about: "Put motions of humans on a robot of URDF or MJCF, within the limits of its joints. Says for each motion \
+        about: "Retarget human motion to a robot of URDF or MJCF, within its joint limits. Reports for each motion \
                 whether it is good, and which limb is farthest off",
         files: &[
             INPUTS,
@@ -261,15 +270,15 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "clean",
-        about: "Clean a motion of a camera or a generator: time, flips, noise, lengths, floor, contacts. Says what each \
-                part changed",
+        about: "Clean motion from video estimators, sensors and generators: time, flips, noise, lengths, floor, \
+                contacts. Reports what each part changed",
         files: &[INPUTS, OUTPUT],
         options: &["only", "without", "to", "clip", "unit", "up", "max-error", "verify"],
         answer: answers::written,
     },
     Tool {
         name: "sheet",
-        about: "See motions: a picture of poses over time, a row for each file, or of the T-pose",
+        about: "Draw motions: a picture of poses over time, one row for each file, or of the T-pose",
         files: &[
             inputs("Motion files"),
             option("output", false, "A .png or .svg to write"),
@@ -279,11 +288,11 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "verify",
-        about: "Compare a file of convert, edit or clean with its source, joint by joint in every frame. Of a motion on \
-                another body retarget says how far it is off",
+        about: "Compare a file of convert, edit or clean with its source, joint by joint in every frame. For a motion \
+                on another body, retarget reports the error",
         files: &[
             input("source", "The source"),
-            input("result", "The file that was made of it"),
+            input("result", "The file made from the source"),
             WITH,
         ],
         options: &["max-error"],
@@ -291,7 +300,7 @@ pub const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "run",
-        about: "Do a job, which has every option",
+        about: "Run a job, which has every option",
         files: &[],
         options: &[],
         answer: answers::run,
@@ -312,7 +321,7 @@ pub const TOOLS: &[Tool] = &[
 /// The tool that reads a resource.
 pub(super) const READ: &str = "read";
 
-/// The tool that a call names, and its arguments.
+/// The tool of a call, and its arguments.
 pub(super) fn named(params: &Value) -> Result<(&'static Tool, Map<String, Value>), Fault> {
     let name = params["name"].as_str().unwrap_or_default();
     let shown: String = name.chars().take(64).collect();
@@ -329,26 +338,26 @@ pub(super) fn named(params: &Value) -> Result<(&'static Tool, Map<String, Value>
 }
 
 impl Tool {
-    /// The name under which a client calls it.
+    /// The name by which a client calls the tool.
     pub(super) fn tool_name(&self) -> &'static str {
         match self.name {
-            // What it does for an agent.
+            // The title for an agent.
             "info" => "inspect",
             name => name,
         }
     }
 
-    /// The words of the command line that name its command.
+    /// The words of the tool's command.
     pub(super) fn command(&'static self) -> &'static [&'static str] {
         match self.name {
             "walk" => &["graph", "walk"],
-            // They have none, and take no option of one.
+            // These tools have no command, and no options of a command.
             "list" | READ => &[],
             _ => std::slice::from_ref(&self.name),
         }
     }
 
-    /// Whether the output may be a folder with a file of each input.
+    /// Whether the output may be a folder with one file for each input.
     pub(super) fn has_folder_outputs(&self) -> bool {
         ["convert", "retarget", "robot", "edit", "clean"].contains(&self.name)
     }

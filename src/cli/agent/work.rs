@@ -1,4 +1,4 @@
-//! The process of a call: it takes one order from the server, does it, and says what it made.
+//! The process of a call. It takes one order from the server, executes it, and reports the result.
 
 use std::io::{self, BufRead, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -21,45 +21,45 @@ use super::{reports, tools};
 use crate::batch::progress::{self, Counts};
 use crate::{Failure, batch, report};
 
-/// What a process is to do. The name and the arguments are those of `tools/call`.
+/// The order for a process. The name and the arguments come from `tools/call`.
 #[derive(Serialize)]
 pub(super) struct Order<'a> {
     pub(super) name: &'static str,
     pub(super) arguments: &'a RawValue,
     pub(super) era: Era,
-    /// What the session has written.
+    /// The files that the session has written.
     pub(super) written: &'a OwnFiles,
     /// The number of the call's report.
     pub(super) number: usize,
 }
 
-/// What a process says, each as a line of JSON.
+/// The messages of a process, one line of JSON each.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum OutputLine {
-    /// So many files of so many are done: none, when their number is known.
+    /// The numbers of finished files and of all files. The first message, with 0 finished files, gives the total.
     Progress(usize, usize),
-    /// A file that the session has written now.
+    /// A file that the session has just written.
     Wrote(OwnFiles),
     /// The result of the call, and its report.
     Done { result: Box<RawValue>, report: String },
 }
 
-/// Says something to the server. Where that has ended, the end of standard input ends this process too: here it may be
-/// writing a file.
+/// Sends a message to the server. Errors are ignored: if the server has ended, the end of standard input ends this
+/// process. Here it may be writing a file.
 fn say(said: &OutputLine) {
     let mut output = io::stdout().lock();
     let line = serde_json::to_string(said).unwrap_or_default();
     let _ = writeln!(output, "{line}").and_then(|()| output.flush());
 }
 
-/// Ends the process between two files, so that each is whole or absent.
+/// Ends the process between two files, so that each file is complete or absent.
 fn end() -> ! {
     stop_writing();
     process::exit(1)
 }
 
-/// Does the order of standard input, whose end ends the process.
+/// Executes the order from standard input. The end of standard input ends the process.
 pub(super) fn serve(root: Root) -> Result<(), Failure> {
     let mut input = io::BufReader::new(io::stdin());
     let mut order = String::new();
@@ -101,9 +101,9 @@ pub(super) fn serve(root: Root) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What the command has printed as errors.
+/// The errors that the command has printed.
 fn told() -> String {
-    /// Errors that are told one by one: more fill the answer of a call.
+    /// The most errors in an answer: more would fill it.
     const MOST: usize = 3;
     let kept = report::kept();
     let mut words = kept.iter().take(MOST).cloned().collect::<Vec<_>>().join("; ");
@@ -116,7 +116,7 @@ fn told() -> String {
     }
 }
 
-/// Says how many files are done, some times in a second.
+/// Reports the number of finished files, a few times per second.
 fn hear(counts: &Counts) {
     const PAUSE: Duration = Duration::from_millis(200);
     static LAST: Mutex<Option<Instant>> = Mutex::new(None);

@@ -22,8 +22,8 @@ pub(crate) struct FkArgs {
     /// The file to write: .npz, .csv or .parquet; - is standard output
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
-    /// Format of standard output [default: csv]; or the layout of another program for the motion of a humanoid: amass,
-    /// smplx, kimodo, soma or mhr as .npz, humanml3d as .npy
+    /// Format of standard output [default: csv]. Or the layout of another program, for humanoid motion: amass, smplx,
+    /// kimodo, soma or mhr (.npz), humanml3d (.npy)
     #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet", "amass", "smplx", "kimodo", "soma", "mhr", "humanml3d"])]
     pub(crate) to: Option<String>,
     /// Print what was done as JSON
@@ -31,7 +31,7 @@ pub(crate) struct FkArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
-    /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula
+    /// Put ' before CSV names that begin with = + - or @, so that no spreadsheet reads them as formulas
     #[arg(long)]
     pub(crate) spreadsheet: bool,
     #[command(flatten)]
@@ -48,7 +48,7 @@ pub(crate) struct FkArgs {
 pub(crate) struct AnglesArgs {
     /// The motion file; - is standard input
     pub(crate) input: PathBuf,
-    /// The file to write: .mot, as OpenSim has it, or .csv; - is standard output
+    /// The file to write: .mot of OpenSim, or .csv; - is standard output
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: csv]
@@ -67,12 +67,12 @@ pub(crate) struct AnglesArgs {
     pub(crate) read: InputOptions,
 }
 
-/// Of `mocap analog` and `mocap forces`.
+/// The options of `mocap analog` and `mocap forces`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct SeriesArgs {
     /// The C3D file; - is standard input
     pub(crate) input: PathBuf,
-    /// The file to write: .mot or .sto, as OpenSim has it, .csv or .parquet; - is standard output
+    /// The file to write: .mot or .sto of OpenSim, .csv or .parquet; - is standard output
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: csv]
@@ -115,13 +115,14 @@ pub(crate) struct PackArgs {
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "parquet")]
     pub(crate) to: PackFormatArg,
-    /// Licence of the clips on the card of --to hf, as Hugging Face names it, such as cc-by-4.0 [default: unknown]
+    /// Licence of the clips for the dataset card of --to hf, as a Hugging Face identifier such as cc-by-4.0 [default:
+    /// unknown]
     #[arg(long, value_name = "ID")]
     pub(crate) license: Option<String>,
     /// What one row holds
     #[arg(long, value_name = "SHAPE", default_value = "clips")]
     table: TableArg,
-    /// One row per file, without its motion: the same as --table inventory
+    /// One row per file, without its motion; short for --table inventory
     #[arg(long, conflicts_with = "table")]
     inventory: bool,
     /// Size of one Parquet file, in megabytes of uncompressed values
@@ -132,7 +133,7 @@ pub(crate) struct PackArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
-    /// Skip files that were packed with the same options, according to the manifest, and are unchanged
+    /// Skip unchanged files that the manifest lists with the same options
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
@@ -165,7 +166,7 @@ impl PackArgs {
 pub(crate) enum PackFormatArg {
     /// Parquet files and a manifest
     Parquet,
-    /// A dataset of Hugging Face: Parquet files in metres with +Y up, and a card
+    /// A Hugging Face dataset: Parquet files in metres with +Y up, and a dataset card
     Hf,
 }
 
@@ -192,19 +193,19 @@ pub(crate) struct ArraysArgs {
     /// What rotations are relative to
     #[arg(long, value_name = "SPACE", default_value = "local")]
     rot_space: RotationSpaceArg,
-    /// Joints and end sites to keep: a regular expression that matches anywhere in the name [default: all]
+    /// Joints and end sites to keep: a regular expression, matched anywhere in the name [default: all]
     #[arg(long, value_name = "REGEX")]
     joints: Option<String>,
-    /// Frames per second to write, at the same speed [default: the file's own]
+    /// Resample to this number of frames per second, at the same playback speed [default: the file's own]
     #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     pub(crate) fps: Option<f64>,
-    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end is optional
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     trim: Option<TimeRange>,
-    /// Add velocities: central differences, one-sided at both ends, in units per second
+    /// Add velocities in units per second: central differences, one-sided at the first and last frame
     #[arg(long)]
     velocities: bool,
-    /// Add foot contacts: whether a foot is low and slow, by the rule of `mocap edit`
+    /// Add foot contacts: a foot that is low and slow, by the rule of `mocap edit`
     #[arg(long)]
     contacts: bool,
     /// Names of the feet: a regular expression [default: the feet of the humanoid; else (?i)foot|toe|ankle]
@@ -235,7 +236,7 @@ impl ArraysArgs {
         names.map(str::to_owned).collect()
     }
 
-    /// Refuses options that would do nothing.
+    /// Refuses options without an effect.
     pub(crate) fn check(&self, source: &SourceSpace, given: &ArgumentSources) -> Result<(), Failure> {
         let finds_unit = source.metres_per_unit().is_none() && (self.out.metres_per_unit().is_some() || self.contacts);
         let finds_up = source.up().is_none() && (self.out.up().is_some() || self.contacts);
@@ -279,9 +280,9 @@ impl ArraysArgs {
 enum SpaceArg {
     /// The world
     World,
-    /// The root's position in the same frame, along the axes of the world
+    /// The root's position in the same frame, in world axes
     Root,
-    /// The parent, along its axes
+    /// The parent, in the parent's axes
     Local,
 }
 

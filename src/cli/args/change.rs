@@ -8,10 +8,10 @@ use mocap::job::{JobWeights, SourceFrames};
 pub(crate) struct ChangeArgs {
     #[command(flatten)]
     pub(crate) frames: SourceFrames,
-    /// Keep the figure in place over the ground
+    /// Keep the figure in place: remove its horizontal translation
     #[arg(long, conflicts_with = "root_motion")]
     pub(crate) in_place: bool,
-    /// Move the translation over the ground and the heading to a new joint `Root`
+    /// Move the horizontal translation and the heading to a new joint `Root`
     #[arg(long)]
     pub(crate) root_motion: bool,
 }
@@ -27,7 +27,7 @@ pub(crate) struct WeightsArgs {
 }
 
 impl WeightsArgs {
-    /// The weights, as a job has them.
+    /// The weights, in the form of a job.
     pub(crate) fn weights(&self) -> JobWeights {
         self.weights.clone().unwrap_or_default()
     }

@@ -9,16 +9,16 @@ use super::OwnArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct CleanArgs {
-    /// The motion to clean; with a folder as output any number of motions, folders and wildcards
+    /// The motion to clean. If the output is a folder: any number of motions, folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// Do these parts alone: time, flips, noise, lengths, floor, contacts
+    /// Run only these parts: time, flips, noise, lengths, floor, contacts
     #[arg(long, value_name = "PART,...", value_delimiter = ',', value_parser = parse_part, conflicts_with = "without")]
     pub(crate) only: Vec<CleanPart>,
-    /// Do all parts but these
+    /// Run all parts except these
     #[arg(long, value_name = "PART,...", value_delimiter = ',', value_parser = parse_part)]
     pub(crate) without: Vec<CleanPart>,
-    /// Write what each part did, with the measures before and after, as JSON
+    /// Write a JSON report: the changes of each part, and measures before and after
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     /// Print what was done as JSON
@@ -35,7 +35,7 @@ impl CleanArgs {
             .job(&self.inputs, Vec::new(), vec![self.step().into()], extension)
     }
 
-    /// The step with the parts that are asked for.
+    /// The cleaning step with the requested parts.
     fn step(&self) -> Clean {
         let is_wanted = |part: &CleanPart| match self.only.is_empty() {
             true => !self.without.contains(part),

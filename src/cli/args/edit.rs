@@ -10,11 +10,11 @@ use super::{OwnArgs, ViewArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct EditArgs {
-    /// The motion to change, and after it those that steps join, blend or layer with it; with a folder as output the
+    /// The motion to change, then the motions that steps join, blend or layer with it. If the output is a folder: the
     /// motions to change, folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// A motion that steps join, blend or layer with each motion; once for each
+    /// A motion that steps join, blend or layer with each input; repeatable
     #[arg(long, value_name = "FILE")]
     pub(crate) with: Vec<PathBuf>,
     #[command(flatten)]
@@ -22,10 +22,10 @@ pub(crate) struct EditArgs {
     /// Write the contacts of feet and hands in the changed motion: .json or .npz
     #[arg(id = "contacts-file", long, alias = "contacts", value_name = "FILE")]
     pub(crate) contacts: Option<PathBuf>,
-    /// Draw curves of the changed motion: .svg or .png; the keys of an in-between are marked if it is the last step
+    /// Draw curves of the changed motion: .svg or .png. If the last step is an in-between, its keys are marked
     #[arg(long, value_name = "FILE", requires = "joint")]
     pub(crate) curves: Option<PathBuf>,
-    /// A joint to draw; once for each
+    /// A joint to draw; repeatable
     #[arg(long, value_name = "NAME", requires = "curves")]
     pub(crate) joint: Vec<String>,
     /// Print what each step changed as JSON
@@ -49,8 +49,7 @@ impl EditArgs {
         }
     }
 
-    /// The job, with an output of the format of `extension`; contacts and curves, which are drawn beside it, are no
-    /// part of it.
+    /// The job, with an output of the format of `extension`. Contacts and curves are not part of the job.
     pub(crate) fn job(&self, extension: &str) -> MotionJob {
         let (motions, others) = self.inputs.split_at(match self.own.is_many() {
             true => self.inputs.len(),
@@ -61,7 +60,7 @@ impl EditArgs {
     }
 }
 
-/// The steps in the order given: those of --step, and --loop-frames, which is one of them.
+/// The steps in the given order: each --step, and --loop-frames as a step.
 #[derive(Debug)]
 pub(crate) struct Steps(pub(crate) Vec<EditStep>);
 
@@ -128,7 +127,7 @@ fn parse_step(text: &str) -> Result<EditStep, String> {
     })
 }
 
-/// The question to ask where a step has a length without a unit.
+/// The question to ask if a step has a length without a unit.
 fn question_of_lengths(text: &str) -> Option<String> {
     let (name, options) = text.split_once(':')?;
     let step = EditStep::ALL.iter().find(|step| step.name == name)?;
@@ -159,7 +158,7 @@ pub(super) fn names_of_steps() -> String {
 /// The columns of a help.
 const WIDTH: usize = 100;
 
-/// The steps, with their help in a column of its own.
+/// The steps, with their help in a second column.
 pub(super) fn steps() -> String {
     let name = EditStep::ALL
         .iter()

@@ -1,13 +1,13 @@
-//! Which options stand on the command line, and which of them the outputs depend on.
+//! The options on the command line, and the options on which the outputs depend.
 
 use mocap::job::Length;
 
 use crate::{Failure, report};
 
-/// What the parsed arguments do not tell.
+/// Information that the parsed arguments lack.
 #[derive(Debug, Default)]
 pub(crate) struct ArgumentSources {
-    /// The options that the outputs depend on as text, the defaults too.
+    /// The options on which the outputs depend, as text, including defaults.
     pub(crate) options: String,
     /// The long names of the options that the user wrote.
     pub(super) names: Vec<String>,
@@ -15,7 +15,7 @@ pub(crate) struct ArgumentSources {
     pub(super) max_error: Option<Length>,
 }
 
-/// The error in metres above which a bound is doubted: 5 cm are seen in any motion of a body.
+/// The error in metres above which the command warns: 5 cm are visible in any motion of a body.
 const LARGE_ERROR: f64 = 0.05;
 
 impl ArgumentSources {
@@ -28,7 +28,7 @@ impl ArgumentSources {
         self.has("dry-run")
     }
 
-    /// Warns of a largest error that was meant smaller.
+    /// Warns of a largest error that is probably a mistake in the unit.
     pub(super) fn question_max_error(&self) {
         if let Some(length) = self.max_error.filter(|length| length.to_metres() > LARGE_ERROR) {
             report::caution(&format!(
@@ -38,7 +38,7 @@ impl ArgumentSources {
         }
     }
 
-    /// Refuses the options of these names, which would do nothing, because of `why`.
+    /// Refuses the options of these names: they have no effect, because of `why`.
     pub(crate) fn refuse(&self, names: &[&str], why: &str) -> Result<(), Failure> {
         match names.iter().find(|name| self.has(name)) {
             Some(name) => Err(Failure::Usage(format!("--{name} would do nothing: {why}"))),

@@ -28,11 +28,11 @@ pub(crate) struct GraphArgs {
     pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) graphing: GraphJobOptions,
-    /// Write the distances of all moments of two clips, or of one clip to itself: a .png picture or a .npy array. In
-    /// the picture lighter means more alike, and red dots are transitions
+    /// Write the distance matrix of two clips, or of one clip with itself: a .png picture or a .npy array. In the
+    /// picture, lighter means more similar, and red dots are transitions
     #[arg(long, value_name = "FILE")]
     pub(crate) matrix: Option<PathBuf>,
-    /// Print what is in the graph as JSON
+    /// Print the contents of the graph as JSON
     #[arg(long)]
     pub(crate) json: bool,
     /// Print the job of the arguments, for `mocap run` and for programs, and do nothing else
@@ -49,7 +49,7 @@ pub(crate) struct GraphArgs {
 }
 
 impl GraphArgs {
-    /// The job that the arguments mean.
+    /// The job of the arguments.
     pub(crate) fn job(&self) -> GraphJob {
         let mut job = GraphJob::default();
         job.read = self.read.clone();
@@ -66,13 +66,13 @@ impl GraphArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum GraphCommand {
-    /// Write a motion that walks over a graph
+    /// Write a motion along a walk over a graph
     Walk(WalkArgs),
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct WalkArgs {
-    /// The graph that mocap graph wrote; the clips that it names are read
+    /// A graph written by `mocap graph`. The clips of the graph are read again
     #[arg(value_name = "INPUT")]
     pub(crate) graph: PathBuf,
     /// The file to write, in any format of mocap formats, or - for standard output
@@ -83,10 +83,10 @@ pub(crate) struct WalkArgs {
     pub(crate) to: Option<OutputFormat>,
     #[command(flatten)]
     pub(crate) walking: WalkOptions,
-    /// Put the walk on this character: a glTF, VRM, FBX or BVH file
+    /// Retarget the walk to this character: a glTF, VRM, FBX or BVH file
     #[arg(long = "character", alias = "on", value_name = "TARGET")]
     pub(crate) on: Option<PathBuf>,
-    /// Print what was made as JSON
+    /// Print what was done as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

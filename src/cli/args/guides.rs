@@ -1,12 +1,12 @@
-//! What the help of each command shows first: the options that are used most, and two examples.
+//! The start of each command's help: the most used options, and two examples.
 
-/// The lines that `-h` shows of a command, and the end of its help.
+/// The options that `-h` shows of a command, and the examples at the end of its help.
 pub struct Guide {
     /// The words of the command.
     pub command: &'static str,
     /// The options that `-h` shows, in this order. `--help` shows the others after them.
     pub options: &'static [&'static str],
-    /// Two command lines, each with what it does. `src/cli/tests/it/help.rs` runs them.
+    /// Two command lines, each with its effect. `src/cli/tests/it/help.rs` runs them.
     pub examples: [(&'static str, &'static str); 2],
 }
 
@@ -115,10 +115,7 @@ pub const GUIDES: &[Guide] = &[
         &["output", "joint-set", "smooth", "to", "fps", "verify"],
         [
             ("solve trial.c3d trial.glb", "a skeleton from labelled markers"),
-            (
-                "solve trial.c3d smooth.bvh --smooth=6",
-                "without what is faster than 6 Hz",
-            ),
+            ("solve trial.c3d smooth.bvh --smooth=6", "without motion above 6 Hz"),
         ],
     ),
     guide(
@@ -129,7 +126,7 @@ pub const GUIDES: &[Guide] = &[
                 "convert walk.bvh job.glb --print-job > job.json",
                 "a job from the options of a command",
             ),
-            ("run job.json", "do it"),
+            ("run job.json", "run the job"),
         ],
     ),
     guide(
@@ -149,7 +146,7 @@ pub const GUIDES: &[Guide] = &[
         [
             (
                 "find moves.mdb --like walk.bvh@0.5s..1.5s",
-                "parts that are like this second",
+                "parts similar to this second",
             ),
             (
                 "find moves.mdb --pose walk.bvh@0.5s --sheet found.png",
@@ -196,11 +193,11 @@ pub const GUIDES: &[Guide] = &[
         [
             (
                 "bridge vmc:39539 --character hero.glb --vmc 39540",
-                "what comes moves the character",
+                "the stream moves the character",
             ),
             (
                 "bridge vmc:39539 --robot h1.urdf --udp-json 5005",
-                "what comes moves the robot",
+                "the stream moves the robot",
             ),
         ],
     ),
@@ -227,7 +224,7 @@ pub const GUIDES: &[Guide] = &[
         "skeleton",
         &["json", "explain", "unit", "up", "map"],
         [
-            ("skeleton walk.bvh --explain", "why each joint is the bone that it is"),
+            ("skeleton walk.bvh --explain", "the reasons for the bone of each joint"),
             ("skeleton walk.bvh --json > bones.json", "a map to correct, for --map"),
         ],
     ),
@@ -248,7 +245,7 @@ pub const GUIDES: &[Guide] = &[
         [
             (
                 "gif walk.bvh -o walk.gif --rate 5",
-                "a film with five pictures per second",
+                "an animation with five pictures per second",
             ),
             (
                 "gif walk.bvh -o slow.png --rate 5 --playback-speed 2",
@@ -335,7 +332,10 @@ pub const GUIDES: &[Guide] = &[
                 "chain walk.bvh LeftFoot --tick 10",
                 "every matrix from the root to the foot",
             ),
-            ("chain walk.bvh LeftFoot --point 0,0,1", "where a point on the foot is"),
+            (
+                "chain walk.bvh LeftFoot --point 0,0,1",
+                "the position of a point on the foot",
+            ),
         ],
     ),
     guide(
@@ -351,10 +351,7 @@ pub const GUIDES: &[Guide] = &[
         &["json", "strict", "threads", "allow-empty"],
         [
             ("check takes", "every motion of a folder"),
-            (
-                "check takes --strict -q",
-                "the files alone that have a warning or an error",
-            ),
+            ("check takes --strict -q", "only the files with a warning or an error"),
         ],
     ),
     guide(
@@ -388,7 +385,7 @@ pub const GUIDES: &[Guide] = &[
         "formats",
         &["json"],
         [
-            ("formats", "what is read and written"),
+            ("formats", "readable and writable formats"),
             ("formats --json > formats.json", "for a program"),
         ],
     ),
@@ -396,7 +393,7 @@ pub const GUIDES: &[Guide] = &[
         "doctor",
         &["json"],
         [
-            ("doctor", "what is missing, and what needs it"),
+            ("doctor", "missing features, and the commands that need them"),
             ("doctor --json > doctor.json", "for a program"),
         ],
     ),
@@ -408,7 +405,7 @@ pub const GUIDES: &[Guide] = &[
                 "convert takes -o shards --shard 1/2",
                 "half of a folder, on one machine",
             ),
-            ("merge-manifest shards", "when all halves are there"),
+            ("merge-manifest shards", "when both halves are done"),
         ],
     ),
     guide(
@@ -432,7 +429,7 @@ pub const GUIDES: &[Guide] = &[
         &["root", "time-limit"],
         [
             ("mcp --root takes", "an agent may use this folder"),
-            ("mcp --root takes --time-limit 60", "and each call has a minute"),
+            ("mcp --root takes --time-limit 60", "each call has one minute"),
         ],
     ),
 ];

@@ -1,4 +1,4 @@
-//! Helps: the commands in groups, by what a person wants to do; of each command first the options that are used most.
+//! Arranges the help: commands in groups by the user's goal, and the most used options of a command first.
 
 use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, Command};
@@ -6,7 +6,7 @@ use clap::{Arg, Command};
 use super::edit;
 use super::guides::{FIRST, GUIDES, Guide};
 
-/// The groups in their order, each with its commands in theirs.
+/// The groups and their commands, in the order of the help.
 pub const GROUPS: &[(&str, &[&str])] = &[
     (
         "Convert and change",
@@ -24,15 +24,15 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Prove", &["check", "survey", "verify", "score"]),
 ];
 
-/// The commands that are used most, which `mocap -h` describes.
+/// The most used commands: `mocap -h` describes them.
 const MOST_USED: [&str; 8] = [
     "convert", "retarget", "robot", "edit", "clean", "view", "info", "verify",
 ];
 
-/// The heading of the commands that no group names.
+/// The heading of the commands without a group.
 const OTHER: &str = "Other";
 
-/// The command as its helps show it.
+/// The command with its help arranged.
 pub fn arranged(command: Command) -> Command {
     let command = guided(grouped(command), "");
     let (examples, exit_codes) = (examples(&FIRST), super::EXIT_CODES);
@@ -42,13 +42,13 @@ pub fn arranged(command: Command) -> Command {
         .mut_arg("quiet", |quiet| quiet.display_order(LAST))
 }
 
-/// The place of an option that comes after those of any guide: no guide has as many.
+/// The display order of options outside a guide. No guide has this many options.
 const LATER: usize = 100;
 
-/// The place of an option that comes last of all.
+/// The display order of the last options.
 const LAST: usize = 1000;
 
-/// A command with the guides of its subcommands, and of theirs. `words` are those before its subcommands.
+/// A command with the guides of all its subcommands. `words` are the words before a subcommand.
 fn guided(command: Command, words: &str) -> Command {
     command.mut_subcommands(|command| {
         let words = format!("{words}{}", command.get_name());
@@ -85,7 +85,7 @@ fn with_guide(command: Command, guide: &Guide) -> Command {
         .after_long_help(format!("{examples}{long}"))
 }
 
-/// Command lines, with what they do in a column of its own.
+/// Command lines, with their effects in a second column.
 fn examples(lines: &[(&str, &str)]) -> String {
     let width = lines.iter().map(|(line, _)| line.len()).max().unwrap_or_default();
     let lines = lines
@@ -94,9 +94,8 @@ fn examples(lines: &[(&str, &str)]) -> String {
     format!("Examples:{}", lines.collect::<String>())
 }
 
-/// The command with its subcommands listed: by `-h` those that are used most, and the names of the others; by `--help`
-/// all, in groups. clap has headings for options alone, so the list that it makes is taken apart, with its styles and
-/// line breaks.
+/// Lists the subcommands: `-h` describes the most used ones and names the others; `--help` describes all, in groups.
+/// clap has headings only for options, so this function splits clap's list, with its styles and line breaks.
 fn grouped(command: Command) -> Command {
     let listing = command
         .clone()
@@ -137,7 +136,7 @@ fn grouped(command: Command) -> Command {
         ))
 }
 
-/// The names of the commands in a list of them, each with its lines.
+/// The names of the listed commands, each with its lines.
 fn entries(listing: &StyledStr) -> Vec<(String, String)> {
     let (plain, styled) = (listing.to_string(), listing.ansi().to_string());
     let mut entries: Vec<(String, String)> = Vec::new();

@@ -1,4 +1,4 @@
-//! The job that a command line means.
+//! The job of a command line.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use mocap::job::{MotionJob, SourceMap, SourceSpace, Sources};
 use super::ConvertArgs;
 use super::write::writing;
 
-/// What two switches mean.
+/// The root motion that the two switches select.
 pub(super) fn root_motion(in_place: bool, root_motion: bool) -> RootMotion {
     match (in_place, root_motion) {
         (true, _) => RootMotion::InPlace,

@@ -10,17 +10,17 @@ use super::ForceArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RecordArgs {
-    /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
-    /// it, as vmc:0.0.0.0:39539 for senders on the network
+    /// The source of the motion: vmc:PORT for a sender on this machine, or vmc:ADDRESS:PORT to listen on an address of
+    /// this machine, such as vmc:0.0.0.0:39539 for senders on the network
     #[arg(value_name = "INPUT")]
     pub(crate) source: ListenAddress,
     /// The file to write, in any written format
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
-    /// End by itself after so many seconds, instead of at Ctrl-C alone
+    /// End after this number of seconds [default: at Ctrl-C]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
-    /// Clean the recording, as `mocap clean` does, before it is written
+    /// Clean the recording, as `mocap clean` does, before writing it
     #[arg(long)]
     pub(crate) clean: bool,
     /// Print what was done as JSON
@@ -32,27 +32,28 @@ pub(crate) struct RecordArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlayArgs {
-    /// The motion file, of a humanoid; - is standard input. With --clean or --robot also vmc:PORT or vmc:ADDRESS:PORT,
-    /// a stream that is sent on as it comes
+    /// The motion file of a humanoid; - is standard input. With --clean or --robot, also a live stream: vmc:PORT or
+    /// vmc:ADDRESS:PORT
     #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
-    /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
+    /// Send the motion over the VMC protocol to this address and port; without an address, to this machine
     #[arg(long, value_name = "HOST:PORT", required_unless_present = "robot")]
     pub(crate) vmc: Option<Peer>,
-    /// Retarget it to this robot, a .urdf file or an .xml file of MuJoCo, and print a row for each frame, 0.6 seconds
-    /// later. A row has the position and rotation (x y z w) of the base and the joints, as mocap robot --to unitree-csv
+    /// Retarget the motion to this robot, a .urdf file or an .xml file of MuJoCo, and print a row for each frame, 0.6
+    /// seconds later. As in mocap robot --to unitree-csv, a row has the position and rotation (x y z w) of the base,
+    /// then the joints
     #[arg(long, value_name = "TARGET", conflicts_with = "vmc")]
     pub(crate) robot: Option<PathBuf>,
     /// Loop the motion until Ctrl-C; needs --vmc
     #[arg(long = "loop")]
     pub(crate) repeat: bool,
-    /// Poses per second [default: those of the file]
+    /// Poses per second [default: the rate of the file]
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub(crate) rate: Option<f64>,
-    /// Clean the motion: a file as `mocap clean` does, a stream from its noise
+    /// Clean the motion: a file as `mocap clean` does; of a stream, remove only the noise
     #[arg(long)]
     pub(crate) clean: bool,
-    /// Delay of a stream in seconds, from 0 to 10: the more, the less noise [default: 0.5]
+    /// Delay of a stream in seconds, from 0 to 10. A longer delay removes more noise [default: 0.5]
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
     /// Print what was done as JSON
@@ -64,14 +65,14 @@ pub(crate) struct PlayArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct BridgeArgs {
-    /// Where motion comes from: vmc:PORT for a sender on this machine, vmc:ADDRESS:PORT to listen on that address of
-    /// it, as vmc:0.0.0.0:39539 for senders on the network
+    /// The source of the motion: vmc:PORT for a sender on this machine, or vmc:ADDRESS:PORT to listen on an address of
+    /// this machine, such as vmc:0.0.0.0:39539 for senders on the network
     #[arg(value_name = "INPUT")]
     pub(crate) source: ListenAddress,
-    /// The body that moves: a character of glTF, VRM or any other file with a humanoid, or a robot of URDF or MJCF
+    /// The character or robot to move: a glTF, VRM or any other file with a humanoid, or a robot of URDF or MJCF
     #[arg(long = "character", visible_alias = "robot", alias = "onto", value_name = "TARGET")]
     pub(crate) onto: PathBuf,
-    /// Send it by the VMC protocol to this address and port; a port alone is one of this machine
+    /// Send the motion over the VMC protocol to this address and port; without an address, to this machine
     #[arg(
         long,
         value_name = "HOST:PORT",
@@ -79,13 +80,13 @@ pub(crate) struct BridgeArgs {
         conflicts_with = "udp_json"
     )]
     pub(crate) vmc: Option<Peer>,
-    /// Send it as JSON, a packet of UDP for each pose, to this address and port
+    /// Send the motion as JSON to this address and port, one UDP packet for each pose
     #[arg(long, value_name = "HOST:PORT")]
     pub(crate) udp_json: Option<Peer>,
-    /// Take the noise out of the stream before
+    /// Remove noise from the stream before retargeting
     #[arg(long)]
     pub(crate) clean: bool,
-    /// How many seconds later it is sent then, from 0 to 10: the more, the less noise [default: 0.5]
+    /// Delay in seconds, from 0 to 10. A longer delay removes more noise [default: 0.5]
     #[arg(long, value_name = "SECONDS", value_parser = delay, requires = "clean")]
     pub(crate) delay: Option<f64>,
     /// Print what was done as JSON
@@ -107,7 +108,7 @@ impl FromStr for ListenAddress {
     }
 }
 
-/// Whom to send to.
+/// The address and the port to send to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Peer(pub(crate) SocketAddr);
 
@@ -122,7 +123,7 @@ impl FromStr for Peer {
     }
 }
 
-/// A port of this machine, or an address and a port.
+/// Parses a port of this machine, or an address and a port.
 fn resolved(text: &str) -> Result<SocketAddr, String> {
     if let Ok(port) = text.parse() {
         return Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port));

@@ -1,4 +1,4 @@
-//! The options of commands that put motions on another body.
+//! The options of commands that retarget motions.
 
 use std::path::{Path, PathBuf};
 
@@ -13,23 +13,23 @@ use crate::batch::spread::SpreadArgs;
 
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct OntoArgs {
-    /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate [default: those
-    /// of the motion]
+    /// Resample to this number of frames per second, at the same playback speed. For an input without a valid rate, set
+    /// its rate [default: the rate of the motion]
     #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     fps: Option<f64>,
-    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end is optional
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     trim: Option<TimeRange>,
-    /// Keep the figure in place over the ground
+    /// Keep the figure in place: remove its horizontal translation
     #[arg(long, conflicts_with = "root_motion")]
     in_place: bool,
-    /// Move the translation over the ground and the heading of the hips to the uppermost node above them
+    /// Move the horizontal translation and the heading of the hips to their highest ancestor
     #[arg(long)]
     root_motion: bool,
     /// Print the report of one output as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Skip motions that were made with the same options, according to the manifest, and are unchanged
+    /// Skip unchanged motions that the manifest lists with the same options
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
@@ -51,7 +51,7 @@ pub(crate) struct OntoArgs {
 }
 
 impl OntoArgs {
-    /// The motions, and what is known of them.
+    /// The motions, with the user's statements about them.
     pub(super) fn sources(&self, motions: &[PathBuf]) -> Sources {
         let mut sources = sources(motions, &self.source, &self.map);
         sources.frames.fps = self.fps;

@@ -1,4 +1,4 @@
-//! What the commands have in common that change motions on their own skeletons.
+//! Shared options of the commands that change a motion but keep its skeleton.
 
 use std::path::PathBuf;
 
@@ -15,23 +15,23 @@ use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OwnArgs {
-    /// The file to write, in any format of mocap formats, or - for standard output. If it is a folder, or ends in /,
-    /// each motion gets a file of its own in it, beside a manifest
+    /// The file to write, in any format of mocap formats, or - for standard output. If OUTPUT is a folder, or ends in
+    /// /, the folder gets one file for each motion, and a manifest
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output or of the outputs in a folder, or the layout of arrays [default: glb]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<OutputFormat>,
-    /// Frames per second of the motions before they are changed, at the same speed; for an input that states no valid
-    /// rate, its rate. The step resample of edit does it later
+    /// Resample the motions before the steps, at the same playback speed. For an input without a valid rate, set its
+    /// rate. To resample later, use the step resample of edit
     #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     pub(crate) fps: Option<f64>,
-    /// Compare the written file with its source, changed again, as `mocap verify` does
+    /// Compare the written file with the source after the same changes, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
-    /// Skip motions that were changed in the same steps, according to the manifest, and are unchanged
+    /// Skip unchanged motions that the manifest lists with the same steps
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
@@ -58,7 +58,7 @@ impl OwnArgs {
         is_folder(&self.output)
     }
 
-    /// The job that does these steps, with an output of the format of `extension`.
+    /// The job with these steps, and an output of the format of `extension`.
     pub(super) fn job(
         &self,
         motions: &[PathBuf],
@@ -70,7 +70,7 @@ impl OwnArgs {
         job.read = self.read.clone();
         job.source = sources(motions, &self.source, &self.map);
         job.source.with = with;
-        // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
+        // Drop a rest pose before the motion: a filter or a seam would blend the pose into the motion.
         job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
         job.source.frames.fps = self.fps;
         job.steps = steps;

@@ -13,8 +13,8 @@ use super::{Args, ArgumentSources, BatchArgs, ForceArgs, help};
 use crate::batch::hash::sha256;
 use crate::{invocation, report};
 
-/// Prints help, or what is wrong with the arguments, and ends the program. Control characters of an argument reach no
-/// terminal. Where help cannot be written, such as to a full disk, the exit code says so.
+/// Prints the help, or an error of the arguments, and ends the program. Control characters of an argument reach no
+/// terminal. If the help cannot be written, for example to a full disk, the exit code is an error.
 fn tell(error: &clap::Error) -> ! {
     let is_plain = invocation::words()
         .iter()
@@ -31,10 +31,10 @@ fn tell(error: &clap::Error) -> ! {
 }
 
 impl Args {
-    /// The arguments, and what they do not tell.
+    /// The arguments, and their sources.
     pub(crate) fn parse_with_given() -> (Self, ArgumentSources) {
         let parse = |command| Self::parse_from(&command, invocation::words());
-        // To arrange the helps takes longer than to convert a small file, so only those who ask for help wait for it.
+        // Arranging the help takes longer than converting a small file, so it only happens if help is requested.
         let parsed = parse(Self::command()).or_else(|error| match error.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 parse(help::arranged(Self::command()))
@@ -56,7 +56,7 @@ impl Args {
         })
     }
 
-    /// The arguments of a list of words, of which the first is the name of the program.
+    /// Parses a list of words. The first word is the name of the program.
     pub(crate) fn parse_from(
         command: &clap::Command,
         words: impl IntoIterator<Item = OsString>,
@@ -68,7 +68,7 @@ impl Args {
         if let Some((name, matches)) = matches.subcommand()
             && let Some(subcommand) = command.find_subcommand(name)
         {
-            // The command of a command, where there is one, has the options.
+            // A subcommand, if present, has the options.
             let below = matches.subcommand();
             let below = below.and_then(|(name, matches)| Some((matches, subcommand.find_subcommand(name)?)));
             let (matches, subcommand) = below.unwrap_or((matches, subcommand));
@@ -98,7 +98,7 @@ impl Args {
     }
 }
 
-/// Whether the arguments ask a command for its job that has none.
+/// Whether the arguments ask for the job of a command without jobs.
 fn asks_for_job(error: &clap::Error) -> bool {
     let unknown = error.get(ContextKind::InvalidArg);
     error.kind() == ErrorKind::UnknownArgument

@@ -11,8 +11,8 @@ use crate::batch::inputs::InputArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
-    /// The motion files, shown together, or one folder, whose clips are listed. Of two that have the same frames of two
-    /// humanoids, the second is compared with the first
+    /// The motion files to show together, or one folder, whose clips are listed. If two files have the same frames of
+    /// two humanoids, the second is compared with the first
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) files: Vec<PathBuf>,
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
@@ -30,13 +30,14 @@ pub(crate) struct ViewArgs {
     /// humanoid
     #[arg(long, value_name = "TARGET")]
     pub(crate) character: Option<PathBuf>,
-    /// Show the motions on this robot too, a .urdf file or an .xml file of MuJoCo, each beside its source
+    /// Also show the motions on this robot, next to their sources: a .urdf file or an .xml file of MuJoCo
     #[arg(long, value_name = "TARGET", conflicts_with = "character")]
     pub(crate) robot: Option<PathBuf>,
-    /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end is optional
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) trim: Option<TimeRange>,
-    /// Frames per second to show, at the same speed; for an input that states no valid rate, its rate
+    /// Resample to this number of frames per second, at the same playback speed. For an input without a valid rate, set
+    /// its rate
     #[arg(long, value_name = "RATE", value_parser = InputOptions::parse_rate)]
     pub(crate) fps: Option<f64>,
     #[command(flatten)]
@@ -69,7 +70,7 @@ impl ViewArgs {
         }
     }
 
-    /// The frames to show. The numbers of the file stay as they are: the page has its unit and its up axis.
+    /// The frames to show. The values of the file are not converted: the page has the file's unit and up axis.
     pub(crate) fn conversion(&self) -> Conversion {
         let mut conversion = Conversion::new().keep_units(true).bones(self.map.bones_here());
         if let Some(TimeRange { first, last }) = self.trim {
@@ -130,7 +131,7 @@ pub(crate) struct GifArgs {
     /// The motion file; - is standard input
     #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
-    /// The film to write: .gif, or .apng or .png for an animated PNG; - is standard output
+    /// The animation to write: .gif, or .apng or .png for an animated PNG; - is standard output
     #[arg(long, short, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: gif]
@@ -156,7 +157,7 @@ pub(crate) struct GifArgs {
     /// Draw the motion on this robot, a .urdf file or an .xml file of MuJoCo
     #[arg(long, value_name = "TARGET")]
     pub(crate) robot: Option<PathBuf>,
-    /// Show the whole path, instead of following the root with the camera
+    /// Show the whole path with a fixed camera, instead of a camera that follows the root
     #[arg(long)]
     pub(crate) still: bool,
     #[command(flatten)]
@@ -170,7 +171,7 @@ pub(crate) struct PlotArgs {
     /// The motion file; - is standard input
     #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
-    /// The joint; may be given several times
+    /// The joint; repeatable
     #[arg(long, value_name = "NAME", required = true)]
     pub(crate) joint: Vec<String>,
     #[command(flatten)]
@@ -182,7 +183,7 @@ pub(crate) struct PlotArgs {
     pub(crate) read: InputOptions,
 }
 
-/// How many poses a row has.
+/// The number of poses in a row.
 fn poses() -> impl clap::builder::TypedValueParser<Value = usize> {
     use clap::builder::TypedValueParser;
 

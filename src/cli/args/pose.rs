@@ -15,7 +15,8 @@ pub(crate) struct PoseArgs {
     /// Print node-to-world matrices, instead of node-to-parent
     #[arg(long)]
     pub(crate) world: bool,
-    /// Loop the motion: a tick outside of it wraps around. Without it, such a tick gives the first or the last frame
+    /// Loop the motion: ticks outside the clip wrap around. Without this option they are clamped to the first or last
+    /// frame
     #[arg(long = "loop")]
     pub(crate) repeat: bool,
     /// Print JSON
@@ -36,12 +37,13 @@ pub(crate) struct ChainArgs {
     /// The motion file; - is standard input
     #[arg(value_name = "INPUT")]
     pub(crate) file: PathBuf,
-    /// The name of the joint, or of an end site as EndSite_Wrist
+    /// The name of the joint or end site, such as EndSite_Wrist
     pub(crate) joint: String,
-    /// The tick; poses between two frames are interpolated, and the nearest frame is used outside of the motion
+    /// The tick. Poses between two frames are interpolated. Ticks outside the clip are clamped to the first or last
+    /// frame
     #[arg(long, value_name = "T", allow_negative_numbers = true, default_value_t = 0.0)]
     pub(crate) tick: f64,
-    /// A point attached to the joint, in its axes and in the unit of the file: print its position in the world
+    /// Print the world position of this point. The point is in the joint's axes and in the unit of the file
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     pub(crate) point: Option<[f32; 3]>,
     /// Print JSON

@@ -21,16 +21,16 @@ const ROBOT_FORMATS: [&str; RobotFormat::ALL.len()] = {
 
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct RobotArgs {
-    /// The motion files of humans; with a folder as output also folders and wildcards
+    /// The files with human motion. If the output is a folder: also folders and wildcards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The robot: a .urdf file, or an .xml file of MuJoCo. With several, the outputs of each go into a folder of its
-    /// name in the output
+    /// The robot: a .urdf file, or an .xml file of MuJoCo; repeatable. With several robots, the output has one
+    /// subfolder for each, with the robot's name
     #[arg(long, required = true, value_name = "TARGET")]
     pub(crate) robot: Vec<PathBuf>,
-    /// The file to write, or - for standard output; of several motions the folder to write into. .npz (NumPy), .pkl (a
-    /// pickle, as GMR writes it) and .csv have the position of every joint. .glb and the other formats of mocap formats
-    /// have the links of the robot as an animated skeleton
+    /// The file to write, or - for standard output; for several motions, a folder. .npz (NumPy), .pkl (a pickle, as GMR
+    /// writes) and .csv have the position of every joint. .glb and the other formats of mocap formats have the links of
+    /// the robot as an animated skeleton
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of the outputs. qpos is an .npz for MuJoCo, with rotations as w x y z. dynamics also has velocities,
@@ -40,21 +40,22 @@ pub(crate) struct RobotArgs {
     pub(crate) to: Option<String>,
     #[command(flatten)]
     target: RobotTarget,
-    /// Write the reports of many motions as a table to this .parquet file, a row for each. With --shard 1/8, x.parquet
-    /// is x.1-of-8.parquet. Each of several robots has its own table, such as x.g1.parquet of g1.urdf
+    /// Write the reports of many motions to this .parquet file, one row for each motion. With --shard 1/8, x.parquet
+    /// becomes x.1-of-8.parquet. With several robots, each gets a table, such as x.g1.parquet for g1.urdf
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) onto: OntoArgs,
     #[command(flatten)]
     pub(crate) read: InputOptions,
-    /// Whether the robot is one of several.
+    /// Whether there are several robots.
     #[arg(skip)]
     is_of_several: bool,
 }
 
 impl RobotArgs {
-    /// Whether the output is a folder: for several motions, for a folder of them, and where its name is no file's.
+    /// Whether the output is a folder: for several motions, for a folder of motions, or if the output's name is not a
+    /// file name.
     pub(crate) fn is_many(&self) -> bool {
         let is_one = matches!(&self.paths[..], [path] if !path.is_dir()) && !self.is_of_several;
         let is_file = streams::is_unnamed(&self.output) || self.output.extension().is_some();
@@ -63,7 +64,7 @@ impl RobotArgs {
 }
 
 impl RobotArgs {
-    /// The arguments of each of several robots, with the name of its folder.
+    /// The arguments for each of several robots, with the name of the robot's folder.
     pub(crate) fn of_each_robot(&self) -> Vec<Self> {
         let of_robot = |robot: &PathBuf| {
             let name = robot.file_stem().unwrap_or_default();

@@ -16,7 +16,7 @@ use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct IndexArgs {
-    /// The motion files, folders and wildcards; an .mdb file is what an earlier run, or a shard, wrote
+    /// The motion files, folders and wildcards, or .mdb databases of earlier runs and shards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
     /// The database to write, an .mdb file; - is standard output
@@ -28,13 +28,14 @@ pub(crate) struct IndexArgs {
     /// Print what was done as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Add the mirror image of every motion too, for motion matching; `mocap find` needs no such copies
+    /// Also add the mirror image of every motion, for motion matching. `mocap find` does not need mirror images
     #[arg(long)]
     pub(crate) mirror: bool,
-    /// Store the motions in the database too, as packed clips within 0.1 mm; else it names their files
+    /// Also store the motions in the database, as packed clips within 0.1 mm. Without this option the database only
+    /// names their files
     #[arg(long)]
     pub(crate) pack: bool,
-    /// Take the clips of files that the output of an earlier run has and whose bytes are the same
+    /// Reuse the clips in the output of an earlier run if the bytes of their files are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
@@ -53,7 +54,7 @@ pub(crate) struct FindArgs {
     /// The database, an .mdb file that `mocap index` wrote
     #[arg(value_name = "INPUT")]
     pub(crate) database: PathBuf,
-    /// A part of a motion: walk.bvh@2.0s..3.5s, walk.bvh@120f..210f, or walk.bvh for all of it
+    /// A part of a motion: walk.bvh@2.0s..3.5s or walk.bvh@120f..210f. Without a part, the whole motion: walk.bvh
     #[arg(long, value_name = "FILE@A..B")]
     pub(crate) like: Option<PartArg>,
     /// A pose: walk.bvh@2.5s, or walk.bvh@150f
@@ -65,10 +66,11 @@ pub(crate) struct FindArgs {
     /// Largest number of results from one take: a clip and its near-duplicates are one take
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) per_clip: NonZeroUsize,
-    /// Skip results that match the mirror image
+    /// Skip results whose mirror image matches
     #[arg(long)]
     pub(crate) no_mirror: bool,
-    /// Look at the clips for which this holds, with the columns of `mocap survey`, as "walking > 0.5 and skate < 3"
+    /// Search only clips that fulfil this condition on the columns of `mocap survey`, such as "walking > 0.5 and skate
+    /// < 3"
     #[arg(long = "where", value_name = "EXPR")]
     pub(crate) condition: Option<Condition>,
     /// Print JSON
@@ -88,25 +90,26 @@ pub(crate) struct FindArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct MatchArgs {
-    /// The database, an .mdb file that `mocap index` wrote; files whose motions are not packed within it are read again
+    /// The database, an .mdb file that `mocap index` wrote. Motions that are not stored in the database are read from
+    /// their files
     #[arg(value_name = "INPUT")]
     pub(crate) database: PathBuf,
     #[command(flatten)]
     pub(crate) aim: MatchAim,
-    /// How fast, in metres per second; with --gamepad, where the left stick is at its edge
+    /// The speed in metres per second; with --gamepad, the speed at full deflection of the left stick
     #[arg(long, value_name = "M/S", default_value = "1.2")]
     pub(crate) speed: f32,
     /// The character: a glTF, VRM, FBX or BVH file with the skeleton of a humanoid
     #[arg(long = "character", alias = "on", value_name = "TARGET")]
     pub(crate) on: PathBuf,
-    /// The file to write: the character with the motion; or database.bin, with features.bin beside it, for the
-    /// controller of Holden's demonstration of motion matching; - is standard output
+    /// The file to write: the character with the motion; - is standard output. Or database.bin: writes also
+    /// features.bin to the same folder, for the controller of Holden's motion matching demo
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&[]))]
     pub(crate) to: Option<String>,
-    /// Print how the path was followed, as JSON
+    /// Print the deviation from the path as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -115,14 +118,15 @@ pub(crate) struct MatchArgs {
     pub(crate) read: InputOptions,
 }
 
-/// What the figure follows.
+/// The path to follow.
 #[derive(Debug, clap::Args)]
 #[group(multiple = false)]
 pub(crate) struct MatchAim {
-    /// The path over the ground: points X/Z in metres, as 0/0+0/4+3/4
+    /// The path over the ground: points X/Z in metres, such as 0/0+0/4+3/4
     #[arg(long, value_name = "X/Z+...", allow_hyphen_values = true)]
     pub(crate) path: Option<PathArg>,
-    /// The sticks of a gamepad over time: a table (CSV) or a list (JSON) of seconds, left_x, left_y, right_x, right_y
+    /// The stick positions of a gamepad over time: a table (CSV) or a list (JSON) of seconds, left_x, left_y, right_x,
+    /// right_y
     #[arg(long, value_name = "FILE")]
     pub(crate) gamepad: Option<PathBuf>,
 }
@@ -152,7 +156,7 @@ impl FromStr for PathArg {
     }
 }
 
-/// A file, and the part of its motion.
+/// A file, and a part of its motion.
 #[derive(Clone, Debug)]
 pub(crate) struct PartArg {
     pub(crate) file: PathBuf,

@@ -1,4 +1,4 @@
-//! What an error of the command line suggests: a near name, or none. clap alone suggests `solve` for `conver`.
+//! Suggests a name in errors of the command line, if a near name exists. clap alone suggests `solve` for `conver`.
 
 use std::path::Path;
 
@@ -29,7 +29,7 @@ pub(super) fn suggest(error: &mut clap::Error, command: &clap::Command) {
     }
 }
 
-/// Takes a suggestion out that is not near what was found.
+/// Removes a suggestion that is not near the user's word.
 fn check(error: &mut clap::Error, found: ContextKind, suggested: ContextKind) {
     let texts = (error.get(found), error.get(suggested));
     if let (Some(ContextValue::String(found)), Some(ContextValue::String(name))) = texts
@@ -39,9 +39,9 @@ fn check(error: &mut clap::Error, found: ContextKind, suggested: ContextKind) {
     }
 }
 
-/// The nearest name by edit distance, or else the first that begins so.
+/// The nearest name by edit distance, or else the first name with this prefix.
 fn near<'a>(found: &str, names: &[&'a str]) -> Option<&'a str> {
-    /// Fewer letters are the beginning of anything.
+    /// Shorter prefixes match too many names.
     const FEWEST: usize = 3;
     let begins = |name: &&&str| found.len() >= FEWEST && name.starts_with(found);
     nearest(found, names.iter().copied()).or_else(|| names.iter().find(begins).copied())

@@ -10,12 +10,12 @@ use crate::batch::spread::SpreadArgs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SurveyArgs {
-    /// The motion files, folders and wildcards; a .jsonl file is what an earlier survey, or a shard, wrote
+    /// The motion files, folders and wildcards, or .jsonl tables of earlier surveys and shards
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The table to write: .parquet, .csv, .json, or .jsonl, which can be read again and merged. .txt is the list of
-    /// the files alone. - is standard output, in the format of --to. Without it, verdicts and the ten worst clips are
-    /// printed, or with --select the list
+    /// The table to write: .parquet, .csv, .json or .jsonl; - is standard output, in the format of --to. A .jsonl table
+    /// can be read again and merged. .txt is only the list of files. Without this option, the command prints the
+    /// verdicts and the ten worst clips, or with --select the list
     #[arg(short, long, value_name = "OUTPUT")]
     pub(crate) output: Option<PathBuf>,
     /// Format of standard output
@@ -26,7 +26,7 @@ pub(crate) struct SurveyArgs {
     /// Print the rows of all clips as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Take the rows of files that a .jsonl output of an earlier run has and whose bytes are the same
+    /// Reuse the rows in the .jsonl output of an earlier run if the bytes of their files are unchanged
     #[arg(long, requires = "output")]
     pub(crate) resume: bool,
     /// Print the job of the arguments, for `mocap run` and for programs, and do nothing else
@@ -43,7 +43,7 @@ pub(crate) struct SurveyArgs {
 }
 
 impl SurveyArgs {
-    /// The job that the arguments mean.
+    /// The job of the arguments.
     pub(crate) fn job(&self) -> SurveyJob {
         let mut job = SurveyJob::default();
         job.read = self.read.clone();

@@ -1,4 +1,4 @@
-//! How an output is written: its format, from the table of formats, and the options that the format takes.
+//! The format of an output, from the table of formats, and the options of that format.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -12,7 +12,7 @@ use mocap::{Diagnostic, FormatInfo, WriteOption};
 use super::{ArgumentSources, ForceArgs};
 use crate::Failure;
 
-/// A written format, by one of its extensions, or a layout of arrays by its name.
+/// A format that is written, named by an extension; or a layout of arrays, named by its name.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OutputFormat {
     /// The name that users type.
@@ -20,11 +20,11 @@ pub(crate) struct OutputFormat {
     /// The extension of its files.
     pub(crate) extension: &'static str,
     description: &'static str,
-    /// The row of a format of scenes; `None` of arrays.
+    /// The row of a scene format in the table of formats; `None` for arrays.
     row: Option<&'static FormatInfo>,
 }
 
-/// The formats of scenes, in the order of the table.
+/// The scene formats, in the order of the table.
 static WRITTEN: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
     let written = FormatInfo::ALL.iter().filter(|row| row.writes());
     let extensions = written.flat_map(|row| row.extensions.iter().map(move |extension| (row, *extension)));
@@ -37,7 +37,7 @@ static WRITTEN: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
     extensions.map(format).collect()
 });
 
-/// All formats: those of scenes and the layouts of arrays.
+/// All formats: scene formats and layouts of arrays.
 static ALL: LazyLock<Vec<OutputFormat>> = LazyLock::new(|| {
     let arrays = |name, extension, description| OutputFormat {
         name,
@@ -69,40 +69,40 @@ impl OutputFormat {
     pub(crate) fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         match extension.as_str() {
-            // It is glTF that keeps what a VRM input has.
+            // The output is glTF, and keeps the contents of a VRM input.
             "vrm" => Some(Self {
                 extension: "vrm",
                 name: "vrm",
                 ..Self::named("glb")?
             }),
-            // The one layout that is written to such a file.
+            // The only layout with this extension.
             "npy" => Self::named(BodyLayout::HumanMl3d.as_str()),
             extension => Self::named(extension),
         }
     }
 
-    /// The format that users call so.
+    /// The format of this name.
     pub(crate) fn named(name: &str) -> Option<Self> {
         ALL.iter().copied().find(|format| format.name == name)
     }
 
-    /// The extensions of all outputs, in a sentence.
+    /// The extensions of all outputs, as a phrase.
     pub(crate) fn extensions() -> String {
         let of_scenes = FormatInfo::written_extensions();
         format!("{of_scenes}, or for arrays .npz, .npy, .csv, .parquet or .pkl")
     }
 
-    /// The row of a format of scenes.
+    /// The row of a scene format.
     pub(crate) fn row(self) -> Option<&'static FormatInfo> {
         self.row
     }
 
-    /// Whether it is a layout that the extension of its files does not tell.
+    /// Whether this is a layout that its file extension does not determine.
     pub(crate) fn is_layout(self) -> bool {
         self.name != self.extension
     }
 
-    /// Why an option of writing has no effect on it, as far as the format alone tells.
+    /// The reason why an option of writing has no effect, as far as the format alone determines it.
     pub(crate) fn refusal(self, option: WriteOption) -> Option<Diagnostic> {
         self.row?.refusal(option, self.extension)
     }
@@ -134,7 +134,7 @@ pub(super) fn writing(options: &OutputOptions, output: &Path, extension: &str, f
     writing
 }
 
-/// Refuses the options that have no effect on an output, also where they have the value of their default.
+/// Refuses options without an effect on an output, even if they have their default value.
 pub(crate) fn refuse_options(
     given: &ArgumentSources,
     refusal: impl Fn(WriteOption) -> Option<Diagnostic>,

@@ -1,7 +1,7 @@
-//! The one driver of commands that make an output of each of many files, in a folder with a manifest.
+//! The driver of all commands that make one output for each of many files, in a folder with a manifest.
 //!
-//! A command says by [`FileTask`] what it does with one file. All else is here: the inputs, the names of the outputs,
-//! the results of former runs, shards, threads, progress, the manifest, and the summary.
+//! A command defines its work on one file by [`FileTask`]. This module does everything else: inputs, names of outputs,
+//! results of former runs, shards, threads, progress, the manifest, and the summary.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -22,29 +22,28 @@ use super::spread::SpreadArgs;
 use super::{PANICKED, for_each, thread_count};
 use crate::{Failure, report};
 
-/// What a command does with each of many files.
+/// The work of a command on each of many files.
 pub(crate) trait FileTask: Sync {
     /// The extension of the outputs.
     fn extension(&self) -> &str;
 
-    /// Refuses what cannot be done, before anything is written.
+    /// Refuses impossible work before anything is written.
     fn check(&mut self, _: &ReplacePolicy) -> Result<(), Failure> {
         Ok(())
     }
 
-    /// Takes all files, also of those that another shard makes.
+    /// Receives all files, including those of other shards.
     fn inputs(&mut self, _: &[Input]) {}
 
-    /// Makes the output of a file without printing anything, and notes in `record` what comes to light.
+    /// Makes the output of a file without printing. Notices go to `record`.
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<FileState, String>;
 
-    /// Whether the record of a former run, which has made this output with these options, has all that is wanted of
-    /// it.
+    /// Whether the record of a former run with the same options has all requested data.
     fn is_complete(&self, _: &Record) -> bool {
         true
     }
 
-    /// Whether the output of a former run is there and is still to be compared with its source.
+    /// Whether the output of a former run exists, but was not compared with its source.
     fn is_unverified(&self, _: &Record) -> bool {
         false
     }
@@ -54,28 +53,28 @@ pub(crate) trait FileTask: Sync {
         Ok(())
     }
 
-    /// What a file shares with others, on which its output depends, as a hash.
+    /// A hash of the data that a file shares with others and that its output depends on.
     fn shared_figure(&self, _: &Path) -> Option<String> {
         None
     }
 
-    /// Whether a file that a former run has made must wait for what the others say, which may be new.
+    /// Whether the output of a former run must wait for the results of other files, which may be new.
     fn waits(&self, _: &Record) -> bool {
         false
     }
 
-    /// Takes what all other files have said, before those are made that wait for it.
+    /// Receives the results of all other files, before the waiting files are made.
     fn learn(&mut self, _: &[&Record]) {}
 
-    /// The notices about all files below the summary, also those of former runs.
+    /// The notices below the summary about all files, including files of former runs.
     fn summary(&self, _: &[&Record]) -> Vec<String> {
         Vec::new()
     }
 
-    /// Takes the records of all files so far, after each file.
+    /// Receives the records of all files so far, after each file.
     fn keep(&self, _: &BTreeMap<String, Record>) {}
 
-    /// Ends the run with its verdict.
+    /// Returns the verdict of the run.
     fn finish(&self, _: &[&Record], counts: &Counts) -> Result<(), Failure> {
         counts.verdict()
     }
@@ -85,7 +84,7 @@ pub(crate) trait FileTask: Sync {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileState {
     Done,
-    /// The file waits for what the others say, and is made again after [`FileTask::learn`].
+    /// The file waits for other results, and is made again after [`FileTask::learn`].
     Waits,
 }
 
@@ -93,9 +92,10 @@ pub(crate) enum FileState {
 pub(crate) struct FileBatch<'a> {
     pub(crate) paths: &'a [PathBuf],
     pub(crate) folder: &'a Path,
-    /// The body that motions are put on: no input, and never replaced.
+    /// The body to which motions are retargeted. It is not an input, and is never replaced.
     pub(crate) target: Option<&'a Path>,
-    /// Further files that every output depends on, which are never replaced. One among the inputs is an input too.
+    /// Further files that every output depends on. They are never replaced. If one is among the inputs, it is an input
+    /// too.
     pub(crate) others: &'a [PathBuf],
     pub(crate) inputs: &'a InputArgs,
     pub(crate) spread: &'a SpreadArgs,
@@ -103,7 +103,7 @@ pub(crate) struct FileBatch<'a> {
     pub(crate) force: bool,
     /// Whether nothing is to be written.
     pub(crate) is_dry_run: bool,
-    /// Everything except the input that an output depends on, as text, for the manifest.
+    /// Everything that an output depends on except the input, as text, for the manifest.
     pub(crate) options: String,
 }
 
@@ -111,7 +111,7 @@ pub(crate) struct FileBatch<'a> {
 type FileOutcome = Option<(Outcome, Option<Record>)>;
 
 impl FileBatch<'_> {
-    /// Does the work on all files.
+    /// Runs the work on all files.
     pub(crate) fn run(&self, work: &mut impl FileTask) -> Result<(), Failure> {
         let (folder, spread) = (self.folder, self.spread);
         let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
@@ -129,17 +129,17 @@ impl FileBatch<'_> {
             .all(|input| !input.path.exists() && !input.path.is_symlink())
             && let Some(missing) = inputs.first()
         {
-            // Nothing is made, no folder either.
+            // A dry run creates nothing, not even a folder.
             let error = io::Error::from(io::ErrorKind::NotFound);
             return Err(mocap::Error::io(&missing.path, error).into());
         }
         if let Some(target) = self.target.filter(|_| left_out.get()) {
             report::say(&format!(
-                "{}: motions are put on it, so it is no input",
+                "{}: this is the target of the motions, so it cannot be an input",
                 target.display()
             ));
         }
-        // Outputs are named before the shard is taken, so that every shard names them alike.
+        // Outputs are named before the shard is selected, so that all shards use the same names.
         let outputs = name_outputs(&inputs, work.extension())?;
         let all = inputs
             .iter()
@@ -184,7 +184,7 @@ impl FileBatch<'_> {
         work.finish(&records, &counts)
     }
 
-    /// Works on the inputs, and then on those that waited for what the others say.
+    /// Works on the inputs, then on the inputs that waited for other results.
     fn rounds<W: FileTask>(
         &self,
         run: &Run<'_>,
@@ -207,12 +207,12 @@ impl FileBatch<'_> {
         }
         let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
         let own = own.map(|output| self.folder.join(output));
-        // Outputs that were made before have buffers too.
+        // Existing outputs have buffers too.
         let mut own: Vec<PathBuf> = own.flat_map(|output| [output.with_extension("bin"), output]).collect();
         own.extend(run.claims.paths());
         own.push(Manifest::path(self.folder, self.spread.shard));
-        // Not before, because a remaining `.gltf` shows the owner of its buffer. Those of other shards, which may be at
-        // work in the same folder, stay.
+        // Not earlier, because a remaining `.gltf` shows the owner of its buffer. Files of other shards stay: they may
+        // be running in the same folder.
         remove_all_unfinished(own.iter().map(PathBuf::as_path));
         Ok(())
     }
@@ -237,7 +237,8 @@ impl FileBatch<'_> {
         report::say(&format!("dry run: {done} of {} files would be written", records.len()));
     }
 
-    /// The failure of a run that cannot go on, such as on a full disk: of some of many, where others are done.
+    /// The failure of a run that cannot continue, for example on a full disk. If some files are done, only the others
+    /// failed.
     fn stopped(&self, counts: &Counts, error: io::Error) -> Failure {
         let failure = Failure::Folder(self.folder.to_owned(), error);
         if counts.done == counts.failed {
@@ -248,14 +249,14 @@ impl FileBatch<'_> {
     }
 }
 
-/// Refuses a file where the outputs need a folder.
+/// Refuses a file if the outputs need a folder.
 fn refuse_file(folder: &Path) -> Result<(), Failure> {
-    // Without a separator at its end, which a file cannot have.
+    // Remove a separator at the end, which a file cannot have.
     let name: PathBuf = folder.components().collect();
     if name.exists() && !name.is_dir() {
         let what = if name.is_file() { "a file" } else { "a device or a pipe" };
         let message = format!(
-            "{}: this is {what}, and the outputs need a folder; name another",
+            "{}: this is {what}, but the outputs need a folder; name a folder",
             name.display()
         );
         return Err(Failure::Usage(message));
@@ -263,7 +264,7 @@ fn refuse_file(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Makes the folder of outputs, and those above it, where they are not there.
+/// Creates the output folder and its parent folders, if missing.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
     refuse_file(folder)?;
     fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))
@@ -277,16 +278,16 @@ fn is_same_file(path: &Path, other: &Path) -> bool {
 
 struct Run<'a> {
     many: &'a FileBatch<'a>,
-    /// The output of every input, below the folder.
+    /// The output path of every input, relative to the folder.
     outputs: HashMap<String, String>,
-    /// What former runs say of their inputs.
+    /// The records of former runs.
     former: BTreeMap<String, Record>,
     policy: ReplacePolicy,
     claims: Claims,
 }
 
 impl Run<'_> {
-    /// Works on the inputs, and returns those that wait, sorted.
+    /// Processes the inputs. Returns the inputs that must wait for other results, sorted.
     fn round<W: FileTask>(
         &self,
         inputs: &[Input],
@@ -327,7 +328,7 @@ impl Run<'_> {
         let mut record = Record::new(input, &self.many.options);
         let outcome = match self.make(input, &mut record, work) {
             Ok(None) => return None,
-            // A former output that was compared only now has a new record.
+            // A former output that was only compared now gets a new record.
             Ok(Some(Outcome::Skipped)) if record.output.is_none() => return Some((Outcome::Skipped, None)),
             Ok(Some(outcome)) => outcome,
             Err(error) => {
@@ -339,7 +340,7 @@ impl Run<'_> {
         Some((outcome, Some(record)))
     }
 
-    /// Makes the output of a file, unless a former run has made it. `None` where it waits.
+    /// Makes the output of a file, unless a former run has made it. `None` if the file waits.
     fn make(&self, input: &Input, record: &mut Record, work: &impl FileTask) -> Result<Option<Outcome>, String> {
         let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
         let file = input.path().map_err(|error| error.to_string())?;
@@ -371,7 +372,7 @@ impl Run<'_> {
             }
         }
         let folder = output.path.parent().unwrap_or(self.many.folder);
-        // Only asking does not lock the folder above, where another thread may be at work.
+        // Check first: creating would lock the parent folder, where another thread may be working.
         if !folder.is_dir() && !self.many.is_dry_run {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
@@ -404,7 +405,7 @@ pub(crate) fn verdicts(name: &str, found: impl Iterator<Item = Verdict>) -> Opti
     (!found.is_empty()).then(|| format!("{name}: {}", counts.join(", ")))
 }
 
-/// `9,998 of 10,000 files in 4.2 s`, with what is worth knowing beside.
+/// `9,998 of 10,000 files in 4.2 s`, with further counts.
 fn summary(counts: &Counts) -> String {
     let Counts {
         files,

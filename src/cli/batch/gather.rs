@@ -8,7 +8,7 @@ use super::spread::SpreadArgs;
 use super::{PANICKED, for_each, thread_count};
 use crate::{Failure, report};
 
-/// Works on all inputs and tells of each that fails. Returns the output or the notice of each, in the order of the
+/// Works on all inputs, and reports each failure. Returns the output or the notice of each input, in the order of the
 /// inputs.
 pub(crate) fn gather<T: Send>(
     spread: &SpreadArgs,

@@ -16,7 +16,7 @@ use crate::{Failure, kinds, report};
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub struct InputArgs {
-    /// Accept a folder or a wildcard without motion files; by default that is an error
+    /// Accept a folder or a wildcard without motion files. By default this is an error
     #[arg(long)]
     pub allow_empty: bool,
 }
@@ -25,12 +25,12 @@ pub struct InputArgs {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Input {
     pub path: PathBuf,
-    /// The path below the folder or the wildcards in which it was found, with `/` as separator; for a file named by the
-    /// user, its name. A byte that is no UTF-8 is `%` and two digits, so that no two names become one.
+    /// The path relative to the folder or wildcard that found the file, with `/` as separator. For a file named by the
+    /// user, its name. A byte that is not UTF-8 becomes `%` and two digits, so that different names stay different.
     pub relative: String,
-    /// Its size when it was found.
+    /// The size when the file was found.
     pub bytes: u64,
-    /// Why it cannot be read, if that is known: a link without a target, a folder without permission.
+    /// The reason why the file cannot be read, if known: a broken link, a folder without permission.
     pub problem: Option<String>,
 }
 
@@ -49,12 +49,12 @@ impl Input {
         }
     }
 
-    /// A file that the caller names. A pipe among many files would be read twice, or waited for: it is a failed row.
+    /// A file that the caller names. A pipe among many files is a failed row: it would be read twice, or block.
     fn named(path: &Path) -> Self {
         let input = Self::new(path.to_owned(), path.parent().unwrap_or(Path::new("")));
         let is_stream = path.metadata().is_ok_and(|metadata| !metadata.is_file());
         Self {
-            problem: is_stream.then(|| "a pipe or a device is not read as one of many files".to_owned()),
+            problem: is_stream.then(|| "a pipe or a device cannot be one of many files".to_owned()),
             ..input
         }
     }
@@ -74,7 +74,7 @@ impl Input {
     }
 }
 
-/// The text of a name, with `%` and two digits for a byte that is no UTF-8.
+/// The text of a name, with `%` and two digits for a byte that is not UTF-8.
 fn text_of(name: &OsStr) -> String {
     let mut text = String::new();
     for chunk in name.as_encoded_bytes().utf8_chunks() {
@@ -86,13 +86,13 @@ fn text_of(name: &OsStr) -> String {
     text
 }
 
-/// Inputs of one call. More would fill the memory before the first is read.
+/// The most inputs of one call. More would fill the memory before the first is read.
 const MOST_INPUTS: usize = 1_000_000;
 
-/// The files that `paths` name, sorted by their relative paths. A named file may have any extension. Folders and
-/// wildcards give only files with the extension of a known format, and entries that cannot be read.
+/// The files of `paths`, sorted by their relative paths. A named file may have any extension. Folders and wildcards
+/// only give files with the extension of a known format, and unreadable entries.
 ///
-/// A path that does not exist is an input too, and fails as one of many.
+/// A path that does not exist is an input too, and fails like one of many.
 pub fn find(paths: &[PathBuf], args: &InputArgs) -> Result<Vec<Input>, Failure> {
     find_except(paths, args, |_| false)
 }
@@ -129,15 +129,15 @@ pub(crate) fn find_except(
     Ok(inputs)
 }
 
-/// What was found in folders and by wildcards.
+/// The files found in folders and by wildcards.
 #[derive(Default)]
 struct InputFiles {
     inputs: Vec<Input>,
-    /// Tables that are no motion, as most are: lists of clips, reports.
+    /// Tables that are not motions, such as lists of clips and reports.
     tables: Vec<PathBuf>,
-    /// Robots, which are no motions.
+    /// Robots, which are not motions.
     robots: Vec<PathBuf>,
-    /// Links to folders that were searched by another path.
+    /// Links to folders that were already searched through another path.
     again: Vec<PathBuf>,
 }
 
@@ -151,8 +151,7 @@ impl InputFiles {
         Ok(())
     }
 
-    /// Adds the motion files below `base` that match, and the entries that cannot be read. Their relative paths begin
-    /// in `base`.
+    /// Adds the matching motion files in `base`, and unreadable entries. Paths are relative to `base`.
     fn search(&mut self, base: &Path, pattern: &Pattern, is_excluded: &dyn Fn(&Path) -> bool) -> Result<(), Failure> {
         let search = Search {
             base,
@@ -173,7 +172,7 @@ impl InputFiles {
                 self.again.push(path);
                 Ok(())
             }
-            // Entries without the extension of a motion are ignored, as readable ones are.
+            // Unreadable entries without the extension of a motion are ignored, like readable ones.
             Entry::Problem(path, problem)
                 if path.extension().is_none() || has_known_extension(&path) || path.is_dir() =>
             {
@@ -186,15 +185,15 @@ impl InputFiles {
         })
     }
 
-    /// Adds a file with a known extension. Of tables only those are motions whose columns say so; a Parquet file has
-    /// any number of clips, and must be named.
+    /// Adds a file with a known extension. A table is a motion only if its columns show it. A Parquet file may have any
+    /// number of clips, and must be named.
     fn add_file(&mut self, path: PathBuf, base: &Path) -> Result<(), Failure> {
         const HEAD: u64 = 64 << 10;
         let has = |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
         let is_motion = || {
             let mut head = Vec::new();
             let read = File::open(&path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-            // One that cannot be read fails as any input.
+            // An unreadable table fails like any input.
             read.is_err() || FormatInfo::of_contents(&head).is_some()
         };
         if has("parquet") || has("csv") && !is_motion() {
@@ -204,21 +203,21 @@ impl InputFiles {
         self.add(Input::new(path, base))
     }
 
-    /// Prints which tables and links are skipped.
+    /// Reports skipped tables and links.
     fn say_what_is_skipped(&mut self) {
         if let Some(first) = self.tables.first() {
             let how = match first.extension().is_some_and(|own| own.eq_ignore_ascii_case("parquet")) {
-                true => "; a Parquet file of motions is read where it is named",
+                true => "; to read a Parquet file of motions, name the file",
                 false => "",
             };
-            say_skipped(&self.tables, "table, not a motion", "tables and no motions", how);
+            say_skipped(&self.tables, "table, not a motion", "tables, not motions", how);
         }
-        let how = "; mocap robot INPUT --robot TARGET puts motions on it";
-        say_skipped(&self.robots, "robot, not a motion", "robots and no motions", how);
+        let how = "; mocap robot INPUT --robot TARGET retargets motions to a robot";
+        say_skipped(&self.robots, "robot, not a motion", "robots, not motions", how);
         say_skipped(
             &self.again,
-            "link to a folder that is searched already",
-            "links to folders that are searched already",
+            "link to a folder that was already searched",
+            "links to folders that were already searched",
             "",
         );
         self.tables.clear();
@@ -228,7 +227,7 @@ impl InputFiles {
 }
 
 fn say_skipped(paths: &[PathBuf], one: &str, several: &str, how: &str) {
-    /// Files that a note names: more fill the line.
+    /// The most files that a note names: more would fill the line.
     const NAMED: usize = 3;
     let names = paths
         .iter()
@@ -245,7 +244,7 @@ fn say_skipped(paths: &[PathBuf], one: &str, several: &str, how: &str) {
     }
 }
 
-/// Whether a path is no file, and its wildcards may match some.
+/// Whether a path is not a file, and has wildcards.
 fn is_pattern(path: &Path) -> bool {
     !path.exists() && has_wildcard(path)
 }

@@ -23,18 +23,18 @@ use crate::report;
 /// The result of one file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Record {
-    /// Its path below the folder it was found by.
+    /// Its path relative to the folder in which it was found.
     pub(crate) input: String,
-    /// The SHA-256 of its bytes, as `sha256sum` prints it; absent where it could not be read.
+    /// The SHA-256 of its bytes, as `sha256sum` prints it; absent if the file could not be read.
     pub(crate) sha256: Option<String>,
     /// Its size.
     pub(crate) bytes: u64,
-    /// The path of the output below the output folder; absent if nothing was written.
+    /// The path of the output relative to the output folder; absent if nothing was written.
     pub(crate) output: Option<String>,
     /// The files of the output. The last one has the name of the output.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) files: Vec<OutputFile>,
-    /// The program's version and options: everything except the input that the output depends on.
+    /// The program's version and options: everything that the output depends on except the input.
     pub(crate) version: String,
     pub(crate) options: String,
     /// The warnings, each as one line of text.
@@ -43,26 +43,26 @@ pub(crate) struct Record {
     /// The largest distance of a joint from its position, in metres, for a compressed output.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) max_error: Option<f64>,
-    /// A hash of the joints' names, parents and OFFSETs, by which clips of one skeleton are known.
+    /// A hash of the joints' names, parents and OFFSETs. It is equal for clips of one skeleton.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) skeleton: Option<String>,
-    /// A hash of the unit, the up axis, the map and the T-pose that it shares with others of its skeleton.
+    /// A hash of the unit, the up axis, the bone map and the T-pose that it shares with other motions of its skeleton.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) shared_figure: Option<String>,
-    /// The unit and the up axis, where they were guessed.
+    /// The unit and the up axis, if they were guessed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) guesses: Vec<Assumption>,
-    /// How well the motion sits on the robot: a [`RobotReport`] as text, so that its numbers stay as they are.
+    /// The quality of the motion on the robot: a [`RobotReport`] as text, so that its numbers are not rounded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) robot: Option<Box<RawValue>>,
-    /// How well each clip sits on the character: a list of
-    /// [`RetargetReport`](mocap::retarget::report::RetargetReport) as text.
+    /// The quality of each clip on the character: a list of [`RetargetReport`](mocap::retarget::report::RetargetReport)
+    /// as text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) retarget: Option<Box<RawValue>>,
-    /// What each step changed: a list of [`EditReport`](mocap::edit::report::EditReport) as text.
+    /// The changes of each step: a list of [`EditReport`](mocap::edit::report::EditReport) as text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) edit: Option<Box<RawValue>>,
-    /// Whether the output was compared with its source, and is within what is allowed.
+    /// Whether the output was compared with its source, and is within the allowed error.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) verified: bool,
     /// The duration of the work.
@@ -102,7 +102,7 @@ impl Record {
         paths.collect()
     }
 
-    /// Whether the output in `folder` has all of its files, each with every byte that was written.
+    /// Whether the output in `folder` has all its files, each with every written byte.
     pub(crate) fn is_whole(&self, folder: &Path) -> bool {
         let Some((output, main)) = self.output.as_deref().zip(self.files.last()) else {
             return false;
@@ -111,7 +111,7 @@ impl Record {
             && self.unchanged_files(folder).len() == self.files.len()
     }
 
-    /// How well the motion sits on the robot; `None` too where another version wrote it, with other fields.
+    /// The quality of the motion on the robot; also `None` if another version with other fields wrote it.
     pub(crate) fn robot_report(&self) -> Option<RobotReport> {
         serde_json::from_str(self.robot.as_ref()?.get()).ok()
     }
@@ -136,9 +136,9 @@ impl OutputFile {
         }
     }
 
-    /// Its path beside `output`, if the file there has its size and its bytes.
+    /// Its path in the folder of `output`, if that file has the recorded size and bytes.
     fn unchanged_beside(&self, output: &Path) -> Option<PathBuf> {
-        // A manifest that somebody has changed may state a path here.
+        // A manifest that was edited may have a path here.
         let is_name = Path::new(&self.name).file_name() == Some(OsStr::new(&self.name));
         let path = output.with_file_name(&self.name);
         let has_size = || fs::metadata(&path).is_ok_and(|found| found.is_file() && found.len() == self.bytes);
@@ -150,10 +150,10 @@ impl OutputFile {
 const START: &str = "mocap-manifest";
 const EXTENSION: &str = "jsonl";
 
-/// The manifest of a run into a folder.
+/// The manifest of a run with an output folder.
 pub(crate) struct Manifest {
     path: PathBuf,
-    /// Absent where nothing is to be written.
+    /// Absent if nothing is to be written.
     file: Option<File>,
     /// Length of the file.
     bytes: u64,
@@ -169,8 +169,8 @@ impl Manifest {
         })
     }
 
-    /// Opens the manifest in `folder` with the records of former runs for the inputs that `is_kept` accepts; empty if
-    /// `is_kept` is absent.
+    /// Opens the manifest in `folder` with those records of former runs that `is_kept` accepts; without `is_kept`, with
+    /// no records.
     pub(crate) fn open(
         folder: &Path,
         shard: Option<Shard>,
@@ -178,7 +178,7 @@ impl Manifest {
     ) -> io::Result<Self> {
         check_own(&Self::path(folder, shard))?;
         let mut manifest = Self::unwritten(folder, shard, is_kept)?;
-        // A partial line of a killed run must not become the start of the next line.
+        // Remove the partial line of a killed run, so that it does not become the start of the next line.
         write(&manifest.path, &manifest.records)?;
         let file = OpenOptions::new().append(true).open(&manifest.path)?;
         manifest.bytes = file.metadata()?.len();
@@ -186,7 +186,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// As [`open`](Self::open), of a run that writes nothing.
+    /// As [`open`](Self::open), for a run that writes nothing.
     pub(crate) fn unwritten(
         folder: &Path,
         shard: Option<Shard>,
@@ -221,7 +221,7 @@ impl Manifest {
         if let Some(file) = &mut self.file
             && let Err(error) = file.write_all(line.as_bytes())
         {
-            // Remove the part of a line.
+            // Remove the partial line.
             let _ = file.set_len(self.bytes);
             return Err(error);
         }
@@ -230,7 +230,7 @@ impl Manifest {
         Ok(())
     }
 
-    /// Sorts the lines, and drops those that a later run has replaced and those for which `is_input` is false.
+    /// Sorts the lines. Drops lines that a later run has replaced, and lines for which `is_input` is false.
     pub(crate) fn finish(mut self, is_input: impl Fn(&str) -> bool) -> io::Result<()> {
         self.records.retain(|input, _| is_input(input));
         match self.file {
@@ -255,7 +255,7 @@ fn shards(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(parts)
 }
 
-/// The outputs that the manifests in `folder` name; none if they cannot be read.
+/// The outputs in the manifests of `folder`; none if the manifests cannot be read.
 pub(crate) fn outputs(folder: &Path) -> HashSet<String> {
     let mut records = BTreeMap::new();
     let whole = Manifest::path(folder, None);
@@ -287,9 +287,9 @@ pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
     Ok(records.into_values().collect())
 }
 
-/// Refuses to replace another file that has the name of a manifest.
+/// Refuses to replace a file that has the name of a manifest, but is not one.
 fn check_own(path: &Path) -> io::Result<()> {
-    /// The start of every record, also of one that a killed run has not finished.
+    /// The start of every record, even of a record that a killed run has not finished.
     const START_OF_RECORD: &[u8] = b"{\"input\":";
     let Some(file) = open(path)? else { return Ok(()) };
     let mut start = Vec::new();
@@ -321,7 +321,7 @@ fn read(path: &Path, records: &mut BTreeMap<String, Record>) -> io::Result<()> {
     let Some(mut file) = open(path)? else { return Ok(()) };
     let mut text = Vec::new();
     file.read_to_end(&mut text)?;
-    // Other lines come from a killed run or another version; their files are converted again.
+    // Other lines come from a killed run or another version. Their files are converted again.
     let lines = text.split(|&byte| byte == b'\n');
     let whole = lines.filter_map(|line| serde_json::from_slice::<Record>(line).ok());
     records.extend(whole.map(|record| (record.input.clone(), record)));

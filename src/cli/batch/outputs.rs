@@ -1,4 +1,4 @@
-//! The outputs of many files in a folder: their names, and whether they may be written.
+//! The outputs of many files in a folder: their names, and permission to write them.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::Failure;
 
 /// One of the outputs, for the thread that makes it.
 pub(crate) struct Output<'a> {
-    /// Its path below the folder.
+    /// Its path relative to the folder.
     pub(crate) name: &'a str,
     pub(crate) path: PathBuf,
     /// The file from which it is made.
@@ -27,19 +27,19 @@ pub(crate) struct Output<'a> {
 
 impl Output<'_> {
     /// Writes the files, unless one would replace an input, a file that may be a source, or another output of the run.
-    /// Returns what the manifest says of them.
+    /// Returns their entries for the manifest.
     pub(crate) fn save(&self, written: &Export) -> mocap::Result<Vec<OutputFile>> {
         let (set, policy, files) = self.checked(written)?;
         set.save(&policy)?;
         Ok(files)
     }
 
-    /// Refuses what [`save`](Self::save) refuses, and writes nothing.
+    /// Makes the checks of [`save`](Self::save), and writes nothing.
     pub(crate) fn check(&self, written: &Export) -> mocap::Result<()> {
         self.checked(written).map(drop)
     }
 
-    /// Refuses what is known to be refused before the output is made.
+    /// Makes the checks that need no output.
     pub(crate) fn check_ahead(&self) -> mocap::Result<()> {
         self.allowed(|policy| policy.check_ahead(&self.path)).map(drop)
     }
@@ -58,7 +58,7 @@ impl Output<'_> {
             return Ok(policy);
         };
         let former = self.former.ok_or(error)?;
-        // Hashing takes time, so it is done only where a file does not say who wrote it.
+        // Hashing takes time, so it is only done if a file does not name its writer.
         let unchanged = former.unchanged_files(self.folder);
         let policy = policy.outputs(&unchanged);
         check(&policy).map_err(|error| former_has_changed(former, &unchanged, error))?;
@@ -66,7 +66,7 @@ impl Output<'_> {
     }
 }
 
-/// Says of a file that a former run wrote, and that is not among the `unchanged` ones, why it is not replaced.
+/// Adds the reason why a former output that is not among `unchanged` is not replaced.
 fn former_has_changed(former: &Record, unchanged: &[PathBuf], error: Error) -> Error {
     let Some(path) = error.path().filter(|_| error.code() == Code::OutputExists) else {
         return error;
@@ -75,22 +75,22 @@ fn former_has_changed(former: &Record, unchanged: &[PathBuf], error: Error) -> E
     if !is_of_former || unchanged.iter().any(|file| file == path) {
         return error;
     }
-    let message = "the file has changed since a former run wrote it";
+    let message = "the file was changed after an earlier run wrote it";
     let diagnostic = Diagnostic::new(Code::OutputExists, message).help("move it, or replace it with --force");
     Error::from(diagnostic).with_path(path)
 }
 
-/// The files that the outputs of a run consist of, with their SHA-256. Two outputs may share a file, such as a texture
-/// of one character, if it has the same bytes for both.
+/// The files of a run's outputs, with their SHA-256. Two outputs may share a file, such as a texture of one character,
+/// if it has the same bytes for both.
 #[derive(Default)]
 pub(super) struct Claims(Mutex<BTreeMap<PathBuf, OutputFile>>);
 
 impl Claims {
-    /// Takes the files of an output.
+    /// Claims the files of an output.
     fn take(&self, set: &OutputSet<'_>) -> mocap::Result<Vec<OutputFile>> {
         let file = |(path, parts): (&Path, &[&[u8]])| (path.to_owned(), OutputFile::new(path, parts));
         let mut files: Vec<(PathBuf, OutputFile)> = set.files().map(file).collect();
-        // Some systems do not tell capitals from small letters. The last file has the name of its input.
+        // Some file systems ignore case. The last file has the name of its input.
         if let Some((_, beside)) = files.split_last_mut() {
             for (key, file) in beside {
                 *key = key.with_file_name(file.name.to_lowercase());
@@ -132,7 +132,7 @@ impl KnownOutputs {
         }
     }
 
-    /// A glTF file says who wrote it; for other files the manifest says it.
+    /// A glTF file names its writer; other files are in the manifest.
     pub(crate) fn has(&self, path: &Path) -> bool {
         let is_listed = || {
             let whole = path.canonicalize().ok()?;
@@ -147,10 +147,10 @@ impl KnownOutputs {
     }
 }
 
-/// The output of every input, both as relative paths: with the new extension instead of the old, or behind it where
-/// two inputs would get one output.
+/// The output of every input, as relative paths. The new extension replaces the old one; if two inputs would get the
+/// same output, it follows the old extension.
 pub(crate) fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
-    // An entry that cannot be read has no output, so that it does not change the name of another output.
+    // An unreadable entry has no output, so that it does not change the name of another output.
     let inputs = || inputs.iter().filter(|input| input.problem.is_none());
     let replaced = |input: &Input| Path::new(&input.relative).with_extension(extension);
     let mut claims = HashMap::<PathBuf, usize>::new();
@@ -166,7 +166,7 @@ pub(crate) fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<
         };
         let is_new = taken.insert(output.clone());
         if outputs.insert(input.relative.clone(), output).is_some() {
-            let message = "two inputs have this path below their input folders; name one folder that holds both";
+            let message = "two inputs have this path relative to their input folders; name one folder that holds both";
             return Err(Failure::Usage(format!("{}: {message}", input.relative)));
         }
         if !is_new {

@@ -27,19 +27,19 @@ enum Token {
     },
 }
 
-/// How a path fits a pattern.
+/// The relation of a path to a pattern.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
-    /// Neither the path nor a path below it matches.
+    /// Neither the path nor anything inside it matches.
     No,
-    /// Paths below it may match.
+    /// Paths inside it may match.
     Above,
-    /// It matches, or a folder above it does.
+    /// The path or one of its parent folders matches.
     Whole,
 }
 
 impl Pattern {
-    /// The folder before the first wildcard of a path, and the pattern below it.
+    /// Splits a path into the folder before its first wildcard, and the pattern.
     pub fn of(path: &Path) -> Result<(PathBuf, Self), Failure> {
         let refuse = |problem: &str| Err(Failure::Usage(format!("{}: {problem}", path.display())));
         let mut parts = path.components().peekable();
@@ -62,9 +62,9 @@ impl Pattern {
         Ok((base, Self(pattern)))
     }
 
-    /// How the path of these names below the folder of the pattern fits.
+    /// Matches a path, relative to the folder of the pattern, against the pattern.
     pub fn fit<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Fit {
-        // Which parts may match the next name; one place more for the end of the pattern.
+        // The parts that may match the next name, and one place for the end of the pattern.
         let mut next = vec![false; self.0.len() + 1];
         self.reach(0, &mut next);
         for name in names {
@@ -88,7 +88,7 @@ impl Pattern {
         }
     }
 
-    /// Marks a part, and those behind it that follow where it is `**` for no folder.
+    /// Marks a part. After `**`, which may match no folder, marks the following part too.
     fn reach(&self, mut at: usize, next: &mut [bool]) {
         next[at] = true;
         while let Some(Part::Folders) = self.0.get(at) {
@@ -149,7 +149,7 @@ fn one_of(text: &str) -> Option<(Token, &str)> {
     Some((Token::OneOf { ranges, is_excluded }, &after[1..]))
 }
 
-/// Whether the tokens match the whole name. Where a match fails, the last `*` takes one character more.
+/// Whether the tokens match the whole name. If a match fails, the last `*` takes one more character.
 fn is_match(tokens: &[Token], name: &str) -> bool {
     let (mut at, mut rest) = (0, name.chars());
     let mut again = None;

@@ -32,7 +32,7 @@ pub(crate) struct Counts {
     pub(crate) done: usize,
     pub(crate) skipped: usize,
     pub(crate) failed: usize,
-    /// Input bytes of all files, and of the finished ones.
+    /// Input bytes of all files, and of finished files.
     pub(crate) bytes: u64,
     pub(crate) bytes_done: u64,
     pub(crate) seconds: f64,
@@ -66,8 +66,7 @@ pub(crate) struct Progress {
     display: Display,
 }
 
-/// Hears at the start how many files there are, and then of every file that is finished, beside the display: the client
-/// of a server.
+/// A further receiver, for the client of a server: it gets the number of files at the start, and every finished file.
 static LISTENER: OnceLock<fn(&Counts)> = OnceLock::new();
 
 pub(crate) fn listen(listener: fn(&Counts)) {
@@ -102,7 +101,7 @@ impl Progress {
             ProgressArg::Json => Display::Json { last: start },
             ProgressArg::Auto | ProgressArg::None => Display::None,
         };
-        // How many files there are is known before the first is done.
+        // The number of files is known before the first is finished.
         tell(&counts);
         Self { counts, start, display }
     }
@@ -137,9 +136,9 @@ impl Progress {
         }
     }
 
-    /// Says of a file that it failed and why, of the first of many.
+    /// Reports a failed file and the reason, up to a limit.
     pub(crate) fn tell_failure(&self, input: &Input, error: &str) {
-        /// Failures that are told one by one: the manifest has all.
+        /// The most failures that are reported one by one. The manifest has all failures.
         const MOST: usize = 20;
         match self.counts.failed {
             0..=MOST => report::fail(&match error.contains(&*input.path.to_string_lossy()) {
@@ -178,7 +177,7 @@ impl Progress {
     }
 }
 
-/// Lines need no longer make way for the bar, however the run ended.
+/// Removes the bar, however the run ended.
 impl Drop for Progress {
     fn drop(&mut self) {
         report::set_bar(None);
@@ -186,7 +185,7 @@ impl Drop for Progress {
 }
 
 fn new_bar(bytes: u64, start: Instant) -> ProgressBar {
-    // A line that is wider than the terminal leaves parts behind when it makes way.
+    // A line that is wider than the terminal would leave parts behind when it is cleared.
     const WIDE: u16 = 80;
     let size = terminal_size::terminal_size_of(io::stderr());
     let template = match size.is_some_and(|(terminal_size::Width(width), _)| width < WIDE) {
@@ -194,11 +193,11 @@ fn new_bar(bytes: u64, start: Instant) -> ProgressBar {
         false => "{wide_bar} {percent}%  {msg}  {decimal_bytes_per_sec}  {eta} left",
     };
     let style = ProgressStyle::with_template(template).expect("the template is a constant");
-    // Five updates per second are enough to see, and cost little.
+    // Five updates per second look smooth enough, and cost little.
     let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr_with_hz(5));
     let bar = bar.with_style(style).with_elapsed(start.elapsed());
     report::set_bar(Some(bar.clone()));
-    // The time that is left runs on while a long file is at work.
+    // The remaining time must count down during a long file.
     bar.enable_steady_tick(PATIENCE);
     bar
 }

@@ -8,8 +8,8 @@ use super::inputs::Input;
 
 /// `i/n`: part `i`, from 1, of `n`.
 ///
-/// The part of a file follows from a hash of its relative path, so that all machines agree without communication, and
-/// adding a file does not move others.
+/// A hash of a file's relative path determines its part. All machines agree without communication, and a new file does
+/// not move others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     part: u64,

@@ -14,7 +14,7 @@ pub(crate) struct SpreadArgs {
     /// Number of threads [default: the number of cores]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
-    /// Take only part i of n; the parts depend only on the relative paths of the files
+    /// Process only part i of n. The parts depend only on the relative paths of the files
     #[arg(long, value_name = "i/n")]
     pub(crate) shard: Option<Shard>,
     /// How to show progress on standard error
@@ -23,7 +23,7 @@ pub(crate) struct SpreadArgs {
 }
 
 impl SpreadArgs {
-    /// The name of the file that is made of this shard: `survey.2-of-8.jsonl`.
+    /// The name of this shard's output: `survey.2-of-8.jsonl`.
     pub(crate) fn of_shard(&self, output: &Path) -> PathBuf {
         match (self.shard, output.extension()) {
             (Some(shard), Some(extension)) if !streams::is_standard(output) => {

@@ -1,8 +1,8 @@
-//! The one search of folders, for folders and for wildcards.
+//! The search of folders, also for wildcards.
 //!
-//! A link is followed to a file or a folder wherever it is, because data sets are often linked into a folder. No folder
-//! is searched twice: not one that a link is in, and not one that was searched by another path. Folders are searched
-//! before the links to them, so a link never hides the path that a folder has by itself.
+//! Links to files and folders are followed anywhere, because datasets are often linked into a folder. No folder is
+//! searched twice: neither a folder that contains the link, nor a folder already searched through another path. Folders
+//! are searched before links to them, so a link never hides the real path of a folder.
 
 use std::collections::HashSet;
 use std::fs;
@@ -15,14 +15,14 @@ use walkdir::WalkDir;
 
 use super::pattern::{Fit, Pattern};
 
-/// What a search finds.
+/// An entry that a search finds.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Entry {
     /// A regular file that matches.
     File(PathBuf),
-    /// A file or a folder that cannot be read, and why.
+    /// A file or a folder that cannot be read, and the reason.
     Problem(PathBuf, String),
-    /// A folder that was searched by another path.
+    /// A folder that was already searched through another path.
     Again(PathBuf),
 }
 
@@ -30,14 +30,14 @@ pub enum Entry {
 pub struct Search<'a> {
     /// The folder to search.
     pub base: &'a Path,
-    /// What the path below it must match.
+    /// The pattern for paths relative to `base`.
     pub pattern: &'a Pattern,
-    /// Whether a path and all below it are left out.
+    /// Whether a path and its contents are skipped.
     pub is_excluded: &'a dyn Fn(&Path) -> bool,
 }
 
 impl Search<'_> {
-    /// Passes to `take` what is found, until that fails.
+    /// Passes each entry to `take`, until `take` fails.
     pub fn run<E>(&self, mut take: impl FnMut(Entry) -> Result<(), E>) -> Result<(), E> {
         let (mut entered, mut links) = (HashSet::new(), vec![self.base.to_owned()]);
         while !links.is_empty() {
@@ -52,7 +52,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The folder to which a link leads, without links in its path; an error where it is not to be searched.
+    /// The target folder of a link, as a path without links; an error if it must not be searched.
     fn target(&self, link: &Path, entered: &HashSet<PathBuf>) -> Result<PathBuf, Entry> {
         let target = here(link).canonicalize();
         let target = target.map_err(|error| Entry::Problem(link.to_owned(), cannot_be_read(&error)))?;
@@ -72,7 +72,7 @@ impl Search<'_> {
         }
     }
 
-    /// Searches a folder, which is `real` without links in its path, and gathers the links to folders.
+    /// Searches a folder, and collects links to folders. `real` is its path without links.
     fn folder<E>(
         &self,
         folder: &Path,
@@ -96,7 +96,7 @@ impl Search<'_> {
             let path = below(folder, start, entry.path());
             let fit = self.fit(&path);
             let is_taken = fit != Fit::No && (path == self.base || !(self.is_excluded)(&path));
-            // Of a link that is searched, the type is that of the link.
+            // For a link, this is the type of the link itself.
             if entry.depth() == 0 || entry.file_type().is_dir() {
                 let real = below(real, start, entry.path());
                 match is_taken && entered.insert(real) {
@@ -129,7 +129,7 @@ impl Search<'_> {
     }
 }
 
-/// The path by which the system opens a folder of which nothing is named.
+/// The path that opens a folder: `.` for an empty path.
 fn here(path: &Path) -> &Path {
     match path.as_os_str().is_empty() {
         true => Path::new("."),

@@ -1,4 +1,4 @@
-//! `mocap angles` and `mocap gait`: a motion as a laboratory of biomechanics has it.
+//! `mocap angles` and `mocap gait`: joint angles and gait parameters for biomechanics.
 
 use std::fmt;
 
@@ -40,11 +40,11 @@ pub(crate) fn angles(args: &AnglesArgs) -> Result<(), Failure> {
     print_report(&found, args.json, Place::Message)
 }
 
-/// What to say of a pelvis that faces aside of the laboratory's forward, about whose axes it tilts.
+/// The warning about a pelvis that does not face the laboratory's forward axis: tilt and list are about the
+/// laboratory's axes.
 fn faces_aside(angles: &JointAngles) -> Option<String> {
-    // As far as that from forward, tilt and list have changed places.
-    /// The angle in degrees between forward and the axis of a joint from which on tilt and list have changed places:
-    /// half of a right angle.
+    // At this angle from forward, tilt and list have swapped.
+    /// The angle in degrees from forward beyond which tilt and list have swapped: half a right angle.
     const ASIDE: f64 = 45.0;
     let column = angles.columns.iter().position(|name| name == "pelvis_rotation")?;
     let rows = angles.values.chunks_exact(angles.columns.len());
@@ -56,7 +56,7 @@ fn faces_aside(angles: &JointAngles) -> Option<String> {
     let side = if mean > 0.0 { "left" } else { "right" };
     (mean.abs() > ASIDE).then(|| {
         format!(
-            "the pelvis faces {:.0} degrees to the {side} of +Z, the laboratory's forward, in the mean. Its tilt and \
+            "on average, the pelvis faces {:.0} degrees to the {side} of +Z, the laboratory's forward. Its tilt and \
              list are about axes of the laboratory; mocap edit --step turn:facing=z turns the motion",
             mean.abs()
         )
@@ -69,7 +69,7 @@ pub(crate) struct GaitReport<'a> {
     file: String,
     #[serde(flatten)]
     gait: &'a Gait,
-    /// How far the angles are from the model outputs of the file.
+    /// The differences between the angles and the model outputs of the file.
     beside_outputs: Vec<OutputDifference>,
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn gait(args: &GaitArgs) -> Result<(), Failure> {
     print_report(&found, args.json, Place::Result)
 }
 
-/// A row of the table: what it is called, its unit, and the measure of a side.
+/// A row of the table: its name, its unit, and the measure of a side.
 type Row = (&'static str, &'static str, fn(&SideOfGait) -> Option<MeanAndDeviation>);
 
 const ROWS: [Row; 7] = [
@@ -121,13 +121,13 @@ impl fmt::Display for GaitReport<'_> {
             writeln!(f, "cadence: {cadence:.1} steps/min")?;
         }
         if gait.events_of_file {
-            writeln!(f, "the events are those of the file")?;
+            writeln!(f, "the events come from the file")?;
         }
         if !gait.alternates {
-            writeln!(f, "the feet do not strike in turn: this may be no walk")?;
+            writeln!(f, "the feet do not alternate: this may not be a walk")?;
         }
         if gait.in_place {
-            writeln!(f, "the body stays where it is, as on a treadmill: no lengths, no speed")?;
+            writeln!(f, "the body stays in place, as on a treadmill: no lengths, no speed")?;
         }
         writeln!(f)?;
         writeln!(f, "{:22}{:>17}{:>17}", "mean +- deviation", "left", "right")?;
@@ -145,7 +145,7 @@ impl fmt::Display for GaitReport<'_> {
     }
 }
 
-/// Time, foot and event, in the order of time.
+/// Time, foot and event, sorted by time.
 fn events(gait: &Gait) -> Vec<(f64, &'static str, &'static str)> {
     let mut events = Vec::new();
     for (name, side) in [("left", &gait.left), ("right", &gait.right)] {

@@ -1,4 +1,4 @@
-//! `mocap chain`: prints the matrices from the root to a joint, each apart.
+//! `mocap chain`: prints each matrix from the root to a joint.
 
 use std::fmt;
 
@@ -91,7 +91,7 @@ fn meaning(part: &ChainMatrix, scene: &Scene) -> String {
             format!("{name}: {product}, {angles} degrees{}", at(lines.channels))
         }
         _ if node.kind == NodeKind::EndSite => format!("{name}: offset{}", at(lines.offset)),
-        // A joint with position channels is elsewhere than at rest.
+        // A joint with position channels is not at its rest offset.
         _ if part.matrix.w_axis != node.transform.w_axis => {
             format!("{name}: translation to the parent{}", at(lines.channels))
         }

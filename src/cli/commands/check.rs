@@ -39,7 +39,7 @@ enum Status {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct CheckFinding {
     severity: Severity,
-    /// The file with the error, where that is another one: the skeleton of a motion.
+    /// The file with the error, if it is another file: the skeleton of a motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
     line: Option<usize>,
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     }
 }
 
-/// What `--json` prints, as a list.
+/// The output of `--json`, as a list.
 pub(crate) fn result(args: &CheckArgs) -> Result<Vec<serde_json::Value>, Failure> {
     let inputs = inputs::find(&args.paths, &args.inputs)?;
     let (found, _) = gather(&args.spread, &inputs, |input| Ok(check(args, input)))?;
@@ -121,7 +121,7 @@ fn checked(
     assumptions: Vec<Assumption>,
 ) -> FileCheck {
     let file = input.path.as_path();
-    // A file that lost frames is not the one that was written.
+    // A file that lost frames is incomplete.
     let of_warning = |warning: &Diagnostic| match args.read.strict || warning.code.loses_frames() {
         true => Severity::Error,
         false => Severity::Warning,

@@ -1,4 +1,4 @@
-//! `mocap clean`: cleans motions that cameras and generators made.
+//! `mocap clean`: cleans motion from video estimators, sensors and generators.
 
 use std::path::PathBuf;
 
@@ -48,13 +48,13 @@ pub(crate) fn run(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failu
     }
 }
 
-/// The job that the arguments mean.
+/// The job of the arguments.
 pub(crate) fn job(args: &CleanArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     check(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))
 }
 
-/// Refuses what does not go together.
+/// Refuses combinations of options that exclude each other.
 fn check(args: &CleanArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if let Some(file) = &args.report
         && extension(file) != "json"

@@ -1,4 +1,4 @@
-//! `mocap completions` and `mocap man`: what a shell and a manual know of the commands.
+//! `mocap completions` and `mocap man`: shell completions and manual pages.
 
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ const PROGRAM: &str = "mocap";
 
 /// Prints the completions of a shell.
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
-    // What is closed by its reader would be a panic of the generator.
+    // The generator would panic if the reader closed the pipe.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Args::command(), PROGRAM, &mut script);
     let found = CompletionsReport {
@@ -28,9 +28,9 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
     print_report(&found, args.json, Place::Data)
 }
 
-/// Prints the manual page of a command, or writes all pages into a folder.
+/// Prints the manual page of a command, or writes all pages to a folder.
 pub(crate) fn man(args: &ManArgs) -> Result<(), Failure> {
-    // A page shows only the version, so that every build of one version makes the same page.
+    // A page shows only the version, so that all builds of a version make the same page.
     let mut command = arranged(Args::command()).long_version(Resettable::Reset);
     command.build();
     if let Some(folder) = &args.output {

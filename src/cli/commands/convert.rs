@@ -1,4 +1,4 @@
-//! `mocap convert`: a motion file in another format.
+//! `mocap convert`: writes a motion file in another format.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ pub(crate) fn run(args: &ConvertArgs, given: &ArgumentSources) -> Result<(), Fai
     one(args, given, &job, format)
 }
 
-/// The job that the arguments mean.
+/// The job of the arguments.
 pub(crate) fn job(args: &ConvertArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     job_and_format(args, given).map(|(job, _)| job)
 }
@@ -45,7 +45,7 @@ fn job_and_format(args: &ConvertArgs, given: &ArgumentSources) -> Result<(Motion
     Ok((job, format))
 }
 
-/// The input, the output and its format, of a command that makes one.
+/// The input, the output and its format, for a single output.
 fn paths<'a>(args: &'a ConvertArgs, given: &ArgumentSources) -> Result<(&'a PathBuf, PathBuf, OutputFormat), Failure> {
     let why = "it is for many files, which need an output folder: -o FOLDER";
     given.refuse(&["shard", "progress", "allow-empty", "resume"], why)?;
@@ -56,7 +56,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &ArgumentSources) -> Result<(&'a Path
     let (input, output) = match args.paths.as_slice() {
         [input] if streams::is_standard(input) => {
             let message =
-                "standard input has no name to name the output after: mocap convert - OUTPUT, or - for OUTPUT";
+                "standard input has no file name for a default output: use mocap convert - OUTPUT, or - for OUTPUT";
             return Err(Failure::Usage(message.to_owned()));
         }
         [input] => (input, input.with_extension(args.batch.to.extension)),
@@ -79,7 +79,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &ArgumentSources) -> Result<(&'a Path
     }
 }
 
-/// The job that the arguments mean, unless one of them does nothing in it.
+/// The job of the arguments. Refuses arguments without an effect.
 fn wanted(
     args: &ConvertArgs,
     given: &ArgumentSources,
@@ -94,32 +94,29 @@ fn wanted(
     Ok(args.job(inputs, output, format.name))
 }
 
-/// Refuses options of reading that change nothing in an output of this format.
+/// Refuses options of reading without an effect on an output of this format.
 fn refuse_unused(args: &ConvertArgs, given: &ArgumentSources, row: &FormatInfo) -> Result<(), Failure> {
     let out = &args.write.space;
     let moves_over_ground = args.change.in_place || args.change.root_motion;
     let converts_unit = !row.keeps_units() || out.metres_per_unit().is_some();
     let converts_up = !row.keeps_units() || out.up().is_some() || moves_over_ground;
     if !converts_unit {
-        let why = "BVH does not state its unit, and lengths are kept; name the unit of the output with --out-unit";
+        let why = "BVH does not state its unit, and lengths are kept; set the unit of the output with --out-unit";
         given.refuse(&["unit"], why)?;
     }
     if !converts_up {
-        let why = "BVH does not state its up axis, and axes are kept; name the output's with --out-up";
+        let why = "BVH does not state its up axis, and axes are kept; set the up axis of the output with --out-up";
         given.refuse(&["up"], why)?;
     }
     let finds_unit = converts_unit && args.source.metres_per_unit().is_none();
     let finds_up = converts_up && args.source.up().is_none();
     if !finds_unit && !finds_up && !row.states_bones {
-        given.refuse(
-            &["map"],
-            "only a unit or an up axis that is searched for comes from the bones",
-        )?;
+        given.refuse(&["map"], "the bones are only needed to infer a unit or an up axis")?;
     }
     Ok(())
 }
 
-/// The notices of a file, until it is written.
+/// The notices of a file, until the file is written.
 #[derive(Default)]
 struct PendingWarnings {
     warnings: Vec<Diagnostic>,
@@ -144,7 +141,7 @@ fn one(args: &ConvertArgs, given: &ArgumentSources, job: &MotionJob, format: Out
         streams::save(&made.written, output, &[], &policy, given.is_dry_run())?;
     }
     let bytes = made.written.len();
-    // The bytes of a long take are better gone before what follows.
+    // Free the bytes of a long take before the next step.
     if !to_stream {
         made.written.files.clear();
     }
@@ -175,10 +172,10 @@ fn choice(smaller: &SizeOptions, row: Option<&FormatInfo>) -> Option<String> {
     match (smaller.compress, smaller.max_error) {
         (None, Some(_)) if !row.takes(WriteOption::Compress) => None,
         (None, Some(_)) => {
-            Some("compress: int16, core glTF that all but Assimp read; --compress names others".to_owned())
+            Some("compress: int16, core glTF that all except Assimp read; --compress selects another".to_owned())
         }
         (Some(kind), None) if kind != Compression::None => Some(format!(
-            "max-error: {} mm, because none was named",
+            "max-error: {} mm, the default",
             verify::millimetres(smaller.tolerance())
         )),
         _ => None,
@@ -198,7 +195,7 @@ fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &JobOutput, bytes
         output.display(),
     ));
     let row = OutputFormat::of(output).and_then(OutputFormat::row);
-    // Messages of other formats about it are among their notes.
+    // For other formats, the notes have this message.
     let chooses = row.is_some_and(|row| row.takes(WriteOption::Compress));
     let (Some(achieved), Some(scene)) = (written.error.as_ref().filter(|_| chooses), scene) else {
         return Ok(());

@@ -1,4 +1,4 @@
-//! `mocap doctor`: what this build and this machine lack, and which commands need it.
+//! `mocap doctor`: missing features of this build and machine, and the commands that need them.
 
 use std::env;
 use std::fmt;
@@ -12,7 +12,7 @@ use super::{Place, print_report};
 use crate::args::DoctorArgs;
 use crate::{Failure, build_info, report};
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct DoctorReport {
@@ -24,15 +24,15 @@ pub(crate) struct DoctorReport {
     needs: Vec<Requirement>,
 }
 
-/// Something that a command needs.
+/// A requirement of a command.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct Requirement {
     name: &'static str,
     is_present: bool,
-    /// What needs it.
+    /// The commands or features that need it.
     used_for: &'static str,
-    /// What to do if it is missing.
+    /// The remedy if it is missing.
     help: String,
 }
 
@@ -101,7 +101,7 @@ fn examine() -> DoctorReport {
 fn has_browser() -> bool {
     let folders = env::var_os("PATH").unwrap_or_default();
     let is_there = |program: &Path| env::split_paths(&folders).any(|folder| folder.join(program).is_file());
-    // On Windows the shell opens a page.
+    // On Windows, the shell opens a page.
     cfg!(windows)
         || open::commands("page.html").iter().any(|command| {
             let program = Path::new(command.get_program());

@@ -24,7 +24,7 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
     }
     if args.json {
         let mut out = BufWriter::new(report::json());
-        // Not indented, because every number would have its own line.
+        // Not indented: otherwise every number would have its own line.
         serde_json::to_writer(&mut out, &SceneView::new(&scene)).map_err(io::Error::from)?;
         writeln!(out)?;
         out.flush()?;

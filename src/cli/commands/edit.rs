@@ -28,13 +28,13 @@ pub(crate) fn run(args: &EditArgs, given: &ArgumentSources) -> Result<(), Failur
     }
 }
 
-/// The job that the arguments mean.
+/// The job of the arguments.
 pub(crate) fn job(args: &EditArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     check_beside(args, given)?;
     own::job(&args.own, given, |extension| args.job(extension))
 }
 
-/// Refuses outputs beside the motion that cannot be made.
+/// Refuses further outputs that cannot be made.
 fn check_beside(args: &EditArgs, given: &ArgumentSources) -> Result<(), Failure> {
     check_json(args.json, &args.own.output)?;
     if let Some(file) = &args.contacts
@@ -55,7 +55,7 @@ fn check_beside(args: &EditArgs, given: &ArgumentSources) -> Result<(), Failure>
     }
     let of_one = (
         ["contacts-file", "curves", "json", "view"].as_slice(),
-        "it is of one motion; name a file, not a folder",
+        "it is for one motion; name a file, not a folder",
     );
     if args.view
         && [&args.inputs[0], &args.own.output]

@@ -1,4 +1,4 @@
-//! `mocap find`: what in a database is most like a part of a motion, or a pose.
+//! `mocap find`: searches a database for frames similar to a clip or a pose.
 
 use std::fmt;
 
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &FindArgs) -> Result<(), Failure> {
     print_report(&list, args.json, Place::Result)
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 pub(crate) fn summary(args: &FindArgs) -> Result<serde_json::Value, Failure> {
     let database = index::read(&args.database)?;
     let (query, _) = query(args)?;
@@ -41,15 +41,13 @@ fn options(args: &FindArgs) -> FindOptions {
         .condition(args.condition.clone())
 }
 
-/// What is looked for, and the motion that it is of.
+/// The query, and its motion.
 fn query(args: &FindArgs) -> Result<(Query, Scene), Failure> {
     let (file, scene) = match (&args.like, &args.pose) {
         (Some(like), _) => (&like.file, import_motion(&args.read, &like.file)?),
         (None, Some(pose)) => (&pose.file, import_motion(&args.read, &pose.file)?),
         (None, None) => {
-            return Err(Failure::Usage(
-                "name what to look for, with --like or --pose".to_owned(),
-            ));
+            return Err(Failure::Usage("name a query with --like or --pose".to_owned()));
         }
     };
     let query = match (&args.like, &args.pose) {
@@ -59,7 +57,7 @@ fn query(args: &FindArgs) -> Result<(Query, Scene), Failure> {
     Ok((query.map_err(|error| error.with_path(file))?, scene))
 }
 
-/// What was found, the best first.
+/// The results, the best first.
 #[derive(Serialize)]
 #[serde(transparent)]
 struct MatchList<'a> {

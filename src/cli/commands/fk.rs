@@ -37,7 +37,7 @@ pub(crate) fn run(args: &FkArgs, given: &ArgumentSources) -> Result<(), Failure>
     tell(args, "", counts, bytes.len(), notes)
 }
 
-/// Says what was written: frames, joints and end sites.
+/// Reports the written frames, joints and end sites.
 fn tell(
     args: &FkArgs,
     layout: &str,
@@ -61,7 +61,7 @@ fn tell(
 
 /// Writes the motion of a humanoid in the layout of another program.
 fn body(args: &FkArgs, given: &ArgumentSources, layout: BodyLayout) -> Result<(), Failure> {
-    let why = "the layout of another program says what its arrays are";
+    let why = "the layout determines its arrays";
     let unused = [
         "space",
         "rot",
@@ -107,7 +107,7 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
     let output = args.output.as_path();
     let extension = output_format(output, args.to.as_deref(), "csv")?;
     if args.spreadsheet && extension != "csv" {
-        let message = "--spreadsheet would do nothing: only .csv is opened in a spreadsheet";
+        let message = "--spreadsheet would do nothing: it only affects .csv";
         return Err(Failure::Usage(message.to_owned()));
     }
     match extension.as_str() {
@@ -122,7 +122,7 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
     }
 }
 
-/// For a file without a valid frame rate, the rate to write is also the file's.
+/// For a file without a valid frame rate, the rate to write is also the file's rate.
 fn import(args: &FkArgs) -> Result<Scene, mocap::Error> {
     let importer = || -> Importer { args.read.importer().skeleton_mesh(SkeletonMesh::None) };
     match (streams::import(&importer(), &args.input), args.arrays.fps) {

@@ -10,7 +10,7 @@ use crate::Failure;
 use crate::args::FormatsArgs;
 use crate::printed::ReportList;
 
-/// What `--json` prints of a format.
+/// The output of `--json` for a format.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct Row {

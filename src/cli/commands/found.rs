@@ -1,4 +1,4 @@
-//! Pictures of the results of `mocap find` a sheet, and a page with the player.
+//! Pictures of the results of `mocap find`: a sheet, and a page with the player.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -15,10 +15,10 @@ use crate::args::FindArgs;
 use crate::printed::PictureReport;
 use crate::{Failure, report, streams};
 
-/// Poses of a part on the sheet.
+/// The number of poses in a row of the sheet.
 const POSES: usize = 8;
 
-/// Refuses outputs that cannot be written, before anything is looked for.
+/// Refuses outputs that cannot be written, before the search.
 pub(super) fn check(args: &FindArgs, database: &Database) -> Result<(), Failure> {
     let is = |path: &Path, extensions: &[&str]| extensions.contains(&super::extension(path).as_str());
     if let Some(sheet) = args.sheet.as_deref().filter(|sheet| !is(sheet, &["png", "svg"])) {
@@ -46,7 +46,7 @@ fn policy(args: &FindArgs, database: &Database) -> ReplacePolicy {
     ReplacePolicy::new(inputs).force(args.force.force)
 }
 
-/// Writes the pictures that are asked for: the query, and below it what was found, the best first.
+/// Writes the requested pictures: the query, then the results, the best first.
 pub(super) fn write(args: &FindArgs, database: &Database, found: &[Match], query: &Scene) -> Result<(), Failure> {
     let mut shown = vec![of_query(args, query)?];
     let mut files: HashMap<&str, Scene> = HashMap::new();
@@ -82,18 +82,18 @@ pub(super) fn write(args: &FindArgs, database: &Database, found: &[Match], query
     Ok(())
 }
 
-/// The part that is looked for, or the pose.
+/// The clip or the pose of the query.
 fn of_query(args: &FindArgs, query: &Scene) -> Result<(String, Scene), Failure> {
     let (file, first, last) = match (&args.like, &args.pose) {
         (Some(like), _) => (&like.file, like.part.first, like.part.last),
         (None, Some(pose)) => (&pose.file, Some(pose.at), Some(pose.at)),
-        (None, None) => return Err(Failure::Usage("name what to look for".to_owned())),
+        (None, None) => return Err(Failure::Usage("name a query with --like or --pose".to_owned())),
     };
     let name = format!("looked for: {}", short_name(file));
     Ok((name, part(query.clone(), first, last, file)?))
 }
 
-/// The motion of a clip: that within the database, or of its file.
+/// The motion of a clip, from the database or from its file.
 fn of_clip<'a>(
     args: &FindArgs,
     database: &'a Database,

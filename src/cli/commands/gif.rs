@@ -1,4 +1,4 @@
-//! `mocap gif`: draws a film of a clip.
+//! `mocap gif`: draws an animation of a clip.
 
 use mocap::render::{Clip, Movie, MovieOptions};
 

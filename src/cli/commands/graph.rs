@@ -40,18 +40,18 @@ fn write(job: GraphJob, inputs: &InputArgs, is_json: bool) -> Result<(), Failure
     }
 }
 
-/// Writes a graph; what is in it, for an agent.
+/// Writes a graph. Returns its contents for an agent.
 pub(crate) fn summary(job: GraphJob, inputs: &InputArgs) -> Result<serde_json::Value, Failure> {
     let done = make(job, inputs)?;
     Ok(done.graph.as_ref().map(super::value).unwrap_or_default())
 }
 
-/// Writes a walk; what `--json` prints.
+/// Writes a walk. Returns the output of `--json`.
 pub(crate) fn summary_of_walk(args: &WalkArgs, given: &ArgumentSources) -> Result<serde_json::Value, Failure> {
     Ok(super::value(&made::save_walk(&job_of_walk(args)?, given)?))
 }
 
-/// Writes what is asked for.
+/// Writes the requested files.
 fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
     if let Some(output) = job.write.output()
         && output_format(output, job.write.to.as_deref(), "json")? != "json"
@@ -81,10 +81,10 @@ fn make(mut job: GraphJob, inputs: &InputArgs) -> Result<JobReport, Failure> {
     Ok(done)
 }
 
-/// Prints the size of a graph, and the parts of its clips that are dropped.
+/// Prints the size of a graph, and the dropped parts of its clips.
 fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) -> Result<(), Failure> {
     if let Some(matrix) = matrix {
-        report::say(&format!("{}: the distances of all moments", matrix.display()));
+        report::say(&format!("{}: the distance matrix", matrix.display()));
     }
     let (Some(graph), Some((output, _))) = (
         &done.graph,
@@ -93,7 +93,9 @@ fn tell(done: &JobReport, made: &[(PathBuf, Vec<u8>)], matrix: Option<&Path>) ->
         return Ok(());
     };
     for file in &graph.left_out {
-        report::say(&format!("{file}: no part of the graph: nothing leads to it and back"));
+        report::say(&format!(
+            "{file}: not part of the graph: no transitions lead to it and back"
+        ));
     }
     print_report(&OutputReport { output, report: graph }, false, Place::Message)
 }

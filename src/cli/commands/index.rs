@@ -48,7 +48,7 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     }
     let database = Database::new(clips);
     let bytes = database.to_bytes();
-    // Another program may have written the file meanwhile.
+    // Another program may have written the file in the meantime.
     check()?;
     streams::write(&output, &bytes)?;
     let found = IndexReport {
@@ -61,14 +61,14 @@ pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
     counts.verdict()
 }
 
-/// The database at `path`.
+/// Reads the database at `path`.
 pub(super) fn read(path: &Path) -> mocap::Result<Database> {
     check_confined(path)?;
     let file = File::open(path).map_err(|error| Error::io(path, error))?;
     Database::read(BufReader::with_capacity(1 << 16, file)).map_err(|error| error.with_path(path))
 }
 
-/// The clips of an earlier run by their files.
+/// The clips of an earlier run, by file.
 fn former(output: &Path) -> Result<FormerIndex, Failure> {
     let mut files = FormerIndex::new();
     for clip in read(output)?.into_clips() {
@@ -77,7 +77,7 @@ fn former(output: &Path) -> Result<FormerIndex, Failure> {
     Ok(files)
 }
 
-/// The clips of a file that an earlier run had, if its bytes are the same and as many are wanted.
+/// The clips of a file from an earlier run, if its bytes are unchanged and the same clips are wanted.
 fn unchanged(args: &IndexArgs, former: &FormerIndex, input: &Input) -> Option<Vec<IndexedClip>> {
     let clips = former.get(&*input.path.to_string_lossy())?;
     let sha256 = sha256(&input.path).ok()?;
@@ -87,7 +87,7 @@ fn unchanged(args: &IndexArgs, former: &FormerIndex, input: &Input) -> Option<Ve
     (is_same && is_wanted).then(|| clips.clone())
 }
 
-/// The clips of a file, or of the database that it is.
+/// The clips of a motion file or of a database.
 fn of_file(args: &IndexArgs, input: &Input) -> mocap::Result<Vec<IndexedClip>> {
     let path = input.path()?;
     if super::extension(path) == "mdb" {

@@ -24,7 +24,7 @@ pub(crate) struct InfoView<'a> {
     /// The joints of a robot that move, in the order of the arrays of its motions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     robot_joints: Vec<RobotJointView>,
-    /// The text for people.
+    /// The text for users.
     #[serde(skip)]
     screen: String,
 }
@@ -125,7 +125,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     print_report(&view(args, &scene, joints, screen), args.json, Place::Screen)
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 pub(crate) fn summary(args: &InfoArgs) -> Result<serde_json::Value, Failure> {
     let scene = import(args)?;
     let joints = robot_joints(args, &scene)?;
@@ -146,7 +146,7 @@ fn import(args: &InfoArgs) -> mocap::Result<Scene> {
     streams::import(&importer, &args.file)
 }
 
-/// The screen has colours, so that escapes cannot be replaced afterwards.
+/// The screen has colours, so control characters must be escaped before.
 fn make_names_visible(scene: &mut Scene) {
     let clips = scene.animations.iter_mut();
     let in_clips = clips.flat_map(|clip| {
@@ -168,8 +168,8 @@ fn make_names_visible(scene: &mut Scene) {
     }
 }
 
-/// The text of a scene, of the size of the terminal. If the output is not a terminal, the text has the usual width and
-/// no limit on its length.
+/// The text of a scene, fitted to the terminal. If the output is not a terminal, the text has the default width, and
+/// any length.
 fn screen_of(name: &str, scene: &Scene) -> String {
     let is_terminal = io::stdout().is_terminal();
     let size = terminal_size::terminal_size().filter(|_| is_terminal);

@@ -1,4 +1,4 @@
-//! `mocap record`, `mocap play` and `mocap bridge`: motion from and to programs that speak the VMC protocol.
+//! `mocap record`, `mocap play` and `mocap bridge`: motion from and to programs that use the VMC protocol.
 
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, UdpSocket};
@@ -20,7 +20,7 @@ use crate::args::{BridgeArgs, ListenAddress, PlayArgs, RecordArgs};
 use crate::printed::{BridgeReport, HeardReport, PlayReport, RecordingReport};
 use crate::{Failure, report, streams};
 
-/// Seconds by which a cleaned stream is late: a moment is then seen from both sides.
+/// Default delay of a cleaned stream in seconds: the filter then knows the time before and after a moment.
 const USUAL_DELAY: f64 = 0.5;
 
 pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
@@ -31,7 +31,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     let nothing: [&str; 0] = [];
     let policy = ReplacePolicy::new(nothing).force(args.force.force);
     policy.check(&args.output)?;
-    // A recording cannot be made again.
+    // A recording cannot be repeated, so check the output first.
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
         let error = io::Error::new(ErrorKind::NotFound, "there is no such folder for the recording");
@@ -74,11 +74,11 @@ pub(crate) fn record(args: &RecordArgs) -> Result<(), Failure> {
     print_report(&found, args.json, Place::Message)
 }
 
-/// Says how many packets were not kept.
+/// Reports the number of dropped packets.
 pub(super) fn tell_lost(packets: &Packets) {
     let lost = packets.lost();
     if lost > 0 {
-        report::complain(&format!("{lost} packets came too fast, and were dropped"));
+        report::complain(&format!("{lost} packets were dropped, because they came too fast"));
     }
 }
 
@@ -94,7 +94,7 @@ fn heard(counts: &VmcCounts, packets: &Packets) -> HeardReport {
 fn tell_left_out(counts: &VmcCounts) {
     for (count, what) in [
         (counts.malformed, "packets or messages were malformed"),
-        (counts.others, "messages were about other things than the body"),
+        (counts.others, "messages did not contain the body"),
     ] {
         if count > 0 {
             report::say(&format!("{count} {what}"));
@@ -102,18 +102,18 @@ fn tell_left_out(counts: &VmcCounts) {
     }
 }
 
-/// Cleans a motion with all parts, and says what they did.
+/// Cleans a motion with all parts, and reports the changes.
 fn clean(scene: &mut Scene) -> Result<(), Error> {
     let did = Clean::new().apply(scene, &StepInput::new())?;
     report::say(&format!("clean: {did}"));
     Ok(())
 }
 
-/// The stream to play, where it is no file.
+/// The stream to play, if the input is not a file.
 pub(super) fn source_of(args: &PlayArgs) -> Result<Option<ListenAddress>, Failure> {
     let source = args.file.to_str().filter(|file| file.starts_with("vmc:"));
     if source.is_none() && args.delay.is_some() {
-        let message = "--delay is for a stream, as vmc:39539: a file is cleaned before it is sent";
+        let message = "--delay is for a stream, such as vmc:39539: a file is cleaned before it is sent";
         return Err(Failure::Usage(message.to_owned()));
     }
     let parsed = source.map(|source| {
@@ -123,18 +123,16 @@ pub(super) fn source_of(args: &PlayArgs) -> Result<Option<ListenAddress>, Failur
     parsed.transpose()
 }
 
-/// Plays to a program that speaks the VMC protocol.
+/// Plays to a program that uses the VMC protocol.
 pub(super) fn play(args: &PlayArgs) -> Result<(), Failure> {
     match (source_of(args)?, args.vmc) {
         (None, Some(peer)) => send_file(args, peer.0),
         (Some(source), Some(peer)) => send_on(args, source, peer.0),
-        (_, None) => Err(Failure::Usage(
-            "name --vmc or --robot: where the motion goes".to_owned(),
-        )),
+        (_, None) => Err(Failure::Usage("name a destination with --vmc or --robot".to_owned())),
     }
 }
 
-/// The scene of the file to play, in metres, cleaned where that is asked for.
+/// The scene of the file to play, in metres, cleaned if requested.
 pub(super) fn scene_of(args: &PlayArgs, conversion: &Conversion) -> Result<Scene, Failure> {
     let mut scene = super::import_motion(&args.read, &args.file)?;
     let with_path = |error: Error| error.with_path(&args.file);
@@ -156,7 +154,7 @@ fn send_file(args: &PlayArgs, peer: SocketAddr) -> Result<(), Failure> {
     let socket = sender(peer)?;
     let is_over = over_at_a_signal()?;
     let rate = args.rate.unwrap_or_else(|| motion.frames_per_second());
-    // The last frame is a frame too.
+    // Count the last frame too.
     let frames = (motion.seconds() * rate + 1e-6).floor() as u64 + 1;
     report::say(&format!(
         "{}: {frames} frames at {rate} a second to {}",
@@ -173,33 +171,33 @@ fn send_file(args: &PlayArgs, peer: SocketAddr) -> Result<(), Failure> {
     tell_sent(args, peer, (Some(sent), None))
 }
 
-/// Says how many frames or packets were sent.
+/// Reports the number of sent frames or packets.
 fn tell_sent(args: &PlayArgs, peer: SocketAddr, (frames, packets): (Option<u64>, Option<u64>)) -> Result<(), Failure> {
     let peer = peer.to_string();
     print_report(&PlayReport { peer, frames, packets }, args.json, Place::Message)
 }
 
-/// How many seconds later a stream that is cleaned is sent on.
+/// The delay of a cleaned stream in seconds.
 pub(super) fn delay(args: &PlayArgs) -> f64 {
     args.delay.unwrap_or(USUAL_DELAY)
 }
 
-/// Refuses to send to where a stream is heard: it would go round for ever.
+/// Refuses to send to the address of the received stream: the stream would loop forever.
 fn refuse_itself(source: ListenAddress, peer: SocketAddr) -> Result<(), Failure> {
     let heard = source.0;
     let is_here = heard.ip() == peer.ip() || (heard.ip().is_unspecified() && peer.ip().is_loopback());
     if is_here && heard.port() == peer.port() {
         let message =
-            format!("{peer} is the source of the stream, and would return what is sent there: name another port");
+            format!("{peer} is also the source of the stream, and would send the result back: name another port");
         return Err(Failure::Usage(message));
     }
     Ok(())
 }
 
-/// Sends a stream on without its noise, a delay later, until Ctrl-C.
+/// Forwards a stream without its noise, with a delay, until Ctrl-C.
 fn send_on(args: &PlayArgs, source: ListenAddress, peer: SocketAddr) -> Result<(), Failure> {
     if !args.clean || args.repeat || args.rate.is_some() {
-        let message = "a stream takes --clean to remove noise, and neither --loop nor --rate";
+        let message = "a stream requires --clean to remove noise, and does not support --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));
     }
     refuse_itself(source, peer)?;
@@ -224,7 +222,7 @@ fn send_on(args: &PlayArgs, source: ListenAddress, peer: SocketAddr) -> Result<(
     tell_sent(args, peer, (None, Some(sent + left.len() as u64)))
 }
 
-/// Puts a stream on another body as it comes, until Ctrl-C.
+/// Retargets a live stream, until Ctrl-C.
 pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
     let (Some(peer), is_json) = (args.vmc.or(args.udp_json), args.udp_json.is_some()) else {
         return Err(Failure::Usage("name a peer: --vmc or --udp-json HOST:PORT".to_owned()));
@@ -260,7 +258,7 @@ pub(crate) fn bridge(args: &BridgeArgs) -> Result<(), Failure> {
     let counts = bridge.counts();
     tell_left_out(&counts);
     if let Some(problem) = bridge.problem() {
-        report::complain(&format!("the last bones that came are no body for it: {problem}"));
+        report::complain(&format!("the last received bones do not form a body: {problem}"));
     }
     let found = BridgeReport {
         peer: peer.0.to_string(),
@@ -293,7 +291,7 @@ fn bridge_onto(args: &BridgeArgs, is_json: bool) -> Result<VmcBridge, Failure> {
     Ok(if is_json { bridge.json() } else { bridge })
 }
 
-/// The extensions of robots.
+/// The file extensions of robots.
 const ROBOTS: [&str; 3] = ["urdf", "mjcf", "xml"];
 
 /// A socket that sends to an address.
@@ -308,7 +306,7 @@ fn sender(to: SocketAddr) -> Result<UdpSocket, Error> {
 fn send(socket: &UdpSocket, to: SocketAddr, packets: &[Vec<u8>]) -> Result<(), Error> {
     for packet in packets {
         match socket.send_to(packet, to) {
-            // Nobody listens yet.
+            // No program listens yet.
             Err(error) if error.kind() == ErrorKind::ConnectionRefused => {}
             Err(error) => return Err(of_socket(to, &error)),
             Ok(_) => {}
@@ -326,7 +324,7 @@ pub(super) fn wait_until(moment: Instant, is_over: &AtomicBool) {
     }
 }
 
-/// A flag that Ctrl-C and a request to end set.
+/// A flag that Ctrl-C or a termination signal sets.
 pub(super) fn over_at_a_signal() -> Result<Arc<AtomicBool>, Failure> {
     let is_over = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {

@@ -1,4 +1,4 @@
-//! The hints for clips that are not good: the reason, and how to look at them.
+//! Hints for clips that are not good: the reason, and the command to view them.
 
 use std::path::Path;
 
@@ -6,8 +6,8 @@ use mocap::job::JobTarget;
 use mocap::retarget::report::ClipReport;
 use mocap::retarget::report::Verdict;
 
-/// The clips of a motion that are not good, each with the reasons and the command that shows it. `output` is absent
-/// where it was not written.
+/// The clips of a motion that are not good, each with the reasons and the command that shows it. `output` is absent if
+/// it was not written.
 pub(super) fn of_motion(
     reports: &[ClipReport],
     input: &Path,
@@ -26,8 +26,8 @@ pub(super) fn of_motion(
     lines
 }
 
-/// The command that shows a motion beside its output. The file of a robot's motion has no shapes: the command takes the
-/// robot itself. Arrays are read with the body that the motion was read with.
+/// The command that shows a motion next to its output. The file of a robot's motion has no meshes, so the command names
+/// the robot. Arrays are read with the body that the motion was read with.
 fn look(input: &Path, output: Option<&Path>, (target, body): (&JobTarget, Option<&Path>)) -> String {
     let mut words = match (target, output) {
         (JobTarget::Robot(_), _) => vec![quoted(input), "--robot".to_owned(), quoted(target.file())],
@@ -45,7 +45,7 @@ pub(super) fn clip(output: &Path, name: &str) -> String {
     format!("mocap view {} --clip={}", quoted(output), word(name.to_owned()))
 }
 
-/// A path as a shell and a command take it.
+/// A path, quoted for a shell and a command.
 fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     word(match text.starts_with('-') {
@@ -54,7 +54,7 @@ fn quoted(path: &Path) -> String {
     })
 }
 
-/// A word as a shell takes it.
+/// A word, quoted for a shell.
 fn word(text: String) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_-./+:@%,=".contains(c);
     match !text.is_empty() && text.chars().all(is_plain) {

@@ -1,4 +1,4 @@
-//! One output of a job, as every command makes it.
+//! Makes one output of a job, for all commands.
 
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -17,10 +17,10 @@ use crate::{Failure, kinds, streams};
 /// The receiver of the notices of a job.
 pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
-/// The checks of a written output, and the files beside it.
+/// Options for checks of a written output, and for further files.
 const BESIDE: [&str; 6] = ["verify", "view", "contacts-file", "curves", "report", "resume"];
 
-/// A job that is ready, for an output or for many.
+/// The maker of a job, for one output or many.
 pub(super) fn maker(job: &MotionJob, given: &ArgumentSources, hear: Listener<'_>) -> Result<Maker<'static>, Failure> {
     if given.is_dry_run() {
         given.refuse(&BESIDE, "--dry-run writes nothing")?;
@@ -35,7 +35,7 @@ pub(super) fn maker(job: &MotionJob, given: &ArgumentSources, hear: Listener<'_>
     Ok(maker)
 }
 
-/// Makes the one output of a job, which is not written yet.
+/// Makes the output of a job, without writing it.
 pub(super) fn make(
     job: &MotionJob,
     given: &ArgumentSources,
@@ -51,7 +51,7 @@ pub(super) fn make(
     Ok((maker, made.map_err(refused)?))
 }
 
-/// A maker that is ready for the one output of a job, which may be written.
+/// The maker of a job with one output, after checks that the output may be written.
 fn ready(
     job: &MotionJob,
     given: &ArgumentSources,
@@ -64,7 +64,7 @@ fn ready(
     }
     let mut inputs = job.source.inputs.iter();
     if let Some(folder) = inputs.find(|input| Importer::is_of_many(input)) {
-        let message = "is a folder, and each of its motions gets a file of its own: name an output folder, -o FOLDER/";
+        let message = "is a folder, and each of its motions gets one file: name an output folder, -o FOLDER/";
         return Err(Failure::Usage(format!("{} {message}", folder.display())));
     }
     let maker = maker(job, given, hear)?;
@@ -72,7 +72,7 @@ fn ready(
     Ok(maker)
 }
 
-/// Makes the one output of a job, prints its notices, and writes it.
+/// Makes the output of a job, prints its notices, and writes it.
 pub(super) fn save(job: &MotionJob, given: &ArgumentSources) -> Result<(Maker<'static>, JobOutput), Failure> {
     let policy = job.policy();
     let (maker, made) = make(job, given, None, &policy, &mut |said| Voice::Aloud.hear(said))?;
@@ -80,7 +80,7 @@ pub(super) fn save(job: &MotionJob, given: &ArgumentSources) -> Result<(Maker<'s
     Ok((maker, made))
 }
 
-/// As [`save`], of a walk over a motion graph.
+/// As [`save`], for a walk over a motion graph.
 pub(super) fn save_walk(job: &WalkJob, given: &ArgumentSources) -> Result<WalkReport, Failure> {
     let (motion, policy) = (job.motion().map_err(refused)?, job.policy());
     let mut hear = |said: Notice<'_>| Voice::Aloud.hear(said);
@@ -100,7 +100,7 @@ fn tell_and_write(
     streams::save(&made.written, output, &[], policy, given.is_dry_run())
 }
 
-/// An error of a job: where no file is at fault but the arguments, it is wrong usage.
+/// Converts an error of a job: if the arguments are at fault and not a file, it is a usage error.
 pub(super) fn refused(error: Error) -> Failure {
     match (error.code(), error.path()) {
         (Code::InvalidValue | Code::UnknownFormat, None) => Failure::Usage(error.diagnostic().message.clone()),
@@ -108,13 +108,13 @@ pub(super) fn refused(error: Error) -> Failure {
     }
 }
 
-/// An output whose name names no format that the job can have.
+/// The error of an output whose name has no format that the job supports.
 fn unknown_output(error: &Error, output: &Path) -> Failure {
     let message = &error.diagnostic().message;
     Failure::Usage(format!("{message}{}", kinds::other_output(output, message)))
 }
 
-/// What there is to say of an output.
+/// Prints the notices of an output.
 pub(super) fn tell(written: &Export, output: &Path, voice: &mut Voice<'_>) {
     voice.warnings(output, &written.warnings);
     written.notes.iter().for_each(|note| voice.say(note));
@@ -129,7 +129,7 @@ pub(super) fn tell(written: &Export, output: &Path, voice: &mut Voice<'_>) {
 pub(super) fn smaller(achieved: &Deviation) -> String {
     let (most, rms) = (millimetres(achieved.max_error), millimetres(achieved.rms_error));
     format!(
-        "{} keys, {most} mm at most, {rms} mm RMS; at most at \"{}\", frame {}",
+        "{} keys, {most} mm at most, {rms} mm RMS; largest at \"{}\", frame {}",
         achieved.keys, achieved.joint, achieved.tick
     )
 }

@@ -1,4 +1,4 @@
-//! A job with many motions: into a folder, with a manifest.
+//! A job with many motions: writes a folder with a manifest.
 
 mod options;
 
@@ -26,7 +26,7 @@ use crate::batch::spread::SpreadArgs;
 use crate::report::Voice;
 use crate::{Failure, report};
 
-/// Does a job with many motions.
+/// Runs a job with many motions.
 pub(super) fn run(
     job: &MotionJob,
     given: &ArgumentSources,
@@ -45,7 +45,7 @@ pub(super) fn run(
     many.run()
 }
 
-/// A job with many motions, and how they are done.
+/// A job with many motions, and the options of the run.
 pub(super) struct MotionBatch<'a> {
     pub(super) job: &'a MotionJob,
     pub(super) given: &'a ArgumentSources,
@@ -59,7 +59,7 @@ pub(super) struct MotionBatch<'a> {
 impl MotionBatch<'_> {
     pub(super) fn run(self) -> Result<(), Failure> {
         let job = self.job;
-        // Many files keep all threads busy, a thread a file.
+        // Many files keep all threads busy, with one thread per file.
         let maker = made::maker(job, self.given, &mut |said| Voice::Aloud.hear(said))?.threads(1);
         let many = folder::FileBatch {
             paths: &job.source.inputs,
@@ -94,22 +94,23 @@ fn extension(job: &MotionJob, maker: &Maker<'_>) -> String {
     own.unwrap_or("glb").to_ascii_lowercase()
 }
 
-/// Clips of one skeleton. Clips in which the figure stands show the up axis of the others.
+/// The work on the motions of a job. Clips in which the figure stands determine the up axis of other clips of the
+/// skeleton.
 struct ClipGroup<'a> {
     job: &'a MotionJob,
     extension: String,
     is_dry_run: bool,
     maker: Maker<'static>,
-    /// All files by their path below the folder, and the maker that has looked at them, once one is made: files of a
-    /// skeleton share bones and T-pose.
+    /// All files by their relative path. `looked` is the maker that has looked at all files, made on first use: files
+    /// of a skeleton share bones and T-pose.
     files: BTreeMap<String, PathBuf>,
     looked: OnceLock<Maker<'static>>,
-    /// The up axes of skeletons, once the clips that stand have told them.
+    /// The up axes of skeletons, once standing clips have determined them.
     axes: Option<BTreeMap<String, UpAxis>>,
     report: Option<Table<'a>>,
-    /// Where the table of the reports goes.
+    /// The file for the table of reports.
     table: Option<PathBuf>,
-    /// The rows that the table has.
+    /// The number of rows in the table.
     rows: AtomicUsize,
 }
 
@@ -134,7 +135,7 @@ impl FileTask for ClipGroup<'_> {
         let in_words = |error: mocap::Error| made::refused(error).into_words();
         output.check_ahead().map_err(in_words)?;
         let mut steps = Vec::new();
-        // What is guessed of the space of a motion that nothing else is done to has its own field.
+        // For a plain conversion, the guessed unit and up axis have a separate field.
         let keeps_notes = self.job.target.is_some() || !self.job.steps.is_empty();
         let mut warnings = Vec::new();
         let mut hear = |said: Notice<'_>| match said {
@@ -169,7 +170,7 @@ impl FileTask for ClipGroup<'_> {
     }
 
     fn verify(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<(), String> {
-        // What some formats do not say of themselves, the motion says that is made again.
+        // If the format does not store its provenance, make the motion again to know it.
         let states_origin = self.maker.format().is_some_and(|row| row.states_origin);
         let scene = match states_origin {
             true => None,
@@ -208,15 +209,15 @@ impl FileTask for ClipGroup<'_> {
         lines
     }
 
-    /// Writes the table of the reports when it has grown by an eighth, so that a run that is killed leaves one. Each
-    /// time it writes the whole table, because Parquet ends with its index.
+    /// Writes the table of the reports when it has grown by an eighth, so that a killed run leaves a table. Each write
+    /// replaces the whole table, because Parquet ends with its index.
     fn keep(&self, records: &BTreeMap<String, Record>) {
         let rows = self.rows.load(Ordering::Relaxed);
         let (Some(table), Some(path), false) = (&self.report, &self.table, self.is_dry_run) else {
             return;
         };
         if records.len() > rows + rows / 8 && table.write(path, records.values()).is_ok() {
-            // What cannot be written now is an error at the end.
+            // A write error now is reported at the end.
             self.rows.store(records.len(), Ordering::Relaxed);
         }
     }
@@ -242,7 +243,7 @@ impl FileTask for ClipGroup<'_> {
 }
 
 impl ClipGroup<'_> {
-    /// What is not good of a motion.
+    /// The doubts about a motion.
     fn doubts(&self, record: &Record) -> Vec<String> {
         let target = self.job.target.as_ref();
         let found =
@@ -268,7 +269,7 @@ impl ClipGroup<'_> {
         })
     }
 
-    /// The outputs of a motion; `None` while it waits for the evidence of others about its up axis.
+    /// The outputs of a motion; `None` while it waits for other motions to determine its up axis.
     fn motion(
         &self,
         file: &Path,
@@ -294,7 +295,7 @@ impl ClipGroup<'_> {
         if self.axes.is_none() && guesses.iter().any(is_doubtful_up) {
             return Ok(None);
         }
-        // On another body the assumptions are those of the conversion, for which the axis is stated.
+        // For a retargeted motion, the assumptions are those of the conversion with the stated axis.
         if let Some((_, told)) = told.filter(|_| self.job.target.is_some()) {
             hear(Notice::Note(&told.to_string()));
             guesses.push(told);
@@ -303,7 +304,7 @@ impl ClipGroup<'_> {
         maker.make_of(source, file, &output.path, hear).map(Some)
     }
 
-    /// Writes an output, and compares it with its source where the job asks for that.
+    /// Writes an output, and compares it with its source if the job requests it.
     fn save(
         &self,
         file: &Path,
@@ -318,7 +319,7 @@ impl ClipGroup<'_> {
         };
         record.files = files.map_err(|error| error.to_string())?;
         let written = &mut made.written;
-        // The bytes of a long take are better gone before what follows.
+        // Free the bytes of a long take before the next step.
         written.files.clear();
         record.max_error = written.error.as_ref().map(|error| error.max_error);
         match keeps_notes {
@@ -334,7 +335,7 @@ impl ClipGroup<'_> {
             return Ok(FileState::Done);
         }
         let verified = self.compare(file, made.scene, &output.path);
-        // It is written, and it may not be what it should be.
+        // The output is written, but may be wrong.
         record.output = Some(output.name.to_owned());
         record.verified = verified.is_ok();
         verified.map(|()| FileState::Done)
@@ -352,7 +353,7 @@ impl ClipGroup<'_> {
         }
     }
 
-    /// The reports of all motions on another body, those that were made before too.
+    /// The reports of all retargeted motions, including earlier runs.
     fn reports(&self, records: &[&Record]) -> Vec<ClipReport> {
         let Some(target) = &self.job.target else {
             return Vec::new();
@@ -362,7 +363,7 @@ impl ClipGroup<'_> {
     }
 }
 
-/// The reports of a motion on another body; `None` where another version wrote them, with other fields.
+/// The reports of a retargeted motion; `None` if another version with other fields wrote them.
 fn reports_of(record: &Record, target: &JobTarget) -> Option<Vec<ClipReport>> {
     match target {
         JobTarget::Robot(_) => Some(vec![ClipReport::Robot(record.robot_report()?)]),
@@ -381,22 +382,22 @@ fn is_doubtful_up(guess: &Assumption) -> bool {
     guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure)
 }
 
-/// The up axis of an output, where its motion alone leaves it in doubt.
+/// The up axis of an output, if it is uncertain from its motion alone.
 fn doubtful_up(record: &Record) -> Option<&Assumption> {
     record.guesses.iter().rfind(|guess| is_doubtful_up(guess))
 }
 
-/// The up axis of a clip that lies or hangs, by other clips.
+/// The up axis of a lying or hanging clip, determined by other clips.
 fn told_by_others(up: UpAxis) -> Assumption {
     Assumption {
         topic: Topic::Up,
         choice: up.as_str().to_owned(),
-        reason: "other clips of the same skeleton stand along it".to_owned(),
+        reason: "other clips of the same skeleton stand along this axis".to_owned(),
         confidence: Some(Confidence::Likely),
     }
 }
 
-/// A hash of the names and parents of all nodes, and of where those below the root are at rest.
+/// A hash of the names and parents of all nodes, and of the rest positions below the root.
 fn skeleton_hash(scene: &Scene) -> String {
     let mut bytes = Vec::new();
     for node in &scene.nodes {
@@ -412,10 +413,10 @@ fn skeleton_hash(scene: &Scene) -> String {
     sha256_of(&bytes)
 }
 
-/// What clips say of their skeletons.
+/// The evidence of clips about their skeletons.
 #[derive(Default)]
 struct Clips {
-    /// For each skeleton the up axes of the clips in which it is sure.
+    /// For each skeleton, the up axes of clips in which the axis is certain.
     up: BTreeMap<String, BTreeSet<String>>,
     /// The number of files in each unit.
     units: BTreeMap<String, usize>,

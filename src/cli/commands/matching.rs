@@ -1,4 +1,4 @@
-//! `mocap match`: a character follows a path, or what a gamepad asks for, by motion matching.
+//! `mocap match`: moves a character along a path, or by a gamepad, with motion matching.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -26,16 +26,16 @@ pub(crate) fn run(args: &MatchArgs, given: &ArgumentSources) -> Result<(), Failu
     print_report(&OutputReport { output, report }, args.json, Place::Message)
 }
 
-/// Makes the output; what `--json` prints.
+/// Makes the output. Returns the output of `--json`.
 pub(crate) fn summary(args: &MatchArgs, given: &ArgumentSources) -> Result<serde_json::Value, Failure> {
     let done = made(args, given)?;
     Ok(done.map_or_else(|| serde_json::json!({}), |done| super::value(&done)))
 }
 
-/// Makes the output; what the figure did, if it follows anything.
+/// Makes the output. Returns the motion of the figure, if it follows a path or a gamepad.
 fn made(args: &MatchArgs, given: &ArgumentSources) -> Result<Option<MatchOutcome>, Failure> {
     let (format, output) = match super::extension(&args.output).as_str() {
-        // Two files, of which no motion is made.
+        // Writes two files without a motion.
         "bin" => (None, args.output.clone()),
         _ => {
             let (format, named) = written_format(args)?;
@@ -73,7 +73,7 @@ fn made(args: &MatchArgs, given: &ArgumentSources) -> Result<Option<MatchOutcome
     Ok(Some(done))
 }
 
-/// The format of the output, and a name that has it.
+/// The format of the output, and a name with its extension.
 fn written_format(args: &MatchArgs) -> Result<(Format, PathBuf), Failure> {
     let extension = output_format(&args.output, args.to.as_deref(), "glb")?;
     let output = match streams::is_unnamed(&args.output) {
@@ -81,22 +81,22 @@ fn written_format(args: &MatchArgs) -> Result<(Format, PathBuf), Failure> {
         false => args.output.clone(),
     };
     let Some(format) = FormatInfo::of_output(&output) else {
-        let extensions = ".glb, .gltf, .bvh, .fbx or another that is written, or in .bin";
+        let extensions = ".glb, .gltf, .bvh, .fbx or another written format, or in .bin";
         return Err(super::unknown_extension(&args.output, extensions));
     };
     Ok((format.format, output))
 }
 
-/// Writes the files of Holden's demonstration: the bones under the name of the output, and features.bin beside it.
+/// Writes the files of Holden's demo: the bones under the name of the output, and features.bin in the same folder.
 fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Result<(), Failure> {
     if !args.aim.is_nothing() || args.json {
-        let message = "a .bin has the frames of the database, and no motion: leave --path, --gamepad and --json \
+        let message = "a .bin has the frames of the database, not a motion: leave --path, --gamepad and --json \
                        out";
         return Err(Failure::Usage(message.to_owned()));
     }
     let beside = args.output.with_file_name("features.bin");
     if beside == args.output {
-        let message = "features.bin is the second file: name the first one otherwise, as database.bin";
+        let message = "features.bin is the second file: use another name for the first, such as database.bin";
         return Err(Failure::Usage(message.to_owned()));
     }
     policy.check(&beside)?;
@@ -106,7 +106,7 @@ fn write_bones(args: &MatchArgs, moves: &Moves, policy: &ReplacePolicy) -> Resul
     Ok(())
 }
 
-/// What the figure did.
+/// The motion of the figure.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -125,10 +125,10 @@ impl fmt::Display for MatchOutcome {
 }
 
 fn nothing_to_follow() -> Failure {
-    Failure::Usage("name what to follow, with --path or --gamepad".to_owned())
+    Failure::Usage("name a path with --path, or an input with --gamepad".to_owned())
 }
 
-/// Lets the figure go where the path or the gamepad leads.
+/// Moves the figure along the path or by the gamepad.
 fn moved(
     args: &MatchArgs,
     database: &Database,
@@ -151,17 +151,17 @@ fn moved(
     Ok((animation, MatchOutcome::Played(played)))
 }
 
-/// The frames of the database on the character.
+/// The frames of the database, retargeted to the character.
 fn moves(args: &MatchArgs, database: &Database, hero: &Scene) -> Result<Moves, Failure> {
     let importer = args.read.importer().with_own_meshes();
     let moves = Moves::of(database, hero, |file| streams::import(&importer, Path::new(file)));
     Ok(moves.map_err(|error| error.with_path(&args.on))?)
 }
 
-/// The largest file of a gamepad, in bytes: more than an hour, a thousand times a second.
+/// The largest file of a gamepad, in bytes: more than an hour at 1000 samples per second.
 const LARGEST_GAMEPAD: u64 = 1 << 28;
 
-/// The sticks of a file.
+/// The stick positions of a file.
 fn gamepad(file: &Path) -> Result<Gamepad, Failure> {
     let text = streams::text(file, LARGEST_GAMEPAD)?;
     Ok(Gamepad::parse(&text).map_err(|error| error.with_path(file))?)

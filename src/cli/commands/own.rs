@@ -1,4 +1,4 @@
-//! What the commands have in common that change motions on their own skeletons: `mocap edit` and `mocap clean`.
+//! Shared functions of `mocap edit` and `mocap clean`, which change motions and keep their skeletons.
 
 use mocap::job::MotionJob;
 
@@ -6,7 +6,7 @@ use super::{MANY, ONE_OUTPUT, many, output_format, print_job};
 use crate::Failure;
 use crate::args::{ArgumentSources, OutputFormat, OwnArgs, refuse_options};
 
-/// Does a job into a folder, or prints it. Returns the job of one output, which is still to be done.
+/// Prints a job, or runs it with an output folder. A job with one output is returned, and still to be run.
 pub(super) fn begin(args: &OwnArgs, given: &ArgumentSources, job: MotionJob) -> Result<Option<MotionJob>, Failure> {
     if args.instead.print_job {
         return print_job(&job).map(|()| None);
@@ -17,7 +17,7 @@ pub(super) fn begin(args: &OwnArgs, given: &ArgumentSources, job: MotionJob) -> 
     Ok(Some(job))
 }
 
-/// The job that the arguments mean; `job` makes it for the extension of the output.
+/// The job of the arguments; `job` makes it for the extension of the output.
 pub(super) fn job(
     args: &OwnArgs,
     given: &ArgumentSources,
@@ -35,8 +35,8 @@ pub(super) fn job(
     Ok(job)
 }
 
-/// Refuses what is of one motion where there are many, and the other way round. `beside` are the outputs beside the
-/// motion, which are no part of a job.
+/// Refuses options for one motion if there are many, and options for many if there is one. `beside` are options for
+/// further outputs, which are not part of a job.
 pub(super) fn refuse_beside(
     args: &OwnArgs,
     given: &ArgumentSources,
@@ -45,7 +45,7 @@ pub(super) fn refuse_beside(
 ) -> Result<(), Failure> {
     match (args.is_many(), args.instead.print_job) {
         (true, _) => given.refuse(of_one, why),
-        (false, true) => given.refuse(beside, "it is no part of a job; leave it out"),
+        (false, true) => given.refuse(beside, "it is not part of a job; leave it out"),
         (false, false) => given.refuse(MANY, ONE_OUTPUT),
     }
 }

@@ -29,17 +29,18 @@ use crate::{Failure, report};
 struct Packed {
     record: Record,
     rows: Option<Rows>,
-    /// Its row on the card of a dataset.
+    /// Its row on the dataset card.
     clip: Option<DatasetClip>,
 }
 
 enum Rows {
     Clip(RecordBatch),
-    /// One for each frame and joint, which are made when they are written: as a table they are several times as large.
+    /// One row for each frame and joint. The rows are made when they are written, because a table is several times as
+    /// large.
     Long(String, Box<Arrays>),
 }
 
-/// How to make rows of files.
+/// The options for making rows of files.
 struct Packer<'a> {
     importer: Importer,
     options: ArrayOptions,
@@ -49,7 +50,7 @@ struct Packer<'a> {
 }
 
 /// The Parquet files of a run. Rows are in the order of their inputs, so the files do not depend on the number of
-/// threads. A file is written when it has enough rows; only then its inputs are recorded as done.
+/// threads. A file is written when it has enough rows. Only then are its inputs recorded as done.
 struct Parts<'a> {
     folder: &'a Path,
     prefix: String,
@@ -59,14 +60,14 @@ struct Parts<'a> {
     rows: Vec<Rows>,
     records: Vec<Record>,
     manifest: Manifest,
-    /// How many files this run has written.
+    /// The number of files that this run has written.
     written: usize,
 }
 
 pub(crate) fn run(args: &PackArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let options_text = given.options.as_str();
     if let TableArg::Inventory = args.table() {
-        let why = "an inventory has no motion; leave the option out, or name another --table";
+        let why = "an inventory has no motion; leave the option out, or use another --table";
         let names = ArraysArgs::names();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         given.refuse(&names, why)?;
@@ -155,7 +156,7 @@ pub(crate) fn run(args: &PackArgs, given: &ArgumentSources) -> Result<(), Failur
     tell(args, progress.finish(), failures)
 }
 
-/// Says how many files were packed, and which failed.
+/// Reports the number of packed files, and the failures.
 fn tell(args: &PackArgs, counts: Counts, mut failures: Vec<String>) -> Result<(), Failure> {
     let packed = counts.files - counts.skipped - counts.failed;
     if args.json {
@@ -167,7 +168,7 @@ fn tell(args: &PackArgs, counts: Counts, mut failures: Vec<String>) -> Result<()
         counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second
     ));
     failures.sort();
-    // The manifest or the card names them.
+    // The manifest or the card lists them.
     failures.iter().take(20).for_each(|failure| report::say(failure));
     counts.verdict()
 }
@@ -244,14 +245,14 @@ impl Rows {
         }
     }
 
-    /// About how many bytes the rows take as a table.
+    /// The approximate size of the rows as a table, in bytes.
     fn bytes(&self) -> usize {
         match self {
             Self::Clip(row) => row.get_array_memory_size(),
             Self::Long(clip, motion) => {
                 let velocities = motion.velocities.as_ref().map_or(0, Vec::len);
                 let floats = motion.positions.len() + motion.rotations.len() + velocities;
-                // Beside them two texts with their ends, the frame and the time; a joint's name has about 8 bytes.
+                // Add two texts with their offsets, the frame and the time. A joint's name has about 8 bytes.
                 4 * floats + motion.rows() * (clip.len() + 8 + 4 + 4 + 4 + 8)
             }
         }
@@ -259,7 +260,8 @@ impl Rows {
 }
 
 impl Parts<'_> {
-    /// The failure of a run that cannot go on, such as on a full disk: of some of many, where others are written.
+    /// The failure of a run that cannot continue, for example on a full disk. If some files are written, only the
+    /// others failed.
     fn stopped(&self, error: io::Error) -> Failure {
         let failure = Failure::Folder(self.folder.to_owned(), error);
         if self.written == 0 {
@@ -282,7 +284,7 @@ impl Parts<'_> {
         }
     }
 
-    /// Writes the collected rows as one file, and then records its inputs.
+    /// Writes the collected rows as one file, then records its inputs.
     fn write(&mut self) -> io::Result<()> {
         let rows = std::mem::take(&mut self.rows);
         let (mut output, mut files) = (None, Vec::new());
@@ -306,8 +308,8 @@ impl Parts<'_> {
     }
 }
 
-/// The part files of former runs that are still valid. A part is valid if it has every byte that was written, and if
-/// each of its inputs exists, is unchanged and was packed with the same options.
+/// The part files of former runs that are still valid. A part is valid if it has every written byte, and each of its
+/// inputs exists, is unchanged and was packed with the same options.
 fn kept_parts(
     former: &BTreeMap<String, Record>,
     inputs: &[Input],
@@ -344,7 +346,7 @@ fn kept_parts(
     kept.map(|(output, _)| output.to_owned()).collect()
 }
 
-/// The Parquet files in `folder` with names of a run, and temporary files of killed runs. Each has its path, and its
+/// The Parquet files in `folder` with names of a run, and temporary files of killed runs, each as its path and its
 /// final path.
 fn parts(folder: &Path, prefix: &str) -> io::Result<Vec<(PathBuf, PathBuf)>> {
     let mut parts = Vec::new();
@@ -368,7 +370,7 @@ fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
     match parts.iter().find(is_of_others) {
         None => Ok(()),
         Some((path, _)) => {
-            let message = "this program did not write this Parquet file, or it was cut off; it would be removed";
+            let message = "this Parquet file would be removed, but this program did not write it, or it is incomplete";
             let diagnostic = Diagnostic::new(Code::OutputExists, message)
                 .help("name another folder, or replace the Parquet files of this one with --force");
             Err(Error::from(diagnostic).with_path(path).into())
@@ -391,7 +393,7 @@ fn part_name(prefix: &str, number: u64) -> String {
     format!("{prefix}{number:05}.parquet")
 }
 
-/// The number in the name of a part; `None` for a name that no run gives. It has a next one.
+/// The number in the name of a part, below the largest; `None` for a name that no run uses.
 fn number(prefix: &str, output: &str) -> Option<u64> {
     let number: u32 = output.strip_prefix(prefix)?.strip_suffix(".parquet")?.parse().ok()?;
     (output == part_name(prefix, number.into())).then_some(number.into())

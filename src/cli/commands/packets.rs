@@ -1,4 +1,5 @@
-//! The packets of a port. A thread of its own hears them, so that none is lost while those before are worked on.
+//! Receives the packets of a port. A separate thread receives them, so that none is lost while earlier packets are
+//! processed.
 
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -13,25 +14,25 @@ use mocap::{Code, Diagnostic, Error};
 use crate::Failure;
 use crate::args::ListenAddress;
 
-/// Bytes of the longest packet of UDP.
+/// The size of the longest UDP packet in bytes.
 pub const LONGEST: usize = 65_536;
 
-/// Bytes of the packets that wait at most: 50 seconds of a sender of 60 poses a second.
+/// The most bytes of waiting packets: 50 seconds of a sender with 60 poses per second.
 pub const MOST_WAITING: usize = 16 << 20;
 
-/// Bytes that a packet takes besides its own.
+/// The memory of a packet in bytes, besides its contents.
 pub const OF_PACKET: usize = 64;
 
-/// How long to wait for a packet before looking whether to end.
+/// The time to wait for a packet before checking whether to end.
 pub(super) const PATIENCE: Duration = Duration::from_millis(50);
 
-/// A packet, and how many seconds after the beginning it came.
+/// A packet, and its time in seconds since the beginning.
 pub struct Packet {
     pub bytes: Vec<u8>,
     pub seconds: f64,
 }
 
-/// The packets as they come, to the end of listening and of the packets that wait then.
+/// The received packets, until listening has ended and no packet waits.
 pub struct Packets {
     address: SocketAddr,
     heard: Receiver<Packet>,
@@ -45,14 +46,14 @@ pub struct Shared {
 }
 
 impl Packets {
-    /// Listens until it is over, or for so many seconds.
+    /// Listens until `is_over` is set, or for this number of seconds.
     pub fn of(source: ListenAddress, is_over: Arc<AtomicBool>, seconds: Option<f64>) -> Result<Self, Failure> {
         let socket = UdpSocket::bind(source.0).map_err(|error| of_socket(source.0, &error))?;
         socket.set_read_timeout(Some(PATIENCE))?;
         let (sender, heard) = channel();
         let shared = Arc::<Shared>::default();
         let packets = Self {
-            // A port of 0 is one that the system chooses.
+            // For port 0 the system chooses a port.
             address: socket.local_addr()?,
             heard,
             shared: Arc::clone(&shared),
@@ -62,12 +63,12 @@ impl Packets {
         Ok(packets)
     }
 
-    /// Where it listens.
+    /// The address on which it listens.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Packets that came and were not kept, because too many waited.
+    /// The number of packets that were dropped, because too many waited.
     pub fn lost(&self) -> u64 {
         self.shared.lost.load(Ordering::Relaxed)
     }
@@ -89,7 +90,7 @@ fn hear(socket: &UdpSocket, sender: &Sender<Packet>, shared: &Shared, is_over: &
     let begin = Instant::now();
     let is_late = || seconds.is_some_and(|seconds| begin.elapsed().as_secs_f64() >= seconds);
     while !is_over.load(Ordering::Relaxed) && !is_late() {
-        // One that fails, as when a peer has gone, does not end it.
+        // A failed receive, for example because a peer has gone, does not end the loop.
         let Ok((length, _)) = socket.recv_from(&mut buffer) else {
             continue;
         };
@@ -103,7 +104,7 @@ fn hear(socket: &UdpSocket, sender: &Sender<Packet>, shared: &Shared, is_over: &
             bytes: buffer[..length].to_vec(),
             seconds: begin.elapsed().as_secs_f64(),
         };
-        // Nobody takes them any more.
+        // No receiver is left.
         if sender.send(packet).is_err() {
             return;
         }

@@ -1,4 +1,4 @@
-//! `mocap play`, with `--robot`: a motion on a robot as it comes, a row of numbers for each frame.
+//! `mocap play --robot`: retargets a motion to a robot in real time, and prints a row for each frame.
 
 use std::io::{Write, stdout};
 use std::path::Path;
@@ -27,7 +27,7 @@ pub(crate) fn play(args: &PlayArgs) -> Result<(), Failure> {
     }
 }
 
-/// Plays a file in its own time.
+/// Plays a file in real time.
 fn file(args: &PlayArgs, robot: &Path) -> Result<(), Failure> {
     if args.repeat {
         let message = "--loop is for --vmc: a robot would jump from the end to the beginning";
@@ -53,7 +53,7 @@ fn file(args: &PlayArgs, robot: &Path) -> Result<(), Failure> {
     finish(&robot, &mut stream, came as usize)
 }
 
-/// Writes the frames that are left, and says how well the last half minute sits on the robot.
+/// Writes the remaining frames, and reports the quality of the last half minute on the robot.
 fn finish(robot: &Robot, stream: &mut SmoothRobotStream, frames: usize) -> Result<(), Failure> {
     write(robot, Some(&stream.finish()))?;
     report::say(&report::counted(frames, "frame"));
@@ -64,10 +64,10 @@ fn finish(robot: &Robot, stream: &mut SmoothRobotStream, frames: usize) -> Resul
     Ok(())
 }
 
-/// Puts what comes by the VMC protocol on a robot, until Ctrl-C.
+/// Retargets a VMC stream to a robot, until Ctrl-C.
 fn stream(args: &PlayArgs, robot: &Path, source: ListenAddress) -> Result<(), Failure> {
     if args.repeat || args.rate.is_some() {
-        let message = "a stream goes on the robot as it comes, without --loop and --rate";
+        let message = "a live stream to a robot does not support --loop and --rate";
         return Err(Failure::Usage(message.to_owned()));
     }
     let robot = Importer::new().import_robot(robot)?;
@@ -110,11 +110,11 @@ fn stream(args: &PlayArgs, robot: &Path, source: ListenAddress) -> Result<(), Fa
     }
 }
 
-/// Begins a stream, and says what its rows are.
+/// Begins a stream, and describes its rows.
 fn begin(scene: &Scene, robot: &Robot, rate: f64) -> mocap::Result<SmoothRobotStream> {
     let stream = RobotRetargeter::new(scene, robot, &RobotOptions::default())?.stream(scene, rate)?;
     report::say(&format!(
-        "rows: x, y, z, rotation as x, y, z, w, {}; {rate:.2} a second, {:.2} s later",
+        "rows: x, y, z, rotation as x, y, z, w, {}; {rate:.2} per second, with a delay of {:.2} s",
         stream.dof_names().join(", "),
         stream.delay()
     ));

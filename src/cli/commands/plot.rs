@@ -28,7 +28,7 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
     )
 }
 
-/// Names that are listed at most where one is not among them.
+/// The most joint names in the message about an unknown name.
 const MOST_NAMES: usize = 60;
 
 /// The joints of these names.

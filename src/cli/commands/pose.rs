@@ -27,13 +27,13 @@ struct NodeView<'a> {
     translation: [f32; 3],
     /// x, y, z, w.
     rotation: [f32; 4],
-    /// Row by row, as the course prints matrices.
+    /// Row by row, as the graphics course prints matrices.
     matrix: [f32; 16],
 }
 
 pub(crate) fn run(args: &PoseArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if !args.csv {
-        given.refuse(&["spreadsheet"], "only CSV is opened in a spreadsheet; add --csv")?;
+        given.refuse(&["spreadsheet"], "it only affects CSV; add --csv")?;
     }
     let scene = import_motion(&args.read, &args.file)?;
     check_tick(args.tick, &scene, args.repeat)?;
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &PoseArgs, given: &ArgumentSources) -> Result<(), Failur
     print_report(&table, args.json, Place::Data)
 }
 
-/// Refuses a tick that is no number, and says which frame is taken for one outside of the motion.
+/// Refuses a tick that is not finite, and reports the frame that is used for a tick outside the motion.
 pub(super) fn check_tick(tick: f64, scene: &Scene, repeats: bool) -> Result<(), Failure> {
     if !tick.is_finite() {
         return Err(Failure::Usage(format!("--tick must be finite, got {tick}")));
@@ -61,7 +61,7 @@ pub(super) fn check_tick(tick: f64, scene: &Scene, repeats: bool) -> Result<(), 
     if !repeats && !(0.0..=last).contains(&tick) {
         let taken = tick.clamp(0.0, last);
         report::say(&format!(
-            "tick {tick} is outside of the motion, 0 to {last}: tick {taken} is printed"
+            "tick {tick} is outside the motion, 0 to {last}: tick {taken} is printed"
         ));
     }
     Ok(())

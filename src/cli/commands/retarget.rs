@@ -1,4 +1,4 @@
-//! `mocap retarget`: motions on a character.
+//! `mocap retarget`: retargets motions to a character.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -44,16 +44,13 @@ pub(crate) fn run(args: &RetargetArgs, given: &ArgumentSources) -> Result<(), Fa
     match failed {
         0 => Ok(()),
         _ => {
-            report::say(&format!(
-                "{failed} of {} motions were left out",
-                job.source.inputs.len()
-            ));
+            report::say(&format!("{failed} of {} motions were skipped", job.source.inputs.len()));
             Err(Failure::Some)
         }
     }
 }
 
-/// The job that the arguments mean.
+/// The job of the arguments.
 pub(crate) fn job(args: &RetargetArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     let (motions, file) = inputs(args)?;
     if streams::is_standard(&file) {
@@ -64,22 +61,25 @@ pub(crate) fn job(args: &RetargetArgs, given: &ArgumentSources) -> Result<Motion
     let to = args.to.as_deref();
     if args.is_many() {
         if args.onto.json {
-            let message = "--json prints the report of one output; the manifest in the folder has those of many";
+            let message = "--json prints the report of one output; for many, see the manifest in the folder";
             return Err(Failure::Usage(message.to_owned()));
         }
         let format = to.map_or_else(|| default_format(args, &file), ToOwned::to_owned);
         return Ok(args.job(&motions, &file, &format));
     }
-    given.refuse(MANY, "all motions go into one file; -o FOLDER/ makes a file of each")?;
+    given.refuse(
+        MANY,
+        "all motions are written to one file; -o FOLDER/ writes one file for each",
+    )?;
     check_json(args.onto.json, &args.output)?;
     let format = output_format(&args.output, to, &default_format(args, &file))?;
     Ok(args.job(&motions, &file, &format))
 }
 
-/// More clips than this are told a line each.
+/// With more clips than this, each clip gets only one line.
 const MOST_TOLD: usize = 3;
 
-/// The reports of the clips as JSON. The text of a few is their reports; of more it is a table.
+/// The reports of the clips as JSON. As text, few clips print their reports, and more clips print a table.
 #[derive(Serialize)]
 #[serde(transparent)]
 struct ClipTable<'a> {
@@ -91,7 +91,7 @@ struct ClipTable<'a> {
 }
 
 impl fmt::Display for ClipTable<'_> {
-    /// A line of each clip, the worst first, and below the reasons and the command that shows it.
+    /// One line for each clip, the worst first, followed by the reasons and the command that shows the clip.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.reports.len() <= MOST_TOLD {
             return self.reports.iter().try_for_each(|report| writeln!(f, "{report}"));
@@ -133,7 +133,7 @@ impl fmt::Display for ClipTable<'_> {
                 writeln!(f, "  {}", looks::clip(self.output, &report.clip))?;
             }
         }
-        writeln!(f, "--json has all that is known of each clip")
+        writeln!(f, "--json prints the full report of each clip")
     }
 }
 
@@ -145,7 +145,7 @@ fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
     match args.paths.as_slice() {
         [motions @ .., character] if !motions.is_empty() => Ok((motions.to_vec(), character.clone())),
         _ => Err(Failure::Usage(
-            "name a motion and after it a character: mocap retarget INPUT TARGET -o OUTPUT".to_owned(),
+            "name a motion, then a character: mocap retarget INPUT TARGET -o OUTPUT".to_owned(),
         )),
     }
 }

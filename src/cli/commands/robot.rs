@@ -1,4 +1,4 @@
-//! `mocap robot`: motions on robots.
+//! `mocap robot`: retargets motions to robots.
 
 use mocap::FormatInfo;
 use mocap::job::{MotionJob, RobotFormat};
@@ -25,7 +25,7 @@ pub(crate) fn run(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failu
     }
 }
 
-/// Motions on several robots, each in a folder of its name. What fails on one robot may be done by the others.
+/// Retargets to several robots, each with a folder of its name. If a motion fails on one robot, the others continue.
 fn on_several(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let robots = args.of_each_robot();
     let jobs = robots
@@ -35,7 +35,7 @@ fn on_several(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failure> 
     for (index, one) in robots.iter().enumerate() {
         if robots[..index].iter().any(|other| other.output == one.output) {
             let (robot, folder) = (one.robot[0].display(), one.output.display());
-            let message = format!("{robot}: two robots would go into {folder}: give one file another name");
+            let message = format!("{robot}: two robots would use the folder {folder}: rename one of the files");
             return Err(Failure::Usage(message));
         }
     }
@@ -51,10 +51,12 @@ fn on_several(args: &RobotArgs, given: &ArgumentSources) -> Result<(), Failure> 
     done
 }
 
-/// The job that the arguments mean.
+/// The job of the arguments.
 pub(crate) fn job(args: &RobotArgs, given: &ArgumentSources) -> Result<MotionJob, Failure> {
     if args.robot.len() > 1 {
-        return Err(Failure::Usage("a job has one robot: name one in --robot".to_owned()));
+        return Err(Failure::Usage(
+            "a job has one robot: name one robot with --robot".to_owned(),
+        ));
     }
     let options_are_sound = args.job("npz").source.frames.conversion().check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
@@ -72,11 +74,11 @@ pub(crate) fn job(args: &RobotArgs, given: &ArgumentSources) -> Result<MotionJob
 fn job_of_many(args: &RobotArgs) -> Result<MotionJob, Failure> {
     let folder = args.output.as_path();
     if args.onto.json {
-        let message = "--json prints the report of one motion; the manifest in the folder has those of many";
+        let message = "--json prints the report of one motion; for many, see the manifest in the folder";
         return Err(Failure::Usage(message.to_owned()));
     }
     if named(&extension(folder)).is_some() && !folder.is_dir() {
-        let message = "several motions go into a folder, and this is the name of a file: name a folder";
+        let message = "several motions need an output folder, but this is a file name: name a folder";
         return Err(Failure::Usage(format!("{}: {message}", folder.display())));
     }
     Ok(args.job(args.to.as_deref().unwrap_or("npz")))
@@ -121,7 +123,7 @@ fn named(extension: &str) -> Option<&'static str> {
     format.or(written.copied())
 }
 
-/// The format of the one output.
+/// The format of a single output.
 fn format(args: &RobotArgs) -> Result<String, Failure> {
     let own = extension(&args.output);
     match (&args.to, named(&own)) {

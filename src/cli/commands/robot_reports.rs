@@ -8,7 +8,7 @@ use crate::Failure;
 use crate::args::RobotArgs;
 use crate::batch::manifest::Record;
 
-/// The table that `--report` names.
+/// The table of `--report`.
 #[cfg_attr(
     not(feature = "parquet"),
     expect(dead_code, reason = "a build without Parquet refuses it")
@@ -25,7 +25,7 @@ impl<'a> Table<'a> {
 }
 
 impl Table<'_> {
-    /// Its file, for this shard, if it may be written.
+    /// The file of the table for this shard, if it may be written.
     #[cfg(feature = "parquet")]
     pub(super) fn check(&self, policy: &ReplacePolicy) -> Result<PathBuf, Failure> {
         let Self { path, args } = *self;
@@ -34,7 +34,7 @@ impl Table<'_> {
         }
         let path = args.onto.spread.of_shard(path);
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        // The folder of the outputs is made.
+        // The output folder is created later.
         if let Some(folder) = folder.filter(|folder| !folder.is_dir() && !args.output.starts_with(folder)) {
             let message = format!("{}: there is no folder {}", path.display(), folder.display());
             return Err(Failure::Usage(message));
@@ -42,7 +42,7 @@ impl Table<'_> {
         policy.check_inputs(&path)?;
         let is_ours = || std::fs::File::open(&path).is_ok_and(|file| mocap::arrays::table::is_own_parquet(&file));
         if path.is_file() && !args.onto.force.force && !is_ours() {
-            let message = "this program did not write this file: name another one, or replace it with --force";
+            let message = "this program did not write this file: use another name, or replace it with --force";
             return Err(Failure::Usage(format!("{}: {message}", path.display())));
         }
         Ok(path)
@@ -53,7 +53,7 @@ impl Table<'_> {
     pub(super) fn write<'a>(&self, path: &Path, records: impl Iterator<Item = &'a Record>) -> Result<(), Failure> {
         use mocap::arrays::table;
 
-        let unknown = "the manifest has no report of it";
+        let unknown = "the manifest has no report of this motion";
         let reports: Vec<_> = records.map(|record| (record, record.robot_report())).collect();
         let clips = reports.iter().map(|(record, report)| table::RobotClip {
             clip: &record.input,

@@ -1,4 +1,4 @@
-//! `mocap run`: does the job of a JSON file.
+//! `mocap run`: runs the job of a JSON file.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -29,14 +29,14 @@ pub(crate) fn run(args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure
             super::graph::of_job(job, args)
         }
         Job::Motion(job) if job.write.is_folder() => {
-            given.refuse(&["json"], "the manifest in the folder has what was done")?;
+            given.refuse(&["json"], "see the manifest in the folder")?;
             many::run(&job, given, &args.inputs, &args.spread, args.resume)
         }
         job => one(&job, file, args, given),
     }
 }
 
-/// Lets the arguments state what they name instead of the job.
+/// Applies the arguments that override the job.
 fn state_output(job: &mut Job, args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure> {
     let is_folder = matches!(job, Job::Motion(job) if job.write.is_folder());
     if !is_folder && !streams::is_standard(job.output()) {
@@ -50,7 +50,7 @@ fn state_output(job: &mut Job, args: &RunArgs, given: &ArgumentSources) -> Resul
     Ok(())
 }
 
-/// Does a job with one output.
+/// Runs a job with one output.
 fn one(job: &Job, file: &Path, args: &RunArgs, given: &ArgumentSources) -> Result<(), Failure> {
     given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
     let output = job.output();
@@ -76,7 +76,7 @@ fn one(job: &Job, file: &Path, args: &RunArgs, given: &ArgumentSources) -> Resul
     }
 }
 
-/// Does a job with one output, and says nothing.
+/// Runs a job with one output, without printing.
 fn done(job: &Job, given: &ArgumentSources) -> Result<JobReport, Failure> {
     let output = job.output();
     let motions = streams::given(job.read(), job.motions())?;
@@ -98,7 +98,7 @@ fn done(job: &Job, given: &ArgumentSources) -> Result<JobReport, Failure> {
 /// Runs the job of a command with `--json`, and prints the report.
 pub(super) fn printed(job: MotionJob, given: &ArgumentSources) -> Result<(), Failure> {
     if job.write.is_folder() {
-        given.refuse(&["json"], "the manifest in the folder has what was done")?;
+        given.refuse(&["json"], "see the manifest in the folder")?;
     }
     super::check_json(true, &job.write.output)?;
     let found = done(&Job::Motion(job), given)?;
@@ -112,7 +112,7 @@ pub(super) fn printed(job: MotionJob, given: &ArgumentSources) -> Result<(), Fai
     }
 }
 
-/// Does a job with many motions.
+/// Runs a job with many motions.
 pub(crate) fn many(job: &MotionJob, args: &RunArgs) -> Result<(), Failure> {
     many::run(
         job,

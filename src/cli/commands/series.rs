@@ -1,4 +1,4 @@
-//! `mocap forces` and `mocap analog`: what a C3D file has beside markers, as columns over time.
+//! `mocap forces` and `mocap analog`: the other data of a C3D file besides markers, as time series.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use super::{Place, check_json, print_report};
 use crate::args::SeriesArgs;
 use crate::{Failure, report, streams};
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct SeriesReport<'a> {

@@ -13,7 +13,7 @@ use crate::args::{ArgumentSources, SheetArgs};
 
 pub(crate) fn run(args: &SheetArgs, given: &ArgumentSources) -> Result<(), Failure> {
     if !args.t_pose {
-        given.refuse(&["map"], "only the T-pose comes from the bones; add --t-pose")?;
+        given.refuse(&["map"], "only the T-pose needs the bones; add --t-pose")?;
     }
     check_picture(&args.files, &args.picture)?;
     write(&drawing(args)?, args)

@@ -1,4 +1,4 @@
-//! `mocap skeleton`: unit, axes and rest pose of a file, and which joint is which bone of a humanoid.
+//! `mocap skeleton`: the unit, the axes and the rest pose of a file, and the joint of each humanoid bone.
 
 mod animal;
 
@@ -40,10 +40,10 @@ pub(crate) struct SkeletonReport {
     asymmetry: Option<Guess<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     t_pose: Option<TPoseReport>,
-    /// Of the guess; a map changes nothing in it.
+    /// The explanation of the guess. A map does not change it.
     #[serde(skip_serializing_if = "Option::is_none")]
     explanation: Option<Explanation>,
-    /// Whether the text has it too.
+    /// Whether the text shows the explanation too.
     #[serde(skip)]
     is_explained: bool,
 }
@@ -57,20 +57,20 @@ struct TPoseReport {
     bones: BTreeMap<HumanoidBone, RotationReport>,
 }
 
-/// What brings a bone into T-pose, after the bones above it.
+/// The rotation that brings a bone into T-pose, after its ancestors.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct RotationReport {
-    /// In the world: x, y, z, w.
+    /// In world axes: x, y, z, w.
     rotation: [f32; 4],
     degrees: f32,
-    /// How far to trust the rotation of the bone about itself.
+    /// The confidence in the roll of the bone.
     confidence: Confidence,
     reason: &'static str,
 }
 
 impl TPoseReport {
-    /// `sides` are those of the names, by which the report calls the bones.
+    /// `sides` are the sides according to the names. The report names bones by them.
     fn new(pose: &TPose, sides: Sides) -> Self {
         let as_named = |bone: HumanoidBone| {
             if sides == Sides::Opposite {
@@ -116,7 +116,7 @@ struct HumanoidReport {
     creature: Option<Creature>,
     bones: BTreeMap<HumanoidBone, BoneReport>,
     missing: Vec<HumanoidBone>,
-    /// The joints that follow others than their parents, each with the joint that it follows.
+    /// Joints that follow another joint than their parent, each with that joint.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     follow: BTreeMap<String, String>,
 }
@@ -203,13 +203,13 @@ impl SkeletonReport {
     }
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 pub(crate) fn summary(args: &SkeletonArgs) -> Result<serde_json::Value, Failure> {
     find(args).map(|found| super::value(&found))
 }
 
 fn find(args: &SkeletonArgs) -> Result<SkeletonReport, Failure> {
-    // With the skin, which shows which joints follow others, as `retarget` reads a character.
+    // Read the skin, as `retarget` does for a character: it shows the joints that follow other joints.
     let mut scene = import_drawn(&args.read, SourceUp::default(), &args.file)?;
     report::warnings(Some(&args.file), &args.source.contradictions(&scene));
     args.source.state(&mut scene);
@@ -238,7 +238,7 @@ impl SkeletonReport {
         let Some(explanation) = &self.explanation else {
             return writeln!(
                 f,
-                "\nnothing was guessed: the file states its bones, or no two chains can be legs"
+                "\nnothing was guessed: the file states its bones, or has no two chains that can be legs"
             );
         };
         let shown = |text: &str| text.escape_debug().to_string();
@@ -282,13 +282,9 @@ impl SkeletonReport {
         match &explanation.second {
             Some((limbs, score)) => {
                 let less = explanation.log_likelihood - score;
-                writeln!(
-                    f,
-                    "\nthe body with other limbs that came second, {less:.2} less: {}",
-                    shown(limbs)
-                )?;
+                writeln!(f, "\nsecond choice of limbs, {less:.2} less: {}", shown(limbs))?;
             }
-            None => writeln!(f, "\nno other limbs can belong to a body")?,
+            None => writeln!(f, "\nno second choice of limbs")?,
         }
         if !self.humanoid.found {
             writeln!(f, "\nrefused: {}", self.humanoid.reason)?;
@@ -296,7 +292,7 @@ impl SkeletonReport {
         let Some(pose) = &self.t_pose else { return Ok(()) };
         writeln!(
             f,
-            "\nto the T-pose, in degrees, and the evidence for the roll of the bone:"
+            "\nrotation to the T-pose in degrees, and the evidence for the roll of each bone:"
         )?;
         for (bone, turn) in &pose.bones {
             let confidence = turn.confidence.as_str();
@@ -353,7 +349,7 @@ impl SkeletonReport {
                 TPoseSource::Computed => "computed",
             };
             let reason = format!(
-                "no bone turns by more than {:.0} degrees from the rest pose",
+                "no bone rotates by more than {:.0} degrees from the rest pose",
                 pose.largest_rotation
             );
             line("T-pose", source, &Confidence::Likely, &reason)?;
@@ -372,7 +368,7 @@ impl SkeletonReport {
         }
         for (joint, other) in &self.humanoid.follow {
             let joint = joint.escape_debug();
-            writeln!(f, "{joint:<24} follows {other:?}, not the joint from which it hangs")?;
+            writeln!(f, "{joint:<24} follows {other:?}, not its parent")?;
         }
         let humanoid = &self.humanoid;
         if !humanoid.found {

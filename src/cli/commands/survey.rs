@@ -20,10 +20,10 @@ use crate::batch::progress::Counts;
 use crate::batch::spread::SpreadArgs;
 use crate::{Failure, report, streams};
 
-/// Files that are to be written, with their bytes.
+/// Files to write, with their bytes.
 type Outputs = Vec<(PathBuf, Vec<u8>)>;
 
-/// Rows of the list of the worst.
+/// The number of worst clips in the list.
 const WORST: usize = 10;
 
 pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
@@ -50,7 +50,7 @@ pub(super) fn of_job(job: &SurveyJob, args: &RunArgs) -> Result<(), Failure> {
     })
 }
 
-/// A survey that is asked for.
+/// A requested survey.
 struct SurveyTask<'a> {
     job: &'a SurveyJob,
     resume: bool,
@@ -138,7 +138,7 @@ fn survey(work: &SurveyTask<'_>) -> Result<(), Failure> {
     }
 }
 
-/// The clips that a job asks for, and its outputs, which are not written yet.
+/// The clips of a job, and its outputs, which are not yet written.
 pub(crate) fn made(job: &SurveyJob, inputs: &InputArgs, spread: &SpreadArgs) -> Result<(Corpus, Outputs), Failure> {
     let work = SurveyTask {
         job,
@@ -170,11 +170,11 @@ fn format_of(output: &Path, to: Option<&str>) -> Result<String, Failure> {
     }
 }
 
-/// The clips of an earlier run by their files.
+/// The clips of an earlier run, by file.
 fn former(output: &Path) -> Result<HashMap<String, Vec<ClipRecord>>, Failure> {
     if super::extension(output) != "jsonl" {
         return Err(Failure::Usage(format!(
-            "{}: --resume needs a .jsonl output; survey that file for .parquet and .csv",
+            "{}: --resume needs a .jsonl output; for .parquet and .csv, survey that .jsonl file",
             output.display()
         )));
     }
@@ -195,7 +195,7 @@ fn unchanged(former: &HashMap<String, Vec<ClipRecord>>, input: &Input) -> Option
     (ClipRecord::are_all(clips) && clips.iter().all(is_same)).then(|| clips.clone())
 }
 
-/// The rows as JSON; as text the list of the selected files, or a table of verdicts and reasons, and the worst clips.
+/// The rows as JSON. As text: the list of selected files; or a table of verdicts and reasons, and the worst clips.
 #[derive(Serialize)]
 #[serde(transparent)]
 struct SurveyReport<'a> {
@@ -250,7 +250,7 @@ impl fmt::Display for SurveyReport<'_> {
     }
 }
 
-/// How many clips have each kind, the most frequent first.
+/// The number of clips with each kind, the most frequent first.
 fn write_kinds<'a>(f: &mut fmt::Formatter<'_>, title: &str, of_rows: impl Iterator<Item = &'a str>) -> fmt::Result {
     let mut kinds = std::collections::BTreeMap::<&str, usize>::new();
     for kind in of_rows.flat_map(str::split_whitespace) {

@@ -12,7 +12,7 @@ use super::{Place, print_report};
 use crate::args::VerifyArgs;
 use crate::{Failure, report, streams};
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct VerifyReport<'a> {
@@ -57,7 +57,7 @@ pub(crate) fn result(args: &VerifyArgs) -> Result<(serde_json::Value, bool), Fai
 }
 
 fn verification(args: &VerifyArgs) -> mocap::Result<Verification> {
-    // Steps are recorded with their weights; how markers were solved is not.
+    // The file records steps with their weights, but not the weights for solving markers.
     let importer = args.read.importer().marker_weights(args.weights.weights().markers);
     let verifier = Verifier::new()
         .importer(importer)
@@ -73,7 +73,7 @@ pub(crate) fn output(job: &MotionJob, scene: Option<Scene>) -> Result<(), Failur
     require(&verification, job.write.smaller.tolerance())
 }
 
-/// Refuses to compare an input that is no file.
+/// Refuses to compare inputs or outputs that are not files.
 pub(crate) fn refuse_streams(job: &MotionJob) -> Result<(), Failure> {
     let reads = job.source.inputs.iter().any(|input| streams::is_standard(input));
     let message = match (job.verify, streams::is_stream(&job.write.output)) {
@@ -93,10 +93,10 @@ pub(crate) fn require(verification: &Verification, max_allowed: f64) -> Result<(
     Err(Failure::Told)
 }
 
-/// The first thing that is wrong.
+/// The first difference.
 pub(crate) fn difference(verification: &Verification, max_allowed: f64) -> String {
     if let Some(finding) = verification.findings.first() {
-        return format!("the file is not what its source is: {finding}");
+        return format!("the file differs from its source: {finding}");
     }
     let largest = f64::max(verification.max_error, verification.rotation_error.unwrap_or(0.0));
     let (error, allowed) = (millimetres(largest), millimetres(max_allowed));

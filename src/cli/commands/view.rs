@@ -39,7 +39,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     };
     let viewed = match args.files.as_slice() {
         [folder] if folder.is_dir() && streams::is_standard(&output) => {
-            let message = "a folder has a page for each clip: name an output file, not -";
+            let message = "a folder gives one page per clip, so the output cannot be -: name an output file";
             Err(Failure::Usage(message.to_owned()))
         }
         [folder] if folder.is_dir() && args.character.is_some() => {
@@ -66,11 +66,11 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
 
 fn open_page(page: &Path) {
     if open::that(page).is_err() {
-        report::say(&format!("no browser was found; open {} in one", page.display()));
+        report::say(&format!("no browser was found; open {} in a browser", page.display()));
     }
 }
 
-/// Opens a page with a motion before and after it was changed, each read with options of its own.
+/// Opens a page with a motion before and after a change, each read with its own options.
 pub(super) fn before_and_after(before: &ViewArgs, after: &ViewArgs) -> Result<(), Failure> {
     let mut clips = Vec::new();
     for (args, name) in [(before, "before"), (after, "after")] {
@@ -103,7 +103,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         match &body {
             Some(body) => {
                 let moved = on_body(&mut read, body, file)?;
-                // A robot is shown beside the source, a character instead of it.
+                // A robot is shown next to the source, a character instead of the source.
                 if let Target::Robot(_) = body.retargeting.target() {
                     clips.push(read);
                 }
@@ -137,7 +137,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
     }
     report::say(&format!("{}: {}", output.display(), size(&page)));
     if page.html.len() > LARGE_PAGE {
-        report::say("the page is large: --trim shows a part of the motion, --fps 30 fewer frames");
+        report::say("the page is large: to make it smaller, show a part with --trim, or fewer frames with --fps 30");
     }
     Ok(())
 }
@@ -158,7 +158,7 @@ fn size(page: &Page) -> String {
     format!("{whole}: {}", parts.join(", "))
 }
 
-/// Writes the list to `output`, and the players into a folder beside it.
+/// Writes the list to `output`, and the players to a folder next to it.
 fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Failure> {
     let inputs = inputs::find(&[folder.to_owned()], &args.inputs)?;
     let players = format!("{}_files", short_name(output));
@@ -177,7 +177,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
         };
         Ok(ListingEntry::new(&clip, &link(input)))
     };
-    // In the order of the inputs, independent of which is ready first.
+    // In the order of the inputs, not in the order of completion.
     let mut entries = BTreeMap::new();
     let mut failed = 0;
     let panicked = |_: &Input| Err(mocap::Error::from(Diagnostic::new(Code::Io, batch::PANICKED)));
@@ -217,17 +217,17 @@ fn create_folder_of(file: &Path) -> Result<(), Failure> {
     make_folder(folder)
 }
 
-/// The keys of a page's GLB have at most this many bytes; a page of a longer take has none.
+/// The most bytes of keys in a page's GLB. A page of a longer take has no GLB.
 const LARGEST_GLB: usize = 16 << 20;
 
-/// The BVH file of a page has at most this many bytes; a page of a longer one has none.
+/// The most bytes of a page's BVH file. A page of a larger file has no BVH file.
 const LARGEST_SOURCE: u64 = 8 << 20;
 
-/// The meshes and the textures of a page's GLB have at most this many bytes; a page of larger ones has none. Few bytes
-/// of a file can have a mesh many times.
+/// The most bytes of meshes and textures in a page's GLB. A page with more has no GLB. A small file can repeat a mesh
+/// many times.
 const LARGEST_MESHES: usize = 64 << 20;
 
-/// The bytes of a page from which on it is worth saying how to make a smaller one.
+/// The bytes of a page from which a note explains how to make it smaller.
 const LARGE_PAGE: usize = 60 << 20;
 
 /// A file prepared for a page. Its GLB is in metres with +Y up, as `mocap convert` writes it.
@@ -236,7 +236,7 @@ struct PageFile {
     scene: Scene,
     figure: Figure,
     glb: Option<Vec<u8>>,
-    /// The BVH file as it was.
+    /// The original BVH file.
     source: Option<Vec<u8>>,
     contacts: Option<DetectedContacts>,
     limb_angles: Option<Vec<LimbAngles>>,
@@ -257,7 +257,7 @@ impl PageFile {
         Ok(read)
     }
 
-    /// Sets what depends on the motion.
+    /// Sets the fields that depend on the motion.
     fn derive(&mut self) -> mocap::Result<()> {
         let is_short = key_bytes(&self.scene) <= LARGEST_GLB && mesh_bytes(&self.scene) <= LARGEST_MESHES;
         let glb = is_short.then(|| glb(&self.scene, &self.figure)).transpose()?;
@@ -269,10 +269,10 @@ impl PageFile {
         Ok(())
     }
 
-    /// Leaves out a rest pose before the motion. It has shown where the T-pose is.
+    /// Drops a rest pose before the motion. It was only needed to find the T-pose.
     fn leave_out_rest_pose(&mut self) -> mocap::Result<()> {
         if Conversion::leave_out_rest_pose(&mut self.scene, &self.figure)? {
-            report::say(&format!("{}: the first frame, a rest pose, is left out", self.name));
+            report::say(&format!("{}: the first frame, a rest pose, is dropped", self.name));
             self.derive()?;
         }
         Ok(())
@@ -308,20 +308,20 @@ fn read(args: &ViewArgs, file: &Path) -> Result<PageFile, mocap::Error> {
     Ok(PageFile { source, ..read })
 }
 
-/// The bytes of a BVH file that is small enough for a page. Without them the page has one button less.
+/// The bytes of a BVH file that is small enough for a page. Without them, the page has no button for the file.
 fn source_of(scene: &Scene, file: &Path) -> Option<Vec<u8>> {
     let length = std::fs::metadata(file).ok()?.len();
     let is_small = scene.metadata.format == Some(Format::Bvh) && length <= LARGEST_SOURCE;
     is_small.then(|| std::fs::read(file).ok()).flatten()
 }
 
-/// What motions are shown on.
+/// The body on which motions are shown.
 struct Body {
     name: String,
     retargeting: Retargeter,
 }
 
-/// The character or the robot that the arguments name.
+/// Reads the character or the robot of the arguments.
 fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
     let options = RetargetOptions::new().source_bones(args.map.bones_here());
     let (name, file, target) = match (&args.character, &args.robot) {
@@ -332,7 +332,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
                 .gltf_meshes(true)
                 .morph_targets(true);
             let mut scene = importer.import(file)?;
-            // It needs no motion of its own.
+            // The character needs no motion.
             scene.warnings.retain(|warning| warning.code != Code::NoMotion);
             report::warnings(Some(file), &scene.warnings);
             (short_name(file), file, Target::from(scene))
@@ -350,7 +350,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
     Ok(Some(Body { name, retargeting }))
 }
 
-/// A motion on a character or a robot, as `mocap retarget` and `mocap robot` put it there.
+/// Retargets a motion to a character or a robot, as `mocap retarget` and `mocap robot` do.
 fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, Failure> {
     if source.scene.animations.is_empty() {
         let error = mocap::Error::from(Diagnostic::new(Code::NoMotion, "there is no motion in it"));
@@ -358,7 +358,7 @@ fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, 
     }
     let mut retargeting = body.retargeting.clone();
     let mut scene = source.scene.clone();
-    // The others are not shown.
+    // Other motions are not shown.
     scene.animations.truncate(1);
     if let Target::Robot(_) = retargeting.target() {
         source.leave_out_rest_pose()?;
@@ -368,7 +368,7 @@ fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, 
         .map_err(|error| error.with_path(file))?;
     let moved = retargeting.add(prepared.named(&source.name));
     if moved.map_err(|error| error.with_path(file))?.is_rest_pose_left_out {
-        report::say(&format!("{}: the first frame, a rest pose, is left out", source.name));
+        report::say(&format!("{}: the first frame, a rest pose, is dropped", source.name));
     }
     let name = format!("{} on {}", source.name, body.name);
     let found = &retargeting.clips()[0].report;
@@ -386,7 +386,7 @@ fn on_body(source: &mut PageFile, body: &Body, file: &Path) -> Result<PageFile, 
     };
     let limb_angles = retargeting.limb_angles(0);
     let mut read = PageFile::new(name, scene, figure)?;
-    // The file of the download has the links alone, as `mocap robot` writes them; the picture has their bodies.
+    // The downloaded file only has the links, as `mocap robot` writes them. The picture also has their meshes.
     if let Target::Robot(robot) = retargeting.target() {
         add_links(robot, &mut read.scene);
     }
@@ -416,10 +416,10 @@ fn tell_limbs(target: &PageFile, source: &PageFile, limbs: &[LimbAngles]) {
     ));
 }
 
-/// The limbs of the second clip against those of the first, where both are humanoids with the same frames. A rest pose
-/// before the first, which `mocap retarget` leaves out, is left out.
+/// Compares the limbs of two clips, if both are humanoids with the same frames. A rest pose before the first clip is
+/// dropped, as `mocap retarget` does.
 fn compare(source: &mut PageFile, target: &PageFile) -> mocap::Result<Option<Vec<LimbAngles>>> {
-    /// As a fraction: frame rates of one take are written with few digits.
+    /// The largest relative difference of equal frame rates: files store frame rates with few digits.
     const SAME_RATE: f64 = 1e-3;
     let Ok(retargeter) = retargeter(source, target) else {
         return Ok(None);
@@ -441,9 +441,9 @@ fn compare(source: &mut PageFile, target: &PageFile) -> mocap::Result<Option<Vec
 fn glb(scene: &Scene, figure: &Figure) -> Result<Vec<u8>, mocap::Error> {
     let mut in_metres = scene.clone();
     Conversion::new().apply_to(&mut in_metres, figure)?;
-    // The page lists what was assumed.
+    // The page lists the assumptions.
     in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
-    // A file with meshes has each of them once, however often it shows it.
+    // A GLB stores each mesh once, however often it is shown.
     if in_metres.original.is_some()
         && let Ok(written) = Exporter::new().write_as(&in_metres, "clip.glb")
     {
@@ -452,7 +452,7 @@ fn glb(scene: &Scene, figure: &Figure) -> Result<Vec<u8>, mocap::Error> {
     gltf::GltfOptions::default().write_glb(&in_metres)
 }
 
-/// About the bytes of the meshes and the textures in a GLB.
+/// The approximate bytes of meshes and textures in a GLB.
 fn mesh_bytes(scene: &Scene) -> usize {
     // Position, normal, texture coordinates, and four bones with their weights.
     const VERTEX: usize = 12 + 12 + 8 + 8 + 16;
@@ -463,7 +463,7 @@ fn mesh_bytes(scene: &Scene) -> usize {
         .sum()
 }
 
-/// About the bytes of the animation in a GLB.
+/// The approximate bytes of the animation in a GLB.
 fn key_bytes(scene: &Scene) -> usize {
     let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
     let bytes = channels.map(|channel| {

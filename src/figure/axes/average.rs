@@ -10,7 +10,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Scene};
 use super::FEWEST;
 use super::hinge::nearest_axis;
 
-/// How a joint usually is in its parent.
+/// The average transform of a joint relative to its parent.
 pub(super) struct AverageRotation {
     pub(super) node: NodeId,
     rest: Trs,
@@ -30,7 +30,7 @@ impl AverageRotation {
         self.rotation.add(rotation_of(&pose.node_to_parent[self.node.index()]));
     }
 
-    /// Its transform to its parent.
+    /// The transform relative to its parent.
     pub(super) fn value(&self) -> Option<Mat4> {
         let Trs { scale, translation, .. } = self.rest;
         Some(Mat4::from_scale_rotation_translation(
@@ -41,8 +41,8 @@ impl AverageRotation {
     }
 }
 
-/// Where a knuckle usually is in its hand: there may be joints in between, and a rest pose that does not stand says
-/// nothing of them.
+/// The average position of a knuckle in its hand. There may be joints in between, and a rest pose that does not stand
+/// does not show their positions.
 pub(super) struct Knuckle {
     pub(super) node: NodeId,
     pub(super) hand: NodeId,
@@ -75,23 +75,23 @@ impl Knuckle {
     }
 }
 
-/// The largest angle between a trunk and the up axis of a body that stands, in radians.
+/// The largest angle in radians between the trunk of a standing body and the up axis.
 const UPRIGHT: f32 = 0.26;
 
-/// The least fraction of frames in which a body stands, if it stands as a rule. A body that leans all the time still
-/// stands in a few frames.
+/// The smallest fraction of frames in which a usually standing body stands. A body that always leans still stands in a
+/// few frames.
 const STANDS_OFTEN: f32 = 0.33;
 
-/// A joint of the trunk, or of a limb at its beginning, against the trunk.
+/// The rotation of a joint of the trunk, or of a limb's first joint, relative to the trunk.
 pub(super) struct TrunkAngle {
     pub(super) node: NodeId,
-    /// The fraction of the distance from hips to shoulders at which the trunk is taken.
+    /// The fraction of the distance from hips to shoulders at which the trunk is sampled.
     pub(super) fraction: f32,
-    /// Over the frames in which the body stands: up is up in the world, because the trunk of a standing body may lean.
-    /// On 17 skeletons with a standing rest pose, the mean error of the pelvis is 3 degrees by the world's up axis. By
-    /// the line from hips to neck it is 5 degrees, and by the first spine joint 13.
+    /// The mean over the frames in which the body stands. Up is the world's up axis, because the trunk of a standing
+    /// body may lean. On 17 skeletons with a standing rest pose, the mean error of the pelvis is 3 degrees by the
+    /// world's up axis. By the line from hips to neck it is 5 degrees, and by the first spine joint 13.
     standing: Mean,
-    /// Over all frames, with up along the trunk.
+    /// The mean over all frames, with up along the trunk.
     all: Mean,
 }
 
@@ -116,7 +116,7 @@ impl TrunkAngle {
         }
     }
 
-    /// From the joint to left, up and forward.
+    /// The rotation from the joint to left, up and forward.
     pub(super) fn value(&self) -> Option<Quat> {
         let often = self.standing.count as f32 >= STANDS_OFTEN * self.all.count as f32;
         let standing = self.standing.value().filter(|_| often);
@@ -124,7 +124,7 @@ impl TrunkAngle {
     }
 }
 
-/// The rotation nearest to one that exchanges axes of coordinates alone, if it is that near, in radians.
+/// The nearest rotation that only exchanges coordinate axes, if it is within `limit` radians.
 pub(super) fn nearest_exchange(rotation: Quat, limit: f32) -> Option<Quat> {
     let x = nearest_axis(rotation * Vec3::X, 0.0)?;
     let y = nearest_axis((rotation * Vec3::Y).reject_from_normalized(x), 0.0)?;
@@ -185,7 +185,7 @@ impl Default for Mean {
 impl Mean {
     pub(super) fn add(&mut self, rotation: Quat) {
         if rotation.is_finite() {
-            // A rotation and its negative are one.
+            // A quaternion and its negative are the same rotation.
             let sign = if self.sum.dot(rotation) < 0.0 { -1.0 } else { 1.0 };
             self.sum += rotation * sign;
             self.count += 1;

@@ -1,4 +1,4 @@
-//! The axis about which an elbow or a knee bends, in the frames of the joints on both sides of it.
+//! The bending axis of an elbow or a knee, in the coordinate frames of the joints on both sides.
 
 use std::collections::BTreeMap;
 
@@ -13,22 +13,22 @@ use crate::hierarchy::Hierarchy;
 /// The sine of the smallest bend that shows the axis of a hinge: 12 degrees.
 const BENT: f32 = 0.2;
 
-/// How far the axis of a hinge may be from its mean, in radians, that is fixed in the frame of the lower joint. That
-/// of an elbow whose joint turns the forearm too is not.
+/// The largest deviation in radians of a hinge axis from its mean if the axis is fixed in the coordinate frame of the
+/// lower joint. The axis is not fixed if the elbow's joint also twists the forearm.
 const FIXED: f32 = 0.21;
 
-/// Above 52 degrees the axes have no order, as for knees whose joints are rolled at random.
+/// Above 52 degrees the axes are random, as for knees whose joints have a random roll.
 const WIDEST: f32 = 0.9;
 
-/// The angle at which an axis counts half in the mean, in radians.
+/// The angle in radians at which an axis has half the weight in the mean.
 const HALF_WEIGHT: f32 = 0.15;
 
-/// The cosine of the largest angle between a bone and an axis of its joint whose frame is laid along the bone: 18
-/// degrees.
+/// The cosine of the largest angle between a bone and the axis of a joint whose coordinate frame lies along the bone:
+/// 18 degrees.
 const ALONG: f32 = 0.95;
 
 /// A hinge within 8 degrees of a coordinate axis of its joint is that axis; this is the cosine. In fixtures whose
-/// frames are laid along the bones, knees are off by up to 8 degrees, and elbows by 6.
+/// coordinate frames lie along the bones, knees deviate by up to 8 degrees, and elbows by up to 6.
 const ON_AXIS: f32 = 0.99;
 
 /// In the lower joint, which also twists its shin or forearm, the limit is 2 degrees.
@@ -37,23 +37,23 @@ const LOWER_ON_AXIS: f32 = 0.9994;
 /// The largest angle between a bone and the mirrored bone of the other side, in the frames of their joints, in radians.
 const MIRRORED: f32 = 0.1;
 
-/// The largest angle between the axes of both sides, mirrored, with which they agree, in radians.
+/// The largest angle in radians between the axis of one side and the mirrored axis of the other at which they agree.
 const AGREES: f32 = 0.6;
 
-/// So many frames in a row are one bend, and say as much as one frame.
+/// This number of consecutive frames is one bend, and counts as one frame.
 const ALIKE: f32 = 20.0;
 
 /// The axis of a hinge in the frame of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hinge {
     pub(super) axis: Vec3,
-    /// How far the axis is from its mean, in the mean, in radians.
+    /// The mean deviation of the axis from its mean, in radians.
     spread: f32,
-    /// How far the mean may be off, in radians: other frames have another mean.
+    /// The uncertainty of the mean, in radians: other frames have another mean.
     pub(super) error: f32,
 }
 
-/// The axis of coordinates nearest to a direction, where it is that near: the cosine.
+/// The coordinate axis nearest to a direction, if the cosine of the angle is at least `cosine`.
 pub(super) fn nearest_axis(direction: Vec3, cosine: f32) -> Option<Vec3> {
     let direction = direction.try_normalize()?;
     let axes = Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
@@ -61,16 +61,16 @@ pub(super) fn nearest_axis(direction: Vec3, cosine: f32) -> Option<Vec3> {
     (nearest.dot(direction) >= cosine).then_some(nearest)
 }
 
-/// Whether the frame of a joint is laid along its bone: programs then lay its other axes along those of the body.
+/// Whether the coordinate frame of a joint lies along its bone. Programs then align its other axes with the body.
 pub(super) fn is_laid_along(bone: Vec3) -> bool {
     nearest_axis(bone, ALONG).is_some()
 }
 
-/// The fraction of bones along which the frames of their joints are laid in a skeleton that is written so. Frames that
-/// are turned at random are laid along one bone in seven.
+/// The fraction of bones with a coordinate frame along the bone, from which a skeleton counts as written this way.
+/// Random coordinate frames lie along one bone in seven.
 const LAID: f32 = 0.6;
 
-/// Whether a program laid the frames of joints along their bones: one joint alone may be so by chance.
+/// Whether a program aligned the coordinate frames of joints with their bones. A single joint may be aligned by chance.
 pub(super) fn are_laid_along(scene: &Scene, hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>) -> bool {
     let mut joints = bones.values().map(|joint| joint.index()).collect::<Vec<_>>();
     joints.sort_unstable();
@@ -92,11 +92,11 @@ pub(super) struct Limb {
     joints: [NodeId; 3],
     /// The last joint of the upper bone, and the lower joint.
     pub(super) turned: [NodeId; 2],
-    /// Where the bones point in the frames of these joints; `None` with joints in between.
+    /// The directions of the bones in the coordinate frames of these joints; `None` with joints in between.
     along: [Option<Vec3>; 2],
-    /// Whether the frames of its joints are laid along its bones.
+    /// Whether the coordinate frames of its joints lie along its bones.
     is_laid: bool,
-    /// The axis in the frames of these joints, weighted by how far the hinge is bent.
+    /// The axis in the coordinate frames of these joints, weighted by the bend of the hinge.
     seen: [Vec<(Vec3, f32)>; 2],
 }
 
@@ -121,8 +121,8 @@ impl Limb {
         })
     }
 
-    /// The limbs of a body, whose skeleton's frames may be laid along its bones. Where not all are, those of both legs
-    /// or of both arms may be.
+    /// The limbs of a body. The coordinate frames may lie along the bones in the whole skeleton, or only in both legs
+    /// or both arms.
     pub(super) fn all(
         scene: &Scene,
         hierarchy: &Hierarchy,
@@ -159,7 +159,8 @@ impl Limb {
         }
     }
 
-    /// The hinge in the frame of the upper bone, and in the frame of the lower bone if it is fixed there.
+    /// The hinge in the coordinate frame of the upper bone, and in the coordinate frame of the lower bone if it is
+    /// fixed there.
     pub(super) fn hinges(&self) -> [Option<Hinge>; 2] {
         let at = |segment: usize| {
             let hinge = hinge(&self.seen[segment])?;
@@ -178,17 +179,17 @@ impl Limb {
         ]
     }
 
-    /// The axis of the upper (0) or lower (1) joint that is nearest to `axis`, of those across the bone, if the joint's
-    /// frame is laid along it. So the frames that are seen do not matter.
+    /// The axis of the upper (0) or lower (1) joint that is across the bone and nearest to `axis`, if the joint's
+    /// coordinate frame lies along the bone. This axis does not depend on the examined frames.
     pub(super) fn axis_of_joint(&self, segment: usize, axis: Vec3, cosine: f32) -> Option<Vec3> {
         let along = nearest_axis(self.along[segment].filter(|_| self.is_laid)?, ALONG)?;
         nearest_axis(axis.reject_from_normalized(along), 0.0).filter(|nearest| nearest.dot(axis) >= cosine)
     }
 
-    /// What `axis` in a joint of the `other` side is in the joint of this one, if left and right are mirrored. There
-    /// are two answers where the bones lie along an axis, half a turn apart.
+    /// The mirror image of `axis`, an axis of a joint of the `other` side, in the joint of this side. If the bones lie
+    /// along an axis, there are two solutions, half a turn apart.
     pub(super) fn mirrored(&self, other: &Self, segment: usize, axis: Vec3) -> Vec<Vec3> {
-        // Joint frames of both sides are mirrored in the body, and may have some axes exchanged for their opposites.
+        // Coordinate frames of both sides are mirrored in the body, and some axes may be negated.
         const MIRRORS: [Vec3; 4] = [
             Vec3::new(-1.0, 1.0, 1.0),
             Vec3::new(1.0, -1.0, 1.0),
@@ -202,16 +203,16 @@ impl Limb {
         MIRRORS.into_iter().filter(fits).map(|mirror| -mirror * axis).collect()
     }
 
-    /// Whether left and right are mirrored, and their hinges are not.
+    /// Whether left and right are mirrored, but their hinges are not.
     pub(super) fn contradicts(&self, other: &Self, segment: usize, axis: Vec3, of_other: Vec3) -> bool {
         let mirrored = self.mirrored(other, segment, of_other);
         !mirrored.is_empty() && mirrored.iter().all(|here| here.angle_between(axis) > AGREES)
     }
 }
 
-/// The mean of weighted axes, in which those far from it count little; `None` where they show none.
+/// A robust mean of weighted axes, in which outliers have little weight; `None` if there is no clear mean.
 fn hinge(seen: &[(Vec3, f32)]) -> Option<Hinge> {
-    /// Rounds of the mean that weighs axes by their distance from it: each moves it less.
+    /// Iterations of the robust mean. Each iteration moves the mean less.
     const ROUNDS: usize = 8;
     if seen.len() < FEWEST {
         return None;

@@ -1,4 +1,4 @@
-//! What a [`Conversion`] does, in its order.
+//! The steps of a [`Conversion`], in their order.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::limits::FrameBudget;
@@ -9,22 +9,22 @@ use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, mo
 use crate::{Figure, TPose};
 
 impl Conversion {
-    /// Converts `scene`, and returns the decisions that the file does not state, each with its reason.
+    /// Converts `scene`. Returns the assumptions that the file does not state, each with its reason.
     ///
     /// The guesses of unit, up axis and first frame are added to
-    /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions), and so are part of the output. Guesses
-    /// about the figure are added too, and change nothing. They say whether it is a humanoid. For a humanoid they add
-    /// its facing at rest in the axes of the file, its rest pose and its sides. Of these, only names of the wrong side
-    /// are returned. The exact rate of a rounded frame time is returned and not added.
+    /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions), so they become part of the output. Guesses
+    /// about the figure are added too, but do not affect the conversion. They state whether it is a humanoid, and for a
+    /// humanoid its facing at rest in the axes of the file, its rest pose and its sides. Of these, only names of the
+    /// wrong side are returned. The exact rate of a rounded frame time is returned, but not added.
     ///
     /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///
     /// # Errors
-    /// As [`Conversion::check`]; and [`Code::InvalidValue`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
-    /// frames that the motion does not have, or [`bones`](Self::bones) a joint. `scene` is then unchanged.
-    /// [`Code::NotHumanoid`] where a T-pose is asked for, and no humanoid is found.
-    /// [`Code::LimitExceeded`] where [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits)
-    /// allow; `scene` then keeps its frames.
+    /// As [`Conversion::check`]; and [`Code::InvalidValue`] if [`trim`](Self::trim) or [`rest`](Self::rest) name frames
+    /// that the motion lacks, or [`bones`](Self::bones) a joint that the scene lacks; `scene` is then unchanged.
+    /// [`Code::NotHumanoid`] if a T-pose is requested, but no humanoid is found. [`Code::LimitExceeded`] if
+    /// [`frame_rate`](Self::frame_rate) gives more values than [`limits`](Self::limits) allow; `scene` then keeps its
+    /// frames.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
         let figure = Figure::mapped(scene, &self.bones)?;
@@ -33,8 +33,8 @@ impl Conversion {
         Ok(guesses)
     }
 
-    /// Converts `scene`, whose figure is known, and returns the figure of what it has become: bones are found once for
-    /// a scene, whatever is done to it.
+    /// Converts `scene` with a known figure. Returns the figure of the converted scene, so that bones are searched for
+    /// only once.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -50,7 +50,7 @@ impl Conversion {
     /// ```
     ///
     /// # Errors
-    /// As [`apply`](Self::apply). [`bones`](Self::bones) changes nothing here, and is recorded.
+    /// As [`apply`](Self::apply). [`bones`](Self::bones) has no effect here, but is recorded.
     pub fn apply_to(&self, scene: &mut Scene, figure: &Figure) -> Result<(Figure, Vec<Assumption>)> {
         let (guesses, inserted) = self.convert(scene, figure)?;
         scene.metadata.keeps_unknown_unit = self.keep_units;
@@ -58,7 +58,7 @@ impl Conversion {
         Ok((Figure::with_bones(scene, humanoid), guesses))
     }
 
-    /// What was guessed, and the node that was inserted.
+    /// The guesses, and the inserted node.
     #[doc(hidden)]
     pub fn convert(&self, scene: &mut Scene, figure: &Figure) -> Result<(Vec<Assumption>, Option<NodeId>)> {
         self.check()?;
@@ -143,10 +143,10 @@ impl Conversion {
         Ok((guesses, inserted))
     }
 
-    /// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes
-    /// stay. `figure` is that of `scene`.
+    /// Drops a rest pose before the motion; returns `true` if there was one. Lengths and axes do not change. `figure`
+    /// is the figure of `scene`.
     ///
-    /// A `PoseRetargeter` is made before, for it sees in that frame where the T-pose is.
+    /// Create a `PoseRetargeter` before this call: it uses the rest pose in this frame to find the T-pose.
     ///
     /// # Errors
     /// As [`apply`](Self::apply).
@@ -157,14 +157,14 @@ impl Conversion {
         Ok(scene.metadata.steps.len() > steps)
     }
 
-    /// Whether the output has other frames than the file.
+    /// Whether the output's frames differ from the file's.
     #[doc(hidden)]
     pub fn takes_other_frames(&self) -> bool {
         let of_file = self.clone().all_frames();
         *self != of_file
     }
 
-    /// This conversion, of all frames of the file.
+    /// This conversion for all frames of the file.
     #[doc(hidden)]
     pub fn all_frames(self) -> Self {
         Self {
@@ -176,7 +176,7 @@ impl Conversion {
         }
     }
 
-    /// What has to be known about the source. Root motion is over the ground, so it needs the up axis.
+    /// The required facts about the source. Root motion is horizontal, so it needs the up axis.
     fn needs(&self) -> Needs {
         Needs {
             unit: !self.keep_units || self.output.metres_per_unit.is_some(),
@@ -184,13 +184,13 @@ impl Conversion {
         }
     }
 
-    /// Converts the unit and the axes, and what happens over the ground, with +Y up. Returns a node that was inserted.
+    /// Converts the unit, the axes and the root motion, with +Y up. Returns an inserted node.
     fn convert_space(&self, scene: &mut Scene, survey: &crate::Survey) -> Option<NodeId> {
         self.source.state(scene);
         let source = Space::default().or_found(&scene.metadata, survey, self.needs());
         let kept = if self.keep_units { source } else { Space::METRES };
         let output = self.output.or(kept);
-        // What is unknown is not converted, so any value will do.
+        // An unknown unit or axis is not converted, so any value works.
         let values = |space: Space| (space.metres_per_unit.unwrap_or(1.0), space.up.unwrap_or_default());
         let (from, to) = (values(source), values(output));
         let upright = match self.root {
@@ -212,10 +212,10 @@ impl Conversion {
             process::convert_units_to(scene, upright, to);
         }
         if !self.keep_units || from != to {
-            // The numbers are now converted.
+            // The values are now converted.
             scene.metadata.file_space = FileSpace::default();
         }
-        // What was neither stated nor guessed is still unknown.
+        // A value that was neither stated nor guessed is still unknown.
         scene.metadata.metres_per_unit = output.metres_per_unit;
         scene.metadata.up = output.up;
         inserted

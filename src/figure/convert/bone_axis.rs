@@ -1,4 +1,4 @@
-//! Frames of joints along their bones.
+//! Aligns the axes of joints with their bones.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,15 @@ use super::Conversion;
 use crate::axes::bend_axis;
 use crate::{Figure, Humanoid, HumanoidBone as Bone, HumanoidMap, Side};
 
-/// The fraction of the size of a skeleton below which two joints coincide, and no direction is between them.
+/// The distance below which two joints coincide and have no direction between them, as a fraction of the skeleton's
+/// size.
 const COINCIDENT: f32 = 1e-4;
 
-/// The least sine of the angle between a bone and its bending axis. Below it, the part of the axis across the bone is
-/// rounding.
+/// The smallest sine of the angle between a bone and its bending axis. Below this, the component of the axis across the
+/// bone is only rounding.
 const ALONG: f32 = 1e-3;
 
-/// The axis of a joint's frame that points along its bone: [`Conversion::bone_axis`] has an example.
+/// The axis of a joint that points along its bone. [`Conversion::bone_axis`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -34,10 +35,10 @@ pub enum AlongBone {
 }
 
 impl Conversion {
-    /// Which axis of each joint's frame points along its bone at rest.
+    /// The axis of each joint that points along its bone at rest.
     ///
-    /// Default: `None`, frames as in the file: in BVH they lie along the axes of the world, and in Blender every
-    /// bone points up. Nothing moves, neither at rest nor in motion.
+    /// Default: `None`, the axes of the file. In BVH these are the world axes, so in Blender every bone points up.
+    /// Positions do not change, neither at rest nor in motion.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -59,10 +60,11 @@ impl Conversion {
 }
 
 impl AlongBone {
-    /// Turns the frames of `scene`, which has the bones `humanoid`; the caller has stated the bones `stated`.
+    /// Rotates the axes of the joints of `scene`, which has the bones `humanoid`. The caller has stated the bones
+    /// `stated`.
     ///
     /// # Errors
-    /// Where a node is scaled otherwise along one axis than along another; `scene` is then unchanged.
+    /// If a node has a non-uniform scale; `scene` is then unchanged.
     #[doc(hidden)]
     pub fn turn_frames(self, scene: &mut Scene, humanoid: Humanoid, stated: &HumanoidMap) -> Result<()> {
         let figure = Figure::with_bones(scene, humanoid);
@@ -73,7 +75,7 @@ impl AlongBone {
         let left = figure.t_pose(scene).map_or(Vec3::X, |t_pose| t_pose.axes * Vec3::X);
         let mut wanted: Vec<Quat> = Vec::with_capacity(before.len());
         for (index, before) in before.into_iter().enumerate() {
-            // What has no direction keeps its frame.
+            // A joint without a direction keeps its axes.
             let Some(here) = along[index] else {
                 wanted.push(before);
                 continue;
@@ -93,7 +95,7 @@ impl AlongBone {
         Ok(())
     }
 
-    /// The axis of a frame about which the bone bends.
+    /// The axis of a joint about which the bone bends.
     fn bend_axis(self) -> Vec3 {
         match self {
             Self::Y => Vec3::X,
@@ -101,7 +103,7 @@ impl AlongBone {
         }
     }
 
-    /// The frame with the axis along a bone, and the other one about which it bends.
+    /// The coordinate frame with one axis along a bone, and another along its bending axis.
     fn frame(self, along: Vec3, bend: Vec3) -> Quat {
         let across = Some(bend.reject_from_normalized(along)).filter(|across| across.length() > ALONG);
         let bend = across.and_then(Vec3::try_normalize);
@@ -123,7 +125,7 @@ fn is_of_skeleton(scene: &Scene, index: usize) -> bool {
     matches!(scene.nodes[index].kind, NodeKind::Joint | NodeKind::EndSite)
 }
 
-/// Where each joint points, in the world: `None` where nothing says it.
+/// The direction of each joint in the world; `None` if nothing shows it.
 fn directions(scene: &Scene, figure: &Figure, rest: &Pose) -> Vec<Option<Vec3>> {
     let mut children: Vec<Vec<NodeId>> = vec![Vec::new(); scene.nodes.len()];
     for (index, node) in scene.nodes.iter().enumerate() {
@@ -208,7 +210,7 @@ fn next(bone: Bone) -> Vec<Bone> {
         .collect()
 }
 
-/// The axis about which each joint bends at rest, in the world; `None` where the figure does not say it.
+/// The bending axis of each joint at rest, in the world; `None` if the figure does not show it.
 fn bends(scene: &Scene, figure: &Figure, before: &[Quat]) -> Vec<Option<Vec3>> {
     let mut bends: Vec<Option<Vec3>> = vec![None; scene.nodes.len()];
     if let Some(t_pose) = figure.t_pose(scene) {
@@ -221,7 +223,7 @@ fn bends(scene: &Scene, figure: &Figure, before: &[Quat]) -> Vec<Option<Vec3>> {
     bends
 }
 
-/// The axis about which a bone bends, in the frame of the T-pose. Hands and fingers bend towards the palm, which is
+/// The bending axis of a bone, in the coordinate frame of the T-pose. Hands and fingers bend towards the palm, which is
 /// down.
 fn bend(bone: Bone) -> Vec3 {
     let is_right = bone.side() == Some(Side::Right);

@@ -17,7 +17,7 @@ use mocap_scene::scene::Animation;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Moment {
-    /// Seconds from the start, not negative; it means the nearest frame.
+    /// Seconds from the start, not negative. The nearest frame is used.
     Seconds(f64),
     /// A frame of the file, from 0.
     Frame(u64),
@@ -67,7 +67,7 @@ impl TimeRange {
     #[cfg(feature = "schema")]
     const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end may be left out";
 
-    /// Whether that is so in any file: both ends are times, or both are frames.
+    /// Whether the part ends before it begins in any file. This is known if both ends are times, or both are frames.
     fn ends_before_it_begins(self) -> bool {
         match (self.first, self.last) {
             (Some(Moment::Seconds(first)), Some(Moment::Seconds(last))) => last < first,
@@ -77,7 +77,7 @@ impl TimeRange {
     }
 }
 
-/// What is wrong with a part that ends before it begins.
+/// The message for a part that ends before it begins.
 const ENDS_BEFORE: &str = "the part to keep ends before it begins";
 
 impl FromStr for TimeRange {
@@ -124,11 +124,11 @@ impl fmt::Display for TimeRange {
     }
 }
 
-/// The first and the last tick of the part from `first` to `last`, without the ticks before `start`. The last may be
-/// after the end of the motion; it is infinite where there is no `last`.
+/// The first and the last tick of the part from `first` to `last`, without the ticks before `start`. The last tick may
+/// be after the end of the motion, and is infinite without `last`.
 ///
 /// # Errors
-/// [`Code::InvalidValue`] where the part begins after the end of `animation`, or ends before it begins.
+/// [`Code::InvalidValue`] if the part begins after the end of `animation`, or ends before it begins.
 #[doc(hidden)]
 pub fn part_ticks(
     animation: Option<&Animation>,

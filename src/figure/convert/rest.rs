@@ -9,16 +9,15 @@ use mocap_scene::scene::report::{AppliedStep, StepRecord};
 use super::{Conversion, RestPoseSource};
 use crate::{Figure, TPose};
 
-/// How far the arms of an A-pose are below horizontal, in degrees: those of MakeHuman's, Unreal's and Mixamo's are
-/// between 40 and 55.
+/// The angle of the arms of an A-pose below horizontal, in degrees. MakeHuman, Unreal and Mixamo use 40 to 55 degrees.
 const A_POSE: f32 = 45.0;
 
 impl Conversion {
-    /// Whether the T-pose is put before the first frame, as programs that read BVH want it: on the floor of the motion,
+    /// Whether to insert the T-pose before the first frame, for programs that read BVH: on the floor of the motion,
     /// where the motion begins.
     ///
-    /// Default: `false`. The frames of the motion are then one later. The T-pose is that of the frames that are kept,
-    /// at their rate.
+    /// Default: `false`. The frames of the motion are then one later. The T-pose is inferred from the kept frames, at
+    /// their rate.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -37,7 +36,7 @@ impl Conversion {
         self
     }
 
-    /// The rest pose of a figure that stands; `None` where none is asked for.
+    /// The requested standing rest pose; `None` if none is requested.
     pub(super) fn standing(&self, scene: &Scene, figure: &Figure) -> Result<Option<Pose>> {
         let pose = |t_pose: &TPose| match self.rest {
             RestPoseSource::APose => Some(t_pose.with_lowered_arms(scene, A_POSE)),
@@ -68,10 +67,10 @@ impl Conversion {
         });
     }
 
-    /// Puts the T-pose before the motion, and makes a pose that stands the rest pose.
+    /// Inserts the T-pose before the motion, and sets a standing pose as the rest pose.
     pub(super) fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>, figure: &Figure) -> Result<()> {
         if self.t_pose_first {
-            // The T-pose of the frames that are there can be found again in what is written.
+            // A reader can find the same T-pose again from the written frames.
             let figure = Figure::with_bones(scene, figure.humanoid.clone());
             standing = self.standing(scene, &figure)?;
             for animation in 0..scene.animations.len() {

@@ -6,19 +6,19 @@ use mocap_scene::scene::{Assumption, Metadata, Scene, Topic, UpAxis};
 
 use crate::Survey;
 
-/// A unit of length and an up axis, where they are known.
+/// A unit of length and an up axis, if known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[doc(hidden)]
 pub struct Space {
     /// Metres in one unit of length.
     #[doc(hidden)]
     pub metres_per_unit: Option<f64>,
-    /// The axis that points up.
+    /// The up axis.
     #[doc(hidden)]
     pub up: Option<UpAxis>,
 }
 
-/// What has to be known.
+/// The required values.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct Needs {
@@ -28,10 +28,10 @@ pub struct Needs {
     pub up: bool,
 }
 
-/// How far two units may be apart that are one, as a fraction: files have them in single precision.
+/// The largest relative difference of equal units: files store units in single precision.
 const SAME_UNIT: f64 = 1e-4;
 
-/// The up axes, each a quarter of a turn about +X after the one before.
+/// The up axes, each a quarter turn about +X from the previous one.
 const QUARTERS: [UpAxis; 4] = [UpAxis::Y, UpAxis::Z, UpAxis::NegY, UpAxis::NegZ];
 
 fn quarters(up: UpAxis) -> usize {
@@ -73,7 +73,7 @@ impl Space {
         }
     }
 
-    /// What `self`, stated of the numbers of a file, says of the scene: its reader may have converted them.
+    /// Converts `self`, which describes the values of a file, to the scene: the reader may have converted the values.
     fn of_scene(self, metadata: &Metadata) -> Self {
         let file = metadata.file_space;
         let unit = self.metres_per_unit.map(|stated| {
@@ -96,7 +96,7 @@ impl Space {
         }
     }
 
-    /// A warning for each value of `self` that a file states otherwise.
+    /// A warning for each value of `self` that contradicts the file.
     #[doc(hidden)]
     pub fn contradictions(self, metadata: &Metadata) -> Vec<Diagnostic> {
         let file = metadata.file_space;
@@ -119,7 +119,7 @@ impl Space {
         warnings
     }
 
-    /// Lets a scene state `self`, which is said of the numbers of its file. What the file states otherwise gives a
+    /// Sets `self`, which describes the values of a file, in its scene. A value that contradicts the file gives a
     /// warning.
     #[doc(hidden)]
     pub fn state(self, scene: &mut Scene) {
@@ -136,7 +136,7 @@ impl Space {
         }
     }
 
-    /// The values of `self`, or else those that the file states.
+    /// The values of `self`, or else the values that the file states.
     #[doc(hidden)]
     pub fn or_stated(self, metadata: &Metadata) -> Self {
         self.of_scene(metadata).or(Self {
@@ -145,7 +145,7 @@ impl Space {
         })
     }
 
-    /// The values of `self`, or else those that the file states, or else those guesses that are needed.
+    /// The values of `self`, or else the values that the file states, or else the needed guesses.
     #[doc(hidden)]
     pub fn or_found(self, metadata: &Metadata, survey: &Survey, needs: Needs) -> Self {
         self.or_stated(metadata).or(Self {

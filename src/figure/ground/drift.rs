@@ -1,18 +1,17 @@
-//! The drift in height: how far the ground rises or sinks under the feet over a motion, as an inertial suit loses
-//! height.
+//! Height drift: the rise or fall of the ground under the feet over a motion, as inertial suits cause.
 
 use std::iter::repeat_n;
 
 use glam::Vec3;
 use mocap_scene::math::median::median;
 
-/// The largest speed in m/s of a foot that stands on a drifting ground.
+/// The largest speed in m/s of a foot in contact with a drifting ground.
 const SLOW: f32 = 0.4;
 
-/// Half the time in seconds over which that speed is taken: noise has hardly a speed over it.
+/// Half the time window in seconds of this speed. Noise has almost no speed over this window.
 const AROUND: f64 = 0.05;
 
-/// The shortest stance in seconds: of a run.
+/// The shortest stance in seconds, as in running.
 const SHORTEST: f64 = 0.1;
 
 /// The longest part of a stance in seconds that counts once.
@@ -21,21 +20,20 @@ const PART: f64 = 0.25;
 /// The shortest time in seconds between two parts whose heights are compared.
 const APART: f32 = 0.15;
 
-/// Parts that are compared at most: all pairs are.
+/// The most parts, because all pairs are compared.
 const PARTS: usize = 400;
 
 /// The largest speed in m/s of a drift: stairs rise faster.
 const FASTEST: f32 = 0.2;
 
-/// The speed in m/s from which on a foot that stands must rise with the ground: on a hill or on stairs it does not.
+/// The drift speed in m/s from which a foot in contact must rise with the ground. On a hill or on stairs, it does not.
 const HILL: f32 = 0.08;
 
-/// The least speed of such a foot, as a fraction of that of the ground.
+/// The smallest speed of such a foot, as a fraction of the ground's speed.
 const CARRIED: f32 = 0.4;
 
-/// How far the ground drifts in height, in metres, by the median slope between stances (Theil and Sen). `kinds` has the
-/// ankles and the balls of the feet, frame by frame, of which so many metres are one unit. `None` where too few stances
-/// tell.
+/// The height drift of the ground in metres, from the median slope between stances (Theil and Sen). `kinds` has the
+/// ankles and the balls of the feet, frame by frame; `metres` is their unit. `None` if there are too few stances.
 pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) -> Option<f64> {
     let balls = kinds.get(1).filter(|balls| !balls.is_empty());
     let (mut parts, mut speeds) = (Vec::new(), Vec::new());
@@ -43,7 +41,7 @@ pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, r
         let track = track.as_ref();
         let height = |frame: usize| track[frame].dot(up) * metres;
         for [from, to] in stances(track, metres, rate) {
-            // The foot comes to rest before, and rolls off after.
+            // Before this part the foot comes to rest, after it the foot rolls off.
             let rolls = (to - from) / 5;
             let [from, to] = [from + rolls, to - rolls];
             let seconds = (to - from) as f64 / rate;
@@ -79,7 +77,7 @@ pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, r
     })
 }
 
-/// When a point is slow: the first and the last frame of each stance.
+/// The stances of a point, in which it is slow: their first and last frames.
 fn stances(track: &[Vec3], metres: f32, rate: f64) -> Vec<[usize; 2]> {
     let half = ((AROUND * rate).round() as usize).max(1);
     let shortest = (SHORTEST * rate).ceil().max(2.0) as usize;

@@ -1,49 +1,50 @@
-//! The levels on which the feet rest: a percentile of the height of the lowest foot, in which a frame counts as far as
+//! The resting levels of the feet: a percentile of the height of the lowest foot. A frame's weight is the distance that
 //! the feet move around it.
 
 use glam::Vec3;
 
-/// Frames of an animation that are examined at most, evenly spaced.
+/// The most examined frames of an animation, evenly spaced.
 const FRAMES: usize = 2000;
 
-/// The fraction of all weights of frames in which the lowest foot is below its level of rest: a foot that rolls is
-/// lower than where it stands flat.
+/// The weighted fraction of frames in which the lowest foot is below its resting level: a rolling foot is lower than a
+/// flat foot.
 const BELOW: f64 = 0.05;
 
 /// The extent in metres of the heights of feet that rest on one level.
 const NEAR_LEVEL: f32 = 0.05;
 
-/// How often feet rest on the ground, as a fraction of how often they rest on any level. A level below it, on which
-/// they are less often, is that of feet that have sunk into the ground.
+/// The frequency of feet on the ground, relative to the most frequent level. A less frequent level below the ground
+/// comes from feet that have sunk into it.
 const OFTEN: f64 = 0.8;
 
-/// How often feet sink into the ground at most, as a fraction of all weights of frames.
+/// The largest weighted fraction of frames in which feet sink into the ground.
 const RARELY: f64 = 0.35;
 
-/// What a frame counts beside the way of the feet, as a speed in m/s: who stands for a second counts as a short step.
+/// The base weight of a frame besides the feet's movement, as a speed in m/s: standing for a second counts as a short
+/// step.
 const STANDING: f32 = 0.3;
 
-/// The largest speed in m/s that counts: who runs counts no more than who walks fast.
+/// The largest speed in m/s that counts: running counts no more than fast walking.
 const FAST: f32 = 1.5;
 
-/// The mean way of the points of the feet to the next frame in metres below which the frame is held.
+/// The mean movement of the feet's points to the next frame, in metres, below which the frame is held.
 const HELD: f32 = 1e-5;
 
-/// Beyond so many times the second longest of the ways near it, and so many metres more, a way is a jump.
+/// A movement is a jump if it exceeds the second longest movement near it by this factor, plus this number of metres.
 const JUMP: (f32, f32) = (3.0, 0.01);
 
-/// How many ways before and after a way are near it, not counting those of held frames.
+/// The number of neighbouring movements before and after, without held frames.
 const NEAR: usize = 3;
 
-/// The levels on which points rest, by kind: for each kind the positions of its points, frame by frame, of which so
-/// many metres are one unit. The lowest point of a kind counts.
+/// The resting level of each kind of points. `kinds` has the positions of the points of each kind, frame by frame;
+/// `metres` is their unit. The lowest point of a kind counts.
 pub fn levels<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) -> Vec<Option<f32>> {
     let mut rests = Rests::default();
     rests.add(kinds, up, metres, rate);
     rests.levels(metres)
 }
 
-/// For each kind of point the height of the lowest one in each examined frame, and how much that frame counts.
+/// For each kind of point, the height of the lowest point in each examined frame, and the weight of the frame.
 #[derive(Default)]
 pub(super) struct Rests(Vec<Vec<(f32, f32)>>);
 
@@ -52,7 +53,7 @@ impl Rests {
         let tracks: Vec<&[Vec3]> = kinds.iter().flatten().map(AsRef::as_ref).collect();
         let frames = tracks.iter().map(|track| track.len()).min().unwrap_or(0);
         let stride = stride(frames);
-        // The ends of the feet, which files of other formats lack, weigh no frame.
+        // The tips of the feet do not affect the weights, because files of other formats lack them.
         let of_joints: Vec<&[Vec3]> = kinds.iter().take(2).flatten().map(AsRef::as_ref).collect();
         let weights = weights(&of_joints, (frames, stride), metres, rate);
         self.0.resize(self.0.len().max(kinds.len()), Vec::new());
@@ -85,7 +86,7 @@ fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
     };
     let most = (0..rests.len()).map(near).fold(0.0, f64::max);
     let sunk = (0..rests.len()).find(|at| near(*at) >= OFTEN * most)?;
-    // Fewer are below the percentile anyway.
+    // Fewer frames than this are below the percentile anyway.
     let [least, most] = [BELOW, RARELY].map(|fraction| fraction * sums[rests.len()]);
     if (least..=most).contains(&sums[sunk]) {
         rests.drain(..sunk);
@@ -123,14 +124,14 @@ fn weights(tracks: &[&[Vec3]], (frames, stride): (usize, usize), metres: f32, ra
     for (at, step) in moving.iter().enumerate() {
         let near = at.saturating_sub(NEAR)..(at + NEAR + 1).min(moving.len());
         let others = near.filter(|other| *other != at).map(|other| ways[moving[other]]);
-        // A frame that stands alone has a jump before it and one after it.
+        // An isolated frame has a jump before and after it.
         let [_, second] = others.fold([0.0f32; 2], |[a, b], way| [a.max(way), b.max(way.min(a))]);
         if ways[*step] <= JUMP.0 * second + JUMP.1 {
             counts[*step] = ways[*step].min(fast) + standing;
         }
     }
     if counts.iter().all(|count| *count == 0.0) {
-        // Nobody moves: the longest of the stances between which the feet jump counts.
+        // Nothing moves: use the longest of the stances between jumps of the feet.
         let jumps: Vec<usize> = (0..ways.len()).filter(|step| ways[*step] > JUMP.1).collect();
         let starts = std::iter::once(0).chain(jumps.iter().map(|step| step + 1));
         let ends = jumps.iter().map(|step| step + 1).chain([examined.len()]);

@@ -1,4 +1,4 @@
-//! Which two limbs are the legs, which the arms, and what is between them: hips, spine, neck and head.
+//! Finds the legs, the arms, and the trunk between them: hips, spine, neck and head.
 
 use super::limb::{self, Fit, Kind};
 use super::tables::{
@@ -9,13 +9,13 @@ use super::tables::{
 use super::topology::{Pair, Tree, pairs};
 use crate::names::words::Part;
 
-/// Pairs that are tried as arms and as legs.
+/// The most pairs that are tried as arms and as legs.
 const MOST_PAIRS: usize = 12;
 
-/// Joints between hips and shoulders, and from there to the head. The longest that was met has ten.
+/// The most joints between hips and shoulders, and from the shoulders to the head. The longest known trunk has ten.
 const LONGEST_TRUNK: usize = 24;
 
-/// The lead in log-odds above which a reading is clear: 2.7 to 1.
+/// The lead in log-odds above which an assignment is clear: 2.7 to 1.
 pub(super) const CLEAR_LEAD: f32 = 1.0;
 
 /// What a trunk is worth at most, in log-odds: names of head, neck, spine and hips, a head with a face, and a neck
@@ -38,11 +38,11 @@ const SHORTEST_TIP: f32 = 0.03;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trunk {
     pub(super) hips: usize,
-    /// From the joint above the hips to the one that carries the arms.
+    /// The joints from the first joint after the hips to the joint that carries the arms.
     pub(super) spine: Vec<usize>,
     pub(super) neck: Option<usize>,
     pub(super) head: Option<usize>,
-    /// How well the lengths fit, 0 at best, each in the mean.
+    /// The mean fit of the lengths, 0 at best.
     pub(super) lengths: f32,
     pub(super) score: f32,
     /// Where it was read.
@@ -59,13 +59,13 @@ pub(super) struct Body {
     #[doc(hidden)]
     pub trunk: Trunk,
     pub(super) score: f32,
-    /// How much better it is than the next reading with other limbs; infinite where there is no other.
+    /// Its lead over the best assignment with other limbs; infinite if there is none.
     pub(super) lead: f32,
-    /// The first joints of the limbs of that reading, the legs before the arms, and its score.
+    /// The first joints of the limbs of that assignment, legs before arms, and its score.
     pub(super) second: Option<(Vec<[usize; 2]>, f32)>,
 }
 
-/// The reading of the skeleton as a body that fits best; none where no two limbs can be legs.
+/// The best assignment of the skeleton's joints to a body; none if no two limbs can be legs.
 pub(super) fn find(tree: &Tree) -> Option<Body> {
     let pairs = pairs(tree, MOST_PAIRS);
     let fits = |kind| -> Vec<Option<Fit>> {
@@ -116,14 +116,14 @@ fn are_apart(tree: &Tree, a: &Pair, b: &Pair) -> bool {
         .all(|&a| b.roots.iter().all(|&b| !tree.is_within(a, b) && !tree.is_within(b, a)))
 }
 
-/// What legs and arms are worth without a trunk.
+/// The score of legs and arms without a trunk.
 fn score_of_limbs(legs: &Fit, arms: Option<&Fit>) -> f32 {
     let mut sums = Sums::default();
     weigh_limbs(legs, arms, &mut sums);
     legs.score + arms.map_or(0.0, |arms| arms.score) + sums.sum()
 }
 
-/// Tells `tally` how legs and arms fit each other.
+/// Adds to `tally` how well legs and arms fit each other.
 pub(super) fn weigh_limbs(legs: &Fit, arms: Option<&Fit>, tally: &mut impl Tally) {
     match arms {
         None => tally.sign(&NO_ARMS, 1.0),
@@ -173,12 +173,12 @@ pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     }
 }
 
-/// The best reading of the joints between legs and arms.
+/// The best assignment of the joints between legs and arms.
 fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
     trunk_but(tree, legs, arms, None)
 }
 
-/// The best reading but one with these hips, neck and head.
+/// The best assignment other than these hips, neck and head.
 pub(super) fn trunk_but(tree: &Tree, legs: &Fit, arms: Option<&Fit>, but: Option<&Trunk>) -> Option<Trunk> {
     let roots = legs.pair.roots;
     let pelvis = legs.pair.branch;
@@ -274,7 +274,7 @@ impl TrunkPath {
         tree.names[self.nodes[index]].says(Part::Spine)
     }
 
-    /// The best reading of these joints but `but`.
+    /// The best assignment of these joints other than `but`.
     fn read(&self, tree: &Tree, legs: &Fit, but: Option<&Trunk>) -> Option<Trunk> {
         let mut best: Option<(f32, f32, [Option<usize>; 2])> = None;
         let heads = self.joints().filter(|&index| index >= self.first_head());
@@ -324,7 +324,7 @@ impl TrunkPath {
             .collect()
     }
 
-    /// Tells `tally` all that speaks for and against a head and a neck at these indices. `leg` is the length of the
+    /// Adds to `tally` the evidence for and against a head and a neck at these indices. `leg` is the length of the
     /// thigh and the shin together.
     fn weigh(&self, tree: &Tree, leg: f32, [head, neck]: [Option<usize>; 2], tally: &mut impl Tally) {
         let fit = |index: usize, part| tree.fits(self.nodes[index], part);
@@ -338,7 +338,7 @@ impl TrunkPath {
                 tally.ratio(&TIP_TO_LEG, behind / leg);
             }
             tally.ratio(&HEAD_TO_LEG, along(head) / leg);
-            // Eyes and jaw spring from the head; nothing that springs from a joint of the neck is a head.
+            // Eyes and jaw branch from the head. A chain that branches from a joint of the neck is not a head.
             let fans = |index: usize| {
                 let children = tree.children[self.nodes[index]].iter();
                 children.filter(|child| tree.is_joint[**child]).count() >= 2
@@ -351,7 +351,7 @@ impl TrunkPath {
             }
         }
         if let Some(neck) = neck {
-            // A neck may be called as the last of the spine.
+            // A neck may have the name of the last spine joint.
             let called = fit(neck, Part::Neck);
             let called = if self.says_spine(tree, neck) {
                 called.max(-0.1)
@@ -404,7 +404,7 @@ impl TrunkPath {
     }
 }
 
-/// Tells `tally` all that speaks for and against the trunk of a body.
+/// Adds to `tally` the evidence for and against the trunk of a body.
 pub(super) fn weigh_trunk(tree: &Tree, legs: &Fit, trunk: &Trunk, tally: &mut impl Tally) {
     trunk.path.weigh(tree, legs.long_bones, trunk.head_and_neck, tally);
 }

@@ -1,7 +1,7 @@
-//! Creatures that have legs and a trunk, and are no humanoids.
+//! Creatures with legs and a trunk that are not humanoids.
 //!
-//! The evidence is alike in all clips of a skeleton: names of parts that people do not have, a tail, and the lengths of
-//! a bird. If the limbs have the lengths of four legs, the stance is evidence too.
+//! The evidence is the same in all clips of a skeleton: names of parts that people do not have, a tail, and the lengths
+//! of a bird. If the limbs have the lengths of four legs, the stance is evidence too.
 
 use glam::Vec3;
 use mocap_scene::scene::{NodeId, Scene};
@@ -16,7 +16,7 @@ use super::sides::stands;
 use super::topology::{Tree, pairs};
 use crate::names::words::AnimalPart;
 
-/// A kind of creature that is no humanoid.
+/// A kind of creature that is not a humanoid.
 ///
 /// [`Humanoid`](crate::Humanoid) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -10,8 +10,7 @@ use super::tables::{Ratio, Sign, Sums, Tally};
 use super::topology::Tree;
 use crate::names::words::Part;
 
-/// How the reading of a skeleton was chosen: the sum of the logarithms of how likely its lengths, its names and the
-/// shape of its tree are, in parts.
+/// Explains the chosen assignment of bones: the log-likelihoods of lengths, names and tree shape, by part.
 ///
 /// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -22,11 +21,11 @@ pub struct Explanation {
     pub log_likelihood: f32,
     /// Legs, arms, trunk, and how legs and arms fit each other.
     pub parts: Vec<PartExplanation>,
-    /// The best reading with other limbs, as one phrase, and what it scores.
+    /// The best assignment with other limbs, as one phrase, and its score.
     pub second: Option<(String, f32)>,
 }
 
-/// What speaks for and against the reading of a part of the body.
+/// The evidence for and against the assignment of a body part.
 ///
 /// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,17 +34,17 @@ pub struct Explanation {
 pub struct PartExplanation {
     /// The part: `legs`, for one.
     pub part: &'static str,
-    /// Its joints, from the body outwards, each with what it is.
+    /// Its joints, from the body outwards, each with its bone.
     pub joints: Vec<String>,
     /// What the tables say; of two limbs in the mean of both.
     pub log_likelihood: f32,
-    /// Each row that says something.
+    /// Each row with evidence.
     pub evidence: Vec<ExplanationRow>,
     /// The joints of the next reading of this part, and what it scores.
     pub second: Option<(Vec<String>, f32)>,
 }
 
-/// What one row of a table says.
+/// The evidence of one row of a table.
 ///
 /// [`explain`](crate::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -182,7 +181,7 @@ fn word(part: Part) -> &'static str {
     }
 }
 
-/// Every row that was asked, with what it says.
+/// Every used row, with its evidence.
 struct Lines<'a> {
     scene: &'a Scene,
     /// How much each counts: a half of two limbs.

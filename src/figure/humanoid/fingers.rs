@@ -163,8 +163,8 @@ fn by_number(tree: &Tree, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)
     known
 }
 
-/// By where the knuckles are: the thumb has a joint less or begins nearest to the wrist, and the others stand in a row
-/// that begins beside it. Only where all five are there.
+/// Assigns fingers by the positions of the knuckles: the thumb has one joint less, or begins nearest to the wrist; the
+/// others form a row that begins next to it. Only if all five fingers exist.
 fn by_place(tree: &Tree, hand: usize, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)> {
     let long: Vec<&Vec<usize>> = chains.iter().filter(|chain| chain.len() >= 2).collect();
     if long.len() != KINDS.len() {
@@ -216,7 +216,8 @@ fn counts_from_one(tree: &Tree, joints: &[usize]) -> bool {
         .all(|(index, node)| number(node) == Some(index + 1))
 }
 
-/// The three joints of a finger among those of its chain, which may begin with one of the palm and end with its tip.
+/// The three joints of a finger in its chain. The chain may begin with a joint of the palm, and end with the finger's
+/// tip.
 fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain: &[usize]) -> [Option<usize>; 3] {
     let of_palm = |node: &usize| {
         let joined = &tree.names[*node].without_side;
@@ -243,7 +244,7 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
     if helpers < joints.len() {
         joints.drain(..helpers);
     }
-    // Among joints with the names of fingers, one that says nothing is a tip, or carries another.
+    // Among joints with names of fingers, a joint with another name is a tip, or carries other joints.
     let says_something = |node: &usize| !tree.names[*node].meaning.is_empty() || is_metacarpal_of_thumb(node);
     if joints.iter().any(|node| tree.names[*node].says(Part::Finger)) {
         joints.retain(says_something);

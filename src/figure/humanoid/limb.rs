@@ -1,4 +1,4 @@
-//! Which joints of a chain are the bones of an arm or of a leg: the choice that fits names and lengths best.
+//! Finds the bones of an arm or a leg in a chain of joints: the assignment that fits names and lengths best.
 
 use super::tables::{
     COLLAR_TO_UPPER_ARM, DETOUR, FINGERS_AT_HAND, FINGERS_ELSEWHERE, FOOT_STANDS_OFF, FOOT_TO_SHIN, HAND_TO_FOREARM,
@@ -22,7 +22,7 @@ const STANDS_OFF: f32 = 0.3;
 /// How far behind the wrist the joint is from which fingers spring, at most, as a fraction of the forearm.
 const PALM: f32 = 0.35;
 
-/// How a chain of joints is read.
+/// The kind of limb that a chain is read as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Leg,
@@ -45,22 +45,22 @@ pub(super) struct Fit {
     pub(super) pair: Pair,
     /// For the limb of each root, the node of each of [`Kind::parts`].
     pub(super) joints: [[Option<usize>; 4]; 2],
-    /// How well the lengths fit, 0 at best, a bone in the mean.
+    /// The mean fit of the bones' lengths, 0 at best.
     pub(super) lengths: f32,
-    /// How well the names fit, a bone in the mean: 1 where all say so, 0 where none says anything.
+    /// The mean fit of the bones' names: 1 if all names agree, 0 if no name has a meaning.
     pub(super) names: f32,
-    /// Both, to compare readings by.
+    /// The sum of both, to compare assignments.
     pub(super) score: f32,
     /// Length of the two long bones.
     pub(super) long_bones: f32,
 }
 
-/// The best reading of the two limbs of `pair`; none where they have too few joints.
+/// The best assignment of the two limbs of `pair`; none if they have too few joints.
 pub(super) fn fit(tree: &Tree, pair: &Pair, kind: Kind) -> Option<Fit> {
     fit_but(tree, pair, kind, None)
 }
 
-/// The best reading but one whose joints these are.
+/// The best assignment other than these joints.
 pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option<usize>; 4]; 2]>) -> Option<Fit> {
     let chains = pair.roots.map(|root| Chain::new(tree, pair.branch, root, kind));
     let [a, b] = &chains;
@@ -101,7 +101,7 @@ pub(super) fn is_as_stated(tree: &Tree, fit: &Fit, kind: Kind) -> bool {
     })
 }
 
-/// Tells `tally` all that speaks for and against the reading of one limb.
+/// Adds to `tally` the evidence for and against the assignment of one limb.
 pub(super) fn weigh(tree: &Tree, fit: &Fit, side: usize, kind: Kind, tally: &mut impl Tally) {
     let chain = Chain::new(tree, fit.pair.branch, fit.pair.roots[side], kind);
     let indices = fit.joints[side].map(|joint| chain.index_of(joint?));
@@ -161,7 +161,7 @@ impl<'a> Chain<'a> {
         self.nodes.iter().position(|other| *other == node)
     }
 
-    /// All that speaks for and against a reading. Returns the length of its long bones.
+    /// Adds to `tally` the evidence for and against an assignment. Returns the length of its long bones.
     fn weigh(&self, kind: Kind, indices: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
         for (part, (index, fits)) in kind.parts().into_iter().zip(indices.iter().zip(0..)) {
             if let Some(index) = *index {
@@ -237,7 +237,7 @@ struct LimbHypothesis {
     long_bones: f32,
 }
 
-/// The best reading of chains that are alike.
+/// The best assignment of similar chains.
 ///
 /// A chain of 16 joints has thousands of readings. What three of the bones cost is computed once for all positions of
 /// the fourth, and only where the fourth can still make it the best.
@@ -332,7 +332,7 @@ fn read(chains: &[&Chain<'_>], kind: Kind, indices: [Option<usize>; 4]) -> LimbH
     reading
 }
 
-/// A leg: what its lengths and its shape say. Returns the length of the thigh and the shin together.
+/// The evidence of a leg's lengths and shape. Returns the length of thigh plus shin.
 fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     let (Some(upper), Some(lower)) = (upper, lower) else {
         return 0.0;
@@ -360,7 +360,7 @@ fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4], tally:
     thigh + shin
 }
 
-/// What toes add to a leg.
+/// The score of toes.
 fn toes_fit(chain: &Chain<'_>, lower: usize, foot: usize, toes: usize, tally: &mut impl Tally) {
     let (shin, sole) = (chain.length(lower, foot), chain.length(foot, toes));
     tally.sign(&OPTIONAL_BONE, 1.0);
@@ -406,7 +406,7 @@ fn free_arm(chain: &Chain<'_>, [_, upper, lower, hand]: [Option<usize>; 4], tall
     upper_arm + forearm
 }
 
-/// What a collar bone adds to an arm.
+/// The score of a collar bone.
 fn shoulder_fits(chain: &Chain<'_>, shoulder: usize, upper: usize, lower: usize, tally: &mut impl Tally) {
     let (collar, upper_arm) = (chain.length(shoulder, upper), chain.length(upper, lower));
     tally.sign(&OPTIONAL_BONE, 1.0);

@@ -1,4 +1,4 @@
-//! The bones of a body by name, each with how far to trust it.
+//! The bones of a body, each with its confidence.
 
 use std::collections::BTreeMap;
 

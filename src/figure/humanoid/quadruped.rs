@@ -1,8 +1,8 @@
-//! The parts of an animal on four legs: trunk, legs, neck, head and tail.
+//! Finds the parts of an animal on four legs: trunk, legs, neck, head and tail.
 //!
-//! Two pairs of limbs are the legs where they stand beside each other below a level trunk, at rest or in the motion.
-//! Which pair is in front is a vote of the names, the direction of travel, the toes and the tree. Left and right follow
-//! from that and from where the legs point to: names only agree or disagree.
+//! Two pairs of limbs are the legs if they stand one behind the other under a level trunk, at rest or in the motion.
+//! The names, the direction of travel, the toes and the tree vote on the front pair. Left and right follow from the
+//! front pair and the direction of the legs. Names of sides only raise or lower the confidence.
 
 mod stance;
 
@@ -53,7 +53,7 @@ pub struct QuadrupedLeg {
     pub is_fore: bool,
     /// Its side of the body.
     pub side: Side,
-    /// The shoulder blade, where it is a joint of its own.
+    /// The shoulder blade, if it is a separate joint.
     pub girdle: Option<NodeId>,
     /// The hip, or the shoulder.
     pub upper: NodeId,
@@ -94,7 +94,7 @@ impl QuadrupedLeg {
     }
 }
 
-/// An animal on four legs: which joint is which part of its body.
+/// An animal on four legs, with the joints of its body parts.
 ///
 /// [`Figure::quadruped`](crate::Figure::quadruped) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -108,7 +108,7 @@ pub struct Quadruped {
     pub pelvis: NodeId,
     /// The joints between pelvis and withers.
     pub spine: Vec<NodeId>,
-    /// The joint that carries the front legs; that of the hind legs where one joint is the whole trunk.
+    /// The joint that carries the front legs. If one joint is the whole trunk, the joint that carries the hind legs.
     pub withers: NodeId,
     /// The joints from the withers to the head.
     pub neck: Vec<NodeId>,

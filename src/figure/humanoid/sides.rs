@@ -1,4 +1,4 @@
-//! Which limb is the left one, by names and by the body.
+//! Finds the left limbs, by names and by the body.
 //!
 //! Feet point forward, knees bend forward, elbows backward, and the parts of a face lie in front of the head. With up
 //! and forward known, left is up x forward.
@@ -14,23 +14,24 @@ use super::body::Body;
 use super::limb::Fit;
 use super::topology::Tree;
 
-/// The log-odds from which on evidence says a side: 1.3 to 1.
+/// The log-odds from which evidence decides a side: 1.3 to 1.
 const SAYS_A_SIDE: f32 = 0.25;
 
-/// A rest pose stands where the legs point this much against the trunk: the cosine.
+/// The largest cosine of the angle between legs and trunk of a standing rest pose.
 const STANDS: f32 = -0.6;
 
-/// How far a knee or an elbow has to be off the straight line to say anything, as a fraction of the limb.
+/// The smallest distance of a knee or elbow from the straight line that counts, as a fraction of the limb.
 const BENT: f32 = 0.015;
 
-/// A foot that turns off from the shin by less than 26 degrees points nowhere: the cosine.
+/// The cosine of 26 degrees. A foot with a smaller angle to the shin has no direction.
 const STRAIGHT_ON: f32 = 0.9;
 
-/// The cosine of 75 degrees. In a pose that tells left from right, the lines of hips and shoulders are at most this far
-/// apart: no living trunk twists more.
+/// The cosine of 75 degrees. In a pose that shows left and right, the angle between the lines of hips and shoulders is
+/// at most this: no living trunk twists more.
 const WRUNG: f32 = 0.26;
 
-/// What one pose says about the sides, each from -1 to 1: above 0 where the limb of the first root is the left one.
+/// The evidence of one pose about the sides, each from -1 to 1: positive if the limb of the first root is the left
+/// limb.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Evidence {
     pub(super) feet: Option<f32>,
@@ -40,14 +41,14 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// All of it in one number; 0 where nothing says anything.
+    /// The sum of the evidence; 0 without evidence.
     pub(super) fn sum(&self) -> f32 {
         let weigh = |part: Option<f32>, weight: f32| weight * part.unwrap_or(0.0);
         weigh(self.feet, 1.0) + weigh(self.knees, 1.0) + weigh(self.elbows, 0.6) + weigh(self.face, 0.6)
     }
 }
 
-/// What a pose of the body says. `at` gives the position of a node in it.
+/// The evidence of a pose of the body. `at` gives the position of a node in the pose.
 pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> Evidence {
     let Some(axes) = Axes::new(body, &at) else {
         return Evidence::default();
@@ -288,7 +289,7 @@ impl Found {
     }
 }
 
-/// The parts of the body that say what the sum says.
+/// The parts of the body that agree with the sum.
 fn parts_of(evidence: &Evidence, sum: f32) -> String {
     let parts = [
         ("feet", evidence.feet),
@@ -304,8 +305,8 @@ fn parts_of(evidence: &Evidence, sum: f32) -> String {
     telling.join(" and ")
 }
 
-/// The evidence of the rest pose, or of the motion if the rest pose has none. Where it says something else than the
-/// names, the motion is asked too: bones that lie anywhere at rest may look like a body that stands.
+/// The evidence of the rest pose, or of the motion if the rest pose has none. If the rest pose contradicts the names,
+/// the motion is examined too: arbitrary rest poses may look like a standing body.
 fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) -> (Evidence, &'static str) {
     let rest = at_rest(tree, body);
     let says = rest.sum().abs() > SAYS_A_SIDE;
@@ -329,7 +330,7 @@ fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) 
         elbows: mean(|evidence| evidence.elbows),
         face: mean(|evidence| evidence.face),
     };
-    // A pose that is wrung tells nothing, at rest either.
+    // A pose with a twisted trunk is no evidence, even at rest.
     let is_clear = says && !is_wrung(tree, body, |node| tree.at[node]);
     match is_clear && evidence.sum().abs() <= SAYS_A_SIDE {
         true => (rest, "the rest pose"),

@@ -1,4 +1,4 @@
-//! What a map says of the joints of a scene.
+//! The statements of a map about the joints of a scene.
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Humanoid;
 
-/// Joints, by their names, that are bones of the humanoid, and joints that follow others than their parents.
+/// The names of joints that are bones of the humanoid, and of joints that follow a joint other than their parent.
 ///
 /// ```
 /// use mocap::figure::{HumanoidBone, HumanoidMap};
@@ -22,21 +22,21 @@ use super::Humanoid;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct HumanoidMap {
-    /// The joint of each bone; `None` for a bone that the skeleton does not have.
+    /// The joint of each bone; `None` for a bone that the skeleton lacks.
     #[serde(flatten)]
     pub bones: BTreeMap<HumanoidBone, Option<String>>,
-    /// Joints that follow others than their parents, each with the bone or the joint that it follows.
+    /// Joints that follow a joint other than their parent, each with the bone or the joint that it follows.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub follow: BTreeMap<String, String>,
 }
 
 impl HumanoidMap {
-    /// A map that says nothing.
+    /// An empty map.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Whether it says nothing.
+    /// Whether the map is empty.
     pub fn is_empty(&self) -> bool {
         self.bones.is_empty() && self.follow.is_empty()
     }
@@ -131,7 +131,7 @@ impl StatedJoints {
         }
     }
 
-    /// Whether a node is another or hangs from it, where joints follow as the map says.
+    /// Whether a node is another node or its descendant, if joints follow as the map states.
     fn hangs_from(&self, scene: &Scene, node: NodeId, above: NodeId) -> bool {
         let parent = |node: &NodeId| {
             let follows = self.follow.get(node).copied();
@@ -141,7 +141,7 @@ impl StatedJoints {
         path.any(|node| node == above)
     }
 
-    /// The bone that the map says a joint is.
+    /// The bone that the map states for a joint.
     pub(super) fn bone_at(&self, joint: NodeId) -> Option<HumanoidBone> {
         let mut bones = self.bones.iter();
         bones.find_map(|(bone, stated)| (*stated == Some(joint)).then_some(*bone))

@@ -24,7 +24,7 @@ pub(super) struct Ratio {
     pub(super) least: f32,
     /// The lowest logarithm: a length may be anything where somebody did not mind.
     pub(super) lowest: f32,
-    /// Whether it is that of a bone that not every skeleton has, and says nothing about the others.
+    /// Whether it is the ratio of an optional bone, which is no evidence about other bones.
     pub(super) is_optional: bool,
 }
 
@@ -108,8 +108,8 @@ pub(super) const NECK_TO_LEG: Ratio = Ratio::new("neck to head, to leg", 0.13, 0
     .least(0.01)
     .optional();
 
-/// What a name adds that says the part for sure, and takes away that says another: exp(2.5) is 12 to 1. A name that can
-/// mean several parts adds its fraction, as `names/words.rs` has it.
+/// The score that a certain name of the part adds, and a certain name of another part subtracts: exp(2.5) is 12 to 1. A
+/// name with several meanings adds a fraction, by the weights in `names/words.rs`.
 pub(super) const fn weight_of_name(part: Part) -> f32 {
     match part {
         // In the mean over all joints of the spine.
@@ -125,7 +125,7 @@ pub(super) const fn weight_of_name(part: Part) -> f32 {
 pub(super) struct Sign {
     pub(super) what: &'static str,
     pub(super) log_odds: f32,
-    /// Whether it says how well the lengths fit.
+    /// Whether it counts as evidence of lengths.
     pub(super) is_of_lengths: bool,
 }
 
@@ -167,7 +167,7 @@ pub(super) const LEFT_OUT_ABOVE_NECK: Sign = Sign::new("a joint between neck and
 /// Times the joints from there to the shoulders.
 pub(super) const HEAD_BELOW_SHOULDERS: Sign = Sign::new("the head springs from below the shoulders", -1.5);
 
-/// What a reading scores, in parts.
+/// Collects the score of an assignment, by part.
 pub(super) trait Tally {
     fn ratio(&mut self, row: &'static Ratio, ratio: f32);
     /// `times` is the count of the sign, or its amount.

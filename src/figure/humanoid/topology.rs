@@ -19,7 +19,7 @@ const PAIR_TOLERANCE: f32 = 0.2;
 /// A limb is at least this fraction of the longest chain of the skeleton, from its root on.
 const SHORTEST_LIMB: f32 = 0.12;
 
-/// Fraction of joints without a length from which on the OFFSETs are taken to be left out.
+/// The fraction of joints without a length from which OFFSETs count as missing.
 const NO_LENGTHS: f32 = 0.8;
 
 /// The joints with names of parts of a body from which on a skeleton names its bones: hips, two legs and two arms of
@@ -35,13 +35,13 @@ const STATED_OTHERWISE: f32 = -8.0;
 
 /// The nodes of a scene with their names read and their bones measured.
 pub(super) struct Tree {
-    /// What each name says.
+    /// The meaning of each name.
     pub(super) names: Vec<Name>,
-    /// Where each node is in the world, at rest.
+    /// The world position of each node at rest.
     pub(super) at: Vec<Vec3>,
-    /// The node above.
+    /// The parent of each node.
     pub(super) parent: Vec<Option<usize>>,
-    /// The nodes below.
+    /// The children of each node.
     pub(super) children: Vec<Vec<usize>>,
     /// Nodes that the file can animate.
     pub(super) is_joint: Vec<bool>,
@@ -148,8 +148,8 @@ impl Tree {
         self.length_of(&self.path(from, to))
     }
 
-    /// The longest chain that begins with `start`: its nodes, end sites too. Of two of nearly one length the one
-    /// with more joints, so that a stub beside a limb is not taken for it.
+    /// The longest chain that begins with `start`: its nodes, including end sites. Of two chains of similar length, the
+    /// chain with more joints, so that a stub next to a limb is not chosen.
     pub(super) fn chain(&self, start: usize) -> Vec<usize> {
         let mut chain = vec![start];
         let mut node = start;
@@ -174,7 +174,7 @@ impl Tree {
 /// Two limbs that are children of one node and are alike.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
-    /// The node on which both hang.
+    /// The parent of both limbs.
     pub(super) branch: usize,
     /// The first node of each, in the order of the file.
     pub(super) roots: [usize; 2],

@@ -1,14 +1,14 @@
-//! The words that joint names are made of, and which parts of a body each means.
+//! The words in joint names, and the body parts that each word can mean.
 //!
-//! Gathered from the names that programs and capture systems write:
+//! Collected from the names that programs and capture systems write:
 //!
 //! - modelling programs: MotionBuilder, Mixamo, 3ds Max Biped, Maya, Blender Rigify, Unreal, VRM, MikuMikuDance, Poser,
 //!   Daz, MakeHuman, Second Life
 //! - capture systems: Biovision, CMU, Acclaim, Xsens, Rokoko, Perception Neuron, mocopi, Kinect, SlimeVR
 //! - data sets: SMPL, LAFAN1, SOMA
 //!
-//! One word is not one part: `LeftShoulder` is a collar bone or an upper arm, `LeftLeg` a shin or a thigh, so each part
-//! has a weight.
+//! A word can mean several parts: `LeftShoulder` is a collar bone or an upper arm, `LeftLeg` a shin or a thigh. So each
+//! part has a weight.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -62,7 +62,7 @@ const WORDS: &[(Meaning, &[&str])] = &[
             "下半身",
         ],
     ),
-    // Without a side the hips; with one the thigh, which `part_of` sees to.
+    // Without a side the hips; with a side the thigh: see `part_of`.
     (&[(Hips, 0.9)], &["hip", "腰"]),
     (
         &[(Hips, 0.4)],
@@ -321,7 +321,7 @@ const WORDS: &[(Meaning, &[&str])] = &[
     ),
 ];
 
-/// Words that say nothing about the body: of rigs, of programs, of kinds of joint.
+/// Words without a meaning for the body: words of rigs, of programs, of kinds of joints.
 pub(crate) const NOISE: &[&str] = &[
     "jnt",
     "joint",
@@ -364,7 +364,7 @@ pub(crate) const NOISE: &[&str] = &[
     "body",
 ];
 
-/// Words of joints that help another one, or are attached to it, and begin no bone of the body.
+/// Words of helper and attached joints, which begin no bone of the body.
 pub(crate) const HELPERS: &[&str] = &[
     "twist",
     "roll",
@@ -518,7 +518,7 @@ pub(crate) const FINGERS_WITHIN: &[(FingerKind, &[&str])] = &[
     (FingerKind::Ring, &["ringfinger", "handring", "fring", "薬指"]),
 ];
 
-/// And where it is a word of its own.
+/// The words for each finger that count only as separate words.
 pub(crate) const FINGER_WORDS: &[(FingerKind, &[&str])] = &[
     (FingerKind::Middle, &["middle", "mid"]),
     (FingerKind::Ring, &["ring"]),

@@ -1,4 +1,4 @@
-//! Which joints move the same parts of a skin.
+//! Finds joints that move the same parts of a skin.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,17 +8,17 @@ use mocap_scene::scene::{Mesh, Scene};
 /// The share of a face that two joints move. A vertex adds up to a half.
 const SHARED_FACE: f32 = 0.1;
 
-/// The vertices of a limb whose nearest neighbours are looked for.
+/// The number of a limb's vertices whose nearest neighbours are searched.
 const SAMPLES: usize = 64;
 
 /// Weights below this part are stray.
 const STRAY: f32 = 0.01;
 
-/// What joints share of the skin.
+/// The parts of the skin that joints share.
 pub(super) struct SharedSkin {
     /// Whether a node moves vertices.
     has_skin: Vec<bool>,
-    /// Of each pair of joints, the lower first.
+    /// The share of each pair of joints, the lower index first.
     shared: HashMap<(usize, usize), f32>,
 }
 
@@ -68,13 +68,13 @@ impl SharedSkin {
         (0..self.has_skin.len()).filter(|node| self.has_skin[*node])
     }
 
-    /// How much two joints share.
+    /// The share of two joints.
     pub(super) fn shared(&self, joint: usize, other: usize) -> f32 {
         let pair = (joint.min(other), joint.max(other));
         self.shared.get(&pair).copied().unwrap_or_default()
     }
 
-    /// How much joints share with each other joint.
+    /// The shares of these joints with each other joint.
     pub(super) fn shared_by(&self, joints: &[usize]) -> BTreeMap<usize, f32> {
         let mut others = BTreeMap::new();
         for ((low, high), shared) in &self.shared {
@@ -87,8 +87,8 @@ impl SharedSkin {
         others
     }
 
-    /// The joint of most of the vertices that are nearest to those of a limb, where half of the vertices of the limb
-    /// are within a distance.
+    /// The joint with the most vertices nearest to a limb's vertices, if half of the limb's vertices are within the
+    /// distance `within`.
     pub(super) fn nearest(&self, scene: &Scene, limb: &[usize], within: f32) -> Option<usize> {
         let (mut own, mut others) = (Vec::new(), Vec::new());
         for mesh in skins(scene) {

@@ -137,9 +137,9 @@ fn rotation_at(rotations: &[Quat], key: usize) -> Quat {
     rotations.get(key).or(rotations.first()).copied().unwrap_or_default()
 }
 
-/// Moves the nodes of links that are bones to where their bones begin. The frame of a link may be anywhere: that of a
-/// thigh is 12 cm below the hip. How links are turned, and where the others are, stays. Returns where each begins in
-/// the frame of its link.
+/// Moves the nodes of links that are bones to where their bones begin. The origin of a link may be anywhere: a thigh's
+/// may be 12 cm below the hip. Rotations of links, and other nodes, do not change. Returns where each begins in the
+/// frame of its link.
 fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose: &RobotTPose) -> Vec<Vec3> {
     let mut begins = vec![Vec3::ZERO; robot.links.len()];
     for bone in bones {

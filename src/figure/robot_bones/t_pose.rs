@@ -38,7 +38,7 @@ pub struct ForearmTip {
 pub struct RobotTPose {
     /// The links with all joints at 0.
     pub zero_pose: Vec<Placement>,
-    /// The bones. A robot without legs has those of a person with such shoulders.
+    /// The bones. A robot without legs gets the legs of a person with the same shoulders.
     pub parts: BTreeMap<Bone, BonePart>,
     /// The ends of forearms without a hand.
     pub tips: Vec<ForearmTip>,
@@ -50,7 +50,7 @@ pub struct RobotTPose {
     pub floor: f64,
     /// Whether the robot has legs.
     pub has_legs: bool,
-    /// What nothing in the robot's file shows, in words.
+    /// Guesses that nothing in the robot's file supports, as text.
     pub guessed: Vec<String>,
 }
 
@@ -142,14 +142,15 @@ impl Builder<'_> {
         (joint.kind == JointKind::Hinge).then_some((axis, if middle.is_finite() { middle } else { 0.0 }))
     }
 
-    /// The end of a forearm that has no hand: along the forearm, as far beyond its centre of mass as that is from the
-    /// elbow, and a little less. The centre of its shapes is taken where the file states no mass.
+    /// The end of a forearm without a hand, estimated along the forearm as a multiple of the distance from the elbow to
+    /// its centre of mass. Without a mass in the file, the centre of the shapes is used.
     fn tip(&self, forearm: Bone) -> Option<DVec3> {
         /// The distance of the end of a forearm from the elbow, as a multiple of the distance of its centre of mass. A
         /// bar has 2; a forearm that is thicker at the elbow has less.
         const BEYOND: f64 = 1.8;
 
-        /// The distance in metres of a centre from the elbow below which it tells no direction: rounding of files.
+        /// The distance in metres between a centre and the elbow below which they show no direction: the rounding of
+        /// files.
         const NOWHERE: f64 = 1e-3;
         let bone = self.found.get(&forearm)?;
         let from_joint = |centre: DVec3| {

@@ -48,7 +48,7 @@ pub(super) struct Builder {
     pub(super) axes: Quat,
     pub(super) bones: BTreeMap<Bone, NodeId>,
     pub(super) hierarchy: Hierarchy,
-    /// What the motion shows, where the rest pose does not stand.
+    /// The evidence of the motion, if the rest pose does not stand.
     pub(super) shown: Option<Shown>,
     /// The reference pose.
     pub(super) positions: Vec<Vec3>,
@@ -87,8 +87,8 @@ impl Builder {
         self.to_t_pose = turned;
     }
 
-    /// How a bone is turned to its T-pose, and why: the one place where this is chosen. `facing` turns the whole
-    /// figure forward, `above` is the rotation of the bone above, and `axes` are left, up and forward in the world.
+    /// Chooses the rotation of a bone to its T-pose, with the reason. `facing` turns the whole figure forward, `above`
+    /// is the rotation of the parent bone, and `axes` are left, up and forward in the world.
     fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> TPoseRotation {
         let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
             (Some(direction), part) => {
@@ -162,7 +162,7 @@ impl Builder {
         match evidence {
             Evidence::Hinge => Some((roll * to_t_pose, TPoseReason::Hinge)),
             Evidence::UnlikeOtherSide => Some((roll * to_t_pose, TPoseReason::HingeUnlikeOtherSide)),
-            // A first frame that is a T-pose says more than an average, or than the other side.
+            // A first frame in T-pose is better evidence than an average or the other side.
             _ if self.source == TPoseSource::FirstFrame => None,
             Evidence::OtherSide => Some((roll * to_t_pose, TPoseReason::OtherSide)),
             Evidence::Average => Some((roll * to_t_pose, TPoseReason::AverageOfMotion)),
@@ -177,7 +177,7 @@ impl Builder {
         knuckle.unwrap_or_else(|| self.position(next) - self.position(joint))
     }
 
-    /// A bone shorter than this points nowhere: a thousandth of the one above it.
+    /// The smallest length of a bone with a direction: a thousandth of its parent bone.
     fn shortest(&self, joint: NodeId) -> f32 {
         let above = self.hierarchy.parents[joint.index()].map(NodeId::new);
         above.map_or(0.0, |above| 1e-3 * self.position(joint).distance(self.position(above)))
@@ -254,7 +254,7 @@ impl Builder {
         arc(flat, forward) * facing
     }
 
-    /// Every node in the T-pose: joints that are no bone go with the bone above them.
+    /// Every node in the T-pose. Joints that are not bones move with the nearest ancestor bone.
     pub(super) fn finish(self, scene: &Scene, reference: &Pose) -> TPose {
         let mut bone_of = vec![None; scene.nodes.len()];
         for (bone, joint) in &self.bones {

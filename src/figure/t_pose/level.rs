@@ -36,7 +36,7 @@ const SMALLEST_APART: f32 = 0.1;
 const ROLLED_WITH_LEGS: std::ops::RangeInclusive<f32> = 0.3..=2.0;
 
 impl Builder {
-    /// Levels feet, and where the rest pose does not stand, head and shoulders.
+    /// Levels the feet; if the rest pose does not stand, also head and shoulders.
     pub(super) fn level(&mut self, scene: &Scene) {
         self.level_feet(scene);
         if self.source != TPoseSource::RestPose {
@@ -58,7 +58,7 @@ impl Builder {
         (self.axes.inverse() * self.reference_to_t_pose(bone) * self.rotations[joint.index()]).normalize()
     }
 
-    /// Notes that the motion says how a bone is turned: an average says little.
+    /// Records that the motion determines a bone's rotation, with low confidence for averages.
     fn because(&mut self, bone: Bone, reason: TPoseReason) {
         let confidence = match reason {
             TPoseReason::AverageOfMotion => Confidence::Unsure,
@@ -84,7 +84,7 @@ impl Builder {
         })
     }
 
-    /// The angle by which each leg of the reference pose points aside, where both do alike, in radians.
+    /// The sideways angle of each leg in the reference pose, in radians, if both are similar.
     fn legs_apart(&self) -> Option<f32> {
         let aside = |side: Side| {
             let at = |bone: Bone| Some(self.position(self.joint(bone.on(side))?));
@@ -97,8 +97,8 @@ impl Builder {
         (is_mirrored && (SMALLEST_APART..=LEVELLED).contains(&apart)).then_some(apart)
     }
 
-    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. Where the
-    /// rest pose does not stand, the reference pose says nothing about how the feet roll. If it stands with its legs
+    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. If the
+    /// rest pose does not stand, the reference pose does not show the roll of the feet. If it stands with its legs
     /// apart, as in CMU's database, its feet may be rolled outwards with the legs.
     fn level_feet(&mut self, scene: &Scene) {
         let stands = self.source == TPoseSource::RestPose;

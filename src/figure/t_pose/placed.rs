@@ -8,7 +8,7 @@ use super::{TPose, TPoseSource};
 use crate::Figure;
 
 impl TPose {
-    /// The pose with its arms lowered by so many degrees: 45 make an A-pose.
+    /// The pose with its arms lowered by this angle in degrees: 45 degrees give an A-pose.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();

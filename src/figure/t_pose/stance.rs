@@ -46,10 +46,10 @@ pub(super) struct Foot {
 /// The rotation of the feet of the reference pose in stance in the motion, in radians.
 #[derive(Clone, Debug)]
 pub(super) struct Stance {
-    /// Of both, where the motion shows it. Positive where the toes of the motion are higher than those of the reference
-    /// pose.
+    /// The pitch of both feet, if the motion shows it. Positive if the toes are higher in the motion than in the
+    /// reference pose.
     pub(super) pitch: Option<f32>,
-    /// Of each, in the median, and whether the frames agree. Positive where the left edge is higher.
+    /// The median roll of each foot, and whether the frames agree. Positive if the left edge is higher.
     pub(super) rolls: Vec<(f32, bool)>,
 }
 

@@ -16,11 +16,11 @@ use crate::measure::Measures;
 /// The largest angle between the trunk of a figure that stands and the up axis, in radians.
 const UPRIGHT: f32 = 0.35;
 
-/// What a reference pose is made from.
+/// The sources of a reference pose.
 pub(super) struct Sources<'a> {
     pub(super) humanoid: &'a Humanoid,
     pub(super) knuckles: &'a Knuckles,
-    /// What the motion shows, where the rest pose does not stand.
+    /// The evidence of the motion, if the rest pose does not stand.
     pub(super) shown: Option<&'a Shown>,
 }
 

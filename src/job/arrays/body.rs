@@ -1,4 +1,5 @@
-//! Motions of humanoids in the layouts of others: AMASS, SMPL-X, HumanML3D; `skeletons` has those of other joints.
+//! Humanoid motion in the layouts of other programs: AMASS, SMPL-X, HumanML3D. `skeletons` has the layouts with other
+//! joints.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -67,7 +68,7 @@ impl BodyLayout {
         }
     }
 
-    /// How many joints a file has.
+    /// The number of joints in a file.
     #[doc(hidden)]
     pub const fn joints(self) -> usize {
         match self {
@@ -78,7 +79,7 @@ impl BodyLayout {
         }
     }
 
-    /// What every layout leaves out.
+    /// The data that every layout drops.
     #[doc(hidden)]
     pub const NOTE: &str =
         "hands: finger rotations are relative to a flat hand; the shape of the body is the mean (betas 0)";
@@ -92,14 +93,14 @@ impl FromStr for BodyLayout {
             .into_iter()
             .find(|layout| layout.as_str() == name)
             .ok_or_else(|| {
-                Diagnostic::new(Code::InvalidValue, format!("\"{name}\" is no layout of arrays"))
+                Diagnostic::new(Code::InvalidValue, format!("\"{name}\" is not a layout of arrays"))
                     .expected_found("amass, smplx, kimodo, soma, mhr or humanml3d", name)
                     .into()
             })
     }
 }
 
-/// The motion of a humanoid on the joints of SMPL-X, whose rotations are those of the T-pose.
+/// Humanoid motion on the joints of SMPL-X. Rotations are relative to the T-pose.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -118,12 +119,12 @@ pub struct BodyArrays {
     pub frames: usize,
     /// Frames per second.
     pub frame_rate: f64,
-    /// Rotations of the 55 joints of SMPL-X to their parents, as vectors along the axis as long as the angle in
-    /// radians: frames x 55 x 3, +Y up. Fingers begin at a flat hand; joints that the body lacks have none.
+    /// Rotations of the 55 joints of SMPL-X relative to their parents, as axis-angle vectors in radians: frames x 55 x
+    /// 3, +Y up. Finger rotations are relative to a flat hand. Joints that the body lacks have no rotation.
     pub poses: Vec<f64>,
-    /// Where the pelvis is, in metres, +Y up: frames x 3.
+    /// The position of the pelvis in metres, +Y up: frames x 3.
     pub root: Vec<f64>,
-    /// Where the joints are at rest, in the axes of SMPL's template: 55 x 3, in metres.
+    /// The rest positions of the joints in metres, in the axes of SMPL's template: 55 x 3.
     pub rest_joints: Vec<f64>,
     joints: Vec<Joint>,
 }
@@ -131,7 +132,7 @@ pub struct BodyArrays {
 /// The joints of SMPL-X, with hands, jaw and eyes.
 const ALL_JOINTS: usize = 55;
 
-/// The joints of its body: those of SMPL without hands.
+/// The joints of the body: SMPL without hands.
 const BODY_JOINTS: usize = 22;
 
 /// The joints of SOMA's full set.
@@ -141,10 +142,10 @@ const SOMA_JOINTS: usize = 77;
 const MHR_JOINTS: usize = 127;
 
 impl BodyArrays {
-    /// The first animation of a scene, in any unit and with any axis up.
+    /// Takes the first animation of a scene, with any unit and any up axis.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where no humanoid is found; [`Code::NoMotion`] where there is no motion.
+    /// [`Code::NotHumanoid`] if no humanoid is found; [`Code::NoMotion`] if the scene has no motion.
     pub fn new(scene: &Scene) -> Result<Self> {
         let mut scene = scene.clone();
         scene.animations.truncate(1);
@@ -152,8 +153,8 @@ impl BodyArrays {
         Self::of_humanoid(&scene, None, None)
     }
 
-    /// As [`new`](Self::new), of a scene in metres with +Y up. `whole` has the frames that show the T-pose, where the
-    /// scene has a part of them; `known` has the bones, where the caller knows them.
+    /// As [`new`](Self::new), for a scene in metres with +Y up. If the scene has only a part of the frames, `whole` has
+    /// all frames that show the T-pose. `known` has the bones, if the caller knows them.
     pub(crate) fn of_humanoid(scene: &Scene, whole: Option<&Scene>, known: Option<Humanoid>) -> Result<Self> {
         let body = vrm_humanoid_shown(scene, whole, known)?;
         let Some(animation) = body.animations.first() else {
@@ -204,7 +205,7 @@ impl BodyArrays {
     /// The file of a layout.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where HumanML3D's has no second frame.
+    /// [`Code::NoMotion`] for HumanML3D with fewer than two frames.
     pub fn write(&self, layout: BodyLayout) -> Result<Vec<u8>> {
         match layout {
             BodyLayout::Amass => Ok(self.amass()),
@@ -232,7 +233,7 @@ impl BodyArrays {
         &self.joints
     }
 
-    /// The rotation of every joint to the world in a frame.
+    /// The world rotation of every joint in a frame.
     pub(super) fn rotations_to_world(&self, frame: usize) -> Vec<DQuat> {
         let mut world: Vec<DQuat> = Vec::with_capacity(self.joints.len());
         for (index, joint) in self.joints.iter().enumerate() {
@@ -311,7 +312,7 @@ impl BodyArrays {
         positions
     }
 
-    /// At 20 frames a second: the frame nearest to each time.
+    /// Samples at 20 frames per second: the nearest frame to each time.
     fn humanml3d(&self) -> Result<Vec<u8>> {
         let step = self.frame_rate / humanml3d::RATE;
         let count = ((self.frames.max(1) - 1) as f64 / step) as usize + 1;
@@ -319,7 +320,7 @@ impl BodyArrays {
         let frames: Vec<[DVec3; BODY_JOINTS]> = (0..count).map(|index| self.posed(nearest(index))).collect();
         let rows = humanml3d::numbers(&frames);
         if rows.is_empty() {
-            let message = "the numbers of HumanML3D are those from one frame to the next, and there is one frame";
+            let message = "HumanML3D holds differences between frames, and the motion has only one frame";
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         }
         let values: Vec<f32> = rows.iter().flatten().copied().collect();
@@ -327,8 +328,8 @@ impl BodyArrays {
     }
 }
 
-/// Where the joints are at rest: those of the body, and those that it lacks where the joint above is. The pelvis is
-/// where SMPL's template has it.
+/// The rest positions of the joints. A joint that the body lacks is at its parent. The pelvis is at its position in
+/// SMPL's template.
 fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<usize>) -> Vec<Vec3> {
     let mut positions: Vec<Vec3> = Vec::with_capacity(joints.len());
     let neck = joints
@@ -339,7 +340,7 @@ fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<us
     for joint in joints {
         let own = node(joint).map(|node| rest.node_to_world[node].w_axis.truncate());
         let above = joint.parent.map_or(Vec3::ZERO, |parent| positions[parent]);
-        // A spine with fewer joints: half of what is left up to the neck.
+        // A spine with fewer joints: halfway from here to the neck.
         let is_spine = matches!(joint.bone, Some(Bone::Spine | Bone::Chest | Bone::UpperChest));
         let lacking = || {
             if is_spine {

@@ -1,8 +1,8 @@
 //! Forward kinematics of a block of frames, node by node.
 //!
-//! [`Pose`](mocap_scene::pose::Pose) goes frame by frame, which suits whoever shows one moment. For all frames, the
-//! keys of a track are read one after the other, as they lie in memory. A node is chained to its parent in [many frames
-//! at once](super::lanes).
+//! [`Pose`](mocap_scene::pose::Pose) computes one frame at a time, which suits a viewer. For all frames, this module
+//! reads the keys of a track in the order of memory, and chains a node to its parent in [many frames at
+//! once](super::lanes).
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::pose::{Binding, Trs, forward_kinematics};
@@ -10,13 +10,13 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 use crate::arrays::lanes::{LANES, Rotations, Transforms};
 
-/// What to chain.
+/// The nodes to compute.
 pub(super) struct ChainRequest<'a> {
-    /// The nodes whose transforms are asked for.
+    /// The requested nodes.
     pub(super) nodes: &'a [NodeId],
-    /// Whether their axes in the world are asked for too.
+    /// Whether the world axes of the nodes are requested too.
     pub(super) axes: bool,
-    /// The scene's axes to those of the world.
+    /// From the scene's axes to the world axes.
     pub(super) turn: Option<Mat4>,
 }
 
@@ -27,24 +27,24 @@ pub(super) struct Chain<'a> {
     turn: Option<Transforms>,
 }
 
-/// A node that is wanted, or one above it.
+/// A requested node, or an ancestor of one.
 struct Link<'a> {
     node: NodeId,
     /// The index of its parent in the chain.
     parent: Option<usize>,
-    /// What moves it. Tracks with one key are read when the chain is made.
+    /// The tracks of the node. Tracks with one key are read when the chain is made.
     positions: Option<&'a Keys<Vec3>>,
     rotations: Option<&'a Keys<Quat>>,
     scalings: Option<&'a Keys<Vec3>>,
     still_scale: Vec3,
     to_parent: Transforms,
     rotation: Rotations,
-    /// Whether anything needs its axes in the world.
+    /// Whether any node needs its world axes.
     needs_axes: bool,
 }
 
 impl<'a> Chain<'a> {
-    /// `animation` is one of `scene`, and `binding` its own.
+    /// `animation` belongs to `scene`, and `binding` to `animation`.
     pub(super) fn new(scene: &Scene, animation: &'a Animation, binding: &Binding, wanted: &ChainRequest<'_>) -> Self {
         let mut channels: Vec<Option<&'a Channel>> = vec![None; scene.nodes.len()];
         for (node, channel) in binding.driven() {
@@ -62,7 +62,7 @@ impl<'a> Chain<'a> {
                 has_children[parent.index()] = true;
             }
         }
-        // Nodes that are left out are not among the links.
+        // Nodes that are not needed have no link.
         let mut link_of = vec![None; scene.nodes.len()];
         let mut links = Vec::with_capacity(scene.nodes.len());
         for (index, node) in scene.nodes.iter().enumerate().filter(|(index, _)| is_wanted[*index]) {
@@ -84,7 +84,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// The index of a wanted node in the chain, for the methods below.
+    /// The index of a requested node in the chain, for the methods below.
     pub(super) fn index(&self, node: NodeId) -> usize {
         self.links.partition_point(|link| link.node < node)
     }
@@ -118,12 +118,12 @@ impl<'a> Chain<'a> {
         &self.to_world[index]
     }
 
-    /// Node to the parent in the scene.
+    /// Node to its parent in the scene.
     pub(super) fn to_parent(&self, index: usize) -> &Transforms {
         &self.links[index].to_parent
     }
 
-    /// The rotation of the node to the parent in the scene.
+    /// The rotation of the node relative to its parent in the scene.
     #[inline]
     pub(super) fn rotation(&self, index: usize, frame: usize) -> Quat {
         self.links[index].rotation.get(frame)
@@ -151,7 +151,7 @@ impl<'a> Link<'a> {
     ) -> Self {
         let rest = Trs::from_matrix(transform);
         let still = channel.map_or(rest, |channel| channel.sample(0.0, rest));
-        // A matrix that nothing drives may shear, as no translation, rotation and scale can.
+        // A matrix without tracks may contain shear, which translation, rotation and scale cannot express.
         let to_parent = channel.map_or(transform, |_| still.matrix());
         Self {
             node,
@@ -172,7 +172,7 @@ impl<'a> Link<'a> {
         }
     }
 
-    /// Brings `rotation` and `to_parent` to the ticks of a block.
+    /// Samples `rotation` and `to_parent` at the ticks of a block.
     fn sample(&mut self, ticks: &[f64; LANES], first_key: Option<usize>) {
         if let Some(keys) = self.positions {
             let transforms = &mut self.to_parent;
@@ -200,14 +200,14 @@ impl<'a> Link<'a> {
     }
 }
 
-/// The first of `ticks` as a number, if they are whole and count up one by one.
+/// The first of `ticks`, if the ticks are consecutive integers.
 fn first_of_whole_ticks(ticks: &[f64; LANES]) -> Option<usize> {
     let first = ticks[0] as usize;
     let counts_up = ticks.iter().zip(first..).all(|(&tick, count)| tick == count as f64);
     counts_up.then_some(first)
 }
 
-/// Gives `take` the value of a track in every frame. Where frames are keys, it is a key.
+/// Passes the value of a track in every frame to `take`. If the frames are keys, the value is the key.
 #[inline]
 fn for_each_value<T: Copy>(
     keys: &Keys<T>,

@@ -11,16 +11,16 @@ use crate::arrays::frame::Frame;
 use crate::arrays::joints::{Selection, pattern};
 use crate::arrays::{ArrayOptions, Contacts, unknown_option};
 
-/// The names of feet in a skeleton that is no humanoid.
+/// The names of feet in a skeleton that is not a humanoid.
 const NAMED_FEET: &str = "(?i)foot|toe|ankle";
 
-/// The positions of the feet in the world of the output.
+/// The world positions of the feet in the output.
 pub(super) struct Feet {
     thresholds: Option<Contacts>,
     joint_count: usize,
     /// Indices of the feet among the joints.
     pub(super) joints: Vec<usize>,
-    /// How many of them, one after the other, rest at one level.
+    /// The sizes of groups of consecutive feet that rest at one level.
     groups: Vec<usize>,
     /// Frames x feet x 3, to be filled.
     pub(super) positions: Vec<f32>,
@@ -102,8 +102,8 @@ impl Feet {
     }
 }
 
-/// Indices of the feet among the joints; feet that rest at one level are together. They are found by their names if the
-/// caller gives a pattern, else they are the points of the feet of the humanoid.
+/// Indices of the feet among the joints, grouped by resting level. With a pattern of the caller, feet are found by
+/// name; otherwise they are the ankles and balls of the humanoid's feet.
 fn groups_of_feet(scene: &Scene, frame: &Frame, joints: &Selection, thresholds: &Contacts) -> Result<Vec<Vec<usize>>> {
     let humanoid = frame.figure.as_ref().map(|figure| &figure.humanoid);
     let humanoid = humanoid.filter(|humanoid| humanoid.found && thresholds.feet.is_none());
@@ -117,8 +117,8 @@ fn groups_of_feet(scene: &Scene, frame: &Frame, joints: &Selection, thresholds: 
         });
         if groups.iter().all(Vec::is_empty) {
             return Err(unknown_option(
-                "no selected joint is one of a foot",
-                "joints with a foot among them",
+                "no selected joint belongs to a foot",
+                "a selection with a joint of a foot",
                 format!("{} joints", joints.nodes.len()),
             ));
         }

@@ -15,10 +15,10 @@ impl Arrays {
     /// - `frame`, `time` in seconds, `joint`
     /// - the position as `x`, `y`, `z`
     /// - the rotation by [`Rotation::columns`](crate::arrays::Rotation::columns)
-    /// - if asked for, the velocity as `vx`, `vy`, `vz`, and `contact` as 0 or 1
+    /// - if requested, the velocity as `vx`, `vy`, `vz`, and `contact` as 0 or 1
     ///
-    /// `pandas.read_csv(path, skiprows=1)` reads it. Numbers are as short as they can be and still read back as the
-    /// same 32-bit value. A spreadsheet takes a name such as `=1+1` for a formula;
+    /// `pandas.read_csv(path, skiprows=1)` reads it. Each number has the fewest digits that read back as the same
+    /// 32-bit value. A spreadsheet reads a name such as `=1+1` as a formula;
     /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
     ///
     /// ```
@@ -36,8 +36,8 @@ impl Arrays {
         text(self, false)
     }
 
-    /// As [`to_csv`](Self::to_csv), but no cell is a formula to a spreadsheet: see [`csv_field`]. The first line is one
-    /// cell, in quotes.
+    /// As [`to_csv`](Self::to_csv), but a spreadsheet reads no cell as a formula: see [`csv_field`]. The first line is
+    /// one cell, in quotes.
     pub fn to_csv_for_spreadsheet(&self) -> String {
         text(self, true)
     }
@@ -46,7 +46,7 @@ impl Arrays {
 fn text(arrays: &Arrays, for_spreadsheet: bool) -> String {
     let mut text = String::with_capacity(100 * arrays.rows());
     let header = format!("# {}", arrays.header.to_json());
-    // Without quotes each comma in it would begin another cell.
+    // Without quotes, each comma in the header would begin a new cell.
     text += &if for_spreadsheet {
         csv_field(&header, true)
     } else {

@@ -11,17 +11,17 @@ use mocap_scene::scene::{Scene, Topic, UpAxis};
 
 use crate::arrays::ArrayOptions;
 
-/// How the coordinates of a scene become those of the output.
+/// The conversion of a scene's coordinates to the coordinates of the output.
 pub(super) struct Frame {
-    /// Units of the output in one of the scene.
+    /// Units of the output per unit of the scene.
     pub(super) scale: f32,
-    /// The scene's axes to those of the output, where they differ.
+    /// From the scene's axes to the output's axes, if they differ.
     pub(super) turn: Option<Mat4>,
-    /// Metres in one unit of the output, where the file, the caller or a need for it says so.
+    /// Metres per unit of the output, if stated by the file or the caller, or needed and guessed.
     pub(super) metres_per_unit: Option<f64>,
-    /// The axis of the output that points up, likewise.
+    /// The up axis of the output, under the same conditions.
     pub(super) up: Option<UpAxis>,
-    /// The figure, where something is to be known of it.
+    /// The figure, if any guess needs it.
     pub(super) figure: Option<Figure>,
 }
 
@@ -62,9 +62,9 @@ impl Frame {
         let turns = matches!((file.up, output.up), (Some(file), Some(output)) if file != output);
         let scales =
             matches!((file.metres_per_unit, output.metres_per_unit), (Some(file), Some(output)) if file != output);
-        // What the file does not state is recorded too, so that an output tells whether its header is right.
+        // Missing statements of the file are recorded too, so that a reader can judge the header.
         if turns || scales || file != Space::default().or_stated(&scene.metadata) {
-            // What is unknown stays, and is written as from 1 m to 1 m, or from +Y to +Y.
+            // An unknown unit or axis is not converted. The step records 1 m to 1 m, or +Y to +Y.
             let (from, up) = (file.metres_per_unit.unwrap_or(1.0), file.up.unwrap_or_default());
             provenance.steps.push(AppliedStep::ConvertUnits {
                 metres_per_unit: from,
@@ -88,7 +88,7 @@ impl Frame {
         })
     }
 
-    /// Up in the output.
+    /// The up direction in the output.
     pub(super) fn up(&self) -> Vec3 {
         match self.up.unwrap_or_default() {
             UpAxis::Y => Vec3::Y,

@@ -24,7 +24,7 @@ pub struct Joint {
     pub offset: Vec3,
     /// Whether it is an end site, which the file does not animate.
     pub end_site: bool,
-    /// The order of the joint's Euler angles in the file, where it has one.
+    /// The order of the joint's Euler angles in the file, if it has one.
     pub rotation_order: Option<RotationOrder>,
 }
 
@@ -32,7 +32,7 @@ pub struct Joint {
 pub(super) struct Selection {
     pub(super) nodes: Vec<NodeId>,
     pub(super) joints: Vec<Joint>,
-    /// For each, the root of its chain, which need not be in the output.
+    /// For each node, the root of its chain. The root need not be in the output.
     pub(super) roots: Vec<NodeId>,
 }
 

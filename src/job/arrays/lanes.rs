@@ -1,7 +1,7 @@
 //! Transforms in a block of frames, as structures of arrays: see [`soa`](mocap_scene::math::soa).
 //!
-//! A compiler makes one instruction of the same operation on neighbouring lanes. With one matrix for every frame it has
-//! no more than the four numbers of a column. The order of the operations is that of glam's matrices.
+//! The compiler turns the same operation on neighbouring lanes into one SIMD instruction. An array of matrices would
+//! only offer the four numbers of a column. The order of operations equals glam's.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -10,7 +10,7 @@ use mocap_scene::math::soa::{Matrices, single};
 /// Frames of a block. The transforms of about 40 nodes stay in the processor's second cache.
 pub(super) const LANES: usize = PARTS * single::LANES;
 
-/// Structures of arrays in a block: so many that the work on a node is worth the loop over its tracks.
+/// Structures of arrays in a block: enough that the work on a node outweighs the loop over its tracks.
 const PARTS: usize = 4;
 
 /// A rotation in every frame.
@@ -64,7 +64,7 @@ impl Transforms {
         part.origin.set_lane(frame % single::LANES, origin.to_array());
     }
 
-    /// Sets the axes to those of unit quaternions.
+    /// Sets the axes from unit quaternions.
     pub(super) fn set_rotations(&mut self, rotations: &Rotations) {
         for (part, rotations) in std::iter::zip(&mut self.0, &rotations.0) {
             part.axes = Matrices::from(*rotations);
@@ -81,14 +81,14 @@ impl Transforms {
         }
     }
 
-    /// Sets the origins to those of `parent * local`.
+    /// Sets the origins to the origins of `parent * local`.
     pub(super) fn set_product_of_origins(&mut self, parent: &Self, local: &Self) {
         for ((part, parent), local) in std::iter::zip(&mut self.0, &parent.0).zip(&local.0) {
             part.set_product_of_origins(parent, local);
         }
     }
 
-    /// Sets the axes to those of `parent * local`.
+    /// Sets the axes to the axes of `parent * local`.
     pub(super) fn set_product_of_axes(&mut self, parent: &Self, local: &Self) {
         for ((part, parent), local) in std::iter::zip(&mut self.0, &parent.0).zip(&local.0) {
             part.set_product_of_axes(parent, local);

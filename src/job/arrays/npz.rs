@@ -24,8 +24,8 @@ impl Arrays {
     /// |---|---|---|
     /// | `positions` | float32, frames x joints x 3 | |
     /// | `rotations` | float32, frames x joints x 4, 6, 3 or 3 x 3 | by [`Rotation`] |
-    /// | `velocities` | float32, frames x joints x 3 | if asked for |
-    /// | `contacts` | bool, frames x joints | if asked for |
+    /// | `velocities` | float32, frames x joints x 3 | if requested |
+    /// | `contacts` | bool, frames x joints | if requested |
     /// | `names` | str, joints | |
     /// | `parents` | int32, joints | -1 for a joint without a parent |
     /// | `offsets` | float32, joints x 3 | |
@@ -58,7 +58,7 @@ pub fn contacts_npz(contacts: &DetectedContacts) -> Vec<u8> {
 /// - `fps`
 /// - `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w)
 /// - `dof_pos` (frames x joints), `dof_names`
-/// - `contacts` (bool, frames x 2: the left and the right foot of the source; frames x 4 of a robot with four legs, the
+/// - `contacts` (bool, frames x 2: the left and the right foot of the source; for a robot with four legs frames x 4,
 ///   front feet first)
 ///
 /// All numbers are float64.
@@ -73,8 +73,8 @@ pub fn robot_npz(motion: &RobotMotion) -> Vec<u8> {
     })
 }
 
-/// The motion of a robot as MuJoCo has it. `qpos` (frames x 7 + joints) has the position of the base, its rotation as
-/// w, x, y and z, and the joints. `fps`, `dof_names` and `contacts` are as in [`robot_npz`].
+/// The motion of a robot as MuJoCo's `qpos` (frames x 7 + joints): the position of the base, its rotation as w, x, y
+/// and z, and the joints. `fps`, `dof_names` and `contacts` are as in [`robot_npz`].
 pub fn robot_qpos_npz(motion: &RobotMotion) -> Vec<u8> {
     let shape = [motion.frames(), 7 + motion.dof_names.len()];
     Archive::made(|archive| {
@@ -84,12 +84,12 @@ pub fn robot_qpos_npz(motion: &RobotMotion) -> Vec<u8> {
     })
 }
 
-/// The distances of a matrix in metres as NumPy's `.npy`: float32, windows of the first clip x those of the second.
+/// The distances of a matrix in metres as NumPy's `.npy`: float32, windows of the first clip x windows of the second.
 pub fn matrix_npy(matrix: &DistanceMatrix) -> Vec<u8> {
     npy_of_floats(&[matrix.rows, matrix.columns], &matrix.values)
 }
 
-/// An archive of arrays, each of its type.
+/// An archive of arrays of different types.
 pub(crate) fn of_arrays(arrays: &[Named]) -> Vec<u8> {
     Archive::made(|archive| {
         for Named { name, shape, values } in arrays {
@@ -110,7 +110,7 @@ pub(crate) fn of_arrays(arrays: &[Named]) -> Vec<u8> {
     })
 }
 
-/// An archive of arrays of doubles, each with its shape, and of texts.
+/// An archive of float64 arrays with their shapes, and of texts.
 pub(super) fn of_doubles(arrays: &[(&str, &[usize], &[f64])], texts: &[(&str, &str)]) -> Vec<u8> {
     Archive::made(|archive| {
         for (name, shape, values) in arrays {
@@ -131,7 +131,7 @@ pub(super) fn npy_of_floats(shape: &[usize], values: &[f32]) -> Vec<u8> {
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);
 
 impl Archive {
-    /// The bytes of the archive with what `add` puts into it.
+    /// The bytes of the archive after `add` has filled it.
     fn made(add: impl FnOnce(&mut Self) -> ZipResult<()>) -> Vec<u8> {
         let mut archive = Self(ZipWriter::new(Cursor::new(Vec::new())));
         (archive.0.set_comment(ARRAY_MARK))
@@ -237,7 +237,7 @@ impl Archive {
 }
 
 fn npy_header(dtype: &str, shape: &[usize]) -> Vec<u8> {
-    // A Python tuple: with a comma after every element, which a tuple of one needs.
+    // A Python tuple, with a comma after every element: a tuple of one element needs the comma.
     let shape: String = shape.iter().map(|length| format!("{length},")).collect();
     let mut header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': ({shape}), }}");
     let before = b"\x93NUMPY\x01\x00".len() + 2;

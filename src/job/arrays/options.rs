@@ -46,23 +46,23 @@ pub struct ArrayOptions {
     pub frames_per_second: Option<f64>,
     /// The first moment to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
-    /// The last moment to keep; one after the end means the end. Default: the end.
+    /// The last moment to keep; a moment after the end means the end. Default: the end.
     pub last: Option<Moment>,
-    /// Metres per unit of length of the file. Default: the unit that the file states, or else, where it is needed, the
-    /// guess of [`Survey`](mocap_figure::Survey).
+    /// Metres per unit of length of the file. Default: the unit that the file states. If it states none and the unit is
+    /// needed: the guess of [`Survey`](mocap_figure::Survey).
     pub metres_per_unit: Option<f64>,
-    /// The up axis of the file. Default: the axis that the file states, or else, where it is needed, the guess of
-    /// [`Survey`](mocap_figure::Survey).
+    /// The up axis of the file. Default: the axis that the file states. If it states none and the axis is needed: the
+    /// guess of [`Survey`](mocap_figure::Survey).
     pub up: Option<UpAxis>,
     /// Metres per unit of length of the output. Default: the file's own unit.
     pub out_metres_per_unit: Option<f64>,
     /// The up axis of the output. Default: the file's own axes.
     pub out_up: Option<UpAxis>,
-    /// Joints of the file for bones of the humanoid, from which the unit, the up axis and the feet are found. Default:
-    /// none, all bones are searched for.
+    /// The joints of the humanoid's bones. The unit, the up axis and the feet are found from the bones. Default: none,
+    /// so all bones are searched for.
     pub bones: HumanoidMap,
-    /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate, one-sided at
-    /// the first and the last frame; 0 for a single frame. Default: `false`.
+    /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate. They are
+    /// one-sided at the first and the last frame, and 0 for a single frame. Default: `false`.
     pub velocities: bool,
     /// The thresholds for foot contacts. Default: `None`, no contacts.
     pub contacts: Option<Contacts>,
@@ -103,14 +103,13 @@ pub enum Space {
     Local,
 }
 
-/// Foot contacts, by the rule of [`ContactOptions::detect`](mocap_edit::ContactOptions::detect). A point of a foot is
-/// in contact when it is low and slow, and until it is 1.6 times too high or too fast. Contacts shorter than 0.08
-/// seconds are dropped, gaps shorter than 0.05 seconds closed.
+/// Foot contacts, by the rule of [`ContactOptions::detect`](mocap_edit::ContactOptions::detect). A contact of a foot's
+/// point starts when the point is low and slow. It ends when the height or the speed exceeds 1.6 times its threshold.
+/// Contacts shorter than 0.08 seconds are dropped; gaps shorter than 0.05 seconds are closed.
 ///
-/// Heights are along the up axis, above the level on which the points rest. The level is the fifth percentile of the
-/// height of the lowest point, so that a rest pose in the first frame does not count. Ankles have a level, and the
-/// balls of the feet theirs; joints that are chosen by their names have one together. Speeds are central differences,
-/// in any direction.
+/// Heights are measured along the up axis from the resting level. The resting level is the fifth percentile of the
+/// height of the lowest point, so a rest pose in the first frame does not matter. Ankles and the balls of the feet have
+/// separate levels. Joints that a pattern selects share one level. Speeds are central differences, in any direction.
 ///
 /// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -120,7 +119,7 @@ pub struct Contacts {
     /// A regular expression for the names of the feet among the joints of the output. Default: the ankles and the
     /// balls of the feet of a humanoid; for any other skeleton `(?i)foot|toe|ankle`.
     pub feet: Option<String>,
-    /// The largest height above the level of rest, in metres. Default: 0.05.
+    /// The largest height above the resting level, in metres. Default: 0.05.
     pub height: f64,
     /// The largest speed, in metres per second. Default: 0.25.
     pub speed: f64,

@@ -1,4 +1,4 @@
-//! Motion and columns over time as Parquet files.
+//! Motion and time series as Parquet files.
 
 use std::sync::Arc;
 
@@ -14,14 +14,13 @@ impl Arrays {
     /// A Parquet file of [`to_table_with_header`](Self::to_table_with_header).
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`] where Parquet cannot hold the table.
+    /// [`Code::Unrepresentable`] if Parquet cannot hold the table.
     pub fn to_parquet(&self, clip: &str) -> Result<Vec<u8>> {
         to_parquet(self.tables(clip).map(|table| self.with_header(&table)))
     }
 }
 
-/// Columns over time as a Parquet file: `time` in seconds, then the columns, whose fields have their `unit` as
-/// metadata.
+/// A time series as a Parquet file: `time` in seconds, then the columns. The metadata of a column has its `unit`.
 ///
 /// # Errors
 /// As [`Arrays::to_parquet`].

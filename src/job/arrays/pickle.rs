@@ -1,5 +1,4 @@
-//! Python's pickles of dictionaries with arrays of NumPy, which `pickle.load` reads where NumPy is installed. Protocol
-//! 4.
+//! Python pickles (protocol 4) of dictionaries with NumPy arrays. `pickle.load` reads them if NumPy is installed.
 
 use mocap_scene::files::ARRAY_MARK;
 
@@ -7,10 +6,10 @@ use mocap_scene::files::ARRAY_MARK;
 pub(super) struct Pickle(Vec<u8>);
 
 impl Pickle {
-    /// A dictionary with what `fill` adds: for each entry its key, as text, then its value.
+    /// A dictionary with the entries that `fill` adds: for each the key as text, then the value.
     pub(super) fn dictionary(fill: impl FnOnce(&mut Self)) -> Vec<u8> {
         let mut pickle = Self(vec![0x80, 4]);
-        // A text that is forgotten at once: the file says who wrote it.
+        // A text that is popped at once: it records the writer in the file.
         pickle.text(ARRAY_MARK);
         pickle.0.push(b'0');
         pickle.0.extend(b"}(");
@@ -29,7 +28,7 @@ impl Pickle {
         self.0.push(b'N');
     }
 
-    /// A float, or an int where it is one.
+    /// A float, or an int if the value is whole.
     pub(super) fn number(&mut self, value: f64) {
         let whole = value as i32;
         if f64::from(whole) == value {
@@ -51,8 +50,8 @@ impl Pickle {
         self.0.extend(format!("cnumpy\n{name}\n").as_bytes());
     }
 
-    /// `numpy.reshape(numpy.array(numpy.frombuffer(bytes, "<f8")), shape)`: names that every version has. The copy
-    /// can be written to.
+    /// `numpy.reshape(numpy.array(numpy.frombuffer(bytes, "<f8")), shape)`: these names exist in every NumPy version.
+    /// The copy is writable.
     pub(super) fn array(&mut self, values: &[f64], shape: &[usize]) {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         self.numbers("<f8", bytes, shape);
@@ -72,9 +71,9 @@ impl Pickle {
         self.0.extend((bytes.len() as u64).to_le_bytes());
         self.0.extend(bytes);
         self.text(dtype);
-        // A tuple of two, call; a tuple of one, call.
+        // Tuple of two, call; tuple of one, call.
         self.0.extend([0x86, b'R', 0x85, b'R']);
-        // A mark, the lengths, a tuple of what is after the mark; a tuple of two, call.
+        // Mark, the lengths, tuple of everything after the mark; tuple of two, call.
         self.0.push(b'(');
         for length in shape {
             self.0.push(b'J');

@@ -9,11 +9,11 @@ use super::pickle::Pickle;
 /// Decimals of a row: a micrometre.
 const DECIMALS: usize = 6;
 
-/// The last of these decimals as a number, by which a value is kept within its limit.
+/// The smallest step of these decimals: rounding moves a value by one step to keep it within its limit.
 const LAST_DECIMAL: f64 = 1e-6;
 
-/// The motion of a robot as CSV without a header, as in the LAFAN1 set for Unitree's robots. Each frame is a row: the
-/// position of the base, its rotation as x, y, z and w, the joints. No rounding brings a joint beyond its limit.
+/// The motion of a robot as CSV without a header, as in the LAFAN1 dataset for Unitree's robots. Each frame is a row:
+/// the position of the base, its rotation as x, y, z and w, the joints. Rounding keeps every joint within its limit.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -51,7 +51,7 @@ pub fn robot_csv(motion: &RobotMotion, robot: &Robot) -> String {
     text
 }
 
-/// The motion of a robot as a pickle, as GMR writes it. `pickle.load` reads it if NumPy is installed. It is a
+/// The motion of a robot as a pickle, as GMR writes it. `pickle.load` reads it if NumPy is installed. The pickle is a
 /// dictionary:
 ///
 /// - `fps`
@@ -70,7 +70,7 @@ pub fn robot_pickle(motion: &RobotMotion) -> Vec<u8> {
     })
 }
 
-/// What every pickle of a robot's motion has.
+/// The entries that every pickle of a robot's motion has.
 pub(super) fn pickle_base(motion: &RobotMotion, pickle: &mut Pickle) {
     let frames = motion.frames();
     pickle.text("fps");
@@ -85,7 +85,7 @@ pub(super) fn pickle_base(motion: &RobotMotion, pickle: &mut Pickle) {
     pickle.texts(&motion.dof_names);
 }
 
-/// A number of six decimals that is within the limits, as its decimals are read again.
+/// Rounds to six decimals. The result, read back from its decimals, is within the limits.
 pub fn rounded_within(value: f64, lower: f64, upper: f64) -> f64 {
     let read = |value: f64| -> f64 { format!("{value:.DECIMALS$}").parse().unwrap_or(value) };
     let rounded = read(value);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use mocap_scene::math::rotation::euler_rot;
 use mocap_scene::scene::RotationOrder;
 
-/// The representation of rotations. The names are those that files and options use.
+/// The representation of rotations. Files and options use these names.
 ///
 /// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -16,16 +16,17 @@ pub enum Rotation {
     #[default]
     #[serde(rename = "quat")]
     Quaternion,
-    /// The first column of the rotation matrix, then the second: x, y, z, x, y, z. The continuous 6D representation for
-    /// neural networks: Zhou et al., On the Continuity of Rotation Representations in Neural Networks, CVPR 2019.
+    /// The first column of the rotation matrix, then the second: x, y, z, x, y, z. This is the continuous 6D
+    /// representation for neural networks of Zhou et al., On the Continuity of Rotation Representations in Neural
+    /// Networks, CVPR 2019.
     #[serde(rename = "6d")]
     SixD,
     /// The rotation matrix that maps column vectors, row by row.
     #[serde(rename = "matrix")]
     Matrix,
     /// Degrees about x, y and z, each from -180 to 180, in the joint's
-    /// [`rotation_order`](crate::arrays::Joint::rotation_order), or X Y Z without one. Relative to the parent these are
-    /// the file's own angles, up to whole revolutions and the second solution of Euler angles.
+    /// [`rotation_order`](crate::arrays::Joint::rotation_order), or X Y Z without one. Relative to the parent, these
+    /// are the file's own angles, except for whole revolutions and the second Euler solution.
     #[serde(rename = "euler")]
     Euler,
 }

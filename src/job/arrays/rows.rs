@@ -1,4 +1,4 @@
-//! From the blocks of a [`Chain`] to rows, a frame each.
+//! Converts the blocks of a [`Chain`] to rows, one for each frame.
 
 use std::num::NonZeroUsize;
 use std::thread;
@@ -14,7 +14,7 @@ use crate::arrays::lanes::LANES;
 use crate::arrays::timeline::Timeline;
 use crate::arrays::{ArrayOptions, RotationSpace, Space};
 
-/// The least number of values for which a second thread saves time.
+/// The smallest number of values for which a second thread saves time.
 const LARGE: usize = 1 << 19;
 
 /// The input of all rows.
@@ -39,7 +39,7 @@ pub(super) struct Rows<'a> {
     pub(super) feet: &'a mut [f32],
 }
 
-/// The index of a joint of the output in the chain.
+/// The links of a joint of the output in the chain.
 struct JointLinks {
     node: usize,
     root: usize,
@@ -49,7 +49,7 @@ struct JointLinks {
 }
 
 impl Source<'_> {
-    /// Fills all rows. The values do not depend on how many threads do it.
+    /// Fills all rows. The values do not depend on the number of threads.
     pub(super) fn fill(&self, mut rows: Rows<'_>) {
         let binding = Binding::new(self.scene, self.animation);
         let frames = self.timeline.frames;

@@ -7,16 +7,17 @@ use mocap_scene::scene::joint_tables::{Joint, mhr};
 use super::body::BodyArrays;
 use super::npz;
 
-/// Joints of another skeleton.
+/// The joints of another skeleton.
 struct Skeleton {
     joints: Vec<Joint>,
-    /// Which joint of the body is the same bone.
+    /// For each joint, the joint of the body for the same bone.
     same: Vec<Option<usize>>,
     rest: Vec<DVec3>,
 }
 
 impl Skeleton {
-    /// A joint that is no bone stands between those above and below it that are, or else at its parent.
+    /// A joint that the body lacks is halfway between its parent and the child that is a bone; a twist joint is at that
+    /// child. Without such a child, the joint is at its parent.
     fn new(body: &BodyArrays, joints: Vec<Joint>) -> Self {
         let of_bone = |joint: &Joint| body.joints().iter().position(|own| own.bone == joint.bone);
         let same: Vec<Option<usize>> = (joints.iter())
@@ -36,7 +37,7 @@ impl Skeleton {
         Self { joints, same, rest }
     }
 
-    /// Rotations to the world and positions of the joints.
+    /// World rotations and positions of the joints.
     fn posed(&self, body: &BodyArrays, frame: usize) -> (Vec<DQuat>, Vec<DVec3>) {
         let own = body.rotations_to_world(frame);
         let (mut world, mut positions) = (Vec::<DQuat>::new(), Vec::<DVec3>::new());
@@ -84,7 +85,7 @@ impl BodyArrays {
         )
     }
 
-    /// The arrays of SAM 3D Body: the root stands at one place, from which the translation of a level camera moves it.
+    /// The arrays of SAM 3D Body: the root stays in place, and the translation of a level camera moves it.
     pub(super) fn mhr(&self) -> Vec<u8> {
         let skeleton = Skeleton::new(self, mhr());
         let axes = mhr_frames(&skeleton.joints);

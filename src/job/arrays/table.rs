@@ -10,8 +10,8 @@
 //! | `joint` | utf8 | |
 //! | `x`, `y`, `z` | float32 | the position |
 //! | by [`Rotation::columns`](crate::arrays::Rotation::columns) | float32 | the rotation |
-//! | `vx`, `vy`, `vz` | float32 | the velocity; absent unless asked for |
-//! | `contact` | bool | absent unless asked for |
+//! | `vx`, `vy`, `vz` | float32 | the velocity; absent unless requested |
+//! | `contact` | bool | absent unless requested |
 //!
 //! [`clips`] has one row for each clip:
 //!
@@ -20,27 +20,26 @@
 //! | `clip` | utf8 | the clip's name |
 //! | `error` | utf8 | why the file could not be read; all other columns are then null |
 //! | `skeleton` | utf8 | a hash of names, parents and offsets |
-//! | `frames`, `joints` | int32 | their numbers |
+//! | `frames`, `joints` | int32 | the number of frames and joints |
 //! | `frame_rate` | float64 | frames per second |
 //! | `names` | list of utf8 | of the joints |
 //! | `parents` | list of int32 | indices into `names`; -1 for a joint without a parent |
 //! | `offsets` | list of 3 x float32 | one per joint |
 //! | `positions` | list of 3 x float32 | frame by frame, joint by joint |
 //! | `rotations` | list of [`Rotation::width`](crate::arrays::Rotation::width) x float32 | likewise |
-//! | `velocities` | list of 3 x float32 | likewise; absent unless asked for |
-//! | `contacts` | list of bool | likewise; absent unless asked for |
+//! | `velocities` | list of 3 x float32 | likewise; absent unless requested |
+//! | `contacts` | list of bool | likewise; absent unless requested |
 //! | `header` | utf8 | the [`Header`](crate::arrays::Header) as JSON |
 //!
 //! [`inventory`] has one row for each file, without its motion. Its columns are `clip`, `error`, `skeleton`, `joints`,
 //! `frames`, `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, and `warnings`, a list of utf8.
-//! `metres_per_unit` and `up` are guesses if the file does not state them.
+//! `metres_per_unit` and `up` are guesses if the file does not state the unit and the up axis.
 //!
-//! `robot_reports` has one row for each motion that was to be put on a robot. Its columns are `clip`, `error`,
-//! `output`, and the fields of [`RobotReport`](mocap_retarget::robot::report::RobotReport). Of these `limbs`, `clamped`
-//! and `self_collisions` are lists of structs.
+//! `robot_reports` has one row for each motion that was retargeted to a robot, or failed. Its columns are `clip`,
+//! `error`, `output`, and the fields of [`RobotReport`](mocap_retarget::robot::report::RobotReport). The fields
+//! `limbs`, `clamped` and `self_collisions` are lists of structs.
 //!
-//! Which columns there are follows from the [`ArrayOptions`] alone, so tables that were made with the same options can
-//! be concatenated.
+//! The [`ArrayOptions`] alone determine the columns, so tables with the same options can be concatenated.
 
 #[cfg(feature = "parquet")]
 #[doc(hidden)]
@@ -86,11 +85,11 @@ impl Arrays {
         self.table_of(clip, 0..self.rows())
     }
 
-    /// [`to_table`](Self::to_table) in parts of a million rows at most, each made when it is asked for: a table is
-    /// several times as large as the arrays. There is always one.
+    /// [`to_table`](Self::to_table) in parts of at most a million rows, computed on demand: a table is several times as
+    /// large as the arrays. There is always at least one part.
     #[doc(hidden)]
     pub fn tables(&self, clip: &str) -> impl Iterator<Item = RecordBatch> {
-        /// A row group of Parquet has so many rows, so parts make the same file as the whole table.
+        /// The rows in a row group of Parquet, so that parts give the same file as the whole table.
         const ROWS: usize = 1 << 20;
         let starts = (0..self.rows().max(1)).step_by(ROWS);
         starts.map(move |start| self.table_of(clip, start..(start + ROWS).min(self.rows())))
@@ -146,8 +145,8 @@ impl Arrays {
     }
 }
 
-/// Refuses a clip that is too long for the one row that [`clips`] gives it: readers hold a row in memory, and Parquet
-/// does so several times.
+/// Refuses a clip that is too long for one row of [`clips`]: readers hold a row in memory, and Parquet holds several
+/// copies.
 ///
 /// # Errors
 /// [`Code::LimitExceeded`].
@@ -161,12 +160,12 @@ pub fn check_row(motion: &Arrays) -> Result<()> {
     }
     let diagnostic = Diagnostic::new(Code::LimitExceeded, "the clip is too long for one row of a table")
         .expected_found(format!("at most {MOST} numbers"), format!("{numbers} numbers"))
-        .help("take {table} long, which has a row for each frame and joint, or a part of the clip with {trim}");
+        .help("use {table} long, which has a row for each frame and joint, or crop the clip with {trim}");
     Err(diagnostic.into())
 }
 
-/// The table with one row for each clip, which has a name, and arrays or an error message. `options` must be those that
-/// the arrays were made with.
+/// The table with one row for each clip. A clip has a name, and arrays or an error message. `options` must be the
+/// options of the arrays.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -239,7 +238,7 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
         .iter()
         .map(|scene| scene.map(|scene| Figure::new(scene).survey))
         .collect();
-    // Without its motion, a scene's arrays are its joints.
+    // Without motion, a scene's arrays only have its joints.
     let motionless = |scene: &Scene| Scene {
         nodes: scene.nodes.clone(),
         ..Scene::default()
@@ -301,7 +300,7 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     batch(columns, true)
 }
 
-/// The SHA-256 of a skeleton: equal where the joints have equal names, parents and offsets, in the same order.
+/// The SHA-256 of a skeleton. It is equal if the joints have equal names, parents and offsets, in the same order.
 fn skeleton_hash(joints: &[Joint]) -> String {
     let mut hash = Sha256::new();
     for joint in joints {

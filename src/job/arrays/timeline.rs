@@ -9,13 +9,13 @@ use mocap_scene::scene::report::AppliedStep;
 
 use crate::arrays::ArrayOptions;
 
-/// The largest distance, in ticks, at which a new frame equals an old one.
+/// The largest distance in ticks at which a new frame equals a frame of the file.
 const SAME_TICK: f64 = 1e-6;
 
 /// Evenly spaced times of an animation.
 pub(super) struct Timeline {
     pub(super) frames: usize,
-    /// At the file's own rate.
+    /// The number of frames at the file's own rate.
     pub(super) frames_in_file: usize,
     /// Frames per second; 0 without motion.
     pub(super) frame_rate: f64,
@@ -59,7 +59,7 @@ impl Timeline {
             }
             None => (old_rate, 1.0, Vec::new()),
         };
-        // As `Animation::frame_count`; what `Scene::resample` leaves of the end is less than a frame.
+        // As `Animation::frame_count`. `Scene::resample` drops less than a frame at the end.
         let frames_in_file = ((last - first).round() as usize).saturating_add(1);
         let frames = match options.frames_per_second {
             Some(_) => (((last - first) / step + SAME_TICK).floor() as usize).saturating_add(1),
@@ -87,7 +87,7 @@ impl Timeline {
     /// The tick of a frame.
     pub(super) fn tick(&self, frame: usize) -> f64 {
         let tick = self.first + frame as f64 * self.step;
-        // A time inside a cut uses the nearer side.
+        // A time within a cut uses the nearer side of the cut.
         if self.cuts.binary_search(&(tick as usize)).is_ok() {
             tick.round()
         } else {

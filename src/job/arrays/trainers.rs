@@ -1,5 +1,5 @@
-//! The motion of a robot as the files that training code reads. `docs/robots.md` has the keys, shapes and orders of
-//! each, and where they are from.
+//! The motion of a robot as files for training code. `docs/robots.md` lists the keys, shapes and orders of each file,
+//! and their sources.
 
 use glam::DVec3;
 use mocap_retarget::robot::{InverseDynamics, LinkMotion, LinkOrder, Robot, RobotMotion};
@@ -57,7 +57,7 @@ impl Named {
         }
     }
 
-    /// A rate: an int where it is one.
+    /// A frame rate: an int if it is whole.
     fn rate(fps: f64, shape: &[usize]) -> Self {
         let whole = fps.round() as i64;
         Self {
@@ -88,8 +88,8 @@ fn positions<'a>(links: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
         .collect()
 }
 
-/// What mjlab and BeyondMimic train on: positions and velocities of joints and bodies, for mjlab depth-first as MuJoCo
-/// has them, for BeyondMimic breadth-first as Isaac Lab has them.
+/// The training data of mjlab and BeyondMimic: positions and velocities of joints and bodies. The order is depth-first
+/// for mjlab, as in MuJoCo, and breadth-first for BeyondMimic, as in Isaac Lab.
 pub(crate) fn for_tracking(motion: &RobotMotion, robot: &Robot, order: LinkOrder, metadata: &str) -> Vec<Named> {
     let links = LinkMotion::new(robot, motion, order);
     let (frames, count, joints) = (motion.frames(), links.names.len(), motion.dof_names.len());
@@ -107,7 +107,7 @@ pub(crate) fn for_tracking(motion: &RobotMotion, robot: &Robot, order: LinkOrder
     ]
 }
 
-/// What the AMP tasks of Isaac Lab train on: joints and bodies breadth-first, as PhysX has them.
+/// The training data of Isaac Lab's AMP tasks: joints and bodies breadth-first, as in PhysX.
 pub(crate) fn for_isaac_lab(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<Named> {
     let links = LinkMotion::new(robot, motion, LinkOrder::BreadthFirst);
     let (frames, count, joints) = (motion.frames(), links.names.len(), motion.dof_names.len());
@@ -130,7 +130,7 @@ pub(crate) fn for_isaac_lab(motion: &RobotMotion, robot: &Robot, metadata: &str)
     ]
 }
 
-/// The inverse dynamics as MuJoCo has them: `qpos`, `qvel`, `qacc` and `qfrc_inverse`.
+/// The inverse dynamics with MuJoCo's names: `qpos`, `qvel`, `qacc` and `qfrc_inverse`.
 pub(crate) fn for_dynamics(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<Named> {
     let found = InverseDynamics::new(robot, motion);
     let (frames, joints) = (motion.frames(), motion.dof_names.len());
@@ -146,7 +146,7 @@ pub(crate) fn for_dynamics(motion: &RobotMotion, robot: &Robot, metadata: &str) 
     ]
 }
 
-/// What ProtoMotions converts, as PyRoki writes it.
+/// The input of ProtoMotions, in the layout that PyRoki writes.
 pub(crate) fn for_proto_motions(motion: &RobotMotion, metadata: &str) -> Vec<Named> {
     let (frames, joints) = (motion.frames(), motion.dof_names.len());
     vec![
@@ -159,7 +159,7 @@ pub(crate) fn for_proto_motions(motion: &RobotMotion, metadata: &str) -> Vec<Nam
     ]
 }
 
-/// What the motion library of TWIST loads: a pickle of GMR with the positions of the links in the frame of the
+/// The input of TWIST's motion library: a GMR pickle with the positions of the links in the coordinate frame of the
 /// base.
 pub(crate) fn for_twist(motion: &RobotMotion, robot: &Robot, metadata: &str) -> Vec<u8> {
     let links = LinkMotion::new(robot, motion, LinkOrder::DepthFirst);
@@ -174,8 +174,8 @@ pub(crate) fn for_twist(motion: &RobotMotion, robot: &Robot, metadata: &str) -> 
     })
 }
 
-/// What MimicKit loads: rows with the position of the base, its rotation as axis times angle, and the joints. The
-/// motion ends where it ends: `loop_mode` is 0, clamp.
+/// The input of MimicKit: rows with the position of the base, its rotation as an axis-angle vector, and the joints. The
+/// motion does not loop: `loop_mode` is 0, clamp.
 pub(crate) fn for_mimic_kit(motion: &RobotMotion, metadata: &str) -> Vec<u8> {
     let mut rows = Vec::with_capacity(motion.frames() * (6 + motion.dof_names.len()));
     for (frame, root) in motion.root.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Motions on another body.
+//! Retargeted motions.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use crate::notice::{Listener, Notice, tell_of_skeleton};
 use crate::{JobTarget, MotionJob, meshes, names};
 
 impl Maker<'_> {
-    /// Motions on another body.
+    /// Makes the output of retargeted motions.
     pub(super) fn make_onto(
         &self,
         mut target: Retargeter,
@@ -37,7 +37,7 @@ impl Maker<'_> {
         let mut left_out = Vec::new();
         for motion in motions {
             let hear: Listener<'_> = &mut |said: Notice<'_>| match said {
-                // Of one among several, a note says which it is of.
+                // With several motions, each note names its motion.
                 Notice::Note(note) if several.is_some() => hear(Notice::Note(&format!("{}: {note}", motion.display()))),
                 said => hear(said),
             };
@@ -46,7 +46,7 @@ impl Maker<'_> {
             let added = source.and_then(|source| maker.add(source, motion, &mut target, hear));
             if let Err(error) = added {
                 let error = error.with_path(motion);
-                // One bad file of many is no reason to make nothing of the others.
+                // One bad file among many does not stop the others.
                 if left_out.len() + 1 == motions.len() {
                     return Err(error);
                 }
@@ -57,7 +57,7 @@ impl Maker<'_> {
         Ok(JobOutput { left_out, ..made })
     }
 
-    /// The maker for a motion that leaves its up axis in doubt, where others of its skeleton leave none.
+    /// The maker for a motion with an uncertain up axis: it uses the certain up axis of other motions of the skeleton.
     fn with_up_of_others(&self, scene: &Scene, hear: Listener<'_>) -> Cow<'_, Self> {
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
         let told = up_of_others(&self.skeletons, scene).filter(|_| is_open);
@@ -68,7 +68,7 @@ impl Maker<'_> {
             return Cow::Borrowed(self);
         }
         hear(Notice::Note(&format!(
-            "up is {}, because other motions of its skeleton stand along it",
+            "up is {}: other motions of the same skeleton stand along this axis",
             up.as_str()
         )));
         Cow::Owned(self.clone().up(up))
@@ -96,7 +96,7 @@ impl Maker<'_> {
         })
     }
 
-    /// Puts the motions of a file on the target.
+    /// Retargets the motions of a file to the target.
     pub(super) fn add(
         &self,
         mut source: SourceMotion,
@@ -115,7 +115,7 @@ impl Maker<'_> {
         Ok(())
     }
 
-    /// The files of motions on another body, for the name `output`, and their scene where they are written from one.
+    /// The files of retargeted motions under the name `output`, and their scene if the files are written from a scene.
     fn write_onto(&self, target: &mut Retargeter, output: &Path) -> Result<(Export, Option<Scene>)> {
         let write = &self.job.write;
         let row = match self.form {
@@ -133,7 +133,7 @@ impl Maker<'_> {
                 return Ok((written.unwrap_or_default(), None));
             }
             Form::Scene(row) => row,
-            // Of a motion on its own skeleton alone.
+            // Only for a motion that keeps its skeleton.
             Form::Arrays(layout) => layout.row(),
         };
         if row.has_one_clip && target.clips().len() > 1 {
@@ -154,7 +154,7 @@ impl Maker<'_> {
             }
             false => target.faces_in(row.name),
         };
-        // The exporter accounts for them.
+        // The exporter reports these losses.
         if let Some(lost) = lost_faces {
             scene.lose(lost.kind, lost.count as usize);
         }
@@ -175,7 +175,7 @@ impl Maker<'_> {
     }
 }
 
-/// Reads the body that motions are put on.
+/// Reads the body to which motions are retargeted.
 pub(super) fn import_onto(
     job: &MotionJob,
     named: &JobTarget,
@@ -189,7 +189,7 @@ pub(super) fn import_onto(
         .source_bones(job.source.map.bones()?)
         .conversion(match named {
             JobTarget::Robot(_) => frames.conversion(),
-            // Of the clips on the body, after feet are locked.
+            // The clips on the body, after foot lock.
             _ => frames.conversion().root(RootMotion::Keep),
         })
         .root(frames.root)
@@ -200,7 +200,7 @@ pub(super) fn import_onto(
         (JobTarget::Skeleton(_), None) => SkeletonMesh::None,
         _ => meshes::shown(job, row),
     };
-    // What shows the skeleton of a character without meshes, and what the output has of one with meshes.
+    // Draws the skeleton of a character without meshes, or selects the meshes of a character for the output.
     let importer = Importer::new()
         .skeleton_mesh(mesh)
         .morph_targets(row.is_some_and(|row| row.takes_morph_targets(file)));

@@ -19,7 +19,8 @@ use crate::notice::{Listener, clip_taken, say_warnings};
 use crate::{MotionJob, RobotFormat, meshes, names};
 
 impl Maker<'_> {
-    /// Does the steps on a motion that goes on its own skeleton, and what the format needs. Returns its bones.
+    /// Applies the steps to a motion that keeps its skeleton, then the changes that the format needs. Returns its
+    /// bones.
     pub(super) fn change(
         &self,
         scene: &mut Scene,
@@ -36,7 +37,7 @@ impl Maker<'_> {
             axis.turn_frames(scene, humanoid.clone(), &self.bones)
                 .map_err(in_file)?;
         }
-        // Before it is written, so that the scene says it to `verify`.
+        // Done before writing, so that the scene records the change for `verify`.
         if self.format().is_some_and(|row| !is_at_rest_for(scene, row)) {
             process::zero_rest_rotations(scene).map_err(in_file)?;
         }
@@ -44,7 +45,7 @@ impl Maker<'_> {
         Ok(humanoid)
     }
 
-    /// The files of a motion for the name `output`.
+    /// The files of a motion under the name `output`.
     pub(super) fn write(
         &self,
         scene: &mut Scene,
@@ -99,20 +100,20 @@ impl Maker<'_> {
     }
 }
 
-/// Adds what of a scene is not in an output that no row writes; `row` says what its files hold.
+/// Reports the data of a scene that arrays cannot hold. `row` lists what the files hold.
 fn add_losses(written: &mut Export, scene: &Scene, row: &FormatInfo) {
     let losses = row.losses(scene, Default::default());
     written.warnings.extend(row.loss_warnings(&losses));
     written.losses = losses;
 }
 
-/// The robot whose joints the inputs have, where the format of the output has such joints too.
+/// The robot of the inputs, if the output's format stores robot joints.
 pub(super) fn robot_of_inputs(job: &MotionJob, files: Files<'_>) -> Result<Option<Robot>> {
     let has_joints = RobotFormat::named(&job.write.extension()).is_some();
     match job.read.body.as_ref().filter(|_| has_joints) {
         None => Ok(None),
         Some(body) => match files.import_robot(body) {
-            // A body of another kind.
+            // The body is not a robot.
             Err(error) if error.code() == Code::UnknownFormat => Ok(None),
             robot => robot.map(Some),
         },

@@ -1,4 +1,4 @@
-//! What motions of one skeleton show together: its unit, which joint is which bone, and its T-pose.
+//! The data that motions of one skeleton share: the unit, the bone map and the T-pose.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -10,36 +10,36 @@ use mocap_scene::scene::{Animation, Channel, Keys, Node, Scene, UpAxis};
 
 use super::Maker;
 
-/// Motions of one skeleton of which frames are kept, at most.
+/// The most motions of one skeleton whose frames are kept.
 const MOTIONS: usize = 16;
 
-/// Frames of each, about.
+/// The approximate number of kept frames of each motion.
 const FRAMES: usize = 200;
 
-/// A skeleton with which several motions may stand.
+/// A skeleton that several motions may share.
 #[derive(Clone, Debug)]
 pub(super) struct Skeleton {
     /// Its nodes, with some frames of its motions.
     scene: Scene,
     /// Up in the world of the motions: files of one skeleton may be written along different axes.
     up: Axis,
-    /// Whether one of them leaves no doubt of it.
+    /// Whether the up axis of one of the motions is certain.
     up_is_sure: bool,
-    /// How many motions have it, and of how many of them one is kept.
+    /// The number of motions with the skeleton. The frames of every n-th motion are kept; this is n.
     motions: usize,
     stride: usize,
     figure: Figure,
 }
 
-/// What other motions of its skeleton say of a motion.
+/// The data that a motion shares with other motions of its skeleton.
 pub(super) struct Shared<'a> {
-    /// The figure of the motion, with the bones and the unit of all.
+    /// The figure of the motion, with the bones and the unit of all motions.
     pub(super) figure: Figure,
-    /// Frames of all, which show the T-pose.
+    /// Frames of all motions, which show the T-pose.
     pub(super) shown: &'a [Animation],
 }
 
-/// The skeletons of motions that are in memory one after the other, and which of them each motion has. A file that
+/// The skeletons of motions, and the skeleton of each motion. Only one motion is in memory at a time. A file that
 /// cannot be read is reported when its output is made.
 pub(super) fn skeletons(
     maker: &Maker<'_>,
@@ -88,7 +88,7 @@ pub(super) fn skeletons(
     (all, of_motions)
 }
 
-/// The up axis of other motions of the skeleton of a scene, where they leave no doubt and agree.
+/// The up axis of other motions with the skeleton of a scene, if their axes are certain and agree.
 pub(super) fn up_of_others(all: &[Skeleton], scene: &Scene) -> Option<UpAxis> {
     let mut sure = all
         .iter()
@@ -98,7 +98,7 @@ pub(super) fn up_of_others(all: &[Skeleton], scene: &Scene) -> Option<UpAxis> {
 }
 
 impl Skeleton {
-    /// Whether a scene has these nodes: names, parents, and where those below the root are at rest.
+    /// Whether a scene has these nodes: equal names, parents, and rest positions below the root.
     fn is_of(&self, scene: &Scene) -> bool {
         let is_alike = |(node, other): (&Node, &Node)| {
             let is_placed_alike = node.parent.is_none() || node.transform == other.transform;
@@ -107,7 +107,7 @@ impl Skeleton {
         self.scene.nodes.len() == scene.nodes.len() && std::iter::zip(&self.scene.nodes, &scene.nodes).all(is_alike)
     }
 
-    /// Adds some frames of a motion. Of many motions those are kept that are evenly spread.
+    /// Adds some frames of a motion. If there are many motions, an evenly spread selection is kept.
     fn add(&mut self, animations: Vec<Animation>) {
         if self.motions.is_multiple_of(self.stride)
             && let Some(first) = animations.into_iter().next()
@@ -125,7 +125,7 @@ impl Skeleton {
         self.motions += 1;
     }
 
-    /// All that its motions say of one of them, as text; `None` of a motion that has it alone.
+    /// All shared data as text; `None` if only one motion has the skeleton.
     pub(super) fn says(&self) -> Option<String> {
         let t_pose = self.figure.t_pose(&self.scene).filter(|_| self.motions > 1)?;
         let mut text = format!("{} {}", self.figure.survey.metres_per_unit, self.up.as_str());
@@ -145,7 +145,7 @@ impl Skeleton {
         Some(text)
     }
 
-    /// What the motions say of a scene of this skeleton; `None` of another.
+    /// The shared data for a scene with this skeleton; `None` for another skeleton.
     pub(super) fn shared(&self, scene: &Scene) -> Option<Shared<'_>> {
         if !self.is_of(scene) || self.scene.animations.len() < 2 {
             return None;
@@ -161,7 +161,7 @@ impl Skeleton {
     }
 }
 
-/// Every so many frames of a motion, beginning with the first.
+/// Every n-th frame of a motion, beginning with the first.
 fn some_frames(animation: Animation) -> Animation {
     let step = animation.frame_count().div_ceil(FRAMES).max(1);
     let channel = |channel: Channel| Channel {
@@ -180,7 +180,7 @@ fn some_frames(animation: Animation) -> Animation {
 
 fn some_keys<T>(keys: Keys<T>, step: usize) -> Keys<T> {
     match keys.ticks {
-        // A key stays at its time where not every tick has one.
+        // A key keeps its time if not every tick has a key.
         Some(ticks) => Keys::at_ticks(keys.values, ticks.iter().map(|tick| tick / step as f64).collect()),
         None => Keys::every_tick(keys.values.into_iter().step_by(step).collect()),
     }

@@ -1,4 +1,4 @@
-//! The comparison of arrays with their source: every position and every rotation as the file gives it, in its space.
+//! The comparison of arrays with their source: every position and every rotation, in the space of the file.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
@@ -24,11 +24,11 @@ pub(super) struct ArrayFile {
     pub(super) positions: Vec<f32>,
     /// Frames x joints x the width of a rotation.
     pub(super) rotations: Vec<f32>,
-    /// Frames x joints x 3, where the file has them.
+    /// Frames x joints x 3, if the file has velocities.
     pub(super) velocities: Option<Vec<f32>>,
 }
 
-/// What is needed of the header.
+/// The needed fields of the header.
 #[derive(Deserialize)]
 pub(super) struct Header {
     pub(super) frame_rate: f64,
@@ -47,14 +47,14 @@ pub(super) struct Joint {
     pub(super) name: String,
     pub(super) parent: Option<usize>,
     pub(super) end_site: bool,
-    /// The letters of the axes.
+    /// The letters of the rotation axes, in order.
     pub(super) rotation_order: Option<String>,
-    /// From its parent at rest; without a parent, from the origin of the source.
+    /// The rest offset from its parent; without a parent, from the origin of the source.
     pub(super) offset: [f32; 3],
 }
 
 impl Header {
-    /// A header from its JSON.
+    /// Parses a header from JSON.
     pub(super) fn from_json(json: &str) -> Result<Self> {
         let header: Self =
             serde_json::from_str(json).map_err(|error| invalid(format!("the header is not as expected: {error}")))?;
@@ -68,13 +68,13 @@ impl Header {
 
 pub(super) const HELP: &str = "write it with `mocap fk SOURCE -o OUT.npz`, or OUT.csv";
 
-/// The error of a file that is broken.
+/// The error of a broken file.
 pub(super) fn invalid(message: impl Into<String>) -> Error {
     Diagnostic::new(Code::InvalidArrays, message).help(HELP).into()
 }
 
-/// Compares the arrays of a file with the first clip of their source. Joints that the file does not have are listed,
-/// and are no finding: arrays may have a choice of them.
+/// Compares the arrays of a file with the first clip of their source. Missing joints are listed, but are not a finding:
+/// arrays may have a selection of joints.
 pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> {
     let clip = (!source.animations.is_empty()).then_some(0);
     let ours = Skeleton::of_scene(source, clip);
@@ -148,12 +148,12 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     Ok(verification)
 }
 
-/// Whether a joint has a name of the file. Texts of NumPy have no zeros at their end.
+/// Whether a joint has this name in the file. NumPy strings drop zeros at their end.
 fn is_called(joint: &chain::Joint<'_>, name: &str) -> bool {
     [joint.name.as_str(), joint.name.trim_end_matches('\0')].contains(&name)
 }
 
-/// The joint of the source for each of the file: the next of its name and kind, in the order of both.
+/// For each joint of the file, the joint of the source: the next one of this name and kind, in the order of both.
 fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
     let mut node_of: Vec<usize> = Vec::with_capacity(file.header.joints.len());
     for Joint { name, end_site, .. } in &file.header.joints {
@@ -171,7 +171,7 @@ fn nodes_of(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
     Ok(node_of)
 }
 
-/// Finds joints on other parents, and frames that are too few or too many.
+/// Finds joints with another parent, and missing or additional frames.
 fn find(
     source: &Scene,
     file: &ArrayFile,
@@ -200,10 +200,7 @@ fn find(
     } else {
         timeline.whole_frames()
     };
-    let message = format!(
-        "{name} has {} frames in the file, and would have {expected}",
-        file.frames
-    );
+    let message = format!("{name} has {} frames in the file; expected {expected}", file.frames);
     match file.frames.cmp(&expected) {
         std::cmp::Ordering::Less => findings.push(Finding::new(FindingKind::MissingFrames, message)),
         std::cmp::Ordering::Greater => findings.push(Finding::new(FindingKind::ExtraFrames, message)),
@@ -212,16 +209,16 @@ fn find(
     let rate = timeline.frame_rate();
     if !source.animations.is_empty() && (file.header.frame_rate / rate - 1.0).abs() > 1e-9 {
         let message = format!(
-            "{name} has {} frames a second in the file, and would have {rate}",
+            "{name} has {} frames per second in the file; expected {rate}",
             file.header.frame_rate
         );
         findings.push(Finding::new(FindingKind::Provenance, message));
     }
 }
 
-/// Finds offsets and orders of rotations that are not those of the source.
+/// Finds offsets and rotation orders that differ from the source.
 fn find_in_skeleton(source: &Scene, file: &ArrayFile, node_of: &[usize], change: &Change, findings: &mut Vec<Finding>) {
-    /// As a fraction of the farthest position: what 32-bit products round.
+    /// The rounding of 32-bit products, as a fraction of the farthest position.
     const ROUNDING: f64 = 1e-5;
     let mut world = Vec::new();
     Skeleton::of_scene(source, None).world(0.0, &mut world);
@@ -235,7 +232,7 @@ fn find_in_skeleton(source: &Scene, file: &ArrayFile, node_of: &[usize], change:
         let found = DVec3::from(in_file.offset.map(f64::from));
         let distance = expected.distance(found);
         if distance.is_nan() || distance > ROUNDING * farthest {
-            let message = format!("the offset of \"{name}\" is {found:.6}, and would be {expected:.6}");
+            let message = format!("the offset of \"{name}\" is {found:.6}; expected {expected:.6}");
             findings.push(Finding::new(FindingKind::Offset, message));
         }
         let order = source.nodes[index].rotation_order;
@@ -243,15 +240,14 @@ fn find_in_skeleton(source: &Scene, file: &ArrayFile, node_of: &[usize], change:
         let order: String = axes.into_iter().map(|axis| ['X', 'Y', 'Z'][axis]).collect();
         let found = in_file.rotation_order.as_deref().unwrap_or_default();
         if found != order {
-            let message = format!(
-                "the rotations of \"{name}\" are in the order {found:?} in the file, and {order:?} in its source"
-            );
+            let message =
+                format!("the rotation order of \"{name}\" is {found:?} in the file, but {order:?} in its source");
             findings.push(Finding::new(FindingKind::RotationOrder, message));
         }
     }
 }
 
-/// Finds a header that states another unit, another axis, another source or other frames than it has.
+/// Finds a header with a wrong unit, axis, source or frame count.
 fn find_in_header(source: &Scene, file: &ArrayFile, findings: &mut Vec<Finding>) {
     let Header {
         metres_per_unit,
@@ -277,9 +273,9 @@ fn find_in_header(source: &Scene, file: &ArrayFile, findings: &mut Vec<Finding>)
     claims(source, provenance, Some(file.frames as u64), findings);
 }
 
-/// A velocity that is not the central difference of the positions, at the ends one-sided.
+/// Finds a velocity that is not the central difference of the positions, one-sided at the ends.
 fn wrong_velocity(file: &ArrayFile) -> Option<Finding> {
-    /// As a fraction of the numbers whose difference it is: the rounding of 32 bits.
+    /// The rounding of 32-bit numbers, as a fraction of the positions.
     const ROUNDING: f64 = 1e-6;
     let velocities = file.velocities.as_ref()?;
     let width = 3 * file.header.joints.len();
@@ -295,21 +291,21 @@ fn wrong_velocity(file: &ArrayFile) -> Option<Finding> {
                 continue;
             }
             let name = &file.header.joints[column / 3].name;
-            let message = format!("the velocity of \"{name}\" in frame {frame} is {found}, and would be {expected:.6}");
+            let message = format!("the velocity of \"{name}\" in frame {frame} is {found}; expected {expected:.6}");
             return Some(Finding::new(FindingKind::Velocity, message));
         }
     }
     None
 }
 
-/// The position and the rotation that the file should have. `world` and the others are those of the source.
+/// The position and the rotation that the file should have. `world` and the other matrices belong to the source.
 fn expected(change: &Change, file: &ArrayFile, world: &DMat4, parent: Option<&DMat4>, root: &DMat4) -> (DVec3, DMat3) {
     let origin = |matrix: &DMat4| matrix.w_axis.truncate();
     let in_parent = parent.map(|parent| parent.inverse() * *world);
     let position = match (file.header.space, &in_parent) {
         (Space::World, _) | (Space::Local, None) => change.apply(origin(world)),
         (Space::Root, _) => change.apply(origin(world)) - change.apply(origin(root)),
-        // Lengths have another unit, but the axes are the parent's.
+        // Lengths are in the file's unit, but axes are the parent's.
         (Space::Local, Some(matrix)) => origin(matrix) * change.metres_per_unit,
     };
     let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize());

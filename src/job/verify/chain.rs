@@ -1,4 +1,4 @@
-//! Forward kinematics in double precision, of a scene and of a glTF file alike.
+//! Forward kinematics in double precision, for scenes and glTF files.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -10,24 +10,25 @@ use mocap_scene::error::Result;
 use mocap_scene::pose::{Binding, of_flat};
 use mocap_scene::scene::{Face, Keys, NodeId, NodeKind, Scene};
 
-/// How far a joint that keeps its position may be from it, as a fraction of its distance to its parent.
+/// The largest deviation of a joint that keeps its position, as a fraction of the distance to its parent.
 const SAME_PLACE: f64 = 1e-5;
 
-/// How far the cosine of half the angle between two rotations that are one may be from 1.
+/// Two rotations are equal if the cosine of half their angle differs from 1 by at most this.
 const SAME_ROTATION: f64 = 1e-9;
 
-/// A component of a track that changes by less stays, in units of length or as a part of it: what programs round.
+/// A component of a track is constant if it changes by less: the rounding of programs. In units of length, or as a
+/// fraction of the value.
 const STAYS: f32 = 1e-5;
 
-/// Times that are collected before those that are equal are dropped.
+/// The number of collected times from which equal times are dropped.
 const MANY_KEYS: usize = 1 << 18;
 
-/// Nodes, parents before children, each with what moves it.
+/// Nodes with their tracks, parents before children.
 pub(super) struct Skeleton<'a> {
     pub(super) joints: Vec<Joint<'a>>,
-    /// When the last key is, in seconds.
+    /// The time of the last key, in seconds.
     pub(super) end: f64,
-    /// A joint that jumps from key to key, if there is one.
+    /// A joint with stepped keys, if any.
     pub(super) stepped: Option<String>,
 }
 
@@ -37,19 +38,19 @@ pub(super) struct Joint<'a> {
     #[doc(hidden)]
     pub parent: Option<usize>,
     pub(super) kind: NodeKind,
-    /// Whether it holds something to see.
+    /// Whether the node has something visible.
     pub(super) shows: bool,
-    /// What it is on the face of a VRM animation.
+    /// Its role for the face of a VRM animation.
     pub(super) face: Option<Face>,
     rest: (DVec3, DQuat, DVec3),
-    /// Where nothing drives it, its matrix, whose axes may shear.
+    /// The matrix of a node without tracks. It may contain shear.
     still: Option<DMat4>,
     translation: Option<Track<'a, Vec3>>,
     rotation: Option<Track<'a, Quat>>,
     scale: Option<Track<'a, Vec3>>,
 }
 
-/// The keys of one property, and when they are.
+/// The keys of one property, and their times.
 struct Track<'a, T: Clone> {
     #[doc(hidden)]
     pub times: Times<'a>,
@@ -58,7 +59,7 @@ struct Track<'a, T: Clone> {
 }
 
 impl Joint<'_> {
-    /// Whether its position about its parent changes.
+    /// Whether its position relative to its parent changes.
     fn travels(&self) -> bool {
         self.translation.as_ref().is_some_and(|track| {
             let first = track.values.first().copied().unwrap_or_default();
@@ -85,7 +86,7 @@ impl Joint<'_> {
 }
 
 enum Times<'a> {
-    /// A key a tick, and ticks per second.
+    /// One key for each tick, and ticks per second.
     EveryTick(f64),
     /// Ticks, and ticks per second.
     Ticks(&'a [f64], f64),
@@ -94,7 +95,7 @@ enum Times<'a> {
 }
 
 impl<'a> Skeleton<'a> {
-    /// The nodes of `scene` and the keys of a clip; without one, the rest pose.
+    /// The nodes of `scene` and the keys of a clip; without a clip, the rest pose.
     pub(super) fn of_scene(scene: &'a Scene, clip: Option<usize>) -> Self {
         let joint = |node: &mocap_scene::scene::Node| {
             let matrix = node.transform.as_dmat4();
@@ -136,7 +137,7 @@ impl<'a> Skeleton<'a> {
 }
 
 impl Skeleton<'static> {
-    /// The nodes of a file's default scene and the tracks of a clip; without one, the rest pose.
+    /// The nodes of a file's default scene and the tracks of a clip; without a clip, the rest pose.
     pub(super) fn of_file(file: &File<'_>, clip: Option<usize>) -> Result<Self> {
         let listed = file.nodes()?;
         let only_show = file.only_show()?;
@@ -145,7 +146,7 @@ impl Skeleton<'static> {
         let mut joints = Vec::with_capacity(listed.len());
         for node in &listed {
             let at = match file.transform(node.index) {
-                // A reader leaves it out, whatever its numbers are.
+                // A reader ignores this track, whatever its values are.
                 Err(_) if only_show.contains(&node.index) => continue,
                 at => at?,
             };
@@ -192,7 +193,7 @@ impl Skeleton<'static> {
 }
 
 impl Skeleton<'_> {
-    /// Node to world of every joint at `seconds`, into `world`, which is emptied first.
+    /// Clears `world`, and fills it with the node-to-world matrix of every joint at `seconds`.
     pub(super) fn world(&self, seconds: f64, world: &mut Vec<DMat4>) {
         world.clear();
         for joint in &self.joints {
@@ -204,15 +205,15 @@ impl Skeleton<'_> {
         }
     }
 
-    /// How many of these nodes are joints, and how many end sites.
+    /// The numbers of joints and of end sites among these nodes.
     pub(super) fn count(&self, nodes: impl Iterator<Item = usize>) -> [usize; 2] {
         let (end_sites, joints): (Vec<usize>, Vec<usize>) =
             nodes.partition(|node| self.joints[*node].kind == NodeKind::EndSite);
         [joints.len(), end_sites.len()]
     }
 
-    /// For every joint, whether it rotates without moving a joint, because no joint below is away from it. No position
-    /// then shows its rotation.
+    /// For every joint, whether it rotates without moving another joint, because all its descendants are at its
+    /// position. No position then shows the rotation.
     pub(super) fn turning_ends(&self) -> Vec<bool> {
         let mut reaches = vec![false; self.joints.len()];
         for (index, joint) in self.joints.iter().enumerate().rev() {
@@ -233,7 +234,7 @@ impl Skeleton<'_> {
             .collect()
     }
 
-    /// For each joint the root above it: the highest node that is not only a group.
+    /// For each joint, its root: the highest ancestor that is not a group.
     pub(super) fn roots(&self) -> Vec<usize> {
         let mut roots = Vec::with_capacity(self.joints.len());
         for (index, joint) in self.joints.iter().enumerate() {
@@ -243,8 +244,9 @@ impl Skeleton<'_> {
         roots
     }
 
-    /// For each joint the one whose path over the ground carries it: its root, or if that stays, the joint below it
-    /// that travels and has the most below it. `None` for joints that stay above one that travels.
+    /// For each joint, the joint whose path over the ground carries it. This is the root, or if the root does not move,
+    /// the travelling descendant with the most descendants. `None` for joints above a travelling joint that do not
+    /// move.
     pub(super) fn carriers(&self) -> Vec<Option<usize>> {
         let roots = self.roots();
         let mut first = vec![None; self.joints.len()];
@@ -271,7 +273,7 @@ impl Skeleton<'_> {
         carriers.collect()
     }
 
-    /// When the keys of all tracks that state their times are, in seconds, ascending and each once.
+    /// The times of all keys of tracks that state times: in seconds, ascending, without duplicates.
     pub(super) fn key_seconds(&self) -> Vec<f32> {
         fn of<'a, T: Clone>(track: Option<&'a Track<T>>) -> &'a [f32] {
             match track.map(|track| &track.times) {
@@ -286,7 +288,7 @@ impl Skeleton<'_> {
         let (mut all, mut most): (Vec<f32>, usize) = (Vec::new(), MANY_KEYS);
         for joint in &self.joints {
             all.extend(of_joint(joint));
-            // Usually all tracks have keys at the same times, of which one list is enough.
+            // Usually all tracks have keys at the same times, so duplicates are dropped early.
             if all.len() > most {
                 sort(&mut all);
                 most = most.max(2 * all.len());
@@ -296,7 +298,7 @@ impl Skeleton<'_> {
         all
     }
 
-    /// The first and the last key, in seconds, of the tracks that change in this part of the time.
+    /// The first and the last key, in seconds, of the tracks that change in this time range.
     pub(super) fn span(&self, first: f64, last: f64) -> Option<(f64, f64)> {
         let of_joint = |joint: &Joint| {
             let translation = joint.translation.as_ref().and_then(|track| track.span(first, last));
@@ -310,7 +312,7 @@ impl Skeleton<'_> {
 }
 
 impl Joint<'_> {
-    /// Whether it is where it is at rest, all the time.
+    /// Whether the joint always keeps its rest position.
     pub(super) fn keeps_place(&self) -> bool {
         let tolerance = SAME_PLACE * self.rest.0.length();
         let track = self.translation.as_ref().map_or(&[][..], |track| &track.values);
@@ -319,7 +321,7 @@ impl Joint<'_> {
             .all(|value| value.as_dvec3().distance(self.rest.0) <= tolerance)
     }
 
-    /// Whether its position and its rotation are those of the rest pose in every frame.
+    /// Whether the joint has the position and rotation of the rest pose in every frame.
     pub(super) fn is_still(&self) -> bool {
         let rotations = self.rotation.as_ref().map_or(&[][..], |track| &track.values);
         let is_rest = |rotation: &Quat| unit(rotation).dot(self.rest.1).abs() >= 1.0 - SAME_ROTATION;
@@ -342,7 +344,7 @@ impl Joint<'_> {
         }
     }
 
-    /// The translation and the rotation to its parent at `seconds`.
+    /// The translation and the rotation relative to its parent at `seconds`.
     pub(super) fn own(&self, seconds: f64) -> (DVec3, DQuat) {
         let (_, rotation, translation) = self.node_to_parent(seconds).to_scale_rotation_translation();
         (translation, rotation)
@@ -379,10 +381,10 @@ fn unit(rotation: &Quat) -> DQuat {
 }
 
 impl<T: Clone + PartialEq> Track<'_, T> {
-    /// The first and the last key, in seconds and within this part of the time, if a value changes in it.
+    /// The first and the last key in seconds within this time range, if a value changes in the range.
     fn span(&self, first: f64, last: f64) -> Option<(f64, f64)> {
         let end = self.values.len() - 1;
-        // With the keys around the part, for between them and its ends values change too.
+        // Include the keys around the range: values also change between these keys and the ends of the range.
         let from = self.after(first).saturating_sub(1);
         let mut to = self.after(last);
         if to > 0 && self.time(to - 1) >= last {
@@ -414,11 +416,10 @@ impl<'a, T: Clone> Track<'a, T> {
         }
     }
 
-    /// The first key after `seconds`; there may be none.
+    /// The index of the first key after `seconds`; there may be no such key.
     fn after(&self, seconds: f64) -> usize {
         match &self.times {
-            // Whole ticks come out of a division, and may miss themselves by a rounding; their neighbour is as good
-            // then.
+            // A whole tick that comes from a division may be off by a rounding. Its neighbour is as good then.
             Times::EveryTick(rate) => ((seconds * rate).floor() + 1.0).max(0.0) as usize,
             Times::Ticks(ticks, rate) => ticks.partition_point(|tick| tick / rate <= seconds),
             Times::Seconds(times) => times.partition_point(|time| f64::from(*time) <= seconds),
@@ -433,7 +434,8 @@ impl<'a, T: Clone> Track<'a, T> {
         }
     }
 
-    /// The value at `seconds`: mixed from the keys before and after, and beyond the ends that of the nearest key.
+    /// The value at `seconds`, interpolated between the neighbouring keys. Beyond the ends, the value of the nearest
+    /// key.
     fn at<V>(&self, seconds: f64, convert: impl Fn(&T) -> V, mix: impl Fn(V, V, f64) -> V) -> V {
         let last = self.values.len() - 1;
         let next = self.after(seconds);

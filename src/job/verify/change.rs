@@ -1,4 +1,4 @@
-//! What lies on purpose between a source and a file: where its points are.
+//! Intended changes between a source and a file.
 
 use glam::{DMat4, DQuat, DVec3};
 use mocap_edit::{EditStep, StepInput};
@@ -17,35 +17,34 @@ use super::chain::Skeleton;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
 
-/// Units of length of motion files, in metres: millimetre, centimetre, decimetre, metre, inch, foot, and that of the
-/// CMU database, an inch divided by 0.45.
+/// Units of length of motion files, in metres: millimetre, centimetre, decimetre, metre, inch, foot, and the unit of
+/// the CMU database, an inch divided by 0.45.
 const UNITS: [f64; 7] = [0.001, 0.01, 0.1, 1.0, 0.0254, 0.3048, 0.0254 / 0.45];
 
-/// The largest error of the rest position of a joint, as a fraction of the body. Decimals round by as much.
+/// The largest error of the rest position of a joint, as a fraction of the body size: the rounding of decimals.
 const SAME_REST: f64 = 1e-3;
 
-/// The largest error of a ratio of lengths against the ratio of two units, as a fraction. A lossy file rounds by as
-/// much.
+/// The largest relative error of a ratio of lengths against the ratio of two units: the rounding of lossy files.
 const SAME_UNIT: f64 = 0.01;
 
-/// The shortest distance of two joints that says anything about a unit, as a fraction of the longest.
+/// The shortest distance of two joints that is used to find a unit, as a fraction of the longest.
 const SHORTEST_LINK: f64 = 1e-4;
 
-/// Does the steps of a file to its source.
+/// Applies the steps of a file to its source.
 pub(super) struct Replay<'a> {
     /// Imports the second motion of a step.
     pub(super) second: &'a dyn Fn(&SecondMotion) -> Result<Scene>,
-    /// Whether the file has the unit and the axes of its source. What is not converted may then be unknown.
+    /// Whether the file has the unit and the axes of its source. A unit or axis that is not converted may be unknown.
     pub(super) keeps_units: bool,
 }
 
 impl Replay<'_> {
-    /// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to
-    /// the source too. `None` without an edit.
+    /// The source after all steps up to the last edit, and the number of these steps. Edits are not undone, but applied
+    /// to the source too. `None` without an edit.
     pub(super) fn edits(&self, source: &Scene, steps: &[AppliedStep]) -> Result<Option<(Scene, usize)>> {
         let is_resample = |step: &AppliedStep| matches!(step, AppliedStep::Resample { .. });
         let resampled = steps.iter().rposition(is_resample);
-        // Of several frame rates, a file has no frames of its source but by the last.
+        // If several steps resample, apply all but the last to the source. The file is compared with that result.
         let before = resampled.and_then(|last| steps[..last].iter().rposition(is_resample));
         match steps.iter().rposition(AppliedStep::changes_motion).max(before) {
             Some(last) => Ok(Some((self.steps(source, &steps[..=last])?, last + 1))),
@@ -114,7 +113,7 @@ impl Replay<'_> {
             true => None,
             false => Some(Humanoid::of(scene).with_map(scene, bones.clone())?),
         };
-        // One of another skeleton was retargeted.
+        // A second motion with another skeleton was retargeted.
         if let Some(second) = &other
             && let Some(fitted) = second_motion(scene, bones, second)?
         {
@@ -137,7 +136,7 @@ fn set_rest(scene: &mut Scene, edit: &Value, bones: &HumanoidMap) -> Result<()> 
     Ok(())
 }
 
-/// The scene with the names that joints were given, where some were: a file is compared by them.
+/// The scene with the new names of joints, if joints were renamed: the comparison uses these names.
 pub(super) fn named(scene: &Scene, steps: &[AppliedStep]) -> Option<Scene> {
     let mut named = None;
     for step in steps {
@@ -148,23 +147,23 @@ pub(super) fn named(scene: &Scene, steps: &[AppliedStep]) -> Option<Scene> {
     named
 }
 
-/// What lies on purpose between a source and a file.
+/// The intended changes between a source and a file.
 pub(super) struct Change {
-    /// Units of the file in one of the source.
+    /// Units of the file per unit of the source.
     pub(super) metres_per_unit: f64,
-    /// The axis that points up in the source, and in the file.
+    /// The up axis of the source, and of the file.
     up: (UpAxis, UpAxis),
-    /// How many of the steps in `times` come before the motion is put in place, where it is.
+    /// For a motion in place, the number of steps in `times` before that step.
     pub(super) in_place: Option<usize>,
-    /// Joints that were added for the path over the ground.
+    /// Number of joints that were added for root motion.
     pub(super) added_roots: usize,
-    /// Metres in a unit of the file, where it was converted to one.
+    /// Metres per unit of the file, if the file was converted to a unit.
     pub(super) out_metres_per_unit: Option<f64>,
-    /// Where only the bones of a humanoid are left: how the figure was rotated, and by which offset it was moved.
+    /// If only the bones of a humanoid remain: the rotation of the figure, and its offset.
     pub(super) humanoid: Option<(DQuat, DVec3)>,
     /// The steps that change times, in their order.
     pub(super) times: Vec<AppliedStep>,
-    /// Whether the lengths of the file are those of the source in another unit of length, or in its own.
+    /// Whether the ratio of lengths is that of two units of length, or 1.
     has_unit: bool,
 }
 
@@ -182,13 +181,13 @@ impl Change {
         }
     }
 
-    /// Lengths of the file are in a unit of so many metres, instead of in metres.
+    /// Sets the unit of the file's lengths, instead of metres.
     pub(super) fn in_unit_of(mut self, metres: Option<f64>) -> Self {
         self.metres_per_unit /= metres.unwrap_or(1.0);
         self
     }
 
-    /// What was done, step by step.
+    /// The changes of recorded steps.
     pub(super) fn recorded(steps: &[AppliedStep]) -> Self {
         let mut change = Self::none();
         let mut is_turned = false;
@@ -222,9 +221,10 @@ impl Change {
         change
     }
 
-    /// The unit from the lengths of the links in the first moment in which they have any, and the up axis that brings
-    /// the joints closer. Lengths of a lossy file are a little off: where they are near to those of a unit of length,
-    /// that is it. `metres` is the unit of the source, and `stated` that of the file in it, where it is known.
+    /// Infers the unit and the up axis. The unit comes from the lengths of the links in the first moment with nonzero
+    /// lengths. Lossy files round lengths, so a ratio near a known unit counts as this unit. The up axis is the axis
+    /// that brings the joints closest. `metres` is the unit of the source. `stated` is the file's unit relative to the
+    /// source, if known.
     pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, metres: f64, stated: Option<f64>) -> Self {
         let seen = moments(ours, theirs);
         let mut change = Self::none();
@@ -250,7 +250,7 @@ impl Change {
             });
             distances.sum()
         };
-        // The first of equal ones is kept, so that +Y is the usual answer.
+        // The first of equal axes is kept, so that +Y is preferred.
         let mut nearest = (f64::INFINITY, UpAxis::Y);
         for up in UpAxis::ALL {
             change.up.0 = up;
@@ -263,29 +263,29 @@ impl Change {
         change
     }
 
-    /// Says so where the lengths of the file are in no unit.
+    /// Reports lengths that match no unit.
     pub(super) fn finding(&self) -> Option<Finding> {
         let message = || {
             format!(
-                "lengths in the file are {:.6} of those in its source, which is the ratio of no two units of length",
+                "lengths in the file are {:.6} times those in its source; no two units have this ratio",
                 self.metres_per_unit
             )
         };
         (!self.has_unit).then(|| Finding::new(FindingKind::Unit, message()))
     }
 
-    /// Whether another axis points up in the file.
+    /// Whether the file has another up axis.
     pub(super) fn has_another_up(&self) -> bool {
         self.up.0 != self.up.1
     }
 
-    /// Where a point of the source is in the file.
+    /// Converts a point of the source to the file.
     pub(super) fn apply(&self, point: DVec3) -> DVec3 {
         let lift = self.humanoid.map_or(DVec3::ZERO, |(_, lift)| lift);
         self.turn(point * self.metres_per_unit) + lift
     }
 
-    /// Where a direction of the source points in the file.
+    /// Converts a direction of the source to the file.
     pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
         let DVec3 { x, y, z } = direction;
         let (from, to) = self.up;
@@ -305,8 +305,8 @@ impl Change {
         }
     }
 
-    /// Whether joints of the file rest elsewhere than those of its source, seen from the first one. In BVH, whose
-    /// joints all rest without a rotation, their axes are others then too.
+    /// Whether rest positions relative to the first joint differ between the file and its source. In BVH, joints rest
+    /// without a rotation, so their axes then differ too.
     pub(super) fn rests_elsewhere(&self, pairs: &Pairs, ours: &Skeleton, theirs: &Skeleton) -> bool {
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(0.0, &mut here);
@@ -328,7 +328,7 @@ impl Change {
         seen.iter().any(|(a, b)| a.distance(*b) > SAME_REST * size)
     }
 
-    /// The part of an offset in the file that is over the ground.
+    /// The horizontal part of an offset in the file.
     pub(super) fn over_ground(&self, offset: DVec3) -> DVec3 {
         match self.up.1 {
             UpAxis::Y | UpAxis::NegY => DVec3::new(offset.x, 0.0, offset.z),
@@ -337,8 +337,8 @@ impl Change {
     }
 }
 
-/// Positions of the joints of both at a few moments, evenly over the motion. The first frame alone would not do: all
-/// markers of a capture may be hidden in it, and stand in one point.
+/// Joint positions of both sides at a few moments, spread evenly over the motion. The first frame is not enough: all
+/// markers may be hidden in it, and be at one point.
 fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> {
     const PARTS: u32 = 4;
     let at = |seconds: f64| {
@@ -353,7 +353,7 @@ fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> 
         .collect()
 }
 
-/// The ratio of the largest distances from the origin. It serves for a single joint, or for joints that are always in
+/// The ratio of the largest distances from the origin. It is used for a single joint, or for joints that are always at
 /// one point, because they have no other length.
 fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
     let length = |world: &[DMat4], node: usize| world[node].w_axis.truncate().length();
@@ -366,8 +366,8 @@ fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)
     (ratio.is_finite() && ratio > 0.0).then_some(ratio)
 }
 
-/// The median of the ratios of lengths between neighbouring pairs, in the first moment that has any. One that is broken
-/// does not change it.
+/// The median ratio of lengths between neighbouring pairs, in the first moment with nonzero lengths. A single broken
+/// length does not change the median.
 fn ratio_of_lengths(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
     let length = |world: &[DMat4], from: usize, to: usize| world[from].w_axis.distance(world[to].w_axis);
     let lengths = |(here, there): &(Vec<DMat4>, Vec<DMat4>)| -> Vec<(f64, f64)> {
@@ -383,7 +383,7 @@ fn ratio_of_lengths(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)])
         .flatten()
         .fold(0.0, |longest: f64, (ours, _)| longest.max(*ours));
     let median = |lengths: &Vec<(f64, f64)>| {
-        // Joints in one position have a distance of mere roundings.
+        // The distance of joints at one position is only rounding.
         let lengths = lengths.iter().filter(|(ours, _)| *ours > SHORTEST_LINK * longest);
         let mut ratios: Vec<f64> = lengths.map(|(ours, theirs)| theirs / ours).collect();
         ratios.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! What a file says of itself: how its source was read, which file that was, how many frames it has.
+//! Checks a file's statements: how its source was read, the identity of the source, the number of frames.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use mocap_scene::scene::report::Origin;
 
 use super::{Finding, FindingKind};
 
-/// Imports the source as it was read for the conversion.
+/// Imports the source with the options of the conversion.
 pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, source: &Path) -> Result<Scene> {
     if let Some(used) = &provenance.root_offset {
         importer = importer.root_offset(used.policy);
@@ -33,7 +33,7 @@ pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, sou
     let Some(recorded) = provenance.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
         return importer.import(source);
     };
-    // Files of earlier versions say by this time alone that another rate was given for all clips of the source.
+    // In files of earlier versions, only this time records that the user set a frame rate for all clips of the source.
     let found = importer.import(source);
     let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
     match &found {
@@ -42,10 +42,10 @@ pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, sou
     }
 }
 
-/// How near, as a fraction, two frame rates are that are one.
+/// The largest relative difference of equal frame rates.
 const SAME_RATE: f64 = 1e-9;
 
-/// Whether two files are one: by their hashes, else by their names.
+/// Whether two files are the same, by their hashes or else by their names.
 pub(super) fn is_same_file(a: &Origin, b: &Origin) -> bool {
     match a.sha256.is_empty() || b.sha256.is_empty() {
         true => a.name == b.name,
@@ -62,7 +62,7 @@ pub(super) fn claims(original: &Scene, provenance: &Provenance, frames: Option<u
     {
         let (name, hash) = (&claimed.name, &claimed.sha256);
         find(format!(
-            "the file says that it was made from another file, \"{name}\" of the SHA-256 {hash}"
+            "the file says that it was made from another file, \"{name}\" with the SHA-256 {hash}"
         ));
     }
     let mut claim = |what: &str, claimed: u64, found: u64| {

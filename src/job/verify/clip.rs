@@ -12,11 +12,10 @@ use super::pairs::{Pairs, Rigid, kept_of};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, LargestDeviation, Output};
 
-/// How far from a joint the points are that show its rotation, in metres: about as far as the skin of a person around
-/// it.
+/// The distance in metres from a joint to the points that show its rotation: about the distance of a person's skin.
 pub(super) const SKIN: f64 = 0.03;
 
-/// The same for a skeleton, whose unit has so many metres: less around one that is smaller than a metre.
+/// The same distance for a skeleton with this unit: less for a skeleton smaller than a metre, in proportion.
 pub(super) fn skin_of(skeleton: &Skeleton, metres: f64) -> f64 {
     let mut world = Vec::new();
     skeleton.world(0.0, &mut world);
@@ -29,15 +28,15 @@ pub(super) fn skin_of(skeleton: &Skeleton, metres: f64) -> f64 {
     }
 }
 
-/// The clip of the file for every clip of the source, by its name. The others are paired in their order, if as many
-/// remain in both, or if the format of the file has no names of clips.
+/// The clip of the file for every clip of the source, paired by name. The remaining clips are paired in their order if
+/// both have equally many, or if the file's format has no clip names.
 pub(super) fn pairs(source: &Scene, output: &Output<'_>) -> Vec<Option<usize>> {
     let ours = names_of(source);
     let theirs = output.clip_names();
     let mut pair_of = same_names(&ours, &theirs);
     let mut left = unpaired(&theirs, &pair_of);
     let count = pair_of.iter().filter(|pair| pair.is_none()).count();
-    // One clip of a file that has one is that of a source that has one, whatever their names.
+    // If both have one clip, the clips are a pair, whatever their names.
     if count == left.len() || ours.len() == 1 || !output.row().names_clips {
         let unpaired = pair_of.iter_mut().filter(|pair| pair.is_none());
         for (pair, clip) in unpaired.zip(left.drain(..count.min(left.len()))) {
@@ -47,8 +46,8 @@ pub(super) fn pairs(source: &Scene, output: &Output<'_>) -> Vec<Option<usize>> {
     pair_of
 }
 
-/// Which clips are compared, with what is wrong beside that. A source without a clip is a skeleton at rest, and so is a
-/// file without one, or with one in which nothing moves.
+/// The clips to compare, and the findings about clips. A source without a clip is a skeleton at rest. So is a file
+/// without a clip, or with one clip in which nothing moves.
 pub(super) fn matched(
     source: &Scene,
     output: &Output<'_>,
@@ -68,12 +67,12 @@ pub(super) fn matched(
         if pair.is_none() && moves(source, clip, change)? {
             let message = format!("{} is not in the file", name_of(source, clip));
             findings.push(Finding::new(FindingKind::MissingClip, message));
-            // Its frames are missing, too, if the file has no other clip.
+            // If the file has no other clip, the frames are missing too.
             if !theirs.is_empty() {
                 continue;
             }
         }
-        // A clip in which nothing moves is a pose, and a file without a clip has one.
+        // A clip without movement is a pose, and a file without a clip has a pose.
         pairs.push((Some(clip), pair));
         let renamed =
             pair.filter(|pair| output.is_ours() && output.row().names_clips && !is_kept(&ours[clip], &theirs[*pair]));
@@ -107,7 +106,7 @@ fn names_of(source: &Scene) -> Vec<String> {
     source.animations.iter().map(|clip| clip.name.clone()).collect()
 }
 
-/// The clips of the file that are those of no clip of the source.
+/// The clips of the file without a clip of the source.
 fn unpaired(theirs: &[String], pair_of: &[Option<usize>]) -> Vec<usize> {
     let paired: HashSet<usize> = pair_of.iter().copied().flatten().collect();
     (0..theirs.len()).filter(|clip| !paired.contains(clip)).collect()
@@ -115,7 +114,7 @@ fn unpaired(theirs: &[String], pair_of: &[Option<usize>]) -> Vec<usize> {
 
 /// For every clip of the source, the clip of the file with its name.
 fn same_names(ours: &[String], theirs: &[String]) -> Vec<Option<usize>> {
-    // Some formats have each name once, and number the others.
+    // Some formats allow each name once, and number repeated names.
     if ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(ours, theirs)| is_kept(ours, theirs)) {
         return (0..ours.len()).map(Some).collect();
     }
@@ -127,8 +126,8 @@ fn same_names(ours: &[String], theirs: &[String]) -> Vec<Option<usize>> {
     pairs.collect()
 }
 
-/// Whether a clip has the name of that of the source, as far as every format can have it, or that name with a number
-/// behind it. One without a name may have any, and so one whose format has none.
+/// Whether a clip kept its name, apart from characters that some formats lack, or from an added number. An unnamed clip
+/// may get any name.
 fn is_kept(ours: &str, theirs: &str) -> bool {
     let (ours, theirs) = (kept_of(ours), kept_of(theirs));
     let number = theirs
@@ -138,13 +137,13 @@ fn is_kept(ours: &str, theirs: &str) -> bool {
     [theirs.as_str(), "", UNNAMED_MOTION].contains(&ours.as_str()) || is_numbered
 }
 
-/// Whether anything moves in the part of a clip that the file is to have.
+/// Whether anything moves in the part of a clip that the file should have.
 fn moves(source: &Scene, clip: usize, change: &Change) -> Result<bool> {
     let timeline = Timeline::new(source, Some(clip), change)?;
     Ok(timeline.moves(&Skeleton::of_scene(source, Some(clip))))
 }
 
-/// How a finding calls a clip of the source.
+/// The name of a source clip in a finding.
 pub(super) fn name_of(source: &Scene, clip: usize) -> String {
     let name = &source.animations[clip].name;
     match (source.animations.len(), name.is_empty()) {
@@ -154,43 +153,41 @@ pub(super) fn name_of(source: &Scene, clip: usize) -> String {
     }
 }
 
-/// What is the same for all clips.
+/// Data that all clips share.
 #[derive(Clone)]
 pub(super) struct ComparisonBasis<'a> {
     pub(super) pairs: &'a Pairs,
     pub(super) change: &'a Change,
-    /// Metres in a unit of the file.
+    /// Metres per unit of the file.
     pub(super) metres: f64,
-    /// How far from a joint the points are that show its rotation, in metres.
+    /// The distance in metres from a joint to the points that show its rotation.
     pub(super) skin: f64,
     /// Whether the times of the file are 32-bit seconds.
     pub(super) has_short_times: bool,
-    /// Whether the file is a packed clip, whose bound holds for positions: of rotations it holds for those that move no
-    /// joint.
+    /// Whether the file is a packed clip. Its error bound holds for positions, and for rotations that move no joint.
     pub(super) is_packed: bool,
-    /// Whether a joint has the same axes in both.
+    /// Whether joints have the same axes in both.
     pub(super) rotations: bool,
-    /// Where it has others on purpose, the rotation of its axes, of each joint of the source; none where that is not
-    /// known.
+    /// If joints have other axes on purpose, the rotation of the axes for each joint of the source; none if unknown.
     pub(super) new_axes: Option<Vec<Option<DQuat>>>,
 }
 
-/// What is the same at all moments of a clip.
+/// Data that all moments of a clip share.
 struct JointsOfClip<'a> {
     ours: &'a Skeleton<'a>,
     /// The joint whose path over the ground carries each joint.
     carriers: Vec<Option<usize>>,
-    /// What a VRM animation has of each pair.
+    /// The comparable data of each pair in a VRM animation.
     rigid: Option<Rigid>,
-    /// Which joints move no other.
+    /// Which joints move no other joint.
     ends: Vec<bool>,
-    /// Where the motion is put in place, the moment that says where.
+    /// For a motion in place, the moment that determines the place.
     place: Option<Moment>,
 }
 
 impl ComparisonBasis<'_> {
-    /// How the axes of each joint are rotated in the scene to which all steps were done, in the first moment. It is the
-    /// same rotation at all times.
+    /// The rotation of each joint's axes in the scene after all steps, at the first moment. The rotation is the same at
+    /// all times.
     pub(super) fn axes_of(
         &self,
         replayed: &Scene,
@@ -217,7 +214,7 @@ impl ComparisonBasis<'_> {
         Some(axes)
     }
 
-    /// Compares at these ticks of the source.
+    /// Compares both sides at these ticks of the source.
     pub(super) fn frames(
         &self,
         clip: Option<usize>,
@@ -238,7 +235,7 @@ impl ComparisonBasis<'_> {
             rotation: Some(0.0),
             ..Errors::default()
         };
-        // Steps are seen between frames alone.
+        // Stepped keys only show between frames.
         let between = theirs.stepped.as_ref().map_or(&[][..], |_| &[0.5]);
         let mut keys = timeline.between(theirs).into_iter().peekable();
         for (index, &frame) in ticks.iter().enumerate() {
@@ -269,8 +266,7 @@ impl ComparisonBasis<'_> {
         errors
     }
 
-    /// How far the joint of a pair is off, in metres, along the axes of the file; `None` where the file does not have
-    /// its position.
+    /// The position error of a pair in metres, in the axes of the file; `None` if the file does not have the position.
     fn position_error(&self, joints: &JointsOfClip<'_>, pair: usize, now: &Moment) -> Option<DVec3> {
         let (a, b) = self.pairs.list[pair];
         if joints.rigid.as_ref().is_some_and(|rigid| !rigid.has_position[pair]) {
@@ -285,7 +281,7 @@ impl ComparisonBasis<'_> {
         Some((now.there[b].w_axis.truncate() - expected) * self.metres)
     }
 
-    /// How far the skin of a joint is off by its rotation, in metres, where the file has that.
+    /// The error in metres of the skin around a joint that its rotation causes, if the file has the rotation.
     fn rotation_error(
         &self,
         joints: &JointsOfClip<'_>,
@@ -320,7 +316,7 @@ impl ComparisonBasis<'_> {
         let seconds = timeline.seconds(tick);
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(timeline.shown(tick) / timeline.rate, &mut here);
-        // The moment that glTF has for this frame. Just before it a cut is another pose.
+        // The rounded time of this frame in glTF. Just before this time, a cut has another pose.
         let rounded = if self.has_short_times {
             f64::from(seconds as f32)
         } else {
@@ -336,8 +332,8 @@ impl ComparisonBasis<'_> {
         }
     }
 
-    /// How far a point on the skin is off by the rotation of its joint since the first frame. The joints may stand
-    /// otherwise at rest.
+    /// The error of a point on the skin that the rotation of its joint since the first frame causes. The rest poses may
+    /// differ.
     fn skin_error_since(&self, first: (&DMat4, &DMat4), now: (&DMat4, &DMat4)) -> f64 {
         let since = |first: &DMat4, now: &DMat4| rotation_of(now) * rotation_of(first).inverse();
         let (ours, theirs) = (since(first.0, now.0), since(first.1, now.1));
@@ -347,10 +343,10 @@ impl ComparisonBasis<'_> {
         points.fold(0.0, worse)
     }
 
-    /// How far a point on the skin is off by the rotation of its joint, and by how far the joint is `off`, in metres.
+    /// The error in metres of a point on the skin, from the rotation of its joint and the position error `off`.
     fn skin_error(&self, ours: &DMat4, theirs: &DMat4, off: DVec3) -> f64 {
         let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec4::truncate);
-        // What is flat has no direction.
+        // An axis scaled to zero has no direction.
         let both = axes(ours).into_iter().zip(axes(theirs));
         let points = both.filter(|(ours, _)| *ours != DVec3::ZERO).map(|(ours, theirs)| {
             let ours = self.change.turn(ours.normalize_or_zero());
@@ -360,8 +356,8 @@ impl ComparisonBasis<'_> {
     }
 }
 
-/// Both skeletons at one moment: node to world of each joint, and the positions that those of the source have in the
-/// file, after `seconds` of it.
+/// Both skeletons at one moment of the file: the node-to-world matrix of each joint, and the positions of the source's
+/// joints converted to the file.
 #[derive(Clone)]
 struct Moment {
     seconds: f64,
@@ -370,9 +366,9 @@ struct Moment {
     positions: Vec<DVec3>,
 }
 
-/// Whether the axes of a matrix are those of a rotation, each with a length: none is mirrored, flat or sheared.
+/// Whether a matrix is a rotation with nonzero scales: not mirrored, flat or sheared.
 fn is_rotation(matrix: &DMat4) -> bool {
-    /// The cosine of the angle between two axes below which they are at right angles: rounding of single precision.
+    /// The largest cosine of the angle between perpendicular axes: the rounding of single precision.
     const SQUARE: f64 = 1e-3;
     let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize_or_zero());
     (x.cross(y).dot(z) - 1.0).abs() < SQUARE
@@ -423,7 +419,7 @@ impl Errors {
         }
     }
 
-    /// The farthest that anything is off, in metres.
+    /// The largest error in metres.
     pub(super) fn farthest(&self) -> f64 {
         worse(self.max, self.rotation.unwrap_or(0.0))
     }
@@ -433,12 +429,12 @@ impl Errors {
     }
 }
 
-/// The greater of two errors; a NaN stays.
+/// The greater of two errors. NaN is the greatest.
 pub(super) fn worse(a: f64, b: f64) -> f64 {
     if is_worse(b, a) { b } else { a }
 }
 
-/// A NaN is the worst of all, and stays it.
+/// NaN is the worst error, and stays the worst.
 fn is_worse(error: f64, most: f64) -> bool {
     error > most || (error.is_nan() && !most.is_nan())
 }

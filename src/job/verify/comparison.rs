@@ -21,36 +21,36 @@ use super::timeline::Timeline;
 use super::units::Space;
 use super::{Finding, FindingKind, Resampling, Verification, VerifiedClip, face, mesh, skin};
 
-/// What is compared.
+/// The two sides of a comparison.
 pub(super) struct Comparison<'a> {
-    /// The scene that the source reads as, before any step.
+    /// The scene of the source, before any step.
     pub(super) original: &'a Scene,
-    /// Its file, where it has one.
+    /// The file of the source, if any.
     pub(super) file: Option<&'a Path>,
     pub(super) output: &'a Output<'a>,
-    /// The changes between the two, if they are known.
+    /// The changes between source and file, if known.
     pub(super) provenance: Option<Provenance>,
-    /// Whether the source is a character with the motion of another file: its own clips are not there.
+    /// Whether the source is a character with retargeted motion. The file then lacks the character's own clips.
     pub(super) is_of_character: bool,
-    /// The largest error that the caller allows, in metres: a motion that is smaller may be lost.
+    /// The largest error that the caller allows, in metres. A smaller motion may be lost.
     pub(super) allowed: f64,
     pub(super) replay: Replay<'a>,
 }
 
-/// The source after the steps that are replayed, with the names that its joints were given.
+/// The source after the replayed steps, with the new names of its joints.
 struct Expected<'a> {
     scene: Cow<'a, Scene>,
-    /// The steps that are left; what they do is computed for each point.
+    /// The remaining steps. Their effect is computed for each point.
     steps: &'a [AppliedStep],
 }
 
-/// The joints of both sides, and what lies on purpose between them.
+/// The joints of both sides, and the intended changes.
 struct Joints<'a> {
     ours: Skeleton<'a>,
     theirs: Skeleton<'a>,
     pairs: Pairs,
     change: Change,
-    /// Whether joints have other axes in the file on purpose.
+    /// Whether joints intentionally have other axes in the file.
     has_new_axes: bool,
 }
 
@@ -84,7 +84,7 @@ impl<'a> Comparison<'a> {
         self.provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps)
     }
 
-    /// Does the edits that the file records to the source.
+    /// Applies the edits that the file records to the source.
     fn replay_edits(&self) -> Result<Expected<'_>> {
         let (scene, done) = match self.replay.edits(self.original, self.steps())? {
             Some((scene, done)) => (Cow::Owned(scene), done),
@@ -130,8 +130,8 @@ impl<'a> Comparison<'a> {
                 .help("write the motion as .glb too, and compare that with the body")
                 .into());
         }
-        // Where joints rest without a rotation, another up axis turns their axes. A file alone does not say that it has
-        // another rest pose on purpose.
+        // If joints rest without a rotation, another up axis rotates their axes. Without a record, a different rest
+        // pose counts as an error.
         let has_new_axes = expected.takes_new_axes()
             || !output.row().has_rest_rotations && change.has_another_up()
             || self.provenance.is_none() && change.rests_elsewhere(&pairs, &ours, &theirs);
@@ -152,13 +152,13 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// A clip of the source and its clip of the file: they show the unit and the up axis where these are not known.
+    /// A clip of the source and its clip of the file. They determine an unknown unit and up axis.
     fn shown_clips(&self, source: &Scene) -> (Option<usize>, Option<usize>) {
-        // Of a character the rest pose is compared: its clips are those of other files.
+        // For a character, the rest pose is compared: its clips come from other files.
         if self.is_of_character {
             return (None, None);
         }
-        // The clips of one name may stand in another order in the file.
+        // Clips with the same name may be in another order in the file.
         let clips = clip::pairs(source, self.output).into_iter().enumerate();
         let shown = clips.filter_map(|(ours, theirs)| Some((ours, theirs?))).next();
         shown.map_or((Some(0), Some(0)), |(ours, theirs)| (Some(ours), Some(theirs)))
@@ -175,11 +175,11 @@ impl<'a> Comparison<'a> {
         space.find(self.output.stated(is_recorded), is_recorded, findings);
     }
 
-    /// Checks that the joints hang together as in the source.
+    /// Checks that the hierarchy of joints is that of the source.
     fn check_joints(&self, joints: &Joints<'_>, findings: &mut Vec<Finding>) {
         let (ours, theirs, change) = (&joints.ours, &joints.theirs, &joints.change);
         match change.humanoid {
-            // Joints that are no bones are left out, and the others hang together as VRM demands.
+            // Joints that are not bones are omitted. The hierarchy of the others follows the VRM specification.
             Some(_) => findings.extend(self.output.missing_bones()),
             None => {
                 let is_ours = self.output.is_ours();
@@ -204,7 +204,7 @@ impl<'a> Comparison<'a> {
             None => Some(self.original),
         };
         let keeps_axes = self.output.keeps_axes(&expected.scene) && !joints.has_new_axes;
-        // The steps change bind poses too.
+        // Steps also change bind poses.
         let bound = || self.replay_all(with_meshes()?);
         findings.extend(skin::find(
             &expected.scene,
@@ -213,7 +213,7 @@ impl<'a> Comparison<'a> {
             &bound,
         ));
 
-        // Vertices are compared with those of the file, before its steps.
+        // Vertices are compared with the source file's vertices, before any step.
         let unchanged = || {
             let scene = with_meshes()?;
             Some(named(scene, self.steps()).unwrap_or_else(|| scene.clone()))
@@ -228,7 +228,7 @@ impl<'a> Comparison<'a> {
         findings.extend(mesh::find(&unchanged, skinned, change, keeps_rest));
     }
 
-    /// Checks what the file says of its source.
+    /// Checks the file's statements about its source.
     fn check_claims(&self, expected: &Expected<'_>, joints: &Joints<'_>, findings: &mut Vec<Finding>) -> Result<()> {
         let Some(provenance) = self.output.provenance().filter(|_| !self.is_of_character) else {
             return Ok(());
@@ -240,7 +240,7 @@ impl<'a> Comparison<'a> {
         Ok(())
     }
 
-    /// Compares where the joints are, clip by clip and frame by frame.
+    /// Compares joint positions, clip by clip and frame by frame.
     fn compare_clips(
         &self,
         expected: &Expected<'_>,
@@ -260,7 +260,7 @@ impl<'a> Comparison<'a> {
             rotations: keeps_axes && !joints.has_new_axes,
             new_axes: None,
         };
-        // Where steps give joints other axes, the steps themselves say which.
+        // If steps change the axes of joints, the steps determine the new axes.
         let replayed = match keeps_axes && expected.takes_new_axes() {
             true => self.replay_all(self.original),
             false => None,
@@ -321,7 +321,7 @@ impl<'a> Comparison<'a> {
         }
         let lost = timeline.is_resampled.then(|| {
             let mut frames = timeline.source_frames();
-            // The rest after the last whole frame of the file is less than a frame, and dropped.
+            // The rest after the last whole frame of the file is shorter than a frame, and is dropped.
             let end = timeline.moments.last().copied().unwrap_or(0.0);
             frames.retain(|frame| *frame <= end);
             compared.frames(here, &ours, &theirs, &timeline, &frames)
@@ -335,16 +335,16 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// How far a clip of the file is from its source.
+/// The deviation of a clip of the file from its source.
 struct ClipDeviation {
-    /// At its own frames.
+    /// Errors at the frames of the file.
     errors: Errors,
-    /// At the frames of the source, where it has others.
+    /// Errors at the frames of the source, if its frames differ.
     lost: Option<Errors>,
 }
 
 impl Expected<'_> {
-    /// Whether a step that is left gives joints other axes.
+    /// Whether a remaining step changes the axes of joints.
     fn takes_new_axes(&self) -> bool {
         self.steps.iter().any(AppliedStep::takes_new_axes)
     }

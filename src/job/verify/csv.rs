@@ -1,11 +1,11 @@
-//! Reads `.csv` files as this crate's `fk` writes them, without the code that writes them. They have a comment with the
-//! header as JSON, the names of the columns, and a row for each frame and joint, as in RFC 4180.
+//! Reads the `.csv` files of `fk`, without code of the writer. A file has a comment with the header as JSON, the column
+//! names, and a row for each frame and joint, as in RFC 4180.
 
 use mocap_scene::error::Result;
 
 use super::arrays::{ArrayFile, Header, invalid};
 
-/// Whether the file begins with a header in a comment, which is one cell for a spreadsheet.
+/// Whether the file begins with a header in a comment. In files for spreadsheets, the comment is one quoted cell.
 pub(super) fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(b"# {") || bytes.starts_with(b"\"# {\"\"")
 }
@@ -59,7 +59,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
                 columns.len()
             )));
         }
-        // A spreadsheet would calculate some names, which have a mark before them.
+        // Names that a spreadsheet would read as formulas have a mark before them.
         let name = header.joints.get(joint).map_or("", |joint| &joint.name);
         let is_name = record[2] == name || record[2].strip_prefix('\'') == Some(name);
         let time = record[1].parse::<f64>().unwrap_or(f64::NAN);
@@ -98,7 +98,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
 /// The rest of a file, record by record.
 struct Records<'a> {
     rest: &'a str,
-    /// Of the record that was read last, from 1.
+    /// The line of the last record, from 1.
     line: usize,
 }
 
@@ -114,7 +114,7 @@ impl Records<'_> {
         Ok(line.to_owned())
     }
 
-    /// The cells of the next record, of which each has an end.
+    /// The cells of the next record. Each record must end with a line break.
     fn next(&mut self) -> Result<Option<Vec<String>>> {
         if self.rest.is_empty() {
             return Ok(None);

@@ -7,8 +7,8 @@ use super::clip::{Errors, SKIN};
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, LargestDeviation};
 
-/// Adds the error of the face of a clip. A weight counts as its number in a file, a position in metres, and the gaze as
-/// the rotation of a joint. Returns what is not in the file, of the clip that findings call `name`.
+/// Adds the errors of the face of a clip. A weight counts like a position in metres, and the gaze like the rotation of
+/// a joint. Returns findings about missing expressions of the clip `name`.
 pub(super) fn compare(
     (clip, name): (usize, &str),
     ours: &Skeleton,

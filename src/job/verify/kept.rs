@@ -1,5 +1,5 @@
-//! Whether an output still has everything of the glTF file into which its animations were written: meshes, skins,
-//! materials, textures, morph targets and extensions, as JSON and byte by byte.
+//! Checks that an output keeps the contents of the glTF file to which animations were added: meshes, skins, materials,
+//! textures, morph targets and extensions, as JSON and byte by byte.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use super::{Finding, FindingKind};
 
-/// Sections that are compared item by item, or not at all: animations are written anew, and numbers move with them.
+/// Sections that are compared item by item, or not at all: animations are rewritten, which changes indices.
 const BY_ITEM: [&str; 9] = [
     "accessors",
     "animations",
@@ -26,11 +26,11 @@ const BY_ITEM: [&str; 9] = [
     "scenes",
 ];
 
-/// The extensions of a buffer view whose bytes are a compressed stream elsewhere.
+/// Extensions of a buffer view whose bytes are in a compressed stream.
 const STREAMS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// The largest error of a number of a node's matrix, as a fraction of the number in the file. An animated node has its
-/// matrix as translation, rotation and scale.
+/// The largest relative error of a value in a node's matrix. An animated node stores its matrix as translation,
+/// rotation and scale.
 const ROUNDED: f64 = 1e-5;
 
 /// A file, and the bytes of its images.
@@ -66,21 +66,21 @@ impl Parts {
     }
 }
 
-/// Which animations of the character's file may be others.
+/// The animations of the character's file that may differ.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum AnimationChoice {
-    /// All of them.
+    /// All animations.
     All,
-    /// The one with this index.
+    /// The animation with this index.
     One(usize),
-    /// None, or all: others were added to them, or instead of them.
+    /// None or all: animations were added, or replaced all animations.
     Added,
 }
 
-/// What of a character's file an output lacks or has otherwise.
+/// Finds contents of a character's file that are missing or different in an output.
 ///
 /// # Errors
-/// Where the file of the character is broken.
+/// If the file of the character is broken.
 pub(super) fn find(original: &OriginalFile, output: &Parts, changed: AnimationChoice) -> Result<Vec<Finding>> {
     let before = Parts::of_original(original)?;
     let mut found = Found::default();
@@ -96,7 +96,7 @@ pub(super) fn find(original: &OriginalFile, output: &Parts, changed: AnimationCh
     Ok(found.findings())
 }
 
-/// What is another, by kind.
+/// The differences, by kind.
 #[derive(Default)]
 struct Found(Vec<(FindingKind, Vec<String>)>);
 
@@ -116,7 +116,7 @@ impl Found {
                 1 => String::new(),
                 count => format!(", and {} more", count - 1),
             };
-            let message = format!("another than in the file of the character: {}{more}", all[0]);
+            let message = format!("differs from the file of the character: {}{more}", all[0]);
             Finding::new(kind, message)
         };
         self.0.into_iter().map(finding).collect()
@@ -129,7 +129,7 @@ struct Both<'a> {
 }
 
 impl Both<'_> {
-    /// The sections that are passed through as they are.
+    /// Compares the sections that are passed through unchanged.
     fn sections(&self, found: &mut Found) {
         let (before, after) = (&self.before.raw.json, &self.after.raw.json);
         let keys = |json: &Value| -> BTreeSet<String> {
@@ -155,7 +155,7 @@ impl Both<'_> {
         }
     }
 
-    /// The nodes of the character; a node for the root motion may stand behind them.
+    /// Compares the nodes of the character. A node for root motion may follow them.
     fn nodes(&self, found: &mut Found) {
         let (before, after) = (self.before.raw.list("nodes"), self.after.raw.list("nodes"));
         for (index, node) in before.iter().enumerate() {
@@ -197,7 +197,7 @@ impl Both<'_> {
     fn images(&self, found: &mut Found) {
         let (before, after) = (self.before.raw.list("images"), self.after.raw.list("images"));
         for (index, image) in before.iter().enumerate() {
-            // An image may be in the file or beside it.
+            // An image may be embedded or in a separate file.
             let rest = |image: &Value| without(image, &["uri", "bufferView", "mimeType"]);
             let is_same = after.get(index).is_some_and(|other| rest(image) == rest(other))
                 && self.before.images[index] == self.after.images[index];
@@ -207,7 +207,7 @@ impl Both<'_> {
         }
     }
 
-    /// Animations that no command has written are those of the character.
+    /// Compares the animations of the character that no command has written.
     fn animations(&self, changed: AnimationChoice, found: &mut Found) {
         let (before, after) = (self.before.raw.list("animations"), self.after.raw.list("animations"));
         let is_same = |index: usize| after.get(index) == before.get(index);
@@ -225,7 +225,7 @@ impl Both<'_> {
         }
     }
 
-    /// Accessors and buffer views, but those that only animations need which are written anew.
+    /// Compares accessors and buffer views, except those that only rewritten animations use.
     fn numbers(&self, found: &mut Found) {
         let users = users(&self.before.raw);
         let after = self.after.raw.list("animations");
@@ -240,7 +240,7 @@ impl Both<'_> {
         }
         let is_gone = |index: &usize| gone.contains(index) && !stay.contains(index) && !users.contains_key(index);
         let other = |what: &str, index: usize| (FindingKind::Character, format!("{what} {index}"));
-        // Of every view whose accessor it is, and whether no other needs it.
+        // The user of every view, and the views that only rewritten animations use.
         let (mut of_view, mut of_gone) = (BTreeMap::new(), BTreeSet::new());
         for (index, accessor) in self.before.raw.list("accessors").iter().enumerate() {
             let places = ["/bufferView", "/sparse/indices/bufferView", "/sparse/values/bufferView"];
@@ -315,7 +315,7 @@ fn labelled(what: &str, index: usize, item: &Value) -> String {
     }
 }
 
-/// What each accessor of meshes and skins is for.
+/// The purpose of each accessor of meshes and skins.
 fn users(file: &RawFile) -> BTreeMap<usize, (FindingKind, String)> {
     let mut users = BTreeMap::new();
     for (index, mesh) in file.list("meshes").iter().enumerate() {
@@ -353,7 +353,7 @@ fn without_transform(node: &Value) -> Value {
     without(node, &["matrix", "translation", "rotation", "scale"])
 }
 
-/// A view, or that of its stream, without the place of its bytes.
+/// A view, or the view of its stream, without the location of its bytes.
 fn without_place(view: &Value) -> Value {
     let place = ["buffer", "byteOffset"];
     let mut view = without(view, &place);
@@ -368,7 +368,7 @@ fn without_place(view: &Value) -> Value {
     view
 }
 
-/// Whether two nodes stand in one place.
+/// Whether two nodes have the same local matrix.
 fn is_near(before: &Value, after: &Value) -> bool {
     let (before, after) = (local(before).to_cols_array(), local(after).to_cols_array());
     std::iter::zip(before, after).all(|(before, after)| (before - after).abs() <= ROUNDED * before.abs().max(1.0))

@@ -1,7 +1,7 @@
-//! Whether the meshes of a character are in a file of another format: by value, as both readers give them.
+//! Checks the meshes of a character in a file of another format, by the values that both readers give.
 //!
-//! Corners of faces are compared, because writers join and split vertices: where each stands at rest, which joints move
-//! it, where it is in the texture. Meshes of a skeleton that were drawn for the output are none of the character.
+//! Face corners are compared, because writers join and split vertices. A corner has a rest position, joint weights and
+//! texture coordinates. Meshes that were drawn for a skeleton are not part of the character.
 
 use std::collections::BTreeMap;
 
@@ -13,23 +13,23 @@ use super::change::Change;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
 
-/// How far a corner may be from where it is in the source, as a fraction of the size of all meshes.
+/// The largest position error of a corner, as a fraction of the size of all meshes.
 const SAME_PLACE: f64 = 1e-3;
 
-/// The difference of texture coordinates, as a fraction of the texture, that counts as none: half a pixel of 4096.
+/// The largest error of texture coordinates, as a fraction of the texture: half a pixel of 4096.
 const SAME_COORDS: f32 = 1e-4;
 
-/// The joints of a vertex that every format can store.
+/// The number of joints per vertex that every format can store.
 const MOST_JOINTS: usize = 4;
 
 /// The largest sum of the errors of the weights of a vertex: formats store them in 255ths.
 const SAME_WEIGHTS: f64 = 0.03;
 
-/// How far a part of a colour may be from that of the source: formats store it linear or as on a screen.
+/// The largest error of a colour component: formats store linear or sRGB values.
 const SAME_COLOUR: f32 = 0.01;
 
-/// What of the meshes of the source, which `read` gives, the file lacks or has otherwise. `keeps_rest` where the rest
-/// pose is that of the source. A file without meshes is a skeleton.
+/// Finds missing or different meshes. `read` gives the meshes of the source. `keeps_rest` states that the rest pose is
+/// that of the source. A file without meshes is a skeleton.
 pub(super) fn find(
     read: &dyn Fn() -> Option<Scene>,
     output: &Scene,
@@ -37,7 +37,7 @@ pub(super) fn find(
     keeps_rest: bool,
 ) -> Vec<Finding> {
     let mut theirs = meshes(output);
-    // A file has them in the order in which the nodes of the source have them. A reader may put them on other nodes.
+    // A file has the meshes in the node order of the source, but a reader may attach them to other nodes.
     theirs.sort_by_key(|(_, mesh)| output.meshes.iter().position(|other| std::ptr::eq(other, *mesh)));
     if theirs.is_empty() {
         return Vec::new();
@@ -52,7 +52,7 @@ pub(super) fn find(
     let finding = |kind, message: String| vec![Finding::new(kind, message)];
     if ours.len() != theirs.len() {
         let message = format!(
-            "the source has {} meshes, and the file has {}",
+            "the source has {} meshes, but the file has {}",
             ours.len(),
             theirs.len()
         );
@@ -64,7 +64,7 @@ pub(super) fn find(
     };
     let their_joint: BTreeMap<usize, usize> = pairs.list.iter().copied().collect();
     let there = placed(&skeletons.1, &theirs, usize::MAX);
-    // A file keeps the strongest weights of a vertex, as many as its format has.
+    // A file keeps the strongest weights of a vertex, up to the limit of its format.
     let counts = there.iter().flat_map(|mesh| mesh.weights.iter().map(Vec::len));
     let most_weights = counts.fold(MOST_JOINTS, usize::max);
     let here = placed(&skeletons.0, &ours, most_weights);
@@ -73,7 +73,7 @@ pub(super) fn find(
         let name = &here.mesh.name;
         if here.faces.len() != there.faces.len() {
             let (expected, found) = (here.faces.len(), there.faces.len());
-            let message = format!("the mesh \"{name}\" has {found} faces in the file, and {expected} in its source");
+            let message = format!("the mesh \"{name}\" has {found} faces in the file, but {expected} in its source");
             return finding(FindingKind::Mesh, message);
         }
         let is_at = |a: u32, b: u32| {
@@ -83,7 +83,7 @@ pub(super) fn find(
         let has_weights = |a: u32, b: u32| has_weights(here.weights(a), there.weights(b), &their_joint);
         for (ours, theirs) in std::iter::zip(&here.faces, &there.faces) {
             let is_same = |check: &dyn Fn(u32, u32) -> bool| {
-                // A face that looks inwards is turned.
+                // A face that points inwards is flipped.
                 let [a, b, c] = *theirs;
                 [[a, b, c], [a, c, b]]
                     .iter()
@@ -92,7 +92,7 @@ pub(super) fn find(
             if !is_same(&is_at) {
                 return finding(
                     FindingKind::Mesh,
-                    format!("vertices of the mesh \"{name}\" are elsewhere"),
+                    format!("vertices of the mesh \"{name}\" have other positions"),
                 );
             }
             if !is_same(&has_weights) {
@@ -104,21 +104,18 @@ pub(super) fn find(
             if !is_same(&|a, b| has_coords(here.mesh, there.mesh, a, b)) {
                 return finding(
                     FindingKind::Mesh,
-                    format!("texture coordinates of the mesh \"{name}\" are others"),
+                    format!("texture coordinates of the mesh \"{name}\" differ"),
                 );
             }
         }
         if let Some(what) = other_material(source, here.mesh, output, there.mesh) {
-            return finding(
-                FindingKind::Material,
-                format!("{what} of the mesh \"{name}\" is another"),
-            );
+            return finding(FindingKind::Material, format!("{what} of the mesh \"{name}\" differs"));
         }
     }
     Vec::new()
 }
 
-/// The meshes with faces, in the order of their nodes; none where all are drawn of a skeleton.
+/// The meshes with faces, in the order of their nodes; none if all were drawn for a skeleton.
 fn meshes(scene: &Scene) -> Vec<(usize, &Mesh)> {
     let nodes = scene.nodes.iter().enumerate();
     let all = nodes.flat_map(|(index, node)| node.meshes.iter().map(move |mesh| (index, *mesh)));
@@ -132,7 +129,7 @@ fn meshes(scene: &Scene) -> Vec<(usize, &Mesh)> {
     }
 }
 
-/// The meshes in the rest pose, with at most so many weights of a vertex, the strongest.
+/// The meshes in the rest pose, with the strongest `most_weights` weights of each vertex.
 fn placed<'a>(skeleton: &Skeleton, all: &[(usize, &'a Mesh)], most_weights: usize) -> Vec<Placed<'a>> {
     let mut world = Vec::new();
     skeleton.world(0.0, &mut world);
@@ -144,11 +141,11 @@ fn placed<'a>(skeleton: &Skeleton, all: &[(usize, &'a Mesh)], most_weights: usiz
 /// A mesh in the rest pose.
 struct Placed<'a> {
     mesh: &'a Mesh,
-    /// Of every vertex, in the world.
+    /// The world position of every vertex.
     positions: Vec<DVec3>,
-    /// Of every vertex the nodes that move it, the strongest first.
+    /// For every vertex the nodes that move it, the strongest first.
     weights: Vec<Vec<(usize, f64)>>,
-    /// Those that have an area.
+    /// The faces with an area.
     faces: Vec<[u32; 3]>,
 }
 
@@ -241,11 +238,11 @@ fn has_coords(ours: &Mesh, theirs: &Mesh, a: u32, b: u32) -> bool {
     }
 }
 
-/// What of the look of a mesh is another.
+/// The first property of a mesh's material that differs.
 fn other_material(source: &Scene, ours: &Mesh, output: &Scene, theirs: &Mesh) -> Option<&'static str> {
     let material = |scene: &Scene, mesh: &Mesh| scene.materials.get(mesh.material_index).cloned().unwrap_or_default();
     let (ours, theirs) = (material(source, ours), material(output, theirs));
-    // What states no colour has one of its reader.
+    // Without a stated colour, each reader has its own default.
     let our_surface = ours.surface?;
     let Some(their_surface) = theirs.surface else {
         return Some("the material");

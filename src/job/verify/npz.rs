@@ -1,5 +1,5 @@
-//! Reads `.npz` files as this crate's `fk` writes them, without the code that writes them. They are uncompressed zip
-//! archives of `.npy` files of the versions 1.0 to 3.0 of `numpy.lib.format`.
+//! Reads the `.npz` files of `fk`, without code of the writer. They are uncompressed zip archives of `.npy` files, in
+//! versions 1.0 to 3.0 of `numpy.lib.format`.
 
 use std::io::{Cursor, Read};
 
@@ -59,7 +59,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
         offsets.into_iter().eq(joints().flat_map(|joint| joint.offset)),
         "offsets",
     )?;
-    // The digits of the header may be read as the number beside.
+    // The header's decimal digits may be parsed as a neighbouring number.
     let rate = array("frame_rate")?.number()?;
     as_header((rate - header.frame_rate).abs() <= 1e-12 * rate.abs(), "frame_rate")?;
     let positions = array("positions")?;
@@ -94,12 +94,12 @@ impl Array {
             .by_name(&format!("{name}.npy"))
             .map_err(|error| invalid(format!("there is no array `{name}`: {error}")))?;
         let mut bytes = Vec::new();
-        // A length in the archive is a claim.
+        // A length in the archive may be wrong.
         let read = file.take(most_bytes as u64).read_to_end(&mut bytes);
         read.map_err(|error| invalid(format!("the array `{name}` cannot be read: {error}")))?;
         let broken = || invalid(format!("the array `{name}` has no NumPy header"));
         let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(broken)?;
-        // Two bytes of a version, then the length of the header in two bytes, from version 2 on in four.
+        // A version in two bytes, then the length of the header: two bytes in version 1, four bytes from version 2.
         let (length, start) = match *rest {
             [1, 0, a, b, ..] => (usize::from(u16::from_le_bytes([a, b])), 4),
             [2 | 3, 0, a, b, c, d, ..] => (u32::from_le_bytes([a, b, c, d]) as usize, 6),
@@ -135,7 +135,7 @@ impl Array {
 
     fn wrong(&self, expected: &str) -> Error {
         let found = format!("{} of shape {:?}, {} bytes", self.dtype, self.shape, self.bytes.len());
-        let message = format!("the array `{}` is another than expected", self.name);
+        let message = format!("the array `{}` is not as expected", self.name);
         let diagnostic = Diagnostic::new(Code::InvalidArrays, message).expected_found(expected, found);
         diagnostic.help(HELP).into()
     }
@@ -172,7 +172,7 @@ impl Array {
             .ok_or_else(|| self.wrong("a number"))
     }
 
-    /// Texts of `<U` and a length, four bytes a character, filled up with zeros. Never empty for a scalar.
+    /// Texts of the dtype `<U` with a length: four bytes per character, padded with zeros. Never empty for a scalar.
     fn strings(&self) -> Result<Vec<String>> {
         let wrong = || self.wrong("texts");
         let length: usize = self

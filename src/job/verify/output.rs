@@ -1,4 +1,4 @@
-//! A file that was written, as its reader gives it.
+//! A written file, as its reader gives it.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -22,25 +22,25 @@ use super::kept::{self, AnimationChoice, Parts};
 use super::units::Space;
 use super::{Finding, FindingKind, skin};
 
-/// A file that was written.
+/// A written file.
 pub(super) enum Output<'a> {
-    /// A glTF file; where this crate wrote it and it has a skin, its scenes; and where this crate wrote animations into
-    /// it, its other parts.
+    /// A glTF file. If this crate wrote it and it has a skin: its scenes. If this crate added animations to it: its
+    /// other contents.
     Gltf(Box<File<'a>>, Option<Box<Skinned>>, Option<Box<Parts>>),
-    /// Another format, as its reader gives it, and what the file says of itself.
+    /// Another format, as its reader gives it, and its provenance.
     Scene(Box<Scene>, Option<Box<Provenance>>),
 }
 
-/// What a glTF file with a skin shows.
+/// The scenes of a glTF file with a skin.
 pub(super) struct Skinned {
     /// Its nodes in their stored pose, which may be a frame of the motion, with its meshes.
     standing: Scene,
-    /// Its nodes where the skin is bound: the rest pose.
+    /// Its nodes in the bind pose: the rest pose.
     bound: Scene,
 }
 
 impl<'a> Output<'a> {
-    /// `rate` is the frame rate at which curves are sampled; else it is that of the file.
+    /// `rate` is the frame rate at which curves are sampled. Default: the rate of the file.
     pub(super) fn read(
         bytes: &'a [u8],
         name: &Path,
@@ -49,7 +49,7 @@ impl<'a> Output<'a> {
     ) -> Result<Self> {
         if File::sniff(bytes) {
             let file = File::read(bytes, open, &Limits::default())?;
-            // A skin that was kept is that of the source.
+            // A skin that was kept equals the source's skin.
             let is_new = file.provenance().is_some() && file.provenance_of_kept().is_none();
             let skinned = match is_new && file.has_skin() {
                 true => {
@@ -70,7 +70,7 @@ impl<'a> Output<'a> {
             importer = importer.sampling_rate(rate);
         }
         let provenance = FormatInfo::provenance(bytes).map(Box::new);
-        // The skin is looked at in files of this crate alone.
+        // The skin is only checked in files of this crate.
         let has_meshes = provenance.is_some();
         importer = importer.for_comparison(has_meshes).skeleton_mesh(if has_meshes {
             SkeletonMesh::Own
@@ -82,7 +82,10 @@ impl<'a> Output<'a> {
         let row = row_of(&scene);
         scene.warnings.extend((row.inspect)(bytes, &scene)?);
         if row.contents == Contents::Keys {
-            let message = format!("{} has no skeleton, so where its joints are is not known", row.name);
+            let message = format!(
+                "{} has no skeleton, so the positions of its joints are unknown",
+                row.name
+            );
             return Err(Diagnostic::new(Code::Unrepresentable, message)
                 .help("write the motion as .glb too, and verify that")
                 .into());
@@ -94,7 +97,7 @@ impl<'a> Output<'a> {
         Ok(Self::Scene(Box::new(scene), provenance.or(sidecar)))
     }
 
-    /// Forgets what the file says of itself.
+    /// Removes the provenance of the file.
     pub(super) fn forget_provenance(&mut self) {
         match self {
             Self::Gltf(file, skinned, _) => {
@@ -112,13 +115,13 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// What the file says of itself, or else is `given`, seen from the character that its motion was put on, where
-    /// `source` is that.
+    /// If `source` is the character to which the file's motion was retargeted: the provenance relative to the
+    /// character, from the file or else from `given`.
     pub(super) fn provenance_of_character(&self, source: &Scene, given: Option<&Provenance>) -> Option<Provenance> {
         let provenance = self.provenance().or_else(|| given.cloned())?;
         let onto = provenance.onto()?.clone();
         let is_onto = |step: &AppliedStep| matches!(step, AppliedStep::Retarget { .. });
-        // What was done to the body, before its motion came and after.
+        // The steps on the body, before and after retargeting.
         let after = provenance.steps.iter().rev().take_while(|step| !is_onto(step)).count();
         let after = &provenance.steps[provenance.steps.len() - after..];
         is_file_of(source, onto.source.as_ref()).then(|| Provenance {
@@ -129,7 +132,7 @@ impl<'a> Output<'a> {
         })
     }
 
-    /// Whether motion of other files was put on `source`, which is a character, or a robot: that has no motion.
+    /// Whether motion of other files was retargeted to `source`, a character or a robot.
     pub(super) fn is_of_character(&self, source: &Scene, given: Option<&Provenance>) -> bool {
         let Self::Gltf(file, ..) = self else {
             return self.is_of_robot(source) || self.provenance_of_character(source, given).is_some();
@@ -143,7 +146,8 @@ impl<'a> Output<'a> {
             || file.provenance_of_kept().is_none() && file.provenances_of_animations().any(is_onto)
     }
 
-    /// Whether the file has a motion of a robot. One frame is no motion: some formats have it of a robot that stands.
+    /// Whether the file has a motion of a robot. One frame is not a motion: some formats store a static robot as one
+    /// frame.
     fn is_of_robot(&self, source: &Scene) -> bool {
         let moves = match self {
             Self::Gltf(file, ..) => file.animations().next().is_some(),
@@ -152,12 +156,12 @@ impl<'a> Output<'a> {
         moves && is_robot(source)
     }
 
-    /// Whether the file has other clips of its source too, beside the one that was changed.
+    /// Whether the file has other clips of its source, besides the changed clip.
     pub(super) fn keeps_other_clips(&self) -> bool {
         self.only_clip().is_some()
     }
 
-    /// The one clip that was changed in a file with others.
+    /// The changed clip in a file with other clips.
     fn only_clip(&self) -> Option<usize> {
         let Self::Gltf(file, ..) = self else { return None };
         let provenance = file.provenance_of_kept()?;
@@ -167,10 +171,10 @@ impl<'a> Output<'a> {
         })
     }
 
-    /// What of the character's file, into which this crate wrote animations, the file lacks or has otherwise.
+    /// Finds missing or different contents of the character's file to which this crate added animations.
     ///
     /// # Errors
-    /// Where the file of the character is broken.
+    /// If the file of the character is broken.
     pub(super) fn find_in_character(&self, source: &Scene) -> Result<Vec<Finding>> {
         let (Self::Gltf(_, _, Some(parts)), Some(original)) = (self, &source.original) else {
             return Ok(Vec::new());
@@ -183,9 +187,9 @@ impl<'a> Output<'a> {
         kept::find(&original.file, parts, changed)
     }
 
-    /// Refuses a motion on another skeleton: its joints are elsewhere on purpose.
+    /// Refuses a retargeted motion: its joints have other positions on purpose.
     pub(super) fn check_not_retargeted(&self, source: &Scene, given: Option<&Provenance>) -> Result<()> {
-        // Other animations of a character may still be compared with what it was before.
+        // A character's other animations can still be compared with the original character.
         let is_source = |provenance: &Provenance| is_file_of(source, provenance.source.as_ref());
         let added: Vec<Provenance> = match self {
             Self::Gltf(file, ..) => file.provenances_of_animations().filter(is_source).collect(),
@@ -202,13 +206,13 @@ impl<'a> Output<'a> {
         let name = onto
             .source
             .map_or_else(String::new, |origin| format!(" of \"{}\"", origin.name));
-        let message = format!("the motion is on the skeleton{name}, so its joints are elsewhere than in the source");
+        let message = format!("the motion was retargeted to the skeleton{name}, so its joints differ from the source");
         Err(Diagnostic::new(Code::Unrepresentable, message)
-            .help("mocap retarget measures how far the limbs of both are apart: {max-angle} refuses what is farther")
+            .help("mocap retarget measures the angles between the limbs of both; {max-angle} sets a limit")
             .into())
     }
 
-    /// The nodes and the keys of a clip; without one, the rest pose.
+    /// The nodes and the keys of a clip; without a clip, the rest pose.
     pub(super) fn skeleton(&self, clip: Option<usize>) -> Result<Skeleton<'_>> {
         match self {
             Self::Gltf(file, ..) => Skeleton::of_file(file, clip),
@@ -216,7 +220,7 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// The rest pose: where the skin is bound, if the file has one of its own.
+    /// The rest pose: the bind pose of the file's own skin, if any.
     pub(super) fn rest(&self) -> Result<Skeleton<'_>> {
         match self {
             Self::Gltf(_, Some(skinned), _) => Ok(Skeleton::of_scene(&skinned.bound, None)),
@@ -224,7 +228,7 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Says so where a VRM animation lacks bones that it must have.
+    /// Reports missing required bones of a VRM animation.
     pub(super) fn missing_bones(&self) -> Option<Finding> {
         let Self::Gltf(file, ..) = self else { return None };
         let missing = file.missing_bones();
@@ -237,19 +241,19 @@ impl<'a> Output<'a> {
         (!missing.is_empty()).then(|| Finding::new(FindingKind::MissingJoint, message()))
     }
 
-    /// Says so where the file states another number of frames than it has: other readers believe it.
+    /// Reports a wrong frame count in the file: other readers rely on it.
     pub(super) fn miscounted(&self) -> Option<Finding> {
         let Self::Scene(scene, _) = self else { return None };
         let warning = scene.warnings.iter().find(|warning| warning.code == Code::FrameCount)?;
         Some(Finding::new(FindingKind::MissingFrames, warning.message.clone()))
     }
 
-    /// Whether this crate wrote the file, and the file says so.
+    /// Whether the file states that this crate wrote it.
     pub(super) fn is_ours(&self) -> bool {
         self.provenance().is_some()
     }
 
-    /// The file with its meshes, where this crate wrote it.
+    /// The file with its meshes, if this crate wrote it.
     pub(super) fn skinned(&self) -> Option<&Scene> {
         match self {
             Self::Gltf(_, skinned, _) => skinned.as_deref().map(|skinned| &skinned.standing),
@@ -270,7 +274,7 @@ impl<'a> Output<'a> {
         matches!(self, Self::Gltf(..))
     }
 
-    /// Takes the clips of these indices as `other` has them.
+    /// Replaces the clips of these indices by those of `other`.
     pub(super) fn take_clips(&mut self, other: Self, taken: &HashSet<usize>) {
         let (Self::Scene(scene, _), Self::Scene(other, _)) = (self, other) else {
             return;
@@ -281,7 +285,7 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Plays a clip so many times as slow.
+    /// Slows a clip down by this factor.
     pub(super) fn play_slower(&mut self, clip: Option<usize>, times: f64) {
         let Self::Scene(scene, _) = self else { return };
         if let Some(clip) = clip.and_then(|clip| scene.animations.get_mut(clip)) {
@@ -289,7 +293,7 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Frames per second of the first clip, as the file states them.
+    /// Frames per second of the first clip, as stated in the file.
     pub(super) fn frame_rate(&self) -> Option<f64> {
         let Self::Scene(scene, _) = self else { return None };
         scene.animations.first().map(|clip| clip.ticks_per_second)
@@ -305,14 +309,14 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Units of the file in one of the source, where the file states its unit.
+    /// Units of the file per unit of the source, if the file states its unit.
     pub(super) fn stated_unit(&self, source: &Scene) -> Option<f64> {
         let Self::Scene(scene, _) = self else { return None };
         scene.metadata.metres_per_unit.map(|metres| metres_of(source) / metres)
     }
 
-    /// The unit and the up axis that the file states, or that its format has. Where points are compared in the unit of
-    /// the file, another unit would show in their distances.
+    /// The unit and the up axis that the file or its format states. For points with a record, the unit is not checked:
+    /// a wrong unit would show in the distances.
     pub(super) fn stated(&self, is_recorded: bool) -> Space {
         let Self::Scene(scene, _) = self else {
             return Space {
@@ -326,27 +330,27 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Metres in a unit of the file, where its writer converts metres to a unit that readers keep.
+    /// Metres per unit of the file, if its writer converts metres to a unit that readers keep.
     pub(super) fn written_unit(&self) -> Option<f64> {
         let Self::Scene(scene, _) = self else { return None };
         scene.metadata.metres_per_unit.filter(|_| self.is_of_points())
     }
 
-    /// Whether the format has points, which have no parents.
+    /// Whether the format has points without parents.
     pub(super) fn is_of_points(&self) -> bool {
         self.row().contents == Contents::Points
     }
 
-    /// Whether joints have the rest pose of `source`. They do not in points, in the T-pose of a VRM animation, and in
-    /// BVH, where they rest without a rotation. Nor do they for a robot in glTF, where a constant joint has its
-    /// rotation in its node.
+    /// Whether joints have the rest pose of `source`. Four kinds of files have another rest pose. Points have none. VRM
+    /// animations have a T-pose. In BVH from another format, joints rest without rotation. In glTF of robots, a
+    /// constant joint has its rotation in its node.
     pub(super) fn has_rest_of(&self, source: &Scene, change: &Change) -> bool {
         let is_new_rest = !self.row().has_rest_rotations && source.metadata.format != Some(self.row().format);
         let is_of_robot = matches!(self, Self::Gltf(..)) && self.is_of_robot(source);
         !self.is_of_points() && change.humanoid.is_none() && !is_new_rest && !is_of_robot
     }
 
-    /// Metres in a unit of the file: what the file says, else the unit of the source.
+    /// Metres per unit of the file: as the file states, else the converted unit of the source.
     pub(super) fn metres_per_unit(&self, source: &Scene, change: &Change) -> f64 {
         let Self::Scene(scene, _) = self else { return 1.0 };
         match scene.metadata.metres_per_unit {
@@ -357,8 +361,8 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Whether the joints have the axes of the source. They do in glTF of this crate, in a packed clip, in BVH that was
-    /// made of BVH, and in FBX of this crate with the axes of the scene.
+    /// Whether the joints have the axes of the source. They do in glTF of this crate, packed clips, BVH made from BVH,
+    /// and FBX of this crate with the axes of the scene.
     pub(super) fn keeps_axes(&self, source: &Scene) -> bool {
         let row = self.row();
         match self {
@@ -370,12 +374,12 @@ impl<'a> Output<'a> {
     }
 }
 
-/// The row of the format of a scene; that of a scene without one has no fact that others lack.
+/// The row of a scene's format. A scene without a format gets a row without special properties.
 fn row_of(scene: &Scene) -> &'static FormatInfo {
     scene.metadata.format.map_or(&FormatInfo::BASE, FormatInfo::of)
 }
 
-/// Whether a scene is a robot, whose file has no motion.
+/// Whether a scene is a robot. A robot file has no motion.
 fn is_robot(scene: &Scene) -> bool {
     row_of(scene).contents == Contents::Robot
 }
@@ -386,7 +390,7 @@ fn is_file_of(scene: &Scene, recorded: Option<&Origin>) -> bool {
     matches!(origins, (Some(recorded), Some(found)) if is_same_file(recorded, found))
 }
 
-/// What the file `name` with these bytes says of itself, if this crate wrote it.
+/// The provenance of the file `name` with these bytes, if this crate wrote it.
 pub(super) fn provenance_of(
     bytes: &[u8],
     name: &Path,
@@ -402,7 +406,7 @@ pub(super) fn provenance_of(
     }
 }
 
-/// The statements of the file beside a BVH file.
+/// The statements in the JSON file of a BVH file.
 fn sidecar(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Option<Box<Provenance>>> {
     let beside = Sidecar::path(name);
     let found = open(beside.file_name().unwrap_or_default().as_ref());
@@ -412,16 +416,13 @@ fn sidecar(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -
     if sidecar.is_about_bytes(bytes) {
         return Ok(Some(Box::new(sidecar.mocap)));
     }
-    let message = format!(
-        "\"{}\" is about another file: its SHA-256 is not that of this one",
-        beside.display()
-    );
+    let message = format!("\"{}\" describes another file: the SHA-256 differs", beside.display());
     Err(Diagnostic::new(Code::InvalidValue, message)
-        .help("the file was changed after it was written: write it again, or remove the file beside it")
+        .help("the file was changed after writing: write it again, or remove its JSON file")
         .into())
 }
 
-/// Metres in a unit of the source: the stated unit, else the guessed one.
+/// Metres per unit of the source: the stated unit, else the guessed unit.
 pub(super) fn metres_of(source: &Scene) -> f64 {
     let stated = source.metadata.metres_per_unit;
     stated.unwrap_or_else(|| Figure::new(source).survey.unit.value.metres())

@@ -1,4 +1,4 @@
-//! Which joint of one skeleton is which of the other.
+//! Pairs the joints of two skeletons.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -8,36 +8,36 @@ use mocap_scene::scene::{HumanoidBone, NodeKind, Scene};
 use super::chain::{Joint, Skeleton};
 use super::{Finding, FindingKind};
 
-/// Names that are told at most, of many findings of one kind.
+/// The most names in a finding.
 const MOST_NAMES: usize = 8;
 
-/// Joints of one name among which the right parent is looked for, so that a file in which all have one name takes no
-/// time beyond measure.
+/// The most joints of one name among which the right parent is searched, which limits the time for files in which all
+/// joints share one name.
 const MOST_CANDIDATES: usize = 256;
 
 /// The joints that two skeletons have in common.
 pub(super) struct Pairs {
     /// The indices in the source and in the file.
     pub(super) list: Vec<(usize, usize)>,
-    /// Of every joint of the source and of the file, its index in the list.
+    /// For every joint of the source and of the file, its index in the list.
     of_ours: Vec<Option<usize>>,
     of_theirs: Vec<Option<usize>>,
 }
 
-/// Which pairs can be compared in a file that has only some joints of its source.
+/// The comparable pairs of a file that has only some joints of its source.
 pub(super) struct Rigid {
-    /// Those whose position depends on no other joint.
+    /// Pairs whose position depends on no omitted joint.
     pub(super) has_position: Vec<bool>,
-    /// Those whose rotation depends on no other joint.
+    /// Pairs whose rotation depends on no omitted joint.
     pub(super) has_rotation: Vec<bool>,
 }
 
 impl Pairs {
-    /// Pairs joints of equal names; names may differ in case and in all that is neither letter nor digit where more
-    /// joints find their pair so.
+    /// Pairs joints with equal names. If this pairs more joints, names may differ in case, and in characters other than
+    /// letters and digits.
     ///
     /// # Errors
-    /// Where there is no pair.
+    /// If there is no pair.
     pub(super) fn new(ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
         let simplified = |name: &str| {
             let letters = name.chars().filter(|c| c.is_alphanumeric());
@@ -52,11 +52,11 @@ impl Pairs {
         Self::of_list(list, ours, theirs)
     }
 
-    /// The pairs that are bones, in a VRM animation of `source`. Its nodes have the names of the joints that they were
-    /// made of. A node for a bone that the source lacks has the bone's own name, and is no joint of the source.
+    /// The pairs that are bones, in a VRM animation of `source`. A node has the name of its joint in the source. A node
+    /// for a bone that the source lacks has the name of the bone, and is not a joint of the source.
     ///
     /// # Errors
-    /// Where there is no pair.
+    /// If there is no pair.
     pub(super) fn of_bones(self, source: &Scene, ours: &Skeleton, theirs: &Skeleton) -> Result<Self> {
         let states_bones = source.nodes.iter().any(|node| node.humanoid_bone.is_some());
         let is_bone = |&(a, b): &(usize, usize)| {
@@ -89,15 +89,15 @@ impl Pairs {
         })
     }
 
-    /// The joints of one kind that the file does not have.
+    /// The joints of one kind that the file lacks.
     pub(super) fn missing(&self, ours: &Skeleton, kind: NodeKind) -> Vec<String> {
         let joints = ours.joints.iter().zip(&self.of_ours);
         let missing = joints.filter(|(joint, pair)| joint.kind == kind && pair.is_none());
         missing.map(|(joint, _)| joint.name.clone()).collect()
     }
 
-    /// Finds joints that are missing, renamed, or on another parent. A file of this crate drops nothing and adds
-    /// nothing. In it, missing end sites and additional joints are findings too.
+    /// Finds joints that are missing, renamed, or have another parent. In a file of this crate, which drops and adds
+    /// nothing, missing end sites and additional joints are findings too.
     pub(super) fn find(
         &self,
         ours: &Skeleton,
@@ -125,8 +125,8 @@ impl Pairs {
         find(
             FindingKind::RenamedJoint,
             self.renamed(ours, theirs),
-            "is called otherwise in the file",
-            "are called otherwise in the file",
+            "has another name in the file",
+            "have other names in the file",
         );
         find(
             FindingKind::MovedJoint,
@@ -144,7 +144,7 @@ impl Pairs {
         }
     }
 
-    /// Pairs whose names differ by more than the changes of formats.
+    /// Pairs whose names differ by more than the limits of formats explain.
     fn renamed(&self, ours: &Skeleton, theirs: &Skeleton) -> Vec<String> {
         let mut of_name: HashMap<String, usize> = HashMap::new();
         for joint in &ours.joints {
@@ -161,7 +161,7 @@ impl Pairs {
         renamed.collect()
     }
 
-    /// Joints of pairs whose parents are no pair.
+    /// Joints of pairs whose parents are not a pair.
     fn moved(&self, ours: &Skeleton, theirs: &Skeleton) -> Vec<String> {
         // Expressions stand anywhere.
         let is_moved = |(a, b): &&(usize, usize)| {
@@ -172,8 +172,7 @@ impl Pairs {
         moved.map(|(a, _)| quoted(&ours.joints[*a])).collect()
     }
 
-    /// Joints that the file alone has. `added_roots` of them may be joints for the path over the ground, above the
-    /// first root.
+    /// Joints that only the file has. `added_roots` of them may be root motion joints above the first root.
     fn extra(&self, ours: &Skeleton, theirs: &Skeleton, mut added_roots: usize) -> Vec<String> {
         let is_group = |name: &str| {
             ours.joints.iter().any(|joint| {
@@ -190,9 +189,9 @@ impl Pairs {
         extra.map(|(joint, _)| quoted(joint)).collect()
     }
 
-    /// What can be compared where a file has only some joints of its source, each with another rest pose.
+    /// Finds the comparable pairs of a file that has only some joints of its source, with another rest pose.
     pub(super) fn rigid(&self, ours: &Skeleton, theirs: &Skeleton) -> Rigid {
-        // A joint that has its rest offset from the joint above in a pair at all times.
+        // A joint that always keeps its rest offset from its nearest paired ancestor.
         let is_attached = |&(a, b): &(usize, usize)| {
             let above = self.above(ours, &self.of_ours, a);
             let mut between = std::iter::successors(ours.joints[a].parent, |joint| ours.joints[*joint].parent)
@@ -205,7 +204,7 @@ impl Pairs {
             has_position: Vec::with_capacity(self.list.len()),
             has_rotation: vec![true; self.list.len()],
         };
-        // In the order of the source, so that those above come first.
+        // In the order of the source, so that ancestors come first.
         for pair in &self.list {
             let (above, is_attached) = (self.above(ours, &self.of_ours, pair.0), is_attached(pair));
             let is_below_place = above.is_none_or(|above| rigid.has_position[above]);
@@ -217,31 +216,31 @@ impl Pairs {
         rigid
     }
 
-    /// The pair of the nearest joint above that is in a pair.
+    /// The pair of the nearest paired ancestor.
     fn above(&self, skeleton: &Skeleton, pair_of: &[Option<usize>], joint: usize) -> Option<usize> {
         paired_above(skeleton, pair_of, joint).and_then(|above| pair_of[above])
     }
 }
 
-/// The joints of the file that have one key, in their order, without those at the front that have a pair.
+/// The joints of the file with one key, in their order, without paired joints at the front.
 #[derive(Default)]
 struct Candidates(VecDeque<usize>);
 
-/// The pairs of two skeletons while they are found.
+/// The state of the pairing of two skeletons.
 struct PairSearch<'a, 'b> {
     ours: &'a Skeleton<'b>,
     theirs: &'a Skeleton<'b>,
-    /// Of every joint the other of its pair.
+    /// For every joint, its partner.
     of_ours: Vec<Option<usize>>,
     of_theirs: Vec<Option<usize>>,
-    /// How many joints of the source, and of the file, are below each.
+    /// The number of descendant joints of each joint, in the source and in the file.
     joints_below: [Vec<usize>; 2],
 }
 
-/// Pairs joints of equal keys. Of several joints with one key, a joint is paired below the pair of its parent, so that
-/// the hand of the left arm stays with the left arm. The remaining joints follow in their order.
+/// Pairs joints with equal keys. If several joints share a key, the parents must be a pair too, so that the hand of the
+/// left arm stays with the left arm. The remaining joints are paired in their order.
 fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String) -> Vec<(usize, usize)> {
-    // Other programs do not mark end sites, so that whether a node is one tells nodes apart only if the file says so.
+    // Other programs do not mark end sites, so the mark is part of the key only if the file has marks.
     let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
     let key = |joint: &Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
     let mut candidates: HashMap<(String, bool), Candidates> = HashMap::new();
@@ -268,19 +267,19 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         for (index, key) in keys.iter().enumerate() {
             let Some(found) = candidates.get_mut(key) else { continue };
             let count = counts[key];
-            // Many formats leave groups out. What they leave is then the joint of that name, not the group.
+            // Many formats omit groups. The remaining node of this name is then the joint, not the group.
             let is_left_out = ours.joints[index].kind == NodeKind::Group && count < wanted[key];
             if is_left_out || matching.of_ours[index].is_some() {
                 continue;
             }
             let is_only_one = count == 1 && wanted[key] == 1;
-            // Nothing but its parent tells a joint without a name.
+            // Only its parent identifies a joint without a name.
             let needs_parent = !is_only_one && (by_parent || key.0.is_empty());
             matching.pair_first(index, found, needs_parent);
         }
     }
     matching.pair_stand_ins();
-    // A joint that one of both takes for an end site is the other's all the same.
+    // A joint and an end site of the same name are a pair, too.
     for (index, (name, is_end_site)) in keys.iter().enumerate() {
         let other = (name.clone(), !is_end_site);
         if let Some(found) = candidates.get_mut(&other).filter(|_| matching.of_ours[index].is_none()) {
@@ -295,7 +294,7 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         }
     }
     let pairs = matching.of_ours.iter().enumerate();
-    // A file may have a motion and no joint: its groups are all there is to compare.
+    // A file may have a motion but no joint. Only its groups can be compared.
     let has_joints = ours.joints.iter().any(|joint| joint.kind != NodeKind::Group);
     pairs
         .filter(|(index, _)| !has_joints || ours.joints[*index].kind != NodeKind::Group)
@@ -304,8 +303,8 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
 }
 
 impl PairSearch<'_, '_> {
-    /// Pairs joints whose name a format cannot hold: one of several that are equal has a number in the file, an empty
-    /// one is called after its kind.
+    /// Pairs joints whose names a format cannot store: a repeated name gets a number in the file, and an empty name
+    /// becomes the joint's kind.
     fn pair_stand_ins(&mut self) {
         let mut candidates: HashMap<String, Candidates> = HashMap::new();
         for (index, joint) in self.theirs.joints.iter().enumerate() {
@@ -353,10 +352,10 @@ impl PairSearch<'_, '_> {
             .iter()
             .take(MOST_CANDIDATES)
             .filter(|theirs| self.of_theirs[**theirs].is_none() && is_below(**theirs));
-        // The root of every FBX file is a group that may have the name of a joint below it.
+        // The root of every FBX file is a group that may have the name of a descendant joint.
         let is_group = |skeleton: &Skeleton, joint: usize| skeleton.joints[joint].kind == NodeKind::Group;
         let is_alike = |theirs: &&usize| is_group(self.theirs, **theirs) == is_group(self.ours, ours);
-        // Without a name, what is below a joint tells it from the node of a mesh.
+        // Without a name, the number of descendants distinguishes a joint from the node of a mesh.
         let [below_ours, below_theirs] = &self.joints_below;
         let is_shaped =
             |theirs: &&usize| is_unnamed(&self.ours.joints[ours]) && below_theirs[**theirs] == below_ours[ours];
@@ -373,7 +372,7 @@ impl PairSearch<'_, '_> {
     }
 }
 
-/// Of every node how many nodes are below it, without groups.
+/// For every node, the number of its descendants without groups.
 fn joints_below(skeleton: &Skeleton) -> Vec<usize> {
     let mut below = vec![0; skeleton.joints.len()];
     for (index, joint) in skeleton.joints.iter().enumerate().rev() {
@@ -384,7 +383,7 @@ fn joints_below(skeleton: &Skeleton) -> Vec<usize> {
     below
 }
 
-/// The nearest joint above that has a pair.
+/// The nearest ancestor with a pair.
 fn paired_above(skeleton: &Skeleton, pair_of: &[Option<usize>], joint: usize) -> Option<usize> {
     let above = |joint: &usize| skeleton.joints[*joint].parent;
     std::iter::successors(above(&joint), above).find(|joint| pair_of[*joint].is_some())
@@ -394,9 +393,8 @@ fn is_unnamed(joint: &Joint) -> bool {
     joint.name.trim().is_empty()
 }
 
-/// Whether two names differ only in characters that a name in some formats cannot have. These are separators, braces
-/// and `#`, replaced by `_` or the replacement character, and space around the name. A joint without a name may have
-/// any.
+/// Whether two names differ only in characters that some formats do not allow. These are separators, braces and `#`,
+/// replaced by `_` or the replacement character, and spaces around the name. An unnamed joint may get any name.
 fn is_kept(ours: &str, theirs: &str) -> bool {
     ours.trim().is_empty() || kept_of(ours) == kept_of(theirs)
 }
@@ -408,13 +406,13 @@ pub(super) fn kept_of(name: &str) -> String {
     name.trim().chars().map(stands_for).collect()
 }
 
-/// A name without the number that tells it from equal ones, where it has such a number.
+/// A name without the number that distinguishes it from equal names, if it has such a number.
 fn without_number(name: &str) -> Option<&str> {
     let (name, number) = name.rsplit_once('_')?;
     number.parse::<u32>().is_ok().then_some(name)
 }
 
-/// Whether it is an end site with the name that it has where a format gives it none, as in BVH.
+/// Whether this is an end site with a default name, as in BVH, where end sites have no names.
 fn is_named_by_parent(skeleton: &Skeleton, joint: usize) -> bool {
     let joint = &skeleton.joints[joint];
     let parent = joint.parent.map_or("", |parent| &skeleton.joints[parent].name);

@@ -1,4 +1,4 @@
-//! Reads `.parquet` files as `fk` writes them, by their reader, which has no code of the writer.
+//! Reads the `.parquet` files of `fk` with the Parquet reader, without code of the writer.
 
 use mocap_formats::parquet_rows;
 use mocap_scene::error::Result;
@@ -6,7 +6,7 @@ use mocap_scene::limits::Limits;
 
 use super::arrays::{ArrayFile, Header};
 
-/// Whether the file is one of Parquet.
+/// Whether the file is a Parquet file.
 pub(super) fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PAR1")
 }
@@ -14,7 +14,7 @@ pub(super) fn sniff(bytes: &[u8]) -> bool {
 /// The arrays of a file; `None` for a table of clips, which is read as a scene.
 ///
 /// # Errors
-/// Where the file is broken.
+/// If the file is broken.
 pub(super) fn read(bytes: &[u8]) -> Result<Option<ArrayFile>> {
     let Some(rows) = parquet_rows(bytes, &Limits::default())? else {
         return Ok(None);

@@ -1,4 +1,4 @@
-//! The frame rates of the clips in an FBX file, which has one for all.
+//! The frame rates of the clips in an FBX file, which stores one rate for all clips.
 
 use mocap_formats::fbx;
 use mocap_scene::process;
@@ -7,18 +7,18 @@ use mocap_scene::scene::report::AppliedStep;
 
 use super::output::Output;
 
-/// The frame rates of the clips that a FBX file is to have.
+/// The frame rates of the clips that an FBX file should have.
 pub(super) struct Rates {
-    /// Of every clip of the source after the steps.
+    /// The rate of every clip of the source after the steps.
     pub(super) of_clips: Vec<f64>,
-    /// Of frames that the file may have keys at beside those: the sides of a cut keep their ticks.
+    /// Further rates at which the file may have keys: the sides of a cut keep their ticks.
     others: Vec<f64>,
-    /// Whether the file has whole rates if the rates of the source are near to whole ones.
+    /// Whether the file rounds rates that are near whole numbers.
     is_whole: bool,
 }
 
 impl Rates {
-    /// A file of this crate has whole rates if it states a whole rate instead of that of its fastest clip.
+    /// A file of this crate has whole rates if it states a whole rate instead of the rate of its fastest clip.
     pub(super) fn new(source: &Scene, steps: &[AppliedStep], output: &Output<'_>) -> Self {
         let mut of_clips: Vec<f64> = source.animations.iter().map(|clip| clip.ticks_per_second).collect();
         let mut others = Vec::new();
@@ -52,7 +52,7 @@ impl Rates {
         fbx::whole_rate(rate).filter(|_| self.is_whole).unwrap_or(rate)
     }
 
-    /// All of them, each once.
+    /// All rates, each once.
     fn all(&self) -> Vec<f64> {
         let rates = self.of_clips.iter().chain(&self.others);
         let mut rates: Vec<f64> = rates.map(|rate| self.in_file(*rate)).collect();
@@ -61,9 +61,9 @@ impl Rates {
         rates
     }
 
-    /// The lowest frame rate that has the frames of all clips, if these have several whole rates.
+    /// The lowest frame rate that contains the frames of all clips, if the clips have several whole rates.
     pub(super) fn common(&self) -> Option<f64> {
-        /// Frames per second at most.
+        /// The highest common rate, in frames per second.
         const MOST: u64 = 6000;
         let greatest_divisor = |mut a: u64, mut b: u64| {
             while b != 0 {
@@ -87,9 +87,9 @@ impl Rates {
         (rates.len() > 1).then_some(common as f64)
     }
 
-    /// The rates of the clips, each once, if they have several and none in common.
+    /// The rates of the clips, each once, if there are several without a common rate.
     pub(super) fn several(&self) -> Vec<f64> {
-        /// A file is read again for each.
+        /// The most rates: the file is read again for each rate.
         const MOST: usize = 16;
         let mut rates: Vec<f64> = (0..self.of_clips.len()).map(|clip| self.written(clip)).collect();
         rates.sort_by(f64::total_cmp);

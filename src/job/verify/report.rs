@@ -1,11 +1,11 @@
-//! What a comparison tells: distances, and what is wrong beside them.
+//! The result of a comparison: distances and findings.
 
 use std::fmt;
 
 use mocap_scene::report::counted;
 use serde::Serialize;
 
-/// How far a written file is from its source.
+/// The deviation of a written file from its source.
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -20,29 +20,29 @@ pub struct Verification {
     pub end_sites: usize,
     /// The largest distance of a joint from its position in the source, in metres.
     pub max_error: f64,
-    /// The root of the mean square of all distances, in metres.
+    /// The root mean square (RMS) of all distances, in metres.
     pub rms_error: f64,
-    /// Where and when the largest distance is. Absent where nothing was compared.
+    /// The place and time of the largest distance. Absent if nothing was compared.
     pub worst: Option<LargestDeviation>,
-    /// The largest distance in metres by which the rotation of a joint alone moves a point 3 cm from it. If it moves no
-    /// other joint, the distance of the joint is added. In a skeleton smaller than a metre the point is nearer, in
-    /// proportion. Where the joints of the file may stand otherwise at rest, as in files of other programs, rotations
-    /// count from those of the first frame. Absent where nothing was compared.
+    /// The largest rotation error, as the distance in metres by which it moves a point 3 cm from its joint. For a joint
+    /// that moves no other joint, its position error is added. In a skeleton smaller than a metre, the point is nearer,
+    /// in proportion. If the file's rest pose may differ, as in files of other programs, rotations are relative to the
+    /// first frame. Absent if nothing was compared.
     pub rotation_error: Option<f64>,
-    /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above:
-    /// those are about the frames that the file has.
+    /// The loss by resampling. Absent if the file has the frame rate of the source. The errors above do not contain
+    /// this loss: they only cover the frames of the file.
     pub resampling: Option<Resampling>,
     /// The clips that were compared.
     pub clips: Vec<VerifiedClip>,
-    /// What is wrong beside distances.
+    /// Problems other than distances.
     pub findings: Vec<Finding>,
-    /// Joints of the source that the file does not have.
+    /// Joints of the source that the file lacks.
     pub missing: Vec<String>,
-    /// End sites of the source that the file does not have; many programs leave them out.
+    /// End sites of the source that the file lacks; many programs omit end sites.
     pub missing_end_sites: Vec<String>,
-    /// Units of the file in one of the source.
+    /// Units of the file per unit of the source.
     pub metres_per_unit: f64,
-    /// Whether the file itself says how it was converted.
+    /// Whether the file records how it was converted.
     pub has_provenance: bool,
 }
 
@@ -57,19 +57,22 @@ impl fmt::Display for Verification {
         )?;
         if let Some(worst) = &self.worst {
             let (joint, frame, seconds) = (&worst.joint, worst.frame, worst.seconds);
-            write!(f, "; at most at joint \"{joint}\", frame {frame}, {seconds:.3} s")?;
+            write!(f, "; largest at joint \"{joint}\", frame {frame}, {seconds:.3} s")?;
         }
         if let Some(lost) = &self.resampling {
             let (most, rms, frames) = (1000.0 * lost.max_error, 1000.0 * lost.rms_error, lost.frames);
             write!(
                 f,
-                "\nthe other frame rate: {most:.4} mm at most, {rms:.4} mm RMS, at the {frames} frames of the source"
+                "\nloss by resampling: {most:.4} mm at most, {rms:.4} mm RMS, at the {frames} frames of the source"
             )?;
         }
-        // What a conversion did is in the file; else the unit is found from the lengths of the figure.
+        // Without a record in the file, the unit was inferred from the lengths of the figure.
         if !self.has_provenance && (self.metres_per_unit - 1.0).abs() > 1e-9 {
             let unit = self.metres_per_unit;
-            write!(f, "\nanother unit of length: 1 of the source is {unit:.6} of the file")?;
+            write!(
+                f,
+                "\nunit of length: 1 unit of the source is {unit:.6} units of the file"
+            )?;
         }
         for finding in &self.findings {
             write!(f, "\n{finding}")?;
@@ -86,10 +89,10 @@ impl fmt::Display for Verification {
 }
 
 impl Verification {
-    /// Whether the file is what its source is: nothing was found, and no joint is farther from its position, in metres,
-    /// than allowed.
+    /// Whether the file equals its source: there are no findings, and every joint is within the allowed distance, in
+    /// metres, of its position.
     pub fn is_within(&self, max_error: f64) -> bool {
-        // A NaN is not within anything.
+        // NaN is never within.
         self.findings.is_empty()
             && self.max_error <= max_error
             && self.rotation_error.is_none_or(|error| error <= max_error)
@@ -111,8 +114,7 @@ pub struct VerifiedClip {
     pub max_error: f64,
 }
 
-/// What a motion lost by another frame rate: how far the joints are from their positions at the frames of the source,
-/// up to the last frame of the file.
+/// The loss by resampling: the position errors of joints at the frames of the source, up to the last frame of the file.
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -123,13 +125,13 @@ pub struct Resampling {
     pub frames: usize,
     /// The largest distance, in metres.
     pub max_error: f64,
-    /// The root of the mean square of all distances, in metres.
+    /// The root mean square (RMS) of all distances, in metres.
     pub rms_error: f64,
-    /// Where and when the largest distance is.
+    /// The place and time of the largest distance.
     pub worst: Option<LargestDeviation>,
 }
 
-/// Where and when the largest distance is.
+/// The place and time of the largest distance.
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -140,22 +142,22 @@ pub struct LargestDeviation {
     pub clip: usize,
     /// The joint, by its name in the source.
     pub joint: String,
-    /// The frame of the source, or that before it.
+    /// The frame of the source, or the frame before the moment.
     pub frame: usize,
     /// Seconds from the start of the file.
     pub seconds: f64,
 }
 
-/// Something that is wrong beside distances.
+/// A problem other than a distance.
 ///
 /// [`Verification::of`](crate::verify::report::Verification::of) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Finding {
-    /// What kind of thing.
+    /// The kind of the problem.
     pub kind: FindingKind,
-    /// What exactly, as one sentence without a full stop.
+    /// The problem, as one sentence without a full stop.
     pub message: String,
 }
 
@@ -186,42 +188,42 @@ pub enum FindingKind {
     ExtraFrames,
     /// The file holds values between its keys, but the source is linear there.
     Stepped,
-    /// The source has a clip that the file does not have.
+    /// The file lacks a clip of the source.
     MissingClip,
-    /// The file has a clip that the source does not have.
+    /// The file has an additional clip.
     ExtraClip,
-    /// A clip has another name in the file, which this crate wrote.
+    /// A clip has another name in a file that this crate wrote.
     RenamedClip,
-    /// The ratio of lengths in the file and in its source is not that of two units of length, or the lengths are in
-    /// another unit than the file states.
+    /// No two units of length have the ratio of the lengths in the file and its source, or the lengths are not in the
+    /// unit that the file states.
     Unit,
-    /// Another axis points up in the file than it states.
+    /// The up axis of the file's motion is not the axis that the file states.
     UpAxis,
-    /// The source has a joint that the file does not have.
+    /// The file lacks a joint of the source.
     MissingJoint,
     /// A joint has another name in the file.
     RenamedJoint,
     /// A joint has another parent in the file.
     MovedJoint,
-    /// The file, which this crate wrote, has a joint that the source does not have.
+    /// A file that this crate wrote has an additional joint.
     ExtraJoint,
-    /// The offset of a joint at rest is another in arrays.
+    /// The rest offset of a joint differs in arrays.
     Offset,
-    /// The order of the rotations of a joint is another in arrays.
+    /// The rotation order of a joint differs in arrays.
     RotationOrder,
-    /// The skin of the file is tied to other positions or rotations of its joints than those of the source.
+    /// The bind pose of the file's skin differs from the source.
     Skin,
-    /// A mesh of the character, or a morph target, is another in the file.
+    /// A mesh or a morph target of the character differs in the file.
     Mesh,
-    /// A material of the character, or a texture, is another in the file.
+    /// A material or a texture of the character differs in the file.
     Material,
-    /// Something else of the character's file is another.
+    /// Other contents of the character's file differ.
     Character,
-    /// Velocities in arrays are not those of the positions.
+    /// Velocities in arrays do not match the positions.
     Velocity,
     /// An expression or the gaze of a VRM animation is not in the file.
     Face,
-    /// What the file says of itself is not so.
+    /// A statement of the file about itself is wrong.
     Provenance,
 }
 

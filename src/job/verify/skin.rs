@@ -1,7 +1,7 @@
-//! Whether the inverse bind matrices tie the joints of a skin at their places.
+//! Checks that the inverse bind matrices match the positions of a skin's joints.
 //!
-//! The compared value is the bind position of the first joint of a mesh relative to each other joint. That does not
-//! depend on the axes and the unit of the mesh, which no joint tells.
+//! The compared value is the bind position of the first joint of a mesh relative to each other joint. This value does
+//! not depend on the axes and the unit of the mesh, which are unknown.
 
 use std::path::Path;
 
@@ -16,11 +16,12 @@ use super::pairs::Pairs;
 use super::{Finding, FindingKind};
 
 /// The largest distance of a joint from its bind position, as a fraction of the largest distance of two joints of the
-/// mesh. The error of its axes is a fraction of their length. Products of 32-bit matrices round by as much.
+/// mesh. The error of the joint's axes is a fraction of their length. The tolerance is the rounding of products of
+/// 32-bit matrices.
 const SAME_PLACE: f64 = 1e-3;
 
-/// The scene of a glTF file, whose format has this row, with its meshes. Its rest pose is that of the nodes or that in
-/// which the skin is bound.
+/// The scene of a glTF file with its meshes. `row` is the row of its format. The rest pose is the pose of the nodes, or
+/// the bind pose of the skin.
 pub(super) fn read(
     row: &FormatInfo,
     (bytes, name): (&[u8], &Path),
@@ -45,8 +46,8 @@ pub(super) fn read(
 }
 
 /// Finds joints of `output`, which this crate wrote, whose bind pose is not the rest pose of the source. Some outputs
-/// have another rest pose on purpose. For these the bind pose may be the file's rest pose, its first frame, or that of
-/// the source with its skin after all steps, which `with_meshes` makes.
+/// have another rest pose on purpose. Their bind pose may also be the file's rest pose, its first frame, or the bind
+/// pose of the source after all steps, which `with_meshes` makes.
 pub(super) fn find(
     source: &Scene,
     output: &Scene,
@@ -77,7 +78,7 @@ pub(super) fn find(
         count => format!(" and {count} more"),
     };
     let message =
-        format!("the skin is not tied to \"{first}\"{others} in the rest pose: an inverse bind matrix is another");
+        format!("the skin is not bound to \"{first}\"{others} in the rest pose: an inverse bind matrix differs");
     Some(Finding::new(FindingKind::Skin, message))
 }
 
@@ -88,26 +89,26 @@ fn wrong_of_all(output: &Scene, poses: &[Vec<Option<DMat4>>]) -> Vec<String> {
     wrong.flatten().collect()
 }
 
-/// Node to world of every node of the file, in its rest pose or at the start of a clip.
+/// The node-to-world matrix of every node of the file, in its rest pose or at the start of a clip.
 fn own(output: &Scene, clip: Option<usize>) -> Vec<Option<DMat4>> {
     let mut world = Vec::new();
     Skeleton::of_scene(output, clip).world(0.0, &mut world);
     world.into_iter().map(Some).collect()
 }
 
-/// Node to world in the rest pose.
+/// The node-to-world matrix of every node in the rest pose.
 fn at_rest(source: &Scene) -> Vec<Option<DMat4>> {
     own(source, None)
 }
 
-/// Node to mesh when it was bound. A node that is no bone of the source, but of the file, is where it rests, seen from
-/// the nearest bone above it.
+/// The node-to-mesh matrix of every node in the bind pose. A node that is a bone only in the file keeps its rest
+/// position relative to its nearest ancestor bone.
 fn when_bound(source: &Scene) -> Vec<Option<DMat4>> {
     let mut bound = vec![None; source.nodes.len()];
     for bone in source.meshes.iter().flat_map(|mesh| &mesh.bones) {
         bound[bone.node.index()] = Some(bone.offset_matrix.as_dmat4().inverse());
     }
-    // Parents stand before their children.
+    // Parents precede their children.
     for (index, node) in source.nodes.iter().enumerate() {
         let parent = node
             .parent
@@ -136,7 +137,7 @@ fn of_source(
     Some(found)
 }
 
-/// The names of the bones of a mesh that were bound elsewhere than in `pose`, or are not in it.
+/// The names of the bones of a mesh whose bind pose differs from `pose`, or that `pose` lacks.
 fn wrong_bones(mesh: &Mesh, pose: &[Option<DMat4>]) -> Vec<String> {
     let world_of = |bone: &Bone| pose.get(bone.node.index()).copied().flatten();
     let (mut known, mut wrong) = (Vec::new(), Vec::new());

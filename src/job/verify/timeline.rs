@@ -1,4 +1,4 @@
-//! When the frames of a file are, in ticks of its source.
+//! The times of a file's frames, in ticks of its source.
 
 use mocap_scene::error::Result;
 use mocap_scene::limits::Limits;
@@ -10,47 +10,47 @@ use super::chain::Skeleton;
 use super::change::Change;
 use super::{Finding, FindingKind};
 
-/// How near, in ticks, two moments are that are one.
+/// The largest difference in ticks of equal moments.
 const SAME_TICK: f64 = 1e-6;
 
-/// How near, in frames, a key of a file is to the frame that it stands for: its time is rounded.
+/// The largest distance in frames of a key from its frame: times of keys are rounded.
 const NEAR_FRAME: f64 = 1e-2;
 
-/// The least movement of a joint, in metres, by a motion whose absence is reported: the usual error of compressed
-/// files. What is less is seen in the distances.
+/// The smallest movement in metres of a joint whose absence is reported: the usual error of compressed files. Smaller
+/// movements only appear in the distances.
 pub(super) const SMALLEST_MOTION: f64 = 1e-3;
 
-/// Moments between frames that are looked at, for each frame on average, at most.
+/// The most compared moments between frames, for each frame on average.
 const MOST_BETWEEN: usize = 8;
 
-/// When the frames of a clip are. Ticks are those of the source.
+/// The times of a clip's frames, in ticks of the source.
 pub(super) struct Timeline {
-    /// Ticks of the source in a second of the source.
+    /// Ticks of the source per second of the source.
     pub(super) rate: f64,
-    /// Ticks of the source in a second of the file, and in one of its frames.
+    /// Ticks of the source per second of the file, and per frame of the file.
     file_rate: f64,
     frame: f64,
-    /// The part of the source that the file is to have, and the last moment of it that the file has.
+    /// The part of the source that the file should have, and the last moment of this part that the file has.
     first: f64,
     last: f64,
     end: f64,
-    /// The moment above whose place over the ground a motion in place stays.
+    /// For a motion in place, the moment that determines its place on the ground.
     pub(super) place: f64,
-    /// The moments at which the file is to be what its source is: the frames of the source; or, where the frame rate is
-    /// another, its own.
+    /// The moments at which file and source are compared: the frames of the source, or if the frame rate differs, the
+    /// frames of the file.
     pub(super) moments: Vec<f64>,
     pub(super) is_resampled: bool,
-    /// The frames between which the source jumps, and another frame rate takes no value.
+    /// The frames of cuts, between which the source jumps. Resampling takes no value between them.
     cuts: Vec<(f64, f64)>,
     /// Whether the changes of times are known.
     is_recorded: bool,
 }
 
 impl Timeline {
-    /// Of a clip of `source`; without one, a single moment.
+    /// The timeline of a clip of `source`; without a clip, a single moment.
     ///
     /// # Errors
-    /// Where a step that the file records cannot have been done.
+    /// If a step that the file records is impossible.
     pub(super) fn new(source: &Scene, clip: Option<usize>, change: &Change) -> Result<Self> {
         let animation = clip.and_then(|clip| source.animations.get(clip));
         let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
@@ -106,14 +106,14 @@ impl Timeline {
         Ok(())
     }
 
-    /// Keeps the frames from `first` to `last` of those that are there.
+    /// Keeps the frames from `first` to `last` of the current frames.
     fn trim(&mut self, first: f64, last: f64) {
         let start = self.first;
         self.first = f64::min(start + first * self.frame, self.last);
         self.last = f64::min(start + last * self.frame, self.last).max(self.first);
     }
 
-    /// Resamples `before`, the motion before this step, and takes its frames.
+    /// Resamples `before`, the motion before this step, and uses the new frames.
     fn resample(&mut self, before: &mut Scene, clip: usize, frames_per_second: f64) -> Result<()> {
         for cut in before.cuts(clip) {
             let edge = |frame: usize| self.first + frame as f64 * self.frame;
@@ -126,13 +126,13 @@ impl Timeline {
         self.frame *= meant / frames_per_second;
         self.is_resampled = true;
         before.resample(frames_per_second, &Limits::default())?;
-        // The rest behind the last whole frame is gone.
+        // The rest after the last whole frame is dropped.
         let frames = before.animations.get(clip).map_or(0.0, |clip| clip.duration);
         self.last = self.last.min(self.first + frames * self.frame);
         Ok(())
     }
 
-    /// The whole ticks of the source that the file is to have, and the ends of its part.
+    /// The whole ticks of the source that the file should have, and the ends of the part.
     pub(super) fn source_frames(&self) -> Vec<f64> {
         let whole = self.first.ceil() as u64..=self.last.floor() as u64;
         let mut frames: Vec<_> = whole.map(|frame| frame as f64).collect();
@@ -162,8 +162,8 @@ impl Timeline {
         (tick - self.first) / self.file_rate
     }
 
-    /// Moments halfway between keys of the file at which it can be compared beside its frames. One of the two
-    /// neighbouring keys is at no frame, as samples of a cubic curve are. Halfway, because a jump is at a key.
+    /// Further moments for the comparison: halfway between two keys of the file if one of the keys is not at a frame,
+    /// as in samples of cubic curves. Halfway, because a jump is at a key.
     pub(super) fn between(&self, theirs: &Skeleton) -> Vec<f64> {
         let near = NEAR_FRAME * self.frame;
         let is_frame = |tick: f64| {
@@ -187,7 +187,7 @@ impl Timeline {
         middles.into_iter().step_by(step).collect()
     }
 
-    /// The tick of the source that a moment of the file shows: within a cut its nearer side, and at most the end.
+    /// The tick of the source that a moment of the file shows: within a cut the nearer side, and at most the end.
     pub(super) fn shown(&self, tick: f64) -> f64 {
         let tick = tick.min(self.end);
         let near = SAME_TICK * self.frame;
@@ -200,13 +200,13 @@ impl Timeline {
         }
     }
 
-    /// The tick of a frame of evenly spaced ones.
+    /// The tick of an evenly spaced frame.
     pub(super) fn tick(&self, frame: usize) -> f64 {
         self.first + frame as f64 * self.frame
     }
 
-    /// How many evenly spaced frames there are: at the rate of the source up to the one nearest to the end, at another
-    /// as [`Scene::resample`] sets them.
+    /// The number of evenly spaced frames. At the rate of the source, the last frame is the nearest to the end; at
+    /// another rate, as in [`Scene::resample`].
     pub(super) fn whole_frames(&self) -> usize {
         let frames = (self.last - self.first) / self.frame;
         let last = match self.is_resampled {
@@ -216,8 +216,8 @@ impl Timeline {
         last as usize + 1
     }
 
-    /// The timeline of a file that has whole frames alone. What its source does between two of them, at its end and in
-    /// a cut too, is not in the file, and is not looked for.
+    /// The timeline of a file that has only whole frames. The motion of its source between these frames is not in the
+    /// file, and is not compared, including cuts and the end.
     pub(super) fn of_whole_frames(mut self) -> Self {
         let frames = 0..self.frame_count() as usize;
         self.moments = frames.map(|frame| self.tick(frame)).collect();
@@ -229,18 +229,18 @@ impl Timeline {
         self.file_rate / self.frame
     }
 
-    /// How many frames the file is to have, as it says so itself.
+    /// The number of frames that the file should state.
     pub(super) fn frame_count(&self) -> u64 {
         ((self.end - self.first) / self.frame).round() as u64 + 1
     }
 
-    /// Whether anything moves in the part of the source that the file is to have.
+    /// Whether anything moves in the part of the source that the file should have.
     pub(super) fn moves(&self, ours: &Skeleton) -> bool {
         ours.span(self.first / self.rate, self.last / self.rate).is_some()
     }
 
-    /// Finds missing frames at either end, and additional ones. `farthest` is the greatest error of a frame, and
-    /// `allowed` that which a file may have, in metres.
+    /// Finds missing and additional frames at either end. `farthest` is the largest error of a frame, and `allowed` the
+    /// allowed error, in metres.
     pub(super) fn find(
         &self,
         name: &str,
@@ -251,11 +251,11 @@ impl Timeline {
     ) {
         let last = self.moments.last().copied().unwrap_or(self.first);
         let end = self.seconds(last);
-        // Times of other programs are rounded to their frames.
+        // Other programs round times to their frames.
         let room = 0.5 * self.frame / self.file_rate + 1e-5 * end;
         let moving = ours.span(self.first / self.rate, self.last / self.rate);
         let start = moving.map(|(start, _)| self.seconds(start * self.rate));
-        // Where nothing moves in the source at the end, a file need not say so.
+        // A file may omit the end of the source if nothing moves there.
         let least_end = match moving {
             Some((_, moving_end)) => self.seconds(moving_end * self.rate).min(end),
             None if self.is_recorded => end,
@@ -264,33 +264,33 @@ impl Timeline {
         let mut find = |kind, message| findings.push(Finding::new(kind, message));
         let found = theirs.span(f64::NEG_INFINITY, f64::INFINITY);
         match (start, found) {
-            // A motion below the error that was allowed is none in a compressed file.
+            // A compressed file may drop a motion below the allowed error.
             (Some(_), None) if least_end > room && (farthest > allowed || farthest.is_nan()) => {
                 find(FindingKind::MissingFrames, format!("{name} does not move in the file"));
             }
             (Some(start), Some((found, _))) if found > start + room => {
                 let message =
-                    format!("{name} begins to move at {found:.4} s in the file, and in its source at {start:.4} s");
+                    format!("{name} begins to move at {found:.4} s in the file, but at {start:.4} s in its source");
                 find(FindingKind::MissingFrames, message);
             }
             _ => {}
         }
         if theirs.end < least_end - room {
             let message = format!(
-                "{name} ends at {:.4} s in the file, and in its source at {least_end:.4} s",
+                "{name} ends at {:.4} s in the file, but at {least_end:.4} s in its source",
                 theirs.end
             );
             find(FindingKind::MissingFrames, message);
         } else if theirs.end > end + room {
             let message = format!(
-                "{name} ends at {:.4} s in the file, and in its source at {end:.4} s",
+                "{name} ends at {:.4} s in the file, but at {end:.4} s in its source",
                 theirs.end
             );
             find(FindingKind::ExtraFrames, message);
         }
         if let Some(joint) = &theirs.stepped {
             let message =
-                format!("{name} holds the keys of \"{joint}\" until the next, where its source goes straight");
+                format!("{name} holds each key of \"{joint}\" until the next, but its source is linear between keys");
             find(FindingKind::Stepped, message);
         }
     }

@@ -1,4 +1,4 @@
-//! Whether the numbers of a file are in the unit and the axes that it states: other readers convert by them.
+//! Checks that the values of a file are in the stated unit and axes, which other readers rely on.
 
 use glam::DVec3;
 use mocap_scene::scene::report::AppliedStep;
@@ -7,13 +7,13 @@ use mocap_scene::scene::{Scene, UpAxis};
 use super::change::Change;
 use super::{Finding, FindingKind};
 
-/// How far a stated unit may be from the expected one, as a fraction.
+/// The largest relative difference of a stated unit from the expected unit.
 const SAME_UNIT: f64 = 1e-6;
 
-/// The same where the unit was found from lengths.
+/// The same for a unit that was inferred from lengths.
 const NEAR_UNIT: f64 = 0.01;
 
-/// A unit of length and an up axis, as far as they are known.
+/// A unit of length and an up axis, as far as known.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Space {
     pub(super) metres_per_unit: Option<f64>,
@@ -21,7 +21,7 @@ pub(super) struct Space {
 }
 
 impl Space {
-    /// What a file is to state after these steps.
+    /// The statements that a file should have after these steps.
     pub(super) fn recorded(source: &Scene, steps: &[AppliedStep]) -> Self {
         let mut space = Self::of(source);
         for step in steps {
@@ -40,7 +40,7 @@ impl Space {
         space
     }
 
-    /// The statement that a file needs, if its change was inferred from its numbers.
+    /// The statements that a file should have, if its change was inferred from its values.
     pub(super) fn guessed(source: &Scene, change: &Change) -> Self {
         let space = Self::of(source);
         let is_up = |up: UpAxis, other: &UpAxis| change.turn(direction(up)).dot(direction(*other)) > 0.5;
@@ -57,20 +57,20 @@ impl Space {
         }
     }
 
-    /// Finds what a file states otherwise than `self`. What either leaves open is not compared.
+    /// Finds statements of a file that differ from `self`. A value that either side leaves open is not compared.
     pub(super) fn find(self, stated: Self, is_recorded: bool, findings: &mut Vec<Finding>) {
         let tolerance = if is_recorded { SAME_UNIT } else { NEAR_UNIT };
         if let (Some(expected), Some(found)) = (self.metres_per_unit, stated.metres_per_unit)
             && ((found / expected - 1.0).abs() > tolerance || (found / expected).is_nan())
         {
-            let message = format!("the file states a unit of {found} m, and its lengths are in a unit of {expected} m");
+            let message = format!("the file states a unit of {found} m, but its lengths are in a unit of {expected} m");
             findings.push(Finding::new(FindingKind::Unit, message));
         }
         if let (Some(expected), Some(found)) = (self.up, stated.up)
             && expected != found
         {
             let (found, expected) = (found.as_str(), expected.as_str());
-            let message = format!("the file states the up axis {found}, and {expected} points up in it");
+            let message = format!("the file states the up axis {found}, but {expected} points up in its motion");
             findings.push(Finding::new(FindingKind::UpAxis, message));
         }
     }

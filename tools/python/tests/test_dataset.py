@@ -111,6 +111,6 @@ def test_a_folder_with_files_stays_as_it_is(program: Path, clips: Path, tmp_path
 
 
 def test_a_licence_is_an_identifier(clips: Path, tmp_path: Path) -> None:
-    with pytest.raises(mocap.MocapError, match="license is no identifier"):
+    with pytest.raises(mocap.MocapError, match="license is not an identifier"):
         mocap.write_dataset(clips, tmp_path / "out", license="CC BY\nfoo: bar")
     assert not (tmp_path / "out").exists()

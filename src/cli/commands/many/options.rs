@@ -1,4 +1,4 @@
-//! The options of a job with many motions, as the manifest has them.
+//! The options of a job with many motions, for the manifest.
 
 use std::path::PathBuf;
 
@@ -7,13 +7,13 @@ use mocap::job::{JointNames, MotionJob};
 use crate::Failure;
 use crate::batch::hash::sha256;
 
-/// Everything except the motion that an output depends on: the job, with the SHA-256 of each file in its stead.
+/// Everything that an output depends on except the motion: the job, with each file replaced by its SHA-256.
 pub(super) fn options(job: &MotionJob) -> Result<String, Failure> {
     let mut job = job.clone();
     job.source.inputs.clear();
     job.write.output.clear();
     job.write.force = false;
-    // It changes no output.
+    // This option changes no output.
     job.verify = false;
     let hash = |file: &mut PathBuf| {
         let found = sha256(file).map_err(|error| Failure::Folder(file.clone(), error))?;
@@ -25,7 +25,7 @@ pub(super) fn options(job: &MotionJob) -> Result<String, Failure> {
     let files = [&mut read.skeleton, &mut read.static_trial, &mut read.body];
     files.into_iter().flatten().try_for_each(hash)?;
     for set in [&mut read.joints, &mut read.markers].into_iter().flatten() {
-        // Names of sets are no files.
+        // Names of joint sets are not files.
         let mut file = PathBuf::from(&*set);
         if file.is_file() {
             hash(&mut file)?;

@@ -1,4 +1,4 @@
-//! `mocap pack --to hf`: a dataset of Hugging Face.
+//! `mocap pack --to hf`: a Hugging Face dataset.
 
 use std::io;
 
@@ -11,16 +11,16 @@ use crate::batch::inputs::Input;
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 
-/// Packs all inputs into a folder. It has no manifest: a dataset is made whole, and a file that cannot be read is
-/// named on its card.
+/// Packs all inputs into a folder without a manifest: a dataset is always made completely. Its card lists unreadable
+/// files.
 pub(super) fn run(args: &PackArgs, given: &ArgumentSources, inputs: &[Input]) -> Result<(), Failure> {
-    given.refuse(&["resume", "shard"], "a dataset is made whole, from all inputs")?;
+    given.refuse(&["resume", "shard"], "a dataset is always made from all inputs")?;
     given.refuse(
         &["force"],
-        "a dataset replaces an earlier dataset alone; remove other folders",
+        "a dataset only replaces an earlier dataset; remove other folders",
     )?;
     if let TableArg::Inventory = args.table() {
-        let why = "a dataset has motions, and an inventory has none; take --table clips or long";
+        let why = "a dataset has motions, but an inventory has none; use --table clips or long";
         return Err(Failure::Usage(format!("--table inventory: {why}")));
     }
     let options = DatasetWriter::options(args.arrays.options(&args.source, &args.map));

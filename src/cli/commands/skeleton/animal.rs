@@ -9,10 +9,10 @@ use serde::Serialize;
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(super) struct QuadrupedReport {
-    /// How far to trust front and hind, left and right.
+    /// The confidence in front and hind, left and right.
     pub(super) confidence: Confidence,
     pub(super) reason: String,
-    /// From the pelvis to the head, the tail, and the legs from the trunk to the paw.
+    /// The part from the pelvis to the head, the tail, and the legs from the trunk to the paw.
     pub(super) parts: Vec<PartReport>,
 }
 

@@ -359,7 +359,7 @@ fn clips_of_one_output_have_one_up_axis() {
     let ended = run(&["retarget", &standing, &lying, "--character", CHARACTER, "-o", output]);
     let words = String::from_utf8_lossy(&ended.stderr);
     assert!(
-        ended.status.success() && words.contains("other motions of its skeleton stand along it"),
+        ended.status.success() && words.contains("other motions of the same skeleton stand along this axis"),
         "{words}"
     );
     let lying = foot_to_head(&both);
@@ -472,7 +472,7 @@ fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
     let record = &records(&output)[0];
     let told = record["warnings"].to_string();
     assert!(
-        told.contains("other clips of the same skeleton stand along it"),
+        told.contains("other clips of the same skeleton stand along this axis"),
         "{told}"
     );
 }

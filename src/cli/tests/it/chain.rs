@@ -91,8 +91,7 @@ fn a_tick_outside_of_the_motion_is_named() {
         for (tick, taken) in [("9999", Some(9)), ("-1", Some(0)), ("9", None), ("0.5", None)] {
             let output = run(&[&command[..], &["--tick", tick]].concat());
             assert!(output.status.success(), "{}", words(&output));
-            let said =
-                taken.map(|taken| format!("tick {tick} is outside of the motion, 0 to 9: tick {taken} is printed"));
+            let said = taken.map(|taken| format!("tick {tick} is outside the motion, 0 to 9: tick {taken} is printed"));
             match said {
                 Some(said) => assert!(words(&output).contains(&said), "{}", words(&output)),
                 None => assert!(!words(&output).contains("outside"), "{}", words(&output)),

@@ -76,7 +76,7 @@ fn a_character_among_the_inputs_is_said_to_be_none() {
     );
     let said = folder.succeeds("retarget in --character in/hero.gltf -o moved/");
     assert!(
-        said.contains("in/hero.gltf: motions are put on it, so it is no input"),
+        said.contains("in/hero.gltf: this is the target of the motions, so it cannot be an input"),
         "{said}"
     );
     assert!(said.contains("2 of 2 files converted"), "{said}");
@@ -187,15 +187,15 @@ fn what_cannot_be_done_for_many_is_refused() {
     for (command, reason) in [
         (
             format!("{COMMAND} --contacts-file c.json"),
-            "--contacts-file would do nothing: it is of one motion",
+            "--contacts-file would do nothing: it is for one motion",
         ),
         (
             format!("{COMMAND} --json"),
-            "--json would do nothing: it is of one motion",
+            "--json would do nothing: it is for one motion",
         ),
         (
             format!("{one} --resume"),
-            "--resume would do nothing: one motion goes into one file",
+            "--resume would do nothing: one motion is written to one file",
         ),
         (format!("{one} --shard 1/2"), "--shard would do nothing"),
         (

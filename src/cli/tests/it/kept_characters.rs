@@ -340,14 +340,14 @@ fn what_cannot_be_kept_is_refused_and_dropped_by_choice() {
             .concat(),
         );
         assert!(
-            told.contains("skeleton-only: the meshes, the materials and all else"),
+            told.contains("skeleton-only: only the skeleton and its motion are kept"),
             "{told}"
         );
         fs::remove_file(&output).unwrap();
     }
     let told = words(&run(&["convert", input, output_name, "--mesh", "none"]));
     assert!(
-        told.contains("--mesh would do nothing: the file has meshes of its own"),
+        told.contains("--mesh would do nothing: the meshes of the file are kept"),
         "{told}"
     );
     let vrm = folder.path("out.vrm");

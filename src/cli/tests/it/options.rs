@@ -148,7 +148,7 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
     ] {
         let plain = folder.run(command);
         let words = folder.succeeds(&format!("{command} --map whole.json"));
-        let replaced = |line: &&str| !line.ends_with(": replaced, mocap wrote it\n");
+        let replaced = |line: &&str| !line.ends_with(": replaced; mocap wrote the earlier file\n");
         let words: String = words.split_inclusive('\n').filter(replaced).collect();
         assert_eq!(words, String::from_utf8(plain.stderr).unwrap(), "{command}");
         let output = folder.run(&format!("{command} --map wrong.json"));

@@ -335,7 +335,7 @@ fn a_folder_names_the_tables_that_it_leaves_out() {
     let output = folder.run("check in");
     let said = words(&output);
     assert!(
-        said.contains("tables and no motions") && said.contains("list.csv") && said.contains("pack.parquet"),
+        said.contains("tables, not motions") && said.contains("list.csv") && said.contains("pack.parquet"),
         "{said}"
     );
     assert!(!said.contains("points.csv:"), "{said}");

@@ -47,11 +47,14 @@ fn refuses(folder: &Folder, arguments: &str, name: &str, why: &str) {
 /// Runs a command, then with another option: that replaces the output and says so. After a change it does not.
 fn can_be_run_again(folder: &Folder, first: &str, second: &str, name: &str) {
     let said = succeeds(folder, first);
-    assert!(!said.contains("replaced, mocap wrote it"), "{first}: {said}");
+    assert!(
+        !said.contains("replaced; mocap wrote the earlier file"),
+        "{first}: {said}"
+    );
     let made = folder.read(name);
     let said = succeeds(folder, second);
     assert!(
-        said.contains(&format!("{name}: replaced, mocap wrote it\n")),
+        said.contains(&format!("{name}: replaced; mocap wrote the earlier file\n")),
         "{second}: {said}"
     );
     let again = folder.read(name);
@@ -199,11 +202,14 @@ fn a_folder_says_how_many_files_it_replaced() {
     assert!(!said.contains("replaced"), "{said}");
     fs::remove_file(folder.path("out/mocap-manifest.jsonl")).unwrap();
     let said = succeeds(&folder, "convert in -o out --to bvh --digits 3");
-    assert!(said.contains("5 files replaced, mocap wrote them\n"), "{said}");
+    assert!(
+        said.contains("5 files replaced; mocap wrote the earlier files\n"),
+        "{said}"
+    );
     assert!(!succeeds(&folder, "convert in -o out --to bvh -q").contains("replaced"));
     // One of them, by itself.
     let said = succeeds(&folder, "convert in/a.bvh out/a.bvh --digits 2");
-    assert!(said.contains("a.bvh: replaced, mocap wrote it"), "{said}");
+    assert!(said.contains("a.bvh: replaced; mocap wrote the earlier file"), "{said}");
     folder.write("out/b.bvh", b"changed");
     let output = run(&folder, "convert in -o out --to bvh --digits 4");
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
@@ -217,13 +223,19 @@ fn files_beside_an_output_are_replaced_with_it() {
     succeeds(&folder, "convert walk.bvh out.gltf");
     let said = succeeds(&folder, "convert walk.bvh out.gltf --trim 0f..3f");
     for name in ["out.gltf", "out.bin"] {
-        assert!(said.contains(&format!("{name}: replaced, mocap wrote it\n")), "{said}");
+        assert!(
+            said.contains(&format!("{name}: replaced; mocap wrote the earlier file\n")),
+            "{said}"
+        );
     }
     // Without the file that names it a buffer may be anybody's, but for the record.
     succeeds(&folder, "convert walk.bvh alone.gltf");
     fs::remove_file(folder.path("alone.gltf")).unwrap();
     let said = succeeds(&folder, "convert walk.bvh alone.gltf --trim 0f..3f");
-    assert!(said.contains("alone.bin: replaced, mocap wrote it"), "{said}");
+    assert!(
+        said.contains("alone.bin: replaced; mocap wrote the earlier file"),
+        "{said}"
+    );
 }
 
 #[cfg(unix)]
@@ -248,7 +260,7 @@ fn a_record_that_cannot_be_used_stops_nothing() {
     let text = String::from_utf8_lossy(&text);
     assert!(text.lines().last().unwrap().contains("out.bvh"), "{text}");
     let said = succeeds(&folder, "convert walk.bvh out.bvh --digits 3");
-    assert!(said.contains("replaced, mocap wrote it"), "{said}");
+    assert!(said.contains("replaced; mocap wrote the earlier file"), "{said}");
 
     fs::remove_file(folder.path(file)).unwrap();
     let made = std::process::Command::new("mkfifo").arg(folder.path(file)).status();

@@ -110,7 +110,7 @@ fn what_is_there_stays_as_it_is() {
     folder.refuses(
         "pack takes/walks -o new --to hf --license CC_BY",
         2,
-        "--license is no identifier",
+        "--license is not an identifier",
     );
     folder.refuses(
         "pack takes/walks -o new --license cc-by-4.0",
@@ -136,7 +136,7 @@ fn an_earlier_dataset_is_replaced_where_nobody_changed_it() {
     let output = folder.run("pack takes/a.bvh -o out --to hf --license cc0-1.0");
     assert!(output.status.success(), "{output:?}");
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("out: replaced, mocap wrote it"), "{told}");
+    assert!(told.contains("out: replaced; mocap wrote the earlier file"), "{told}");
     assert_eq!(
         names(&folder, "out"),
         ["README.md", "data"],

@@ -113,7 +113,7 @@ fn an_output_that_was_changed_is_neither_done_nor_replaced() {
         *changed.last_mut().unwrap() ^= 1;
         folder.write(&path, &changed);
         let words = folder.ends_with(1, &format!("{command} --resume"));
-        assert!(words.contains("has changed since a former run wrote it"), "{words}");
+        assert!(words.contains("was changed after an earlier run wrote it"), "{words}");
         assert!(folder.read(&path) == changed, "{name}");
         folder.succeeds(&format!("{command} --resume --force"));
         assert!(folder.read(&path) == whole, "{name}");

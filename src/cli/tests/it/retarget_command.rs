@@ -88,7 +88,7 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
     let arm = "fixtures/real/lecture_Test.bvh";
     assert!(!refused(&[arm, CHARACTER], "a.gltf", 1, "the source is not a humanoid"));
     assert!(!refused(&[WALK, arm], "a.glb", 1, "the target is not a humanoid"));
-    assert!(!refused(&[WALK], "a.glb", 2, "name a motion and after it a character"));
+    assert!(!refused(&[WALK], "a.glb", 2, "name a motion, then a character"));
     assert!(!refused(&[WALK, CHARACTER], "a.glb", 2, "must end in .gltf"));
     assert!(!refused(
         &[CHARACTER, CHARACTER],
@@ -200,7 +200,7 @@ fn verify_refuses_motion_on_another_skeleton() {
         assert_eq!(verified.status.code(), Some(1), "{}", words(&verified));
         let file = Path::new(target).file_name().unwrap().to_str().unwrap();
         assert!(
-            words(&verified).contains(&format!("the motion is on the skeleton of \"{file}\"")),
+            words(&verified).contains(&format!("the motion was retargeted to the skeleton of \"{file}\"")),
             "{name}: {}",
             words(&verified)
         );
@@ -216,7 +216,7 @@ fn a_rest_pose_before_the_motion_is_left_out_and_that_is_said() {
         let output = retarget(&[motion, CHARACTER], &path);
         assert!(output.status.success(), "{}", words(&output));
         assert_eq!(
-            words(&output).contains("the first frame, a rest pose, is left out: tick 0 is tick 1 of the file"),
+            words(&output).contains("the first frame, a rest pose, is dropped: tick 0 is tick 1 of the file"),
             dropped == 1,
             "{}",
             words(&output)

@@ -51,7 +51,7 @@ fn each_motion_gets_the_output_that_it_has_alone() {
     let outputs: Vec<&Value> = records.iter().map(|record| &record["output"]).collect();
     assert_eq!(outputs, ["a.gltf", "below/b.gltf"]);
     assert_eq!(records[1]["retarget"][0]["clip"], "b");
-    assert!(records[0]["warnings"].to_string().contains("a rest pose, is left out"));
+    assert!(records[0]["warnings"].to_string().contains("a rest pose, is dropped"));
 }
 
 #[test]
@@ -168,10 +168,7 @@ fn what_cannot_be_done_for_many_is_refused() {
         "retarget in/a.bvh in/hero.gltf -o out.gltf --resume",
         "--resume would do nothing",
     );
-    refused(
-        &format!("{COMMAND} --json"),
-        "the manifest in the folder has those of many",
-    );
+    refused(&format!("{COMMAND} --json"), "for many, see the manifest in the folder");
     refused(&format!("{COMMAND} --to glb"), "--to: the format must be .gltf");
     refused(
         &format!("{COMMAND} --to fbx --textures beside"),

@@ -104,7 +104,7 @@ fn what_is_said_of_one_motion_is_what_was_found() {
 fn several_motions_do_not_go_into_what_has_the_name_of_a_file() {
     let folder = folder();
     for output in ["new.npz", "robot.csv"] {
-        let reason = format!("{output}: several motions go into a folder");
+        let reason = format!("{output}: several motions need an output folder");
         folder.refuses(&format!("robot in --robot robot.urdf -o {output}"), 2, &reason);
     }
 }
@@ -126,7 +126,7 @@ fn several_robots_have_a_folder_each() {
     folder.refuses(
         "robot in --robot robot.urdf --robot ./robot.urdf -o out",
         2,
-        "give one file another name",
+        "rename one of the files",
     );
 }
 

@@ -48,7 +48,11 @@ fn a_file_is_played_on_a_robot() {
         ("play walk.bvh --robot h1.urdf --vmc 9", 2, "cannot be used with"),
         ("play walk.bvh --robot h1.urdf --loop", 2, "--loop is for --vmc"),
         ("play walk.bvh --robot walk.bvh", 1, "walk.bvh"),
-        ("play vmc:0 --robot h1.urdf --rate 30", 2, "without --loop and --rate"),
+        (
+            "play vmc:0 --robot h1.urdf --rate 30",
+            2,
+            "does not support --loop and --rate",
+        ),
     ] {
         folder.refuses(arguments, status, reason);
     }

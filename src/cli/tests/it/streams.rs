@@ -283,7 +283,7 @@ fn a_pipe_among_many_files_is_a_failed_row() {
     let mut manifest = fs::read_to_string(out.join("mocap-manifest.jsonl")).unwrap();
     manifest.retain(|c| c != '\n');
     assert!(
-        manifest.contains("a pipe or a device is not read as one of many files"),
+        manifest.contains("a pipe or a device cannot be one of many files"),
         "{manifest}"
     );
 }

@@ -101,15 +101,15 @@ fn folder_of_kinds() -> Folder {
 fn a_wrong_kind_of_file_names_the_right_command() {
     let folder = folder_of_kinds();
     for (arguments, status, meant) in [
-        ("convert moves.mdb a.glb", 1, "mocap find and mocap match take it"),
-        ("info graph.json", 1, "mocap graph walk takes it"),
+        ("convert moves.mdb a.glb", 1, "mocap find and mocap match read it"),
+        ("info graph.json", 1, "mocap graph walk reads it"),
         (
             "convert made/mocap-manifest.jsonl a.glb",
             1,
             "it is the manifest of a folder",
         ),
-        ("skeleton job.json", 1, "mocap run does it"),
-        ("edit map.json -o a.bvh --step mirror", 1, "--map takes it"),
+        ("skeleton job.json", 1, "mocap run runs it"),
+        ("edit map.json -o a.bvh --step mirror", 1, "--map reads it"),
         ("retarget walk.bvh moves.mdb -o a.glb", 1, "it is a database of motions"),
         (
             "graph walk moves.mdb --seconds 1 -o a.bvh",
@@ -125,16 +125,16 @@ fn a_wrong_kind_of_file_names_the_right_command() {
         (
             "match graph.json --path 0/0+0/1 --on hero.glb -o a.glb",
             1,
-            "mocap graph walk takes it",
+            "mocap graph walk reads it",
         ),
         (
             "robot walk.bvh --robot hero.glb -o a.npz",
             1,
-            "mocap retarget puts motions on a character",
+            "mocap retarget retargets motions to a character",
         ),
         ("sheet walk.bvh --robot walk.bvh -o a.svg", 1, "a robot is URDF or MJCF"),
         ("run walk.bvh", 2, "take motions; --print-job prints a job"),
-        ("run graph.json", 2, "mocap graph walk takes it"),
+        ("run graph.json", 2, "mocap graph walk reads it"),
         (
             "retarget walk.bvh h1.urdf -o a.glb",
             2,
@@ -167,14 +167,14 @@ fn a_wrong_kind_of_file_names_the_right_command() {
             2,
             "mocap convert and mocap fk write arrays",
         ),
-        ("clean walk.bvh -o a.gif", 2, "mocap gif draws films"),
+        ("clean walk.bvh -o a.gif", 2, "mocap gif draws animations"),
         ("retarget walk.bvh hero.glb -o a.html", 2, "mocap view writes pages"),
         ("fk walk.bvh -o a.glb", 2, "mocap convert writes .glb"),
     ] {
         folder.refuses(arguments, status, meant);
     }
     let checked = String::from_utf8(folder.run("check job.json").stdout).unwrap();
-    assert!(checked.contains("mocap run does it"), "{checked}");
+    assert!(checked.contains("mocap run runs it"), "{checked}");
 }
 
 /// A file of weights is refused with its name, the place, what may stand there and the nearest name.

@@ -4,9 +4,9 @@
 //! |---|---|
 //! | `data/train-00000-of-00002.parquet` | rows of [`clips`](super::clips) or [`Arrays::to_table`], without `error` |
 //! | `README.md` | the card: metadata as YAML, columns with units, statistics, sources and licences |
-//! | `licenses/` | the licence files that stand beside the clips |
+//! | `licenses/` | the licence files in the folders of the clips |
 //!
-//! The layout is that of <https://huggingface.co/docs/hub/datasets-manual-configuration> and
+//! The layout follows <https://huggingface.co/docs/hub/datasets-manual-configuration> and
 //! <https://huggingface.co/docs/hub/datasets-cards>.
 
 mod card;
@@ -24,10 +24,10 @@ use mocap_scene::scene::UpAxis;
 use super::{skeleton_hash, to_parquet};
 use crate::arrays::{ArrayOptions, Arrays};
 
-/// What the card says of a clip.
+/// The data of a clip for the card.
 #[derive(Clone, Debug)]
 pub struct DatasetClip {
-    /// The path below the folder in which it was found, with `/` as separator.
+    /// The path relative to the searched folder, with `/` as separator.
     pub name: String,
     skeleton: String,
     joints: usize,
@@ -36,7 +36,7 @@ pub struct DatasetClip {
 }
 
 impl DatasetClip {
-    /// The clip of these arrays.
+    /// The card data of these arrays.
     pub fn new(name: &str, motion: &Arrays) -> Self {
         Self {
             name: name.to_owned(),
@@ -54,13 +54,14 @@ impl DatasetClip {
         }
     }
 
-    /// The folder that it comes from: the first part of its name.
+    /// The source folder: the first part of the clip's name.
     fn source(&self) -> &str {
         self.name.split_once('/').map_or("", |(source, _)| source)
     }
 }
 
-/// Writes a dataset beside its folder, which appears with [`finish`](Self::finish). Dropped before, nothing remains.
+/// Writes a dataset to a temporary folder, and renames the folder in [`finish`](Self::finish). A writer that is dropped
+/// before leaves nothing.
 pub struct DatasetWriter {
     folder: PathBuf,
     unfinished: PathBuf,
@@ -70,19 +71,19 @@ pub struct DatasetWriter {
     schema: Option<SchemaRef>,
     shards: usize,
     rows: usize,
-    /// Of the tables in memory.
+    /// Size of the tables in memory.
     bytes: usize,
     file_bytes: usize,
     clips: Vec<DatasetClip>,
     failed: BTreeMap<String, String>,
     /// Folders in which licence files were looked for.
     seen: BTreeSet<PathBuf>,
-    /// The licence files by the folders of the clips, as named in the dataset.
+    /// For each folder of clips, the names of its licence files in the dataset.
     licenses: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl DatasetWriter {
-    /// Options for arrays of a dataset: clips of many files have one unit and one up axis, metres and +Y by default.
+    /// Options for the arrays of a dataset: all clips share one unit and one up axis, by default metres and +Y.
     pub fn options(options: ArrayOptions) -> ArrayOptions {
         let (metres_per_unit, up) = (options.out_metres_per_unit, options.out_up);
         options
@@ -90,13 +91,13 @@ impl DatasetWriter {
             .out_up(up.or(Some(UpAxis::Y)))
     }
 
-    /// Begins a dataset of arrays that are made of `inputs` with `options`. `license` is the identifier of the licence
-    /// of all clips.
+    /// Begins a dataset of the arrays of `inputs` with `options`. `license` is the identifier of the licence of all
+    /// clips.
     ///
     /// # Errors
-    /// [`Code::OutputExists`] where `folder` is a file or has files, unless the record of outputs knows all of them as
-    /// an earlier dataset. [`Code::OutputIsInput`] where one of these is an input.
-    /// [`Code::InvalidValue`] where `license` is no identifier. [`Code::Io`] where the folder cannot be made.
+    /// [`Code::OutputExists`] if `folder` is a file or has files, unless the record of outputs lists all its files as
+    /// an earlier dataset. [`Code::OutputIsInput`] if one of its files is an input. [`Code::InvalidValue`] if `license`
+    /// is not an identifier. [`Code::Io`] if the folder cannot be created.
     pub fn create(
         folder: &Path,
         inputs: impl IntoIterator<Item = impl AsRef<Path>>,
@@ -136,17 +137,17 @@ impl DatasetWriter {
         Ok(writer)
     }
 
-    /// Adds a clip to the card. Its licence files stand in the folder of `path` and in the folders above it that the
-    /// name has.
+    /// Adds a clip to the card. Its licence files are in the folder of `path`, and in the parent folders that are part
+    /// of the clip's name.
     ///
     /// # Errors
-    /// [`Code::Io`] where a licence file cannot be copied.
+    /// [`Code::Io`] if a licence file cannot be copied.
     pub fn add(&mut self, clip: DatasetClip, path: &Path) -> Result<()> {
         let parts: Vec<&str> = clip.name.split('/').collect();
         let mut folder = path.parent();
         for depth in (0..parts.len()).rev() {
             let Some(found) = folder else { break };
-            // The folder of a file that is named alone is the current one.
+            // A file name without a folder is in the current folder.
             let found = if found.as_os_str().is_empty() {
                 Path::new(".")
             } else {
@@ -159,7 +160,7 @@ impl DatasetWriter {
         Ok(())
     }
 
-    /// Names a file that could not be read on the card.
+    /// Lists an unreadable file on the card.
     pub fn leave_out(&mut self, clip: &str, error: &str) {
         self.failed.insert(clip.to_owned(), error.to_owned());
     }
@@ -168,7 +169,7 @@ impl DatasetWriter {
         if !self.seen.insert(folder.to_owned()) {
             return Ok(());
         }
-        // A folder that cannot be listed has clips that were named one by one.
+        // If a folder cannot be listed, the user named its clips one by one.
         for entry in folder.read_dir().into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             if !is_license(&name) || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
@@ -177,7 +178,7 @@ impl DatasetWriter {
             let parts = ["licenses", below, &name];
             let target = parts.map(str::to_owned).into_iter().filter(|part| !part.is_empty());
             let target = target.collect::<Vec<_>>().join("/");
-            // Two folders that were named may both have one.
+            // Two input folders may each have a licence file.
             let numbered = (2..).map(|number| format!("{target}.{number}"));
             let is_free = |target: &String| !self.unfinished.join(target).exists();
             let target = std::iter::once(target.clone()).chain(numbered).find(is_free);
@@ -191,10 +192,10 @@ impl DatasetWriter {
         Ok(())
     }
 
-    /// Writes a Parquet file of tables, which all have the same columns.
+    /// Writes tables with the same columns as one Parquet file.
     ///
     /// # Errors
-    /// [`Code::Unrepresentable`] where Parquet cannot hold the tables, [`Code::Io`] where the file cannot be written.
+    /// [`Code::Unrepresentable`] if Parquet cannot hold the tables, [`Code::Io`] if the file cannot be written.
     pub fn write_shard(&mut self, tables: impl IntoIterator<Item = RecordBatch>) -> Result<()> {
         let (mut rows, mut bytes, mut schema) = (0, 0, None);
         let tables = tables.into_iter().map(|table| {
@@ -215,11 +216,11 @@ impl DatasetWriter {
         Ok(())
     }
 
-    /// Names the Parquet files, writes the card, and gives the folder its name. Returns the number of Parquet files.
+    /// Renames the Parquet files, writes the card, and renames the folder. Returns the number of Parquet files.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where no clip was added, [`Code::OutputExists`] where files came into the folder
-    /// meanwhile, [`Code::Io`] where the folder cannot be written.
+    /// [`Code::InvalidValue`] if no clip was added, [`Code::OutputExists`] if files appeared in the folder in the
+    /// meantime, [`Code::Io`] if the folder cannot be written.
     pub fn finish(self) -> Result<usize> {
         if self.shards == 0 {
             let diagnostic = Diagnostic::new(Code::InvalidValue, "no clip could be read, so there is no dataset");
@@ -239,7 +240,7 @@ impl DatasetWriter {
 
 impl Drop for DatasetWriter {
     fn drop(&mut self) {
-        // It is gone where the dataset is finished.
+        // After `finish`, the folder no longer exists.
         let _ = fs::remove_dir_all(&self.unfinished);
     }
 }
@@ -251,19 +252,19 @@ fn without_errors(table: &RecordBatch) -> Result<RecordBatch, ArrowError> {
     table.project(&kept.collect::<Vec<_>>())
 }
 
-/// Identifiers of licences on Hugging Face are SPDX's in small letters, and a few of its own.
+/// Licence identifiers of Hugging Face are SPDX identifiers in lower case, and a few others.
 fn check_license(license: &str) -> Result<()> {
     let is_part = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || ".-+".contains(c);
     if !license.is_empty() && license.chars().all(is_part) {
         return Ok(());
     }
-    let diagnostic = Diagnostic::new(Code::InvalidValue, "{license} is no identifier of a licence")
+    let diagnostic = Diagnostic::new(Code::InvalidValue, "{license} is not an identifier of a licence")
         .expected_found("small letters, digits, . - and +", format!("{license:?}"))
-        .help("take an identifier of Hugging Face, such as cc-by-4.0, cc0-1.0 or other");
+        .help("use an identifier of Hugging Face, such as cc-by-4.0, cc0-1.0 or other");
     Err(diagnostic.into())
 }
 
-/// Whether a file of this name has a licence or what a licence asks to be kept.
+/// Whether a file of this name holds a licence, or a notice that a licence requires.
 fn is_license(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     let stem = name.split(['.', '-', '_']).next().unwrap_or_default();

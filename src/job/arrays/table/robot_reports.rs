@@ -1,4 +1,4 @@
-//! A table of how well motions sit on a robot.
+//! A table of the reports of motions on a robot.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use mocap_retarget::robot::report::{Feasibility, RobotReport, RobotScores};
 
 use super::batch;
 
-/// A motion that was to be put on a robot.
+/// A motion that was retargeted to a robot, or failed.
 ///
 /// [`robot_reports`](super::robot_reports()) has an example.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub struct RobotClip<'a> {
     pub clip: &'a str,
     /// The file with the motion of the robot, if there is one.
     pub output: Option<&'a str>,
-    /// The report, or the text of the error by which the motion failed.
+    /// The report, or the error message of a failed motion.
     pub report: Result<&'a RobotReport, &'a str>,
 }
 
@@ -174,7 +174,8 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
 /// Adds an element to a list: its texts and its numbers.
 type Add<'a> = dyn FnMut(&[&str], &[f64]) + 'a;
 
-/// For each report a list of structs with these fields of text, then these of numbers; `fill` adds the elements.
+/// A column of struct lists, one list for each report. A struct has these text fields, then these number fields. `fill`
+/// adds the elements.
 fn structs(
     reports: &[Option<&RobotReport>],
     texts: &[&str],

@@ -42,7 +42,7 @@ fn jobs_say_what_a_graph_and_a_walk_do_not_heed() {
         (
             r#""a.json", "b.json""#,
             r#""walk": {"seconds": 5}, "write": {"output": "a.bvh"}"#,
-            "over one graph",
+            "a walk uses one graph",
         ),
     ] {
         let job = format!(r#"{{"source": {{"inputs": [{inputs}]}}, {rest}}}"#);

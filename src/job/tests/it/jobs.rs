@@ -197,7 +197,7 @@ fn a_job_refuses_what_would_do_nothing() {
             r#""output": "a.gltf", "keep-constant": true"#,
             "`keep_constant` has no effect on a character, whose file is passed through",
         ),
-        (r#""output": "a.glb""#, "must end in .gltf, as that of the character"),
+        (r#""output": "a.glb""#, "must end in .gltf, like the character"),
         (
             r#""output": "a.gltf", "smaller": {"shell-distance": "3cm"}"#,
             "`shell_distance` would do nothing",
@@ -219,10 +219,10 @@ fn a_job_refuses_what_would_do_nothing() {
             "`max_error` has no effect on the numbers of a robot's joints",
         ),
         (r#""output": "a.xyz""#, "must end in .npz, .pkl, .csv, .bvh"),
-        (r#""output": "out/", "to": "csv""#, "do it with mocap run"),
+        (r#""output": "out/", "to": "csv""#, "run it with mocap run"),
         (
             r#""output": "-", "to": "csv""#,
-            "standard output, which belongs to the program",
+            "standard output, which only mocap run supports",
         ),
     ] {
         refused(&format!(r#"{robot}, "write": {{{write}}}"#), expected);

@@ -160,7 +160,7 @@ fn a_bad_file_among_several_is_left_out() {
     assert_eq!(report.clips.len(), 2);
     let problem = report.problem.unwrap();
     assert!(
-        problem.starts_with("motions that were left out: 1; the first is ../../fixtures/broken/"),
+        problem.starts_with("skipped motions: 1; the first is ../../fixtures/broken/"),
         "{problem}"
     );
 }

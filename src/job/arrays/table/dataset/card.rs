@@ -8,10 +8,10 @@ use arrow_schema::{DataType, Schema};
 use super::{DatasetClip, DatasetWriter};
 use crate::arrays::{ArrayOptions, Rotation, RotationSpace, Space};
 
-/// Rows of a table on the card. The columns of the dataset have the rest.
+/// The most rows of a table on the card. The columns of the dataset have all values.
 const MOST_ROWS: usize = 50;
 
-/// The sizes by which Hugging Face sorts datasets: fewer rows than the number.
+/// The size categories of Hugging Face: fewer rows than the number.
 const SIZES: &[(usize, &str)] = &[
     (1_000, "n<1K"),
     (10_000, "1K<n<10K"),
@@ -25,7 +25,7 @@ const SIZES: &[(usize, &str)] = &[
 pub(super) fn text(dataset: &DatasetWriter) -> String {
     let name = dataset.folder.file_name().unwrap_or_default().to_string_lossy();
     let mut text = String::from("---\n");
-    // Writing to a text cannot fail.
+    // Writing to a string cannot fail.
     let _ = metadata(&mut text, dataset, &name)
         .and_then(|()| beginning(&mut text, dataset, &name))
         .and_then(|()| columns(&mut text, dataset))
@@ -34,7 +34,7 @@ pub(super) fn text(dataset: &DatasetWriter) -> String {
     text
 }
 
-/// The header, which programs read. A JSON text is a YAML text.
+/// The header for programs. JSON is valid YAML.
 fn metadata(out: &mut String, dataset: &DatasetWriter, name: &str) -> std::fmt::Result {
     let size = SIZES
         .iter()
@@ -71,7 +71,7 @@ fn fields(dataset: &DatasetWriter) -> impl Iterator<Item = &arrow_schema::Field>
     fields.into_iter().flatten().map(|field| &**field)
 }
 
-/// The type of a column, in words that all versions of `datasets` read.
+/// The type of a column, in a notation that all versions of `datasets` read.
 fn feature(out: &mut String, kind: &DataType, indent: &str) -> std::fmt::Result {
     match kind {
         DataType::List(item) => match item.data_type() {
@@ -116,7 +116,7 @@ fn beginning(out: &mut String, dataset: &DatasetWriter, name: &str) -> std::fmt:
     writeln!(out, "```\n")
 }
 
-/// What a column means, with its unit.
+/// The meaning of each column, with its unit.
 fn columns(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
     let options = &dataset.options;
     let unit = unit(options);
@@ -182,7 +182,7 @@ fn columns(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
     writeln!(out, "Rotations are {rotation}, relative to {parent}.")?;
     writeln!(
         out,
-        "Where a file states no unit or no up axis, mocap infers them; `header` has the reason.\n"
+        "If a file does not state its unit or up axis, mocap infers it; `header` has the reason.\n"
     )
 }
 
@@ -303,7 +303,7 @@ fn sources(out: &mut String, dataset: &DatasetWriter) -> std::fmt::Result {
     writeln!(out, "Packed with mocap {version}.")
 }
 
-/// Ends a table, and says how many rows it leaves out.
+/// Ends a table with the number of omitted rows.
 fn more(out: &mut String, rows: usize) -> std::fmt::Result {
     match rows.checked_sub(MOST_ROWS) {
         Some(rest) if rest > 0 => writeln!(out, "\n{rest} more.\n"),
@@ -319,7 +319,7 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// The path of a file as an address between `<` and `>`.
+/// The path of a file as a URL between `<` and `>`.
 fn address(path: &str) -> String {
     let escaped = |c: char| c.is_control() || "<>%\\".contains(c);
     path.chars()
@@ -337,7 +337,7 @@ fn quoted(text: &str) -> String {
     serde_json::to_string(text).unwrap_or_default()
 }
 
-/// A text of a file in a table of Markdown, where it is text and nothing else.
+/// A text from a file in a Markdown table, escaped to plain text.
 fn cell(text: &str) -> String {
     let mut cell = String::new();
     for c in text.chars() {

@@ -335,7 +335,7 @@ fn what_a_layout_cannot_have_is_refused() {
         (
             "npz",
             r#"{"root": "extract"}"#,
-            "`verify` does not repeat steps, or another root or rest pose, for arrays",
+            "for arrays, `verify` cannot repeat steps or changes of the root or the rest pose",
         ),
         (
             "amass",
