@@ -85,7 +85,7 @@ impl fmt::Display for FootLockReport {
             self.speed_ratio, self.acceleration_ratio
         )?;
         if let given_way @ 1.. = self.given_way.iter().sum::<usize>() {
-            write!(f, ", for which they give way in {}", counted(given_way, "frame"))?;
+            write!(f, "; the lock was relaxed in {}", counted(given_way, "frame"))?;
         }
         if !self.largest_other_joint.is_empty() {
             let by = centimetres(self.largest_other_change);

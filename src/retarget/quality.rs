@@ -1,6 +1,8 @@
 //! The report of a motion on another skeleton.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod text;
+
+use std::collections::BTreeMap;
 use std::fmt;
 
 use mocap_edit::report::FootLockReport;
@@ -479,101 +481,5 @@ impl RetargetReport {
         self.feet.is_some_and(|feet| {
             (feet.source.skate - feet.target.skate).abs() < SAME_SKATE && feet.height_difference < SAME_HEIGHT
         })
-    }
-}
-
-impl fmt::Display for RetargetReport {
-    /// A line for each finding, after the name of the clip.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (clip, verdict) = (&self.clip, self.verdict.as_str());
-        if self.frames == 0 && self.verdict == Verdict::Good {
-            return write!(f, "{clip}: a face without a body");
-        }
-        let what = if self.by_names.is_some() { "bones" } else { "limbs" };
-        write!(
-            f,
-            "{clip}: {what} {:.2} degrees off in the mean, {:.2} at most, in {} frames: {verdict}; path scaled by {:.3}",
-            self.mean_degrees, self.max_degrees, self.frames, self.scale
-        )?;
-        if self.verdict != Verdict::Good {
-            write!(f, "\n{clip}: {verdict} because {}", self.reasons().join("; "))?;
-        }
-        for limb in self.limbs.iter().filter(|limb| limb.mean_degrees > 1.0) {
-            let (bone, mean, most) = (limb.bone.as_str(), limb.mean_degrees, limb.max_degrees);
-            let tick = limb.tick;
-            write!(
-                f,
-                "\n{clip}: {bone} {mean:.1} degrees off in the mean, {most:.1} at tick {tick}"
-            )?;
-        }
-        if let Some(names) = &self.by_names {
-            let lacking = match names.lacking.as_slice() {
-                [] => String::new(),
-                lacking => format!("; the target lacks {}", lacking.join(", ")),
-            };
-            let (creature, joints) = (&names.creature, names.joints);
-            write!(
-                f,
-                "\n{clip}: both are {creature}, and {joints} joints go by their names{lacking}"
-            )?;
-        }
-        for seen in self.seen.iter().filter(|seen| seen.mean_degrees > 15.0) {
-            let (mean, most, tick) = (seen.mean_degrees, seen.max_degrees, seen.tick);
-            write!(
-                f,
-                "\n{clip}: {seen} {mean:.0} degrees off in the mean, {most:.0} at tick {tick}"
-            )?;
-        }
-        for guess in &self.guessed {
-            write!(f, "\n{clip}: {} is guessed: {}", guess.bone.as_str(), guess.reason)?;
-        }
-        if let Some(feet) = &self.feet {
-            write!(f, "\n{clip}: {feet}")?;
-        }
-        if let Some(lock) = &self.lock {
-            let given_way = match lock.given_way.iter().sum::<usize>() {
-                0 => String::new(),
-                frames => format!(", for which they give way in {frames} frames"),
-            };
-            let (speed, acceleration) = (lock.speed_ratio, lock.acceleration_ratio);
-            write!(
-                f,
-                "\n{clip}: locked feet are at most {speed:.2} times as fast and {acceleration:.2} times as much \
-                 accelerated as free ones{given_way}"
-            )?;
-        }
-        if let Some(hands) = &self.hands {
-            write!(f, "\n{clip}: {hands}")?;
-        }
-        if let Some(skin) = &self.skin {
-            write!(f, "\n{clip}: {skin}")?;
-        }
-        if !self.followers.is_empty() {
-            let follows = self
-                .followers
-                .iter()
-                .map(|(joint, other)| format!("{joint} follows {other}"));
-            let follows: Vec<String> = follows.collect();
-            write!(f, "\n{clip}: by the skin, {}", follows.join(", "))?;
-        }
-        for clamped in &self.clamped {
-            let (bone, centimetres) = (clamped.bone.as_str(), 100.0 * clamped.largest);
-            let (frames, reason) = (clamped.frames, &clamped.reason);
-            write!(
-                f,
-                "\n{clip}: {bone} is up to {centimetres:.1} cm away in {frames} frames: {reason}"
-            )?;
-        }
-        let reasons: BTreeSet<&str> = self.unmapped.iter().map(|lack| lack.reason.as_str()).collect();
-        for reason in reasons {
-            let bones = self.unmapped.iter().filter(|lack| lack.reason == reason);
-            let (fingers, others): (Vec<_>, Vec<_>) = bones.map(|lack| lack.bone).partition(|bone| bone.is_finger());
-            let mut bones: Vec<String> = others.iter().map(|bone| bone.as_str().to_owned()).collect();
-            if !fingers.is_empty() {
-                bones.push(format!("{} bones of fingers", fingers.len()));
-            }
-            write!(f, "\n{clip}: {}: {reason}", bones.join(", "))?;
-        }
-        Ok(())
     }
 }

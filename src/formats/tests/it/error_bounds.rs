@@ -208,7 +208,10 @@ fn what_is_wrong_with_a_bound_of_a_joint_is_said() {
             error.to_string()
         };
         let message = refused(ErrorBound::new(0.001).joint("LeftPaw", 0.01));
-        assert!(message.contains("the joint \"LeftPaw\", which does not exist"), "{message}");
+        assert!(
+            message.contains("the joint \"LeftPaw\", which does not exist"),
+            "{message}"
+        );
         for bound in [0.0, -0.001, f64::NAN, f64::INFINITY] {
             let message = refused(ErrorBound::new(0.001).joint("LeftHand", bound));
             assert!(
