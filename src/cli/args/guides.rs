@@ -245,7 +245,7 @@ pub const GUIDES: &[Guide] = &[
         [
             (
                 "gif walk.bvh -o walk.gif --rate 5",
-                "an animation with five pictures per second",
+                "five pictures per second",
             ),
             (
                 "gif walk.bvh -o slow.png --rate 5 --playback-speed 2",

@@ -13,8 +13,8 @@ const BELOW: f64 = 0.05;
 /// The extent in metres of the heights of feet that rest on one level.
 const NEAR_LEVEL: f32 = 0.05;
 
-/// The frequency of feet on the ground, relative to the most frequent level. A less frequent level below the ground
-/// comes from feet that have sunk into it.
+/// The frequency of feet on the ground, as a fraction of that of the most frequent level. A less frequent level below
+/// the ground comes from feet that have sunk into it.
 const OFTEN: f64 = 0.8;
 
 /// The largest weighted fraction of frames in which feet sink into the ground.

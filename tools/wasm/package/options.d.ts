@@ -7,8 +7,8 @@ export interface InputCallOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   allRows?: boolean;
   /**
-   * The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H or SMPL-X, .npz or
-   * .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   * The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz or .pkl), or a
+   * file of any format with a figure. Default: generic proportions, 1.70 m tall.
    */
   body?: File;
   /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
@@ -21,20 +21,20 @@ export interface InputCallOptions {
    */
   joints?: string;
   /**
-   * Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are where
-   * their positions are.
+   * Lengths of bones that are solved from positions: the median over all frames; or the length in each frame, so that joints
+   * match their positions.
    */
   lengths?: Lengths;
   /**
-   * Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a JSON object from
-   * labels to landmarks. Default: markers stay points.
+   * Solve a skeleton from the markers of a file. auto: a known marker set; auto:NAME: the markers of one subject; FILE: a
+   * JSON object from labels to landmarks. Default: markers stay points.
    */
   markers?: string;
-  /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
+  /** Play at this number of frames per second: the motion keeps its frames, and becomes slower or faster. */
   retime?: number;
   /** How the root's OFFSET and its position channels combine. Default: `"auto"`. */
   rootOffset?: RootOffset;
-  /** A static trial: markers of a standing person, which may be more than those of the motion. */
+  /** A static trial: markers of a standing person. It may have more markers than the motion. */
   static?: File;
   /** Treat every warning as an error. */
   strict?: boolean;
@@ -44,39 +44,39 @@ export interface InputCallOptions {
 export interface SourceSpaceOptions {
   /** Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit. */
   unit?: Unit;
-  /** The axis of the input that points up; auto: from the feet to the head. */
+  /** The up axis of the input; auto: from the feet to the head. */
   up?: SourceUp;
 }
 
-/** Which frames of the inputs are taken, before their unit and axes are changed. */
+/** The frames to use from the inputs. They are selected before the unit and the axes are converted. */
 export interface SourceFramesOptions {
-  /** Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it. Default: `"keep"`. */
+  /** Whether to drop the first frame; auto: drop it if it is a rest pose and the motion jumps after it. Default: `"keep"`. */
   firstFrame?: "auto" | "drop" | "keep";
-  /** Frames per second to write, at the same speed; for an input that states no valid rate, its rate. */
+  /**
+   * Resample to this number of frames per second, at the same playback speed. For an input without a valid rate, set its
+   * rate.
+   */
   frameRate?: number;
   /** Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N. */
   rest?: RestPoseSource;
-  /**
-   * What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root. Default:
-   * `"keep"`.
-   */
+  /** The root motion: kept, removed, or moved to a joint above the root. Default: `"keep"`. */
   root?: "keep" | "inPlace" | "extract";
   /** Insert the T-pose before the first frame, on the floor. */
   tPoseFirst?: boolean;
 }
 
-/** Fewer keys and bits, within a largest error. */
+/** Compression options: fewer keys and bits, within a largest error. */
 export interface SizeCallOptions {
   /** How to store the keys. Default with a largest error: int16, otherwise none. */
   compress?: "none" | "int16";
   /**
-   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
-   * it; fails where it cannot be kept. Default with a compression: 1mm.
+   * Remove keys and bits, but keep every joint and end site within this distance of its position in every frame, such as 1mm.
+   * Fails if the format cannot keep this distance. Default with a compression: 1mm.
    */
   maxError?: Length;
   /**
-   * Distance of points around each joint, such as the skin, that keep the largest error too; 3cm is the default of ACL.
-   * Default: 0, joints and end sites alone.
+   * Also keep points at this distance around each joint, such as the skin, within the largest error. ACL uses 3cm. Default:
+   * 0, only joints and end sites.
    */
   shellDistance?: Length;
 }
@@ -85,7 +85,7 @@ export interface SizeCallOptions {
 export interface BvhOutputCallOptions {
   /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
-  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
+  /** Decimals of every number. Default: enough to read back the same motion. */
   digits?: number;
   /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
   order?: RotationOrder;
@@ -95,15 +95,15 @@ export interface BvhOutputCallOptions {
 export interface CharacterTargetOptions {
   /**
    * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * character, lock applies only if the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /**
-   * Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the source touch,
-   * free to the place that the directions of the arms give. Default: `"keep"`.
+   * Hands that touch the body, each other or the floor: keep moves a hand to the place that the source hand touches, free
+   * keeps the directions of the arms. Default: `"keep"`.
    */
   hands?: Hands;
-  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
+  /** Scale of the path over the ground: auto, in proportion to the leg length; none, as in the source; or a factor. */
   scale?: Scale;
 }
 
@@ -111,17 +111,17 @@ export interface CharacterTargetOptions {
 export interface RobotTargetOptions {
   /**
    * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * character, lock applies only if the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
   /**
-   * Where the floor is: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its mean height in
-   * the motion, with no height changed. auto also lowers a foot that stands a little too high. Default: `"auto"`.
+   * Height of the floor: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its mean height in
+   * the motion, without changing heights. auto also lowers a foot that is slightly above the floor. Default: `"auto"`.
    */
   floor?: Floor;
   /**
-   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together. The second
-   * pass moves joints smoothly, within the velocities of the robot's file and without jumps. Default: 2.
+   * Number of solver passes: 1 solves frame by frame, which is faster; 2 then solves all frames of a window together. The
+   * second pass moves joints smoothly and without jumps, within the velocity limits of the robot's file. Default: 2.
    */
   passes?: 1 | 2;
 }
@@ -151,11 +151,11 @@ export type Job = MotionJob | SurveyJob | GraphJob | WalkJob;
 /** an angle of 0 degrees or more. */
 export type Angle = number | `${number}`;
 
-/** Which joint is which bone: in a file, or here. */
+/** The joint of each bone, in a file or here. */
 export type BoneMap = string | Record<string, string | null | Record<string, string>>;
 
 /**
- * Names of the joints of a humanoid, as a program or a collection of motions has them.
+ * The naming scheme of a program or dataset for the joints of a humanoid.
  * `"vrm"`: The bones of the VRM 1.0 humanoid, such as `leftUpperLeg`.
  * `"mixamo"`: The skeletons of Mixamo, such as `mixamorig:LeftUpLeg`.
  * `"unreal"`: The mannequin of Unreal Engine, such as `thigh_l`.
@@ -171,11 +171,11 @@ export type BoneNames = "vrm" | "mixamo" | "unreal" | "cmu" | "godot" | "unity" 
 export interface BvhOutputOptions {
   /** Which joints have position channels. Default: `"auto"`. */
   channels?: Channels;
-  /** Decimals of every number. Default: as many as are needed to read the same motion back. */
+  /** Decimals of every number. Default: enough to read back the same motion. */
   digits?: number | null;
   /** Order of the rotation channels. Default: each joint's own, or else ZXY. */
   order?: RotationOrder | null;
-  /** Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and verify too. */
+  /** For a .bvh OUTPUT, also write OUTPUT.json with its provenance. Every command reads this file, including verify. */
   sidecar?: boolean;
 }
 
@@ -191,31 +191,31 @@ export type Channels = "auto" | "3" | "6";
 export interface CharacterTarget {
   /**
    * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * character, lock applies only if the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
-  /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
+  /** The file of the character or the skeleton; for a robot, URDF or MuJoCo's MJCF. Default: `""`. */
   file?: string;
   /**
-   * Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the source touch,
-   * free to the place that the directions of the arms give. Default: `"keep"`.
+   * Hands that touch the body, each other or the floor: keep moves a hand to the place that the source hand touches, free
+   * keeps the directions of the arms. Default: `"keep"`.
    */
   hands?: Hands;
   /**
-   * Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target; those that it does
-   * not name are searched for.
+   * Read the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target. Bones that the
+   * file omits are searched for.
    */
   map?: BoneMap | null;
   /**
-   * Largest allowed angle in degrees; above it the job fails after it has written, with the exit code 1. It is the worst of
-   * these angles: of a limb in any frame, and in the mean of a roll of a limb, a line of the trunk, a palm.
+   * Largest allowed angle in degrees; beyond it, the job fails after writing, with the exit code 1. Four angles are checked:
+   * of a limb in any frame, and the means of a limb's roll, a line of the trunk and a palm.
    */
   "max-angle"?: Angle | null;
   /** The names of the clips, in the order of the motions. Default: the names in the files. */
   "names-of-clips"?: string[];
-  /** Drop the animations of the character; by default they stay. */
+  /** Drop the animations of the character. By default they are kept. */
   "replace-animations"?: boolean;
-  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
+  /** Scale of the path over the ground: auto, in proportion to the leg length; none, as in the source; or a factor. */
   scale?: Scale;
 }
 
@@ -352,13 +352,13 @@ export type Compression = "none" | "int16" | "meshopt" | "meshopt-khr";
 
 /** Options of FBX. */
 export interface FbxOutputOptions {
-  /** Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation. */
+  /** Where to store the rotations of the rest pose. Default: rotation; for the target maya pre-rotation. */
   "fbx-rest"?: FbxRest | null;
   /** Version of the file. Default: `"7.5"`. */
   "fbx-version"?: FbxVersion;
   /** The program whose conventions the file follows: unit, axes, root, frame rate. */
   target?: FbxTarget | null;
-  /** Where the images of textures are. Default: `"embedded"`. */
+  /** Where to store the images of textures. Default: `"embedded"`. */
   textures?: FbxTextures;
 }
 
@@ -395,7 +395,7 @@ export type FbxTextures = "embedded" | "beside";
 export type FbxVersion = "7.4" | "7.5";
 
 /**
- * What happens to feet in contact.
+ * Treatment of feet in contact.
  * `"lock"`: A foot is held still while the source foot is in ground contact.
  * `"free"`: Feet are not corrected.
  */
@@ -403,19 +403,19 @@ export type Feet = "lock" | "free";
 
 /** The one file of a survey or of a motion graph. */
 export interface FileOutputOptions {
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  /** Whether the output may replace a file that may be a source. An input is never replaced. */
   force?: boolean;
   /** The file to write; its extension names the format. - is standard output. Default: nothing is written. */
   output?: string;
-  /** The format by its extension, where the extension of the output is another. */
+  /** The output format, as a file extension, if it differs from that of the output. */
   to?: string | null;
 }
 
 /**
- * What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU database.
- * `"auto"`: Drop it if it is a rest pose, and the motion jumps after it.
- * `"yes"`: Drop it.
- * `"no"`: Keep it.
+ * The treatment of the first frame. In some files, such as a conversion of the CMU database, it is a rest pose.
+ * `"auto"`: Drop the first frame if it is a rest pose and the motion jumps after it.
+ * `"yes"`: Drop the first frame.
+ * `"no"`: Keep the first frame.
  */
 export type FirstFrame = "auto" | "yes" | "no";
 
@@ -549,16 +549,16 @@ export type Format =
 
 /** Compares motions, and writes their motion graph. */
 export interface GraphJob {
-  /** How their moments are compared. */
+  /** How the frames are compared. */
   graph: GraphJobOptions;
   /**
-   * The file of the distances of all moments of two clips, or of one clip to itself: a .png picture or a .npy array. In the
-   * picture lighter means more alike, and red dots are transitions.
+   * The file for the distance matrix of two clips, or of one clip with itself: a .png picture or a .npy array. In the
+   * picture, lighter means more similar, and red dots are transitions.
    */
   matrix?: string | null;
   /** How the inputs are read. */
   read?: InputOptions;
-  /** The inputs, and what is known of them. */
+  /** The inputs, and the caller's statements about them. */
   source?: GraphSources;
   /** The graph. */
   write?: FileOutputOptions;
@@ -570,27 +570,24 @@ export interface GraphJob {
   weights?: never;
 }
 
-/** How the moments of motions are compared. */
+/** Options for comparing the frames of motions. */
 export interface GraphJobOptions {
   /**
-   * Put all clips on this body before they are compared, as mocap retarget does: for clips of several skeletons. Any motion
-   * file, glTF, VRM or FBX file of a humanoid.
+   * Retarget all clips to this body before the comparison, as mocap retarget does, for clips of several skeletons. Any
+   * motion, glTF, VRM or FBX file of a humanoid.
    */
   on?: string | null;
   /** Frames per second at which clips are compared. Default: `30.0`. */
   rate?: number;
-  /**
-   * The largest distance at which a figure may pass from one moment to another: of its joints in the mean, such as 6cm.
-   * Default: `"0.06m"`.
-   */
+  /** Largest distance for a transition between two frames, as a mean over the joints, such as 6cm. Default: `"0.06m"`. */
   threshold?: Length;
-  /** Keep transitions into and out of the largest strongly connected component too. */
+  /** Also keep transitions into and out of the largest strongly connected component. */
   whole?: boolean;
-  /** The length of the window that is compared, and of a transition, in seconds. Default: `0.3333333333333333`. */
+  /** Length in seconds of the compared window, and of a transition. Default: `0.3333333333333333`. */
   window?: number;
 }
 
-/** What a motion graph is made of. */
+/** The inputs of a motion graph. */
 export interface GraphSources {
   /** The motion files. */
   inputs?: string[];
@@ -599,9 +596,9 @@ export interface GraphSources {
 }
 
 /**
- * What happens to hands that touch something.
- * `"keep"`: They touch on the target what those of the source touch.
- * `"free"`: They are where the directions of the arms put them.
+ * Treatment of hands in contact.
+ * `"keep"`: A hand touches the same place on the target as the source hand.
+ * `"free"`: Hands follow from the directions of the arms.
  */
 export type Hands = "keep" | "free";
 
@@ -610,8 +607,8 @@ export interface InputOptions {
   /** Read all rows of the motion, including those beyond the declared number of frames. */
   "all-rows"?: boolean;
   /**
-   * The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H or SMPL-X, .npz or
-   * .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+   * The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz or .pkl), or a
+   * file of any format with a figure. Default: generic proportions, 1.70 m tall.
    */
   body?: string | null;
   /** The animation to use of a file that has several: its name, or its number from 0; name:3 is the animation whose name is 3. */
@@ -624,43 +621,43 @@ export interface InputOptions {
    */
   joints?: string | null;
   /**
-   * Lengths of bones that are solved from positions: the median of each, or those of each frame, so that joints are where
-   * their positions are.
+   * Lengths of bones that are solved from positions: the median over all frames; or the length in each frame, so that joints
+   * match their positions.
    */
   lengths?: Lengths | null;
   /**
-   * Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a JSON object from
-   * labels to landmarks. Default: markers stay points.
+   * Solve a skeleton from the markers of a file. auto: a known marker set; auto:NAME: the markers of one subject; FILE: a
+   * JSON object from labels to landmarks. Default: markers stay points.
    */
   markers?: string | null;
-  /** Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster. */
+  /** Play at this number of frames per second: the motion keeps its frames, and becomes slower or faster. */
   retime?: number | null;
   /** How the root's OFFSET and its position channels combine. Default: `"auto"`. */
   "root-offset"?: RootOffset;
-  /** The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the only one. */
+  /** The skeleton of an .amc motion. Default: the .asf file in its folder with the same prefix, or the only .asf file. */
   skeleton?: string | null;
-  /** A static trial: markers of a standing person, which may be more than those of the motion. */
+  /** A static trial: markers of a standing person. It may have more markers than the motion. */
   static?: string | null;
   /** Treat every warning as an error. */
   strict?: boolean;
 }
 
-/** What a job retargets its motions to. Each kind has only its own options. */
+/** The target to which a job retargets its motions. Each kind has only its own options. */
 export type JobTarget = { character: CharacterTarget } | { skeleton: SkeletonTarget } | { robot: RobotTarget };
 
-/** The weights of solvers, where they differ from their defaults. `docs/weights.md` lists them. */
+/** The weights of solvers that differ from their defaults. `docs/weights.md` lists all weights. */
 export interface JobWeights {
-  /** Of the step clean. */
+  /** Weights of the step clean. */
   clean?: CleanWeights;
-  /** Of feet that are held: of the step foot-lock, and of motions on a character, a skeleton or a robot. */
+  /** Weights of foot lock: of the step foot-lock, and of retargeting to a character, a skeleton or a robot. */
   "foot-lock"?: FootLockWeights;
-  /** Of skeletons that are solved from markers. */
+  /** Weights of solving a skeleton from markers. */
   markers?: MarkerWeights;
-  /** Of motions on a robot. */
+  /** Weights of retargeting to a robot. */
   robot?: RobotWeights;
 }
 
-/** What the joints of a humanoid are called in the output. */
+/** The names of a humanoid's joints in the output. */
 export type JointNames = BoneNames | string | Record<string, string | null>;
 
 /** a length of 0 or more: metres, or a number with the unit m, cm, mm or um, such as 1mm. */
@@ -755,13 +752,13 @@ export type MeshStyle = "segmented" | "skinned" | "none";
 export interface MotionJob {
   /** How the inputs are read. */
   read?: InputOptions;
-  /** The inputs, and what is known of them. */
+  /** The inputs, and the caller's statements about them. */
   source?: Sources;
-  /** What changes the motion, in this order. With a step, the first animation of an input is taken. */
+  /** Steps that change the motion, in this order. With a step, only the first animation of an input is used. */
   steps?: EditStep[];
-  /** What the motions are retargeted to. Default: they keep their skeletons. */
+  /** The target of retargeting. Default: the motions keep their skeletons. */
   target?: JobTarget | null;
-  /** Whether the output is compared with its source. */
+  /** Whether to compare the output with its source. */
   verify?: boolean;
   /** The weights of solvers that differ from their defaults. */
   weights?: JobWeights;
@@ -774,10 +771,10 @@ export interface MotionJob {
 }
 
 /**
- * The axis of joints' frames at rest that points along their bones.
+ * The axis of a joint at rest that points along its bone.
  * `"y"`: +Y, as Blender draws bones; joints bend about +X.
  * `"x"`: +X, as in Unreal; joints bend about +Z.
- * `"none"`: Frames are those of the input.
+ * `"none"`: Joints keep the axes of the input.
  */
 export type OutBoneAxis = "y" | "x" | "none";
 
@@ -796,22 +793,22 @@ export interface OutSpace {
  */
 export type OutUp = "y" | "z";
 
-/** What a job writes, and how. What a format does not take is refused. */
+/** The output of a job, and its options. Options that the format does not support are refused. */
 export interface OutputOptions {
   /**
-   * Turn the frames of joints at rest so that this axis points along the bone, and another is the bending axis: in Blender a
-   * bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
+   * Rotate the axes of joints at rest so that this axis points along the bone, and another is the bending axis. Positions do
+   * not change. Blender draws bones along +Y. Default: none; for the target blender y.
    */
   "bone-axis"?: OutBoneAxis | null;
   /** Options of BVH. */
   bvh?: BvhOutputOptions;
-  /** Embed the buffer of a .gltf, instead of writing a .bin beside it. */
+  /** Embed the buffer in a .gltf file, instead of writing a separate .bin file. */
   embed?: boolean;
   /** Options of FBX. */
   fbx?: FbxOutputOptions;
-  /** Whether a file is replaced that may be a source. An input is never replaced. */
+  /** Whether the output may replace a file that may be a source. An input is never replaced. */
   force?: boolean;
-  /** Keep constant tracks in the animation; by default they become part of the rest pose. */
+  /** Keep constant tracks in the animation. By default they become part of the rest pose. */
   "keep-constant"?: boolean;
   /** How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none. */
   mesh?: MeshStyle | null;
@@ -821,8 +818,8 @@ export interface OutputOptions {
    */
   names?: JointNames | null;
   /**
-   * The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each motion in a
-   * folder, which is there or ends in /. Default: `""`.
+   * The file to write; its extension names the format. - is standard output. If output is an existing folder or ends in /,
+   * `mocap run` writes one file for each motion. Default: `""`.
    */
   output?: string;
   /** Write only the skeleton and its motion, without the meshes, materials and other contents of the input. */
@@ -832,17 +829,17 @@ export interface OutputOptions {
   /** The unit and the up axis of the output. */
   space?: OutSpace;
   /**
-   * The format by one of its extensions, where the extension of the output is another; or a layout of arrays by its name,
-   * such as amass, humanml3d, qpos or gmr.
+   * The output format, as a file extension, if it differs from that of the output. Or the name of an array layout, such as
+   * amass, humanml3d, qpos or gmr.
    */
   to?: string | null;
 }
 
 /**
- * The worst verdict that a motion on a robot may have.
- * `"good"`: Only good ones.
+ * The worst allowed verdict of a motion on a robot.
+ * `"good"`: Only good motions.
  * `"feasible"`: Good and fair ones that the robot can perform, by its masses and efforts.
- * `"fair"`: Good and fair ones.
+ * `"fair"`: Good and fair motions.
  */
 export type RequiredVerdict = "good" | "feasible" | "fair";
 
@@ -853,26 +850,26 @@ export type RestPoseSource = "zero" | "t-pose" | "a-pose" | `frame:${number}`;
 export interface RobotTarget {
   /**
    * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * character, lock applies only if the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
-  /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
+  /** The file of the character or the skeleton; for a robot, URDF or MuJoCo's MJCF. Default: `""`. */
   file?: string;
   /**
-   * Where the floor is: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its mean height in
-   * the motion, with no height changed. auto also lowers a foot that stands a little too high. Default: `"auto"`.
+   * Height of the floor: auto, under the feet in contact; z=0, at height 0 of the motion's file; keep, at its mean height in
+   * the motion, without changing heights. auto also lowers a foot that is slightly above the floor. Default: `"auto"`.
    */
   floor?: Floor;
   /**
-   * Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target; those that it does
-   * not name are searched for.
+   * Read the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target. Bones that the
+   * file omits are searched for.
    */
   map?: BoneMap | null;
   /** The names of the clips, in the order of the motions. Default: the names in the files. */
   "names-of-clips"?: string[];
   /**
-   * How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together. The second
-   * pass moves joints smoothly, within the velocities of the robot's file and without jumps. Default: 2.
+   * Number of solver passes: 1 solves frame by frame, which is faster; 2 then solves all frames of a window together. The
+   * second pass moves joints smoothly and without jumps, within the velocity limits of the robot's file. Default: 2.
    */
   passes?: number | null;
   /**
@@ -880,9 +877,9 @@ export interface RobotTarget {
    * and those that the robot cannot perform by its masses and efforts.
    */
   require?: RequiredVerdict | null;
-  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
+  /** Scale of the path over the ground: auto, in proportion to the leg length; none, as in the source; or a factor. */
   scale?: Scale;
-  /** Keep joints within the velocities of the robot's file with one pass, too. */
+  /** Keep joints within the velocity limits of the robot's file, also with one pass. */
   "velocity-limits"?: boolean;
 }
 
@@ -1003,10 +1000,10 @@ export interface RobotWeights {
 }
 
 /**
- * What to do with the root's motion over the ground.
- * `"keep"`: Leave it in the root joint.
- * `"in-place"`: Remove it.
- * `"extract"`: Move it to a new joint above the root.
+ * The treatment of root motion.
+ * `"keep"`: Keep root motion in the root joint.
+ * `"in-place"`: Remove root motion.
+ * `"extract"`: Move root motion to a new joint above the root.
  */
 export type RootMotion = "keep" | "in-place" | "extract";
 
@@ -1035,89 +1032,89 @@ export type Scale = number | "auto" | "none" | `${number}`;
  */
 export type SelectBy = "quality" | "diversity" | "person" | "skeleton" | "near-duplicate";
 
-/** Fewer keys and bits, within a largest error. */
+/** Compression options: fewer keys and bits, within a largest error. */
 export interface SizeOptions {
   /** How to store the keys. Default with a largest error: int16, otherwise none. */
   compress?: Compression | null;
   /**
-   * Largest distance of any joint or end site from its position, at any frame, such as 1mm. Keys and bits are removed within
-   * it; fails where it cannot be kept. Default with a compression: 1mm.
+   * Remove keys and bits, but keep every joint and end site within this distance of its position in every frame, such as 1mm.
+   * Fails if the format cannot keep this distance. Default with a compression: 1mm.
    */
   "max-error"?: Length | null;
   /**
-   * Distance of points around each joint, such as the skin, that keep the largest error too; 3cm is the default of ACL.
-   * Default: 0, joints and end sites alone.
+   * Also keep points at this distance around each joint, such as the skin, within the largest error. ACL uses 3cm. Default:
+   * 0, only joints and end sites.
    */
   "shell-distance"?: Length | null;
 }
 
-/** The skeleton of a file alone. */
+/** Only the skeleton of a file. */
 export interface SkeletonTarget {
   /**
    * Feet in ground contact: lock holds a foot still while the source foot is in contact, free does not correct it. On a
-   * character, lock applies only where the foot would slide more than the source foot. Default: `"lock"`.
+   * character, lock applies only if the foot would slide more than the source foot. Default: `"lock"`.
    */
   feet?: Feet;
-  /** The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo. Default: `""`. */
+  /** The file of the character or the skeleton; for a robot, URDF or MuJoCo's MJCF. Default: `""`. */
   file?: string;
   /**
-   * Hands that touch the body, each other or the floor. keep brings them to the place that the hands of the source touch,
-   * free to the place that the directions of the arms give. Default: `"keep"`.
+   * Hands that touch the body, each other or the floor: keep moves a hand to the place that the source hand touches, free
+   * keeps the directions of the arms. Default: `"keep"`.
    */
   hands?: Hands;
   /**
-   * Take the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target; those that it does
-   * not name are searched for.
+   * Read the bones of the target from this JSON file, as `mocap skeleton --json` prints it for the target. Bones that the
+   * file omits are searched for.
    */
   map?: BoneMap | null;
   /** Largest allowed angle in degrees, as for a character. */
   "max-angle"?: Angle | null;
   /** The names of the clips, in the order of the motions. Default: the names in the files. */
   "names-of-clips"?: string[];
-  /** Length of the steps: auto, in the proportion of the legs; none, as in the source; or a factor. */
+  /** Scale of the path over the ground: auto, in proportion to the leg length; none, as in the source; or a factor. */
   scale?: Scale;
 }
 
-/** Which frames of the inputs are taken, before their unit and axes are changed. */
+/** The frames to use from the inputs. They are selected before the unit and the axes are converted. */
 export interface SourceFrames {
-  /** Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it. Default: `"no"`. */
+  /** Whether to drop the first frame; auto: drop it if it is a rest pose and the motion jumps after it. Default: `"no"`. */
   "drop-first-frame"?: FirstFrame;
-  /** Frames per second to write, at the same speed; for an input that states no valid rate, its rate. */
+  /**
+   * Resample to this number of frames per second, at the same playback speed. For an input without a valid rate, set its
+   * rate.
+   */
   fps?: number | null;
   /** Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N. */
   rest?: RestPoseSource;
-  /**
-   * What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root. Default:
-   * `"keep"`.
-   */
+  /** The root motion: kept, removed, or moved to a joint above the root. Default: `"keep"`. */
   root?: RootMotion;
   /** Insert the T-pose before the first frame, on the floor. */
   "t-pose-first"?: boolean;
-  /** Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out. */
+  /** Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end is optional. */
   trim?: TimeRange | null;
 }
 
-/** The bones of the inputs, where the guess is wrong or not wanted. */
+/** The bones of the inputs, if the guess is wrong or not wanted. */
 export type SourceMap = BoneMap;
 
 /** The unit and the up axis of the inputs. */
 export interface SourceSpace {
   /** Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit. */
   unit?: Unit;
-  /** The axis of the input that points up; auto: from the feet to the head. */
+  /** The up axis of the input; auto: from the feet to the head. */
   up?: SourceUp;
 }
 
 /** The up axis of the inputs. */
 export type SourceUp = Axis;
 
-/** What a job works on. */
+/** The inputs of a job. */
 export interface Sources {
-  /** Which frames of the inputs are taken. */
+  /** The frames to use from the inputs. */
   frames?: SourceFrames;
   /** The motion files. */
   inputs?: string[];
-  /** Which joint of the inputs is which bone, where the guess is wrong: a JSON file, or the name of each. */
+  /** The joint of each bone, if the guess is wrong: a JSON file, or the names here. */
   map?: SourceMap;
   /** The unit and the up axis of the inputs. */
   space?: SourceSpace;
@@ -1125,13 +1122,13 @@ export interface Sources {
   with?: string[];
 }
 
-/** What is to be known of motions: a row for each clip, in the report and in the table that is written. */
+/** Surveys motions: one row for each clip, in the report and in the written table. */
 export interface SurveyJob {
   /** How the inputs are read. */
   read?: InputOptions;
   /** The inputs. */
   source?: SurveySources;
-  /** How they are surveyed. */
+  /** The options of the survey. */
   survey: SurveyOptions;
   /** The table. */
   write?: FileOutputOptions;
@@ -1144,36 +1141,37 @@ export interface SurveyJob {
   weights?: never;
 }
 
-/** How motions are surveyed: thresholds, which clips are kept, and what is written beside the table. */
+/** Options of a survey: thresholds, the clips to keep, and further files next to the table. */
 export interface SurveyOptions {
   /**
-   * How to select: diversity, or quality,diversity, which first drops bad clips and near-duplicates. For a split, what to
-   * keep in one part: person, skeleton, near-duplicate. Default: quality,diversity, and near-duplicate of a split.
+   * How to select: diversity, or quality,diversity, which first drops bad clips and near-duplicates. For a split, clips with
+   * the same value stay in one part: person, skeleton, near-duplicate. Default: quality,diversity, and near-duplicate for a
+   * split.
    */
   by?: SelectBy[];
-  /** Fail if a kept clip has this verdict or a worse one: the exit code is 1, and the problem of a report says so. */
+  /** Fail if a kept clip has this verdict or a worse one: the exit code is 1, and the report has a problem. */
   "fail-on"?: string | null;
-  /** Write a page that shows the corpus: counts, the worst and usual clips as moving figures, twins, a map. */
+  /** Write a page that shows the dataset: counts, the worst and typical clips as moving figures, near-duplicates, a map. */
   html?: string | null;
-  /** Write the findings as SARIF, which code hosts show beside files. */
+  /** Write the findings as SARIF, which code hosts show next to files. */
   sarif?: string | null;
-  /** Keep so many clips, or so many per cent, which are as different as can be. */
+  /** Keep this number or percentage of clips, as diverse as possible. */
   select?: string | null;
   /**
-   * Split the clips into parts of these fractions, as 0.8,0.1,0.1: the column `split` has train, validation or test; of two
-   * parts train or test.
+   * Split the clips into parts of these fractions, such as 0.8,0.1,0.1. The column `split` has train, validation or test;
+   * with two parts train or test.
    */
   split?: number[];
   /**
-   * The amount from which a clip is bad, KIND=BAD, or suspect and bad, KIND=SUSPECT..BAD, as skate=2; inf turns a kind off;
-   * once for each kind.
+   * Threshold from which a clip is bad, KIND=BAD, or thresholds for suspect and bad, KIND=SUSPECT..BAD, such as skate=2; inf
+   * turns a kind off; repeatable.
    */
   threshold?: string[];
   /** Keep the rows for which this is true, such as "skate < 1 and not twin". */
   where?: string | null;
 }
 
-/** What a survey works on. */
+/** The inputs of a survey. */
 export interface SurveySources {
   /** The motion files, and `.jsonl` files of earlier surveys. */
   inputs?: string[];
@@ -1188,19 +1186,19 @@ export type Unit = number | "auto" | "m" | "dm" | "cmu" | "inch" | "cm" | "mm";
 /** auto, y, z, -y or -z. */
 export type Axis = "auto" | "y" | "z" | "-y" | "-z";
 
-/** A walk over a motion graph, which is changed, retargeted and written as a motion of a file is. */
+/** A walk over a motion graph. The job changes, retargets and writes the walk like the motion of a file. */
 export interface WalkJob {
-  /** How the moments of the inputs are compared. Default: the input is the file of a graph. */
+  /** How the frames of the inputs are compared. Default: the input is a graph file. */
   graph?: GraphJobOptions | null;
   /** How the clips are read. */
   read?: InputOptions;
-  /** The graph, or with `graph` the clips. */
+  /** The graph file; with `graph`, the clips. */
   source?: WalkSources;
-  /** What changes the walk, in this order. */
+  /** Steps that change the walk, in this order. */
   steps?: EditStep[];
-  /** What the walk is retargeted to. Default: it keeps its skeleton. */
+  /** The target of retargeting. Default: the walk keeps its skeleton. */
   target?: JobTarget | null;
-  /** Where the walk goes. */
+  /** The goal of the walk. */
   walk: WalkOptions;
   /** The weights of solvers that differ from their defaults. */
   weights?: JobWeights;
@@ -1211,21 +1209,21 @@ export interface WalkJob {
   verify?: never;
 }
 
-/** Where a walk over a motion graph goes: for so many seconds, along a path, or through clips. */
+/** The goal of a walk over a motion graph: a duration, a path, or a list of clips. */
 export interface WalkOptions {
-  /** Walk along a path over the ground, through these points in metres: x and z where +Y is up, x and y where +Z is. */
+  /** Walk along a path over the ground, through these points in metres: x and z if +Y is up, x and y if +Z is up. */
   path?: [number, number][] | null;
-  /** Walk for so many seconds, to moments that it has seldom visited. */
+  /** Walk for this number of seconds, and prefer rarely visited frames. */
   seconds?: number | null;
-  /** The seed of a walk of some seconds: another seed gives another walk. Default: `1`. */
+  /** Random seed of a walk with --seconds: another seed gives another walk. Default: `1`. */
   seed?: number;
-  /** Walk through these clips in this order, by the cheapest transitions; CLIP@SECONDS is a moment of a clip. */
+  /** Walk through these clips in this order, by the cheapest transitions. CLIP@SECONDS is a time in a clip. */
   through?: string[];
 }
 
-/** What a walk is made of. */
+/** The inputs of a walk. */
 export interface WalkSources {
-  /** The file of the graph, or the clips. */
+  /** The graph file, or the clips. */
   inputs?: string[];
   /** The unit and the up axis of the clips. */
   space?: SourceSpace;

@@ -424,7 +424,7 @@ fn the_result_is_viewed_beside_the_source() {
     assert!(found.status.success(), "{}", words(&found));
     let said = words(&found);
     let page = said.split_once("no browser was found; open ").unwrap().1;
-    let page = std::fs::read_to_string(page.split_once(" in one").unwrap().0).unwrap();
+    let page = std::fs::read_to_string(page.split_once(" in a browser").unwrap().0).unwrap();
     assert!(page.contains("cmu_short (before)") && page.contains("walk (after)"));
     for args in [
         vec!["edit", "-", "-o", &path("x.glb")],

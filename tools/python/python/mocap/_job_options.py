@@ -39,29 +39,29 @@ class ReadOptions:
 
     Attributes:
         all_rows: Read all rows of the motion, including those beyond the declared number of frames.
-        body: The body on which arrays of rotations are put, such as those of AMASS. It is a model of SMPL, SMPL-H
-            or SMPL-X, .npz or .pkl, or a file with a figure in any format. Default: generic proportions, 1.70 m tall.
+        body: The body for arrays of rotations, such as AMASS files. FILE is a model of SMPL, SMPL-H or SMPL-X (.npz
+            or .pkl), or a file of any format with a figure. Default: generic proportions, 1.70 m tall.
         clip: The animation to use of a file that has several: its name, or its number from 0; name:3 is the
             animation whose name is 3.
         format: Format of the input. Default: found from its contents, or else from its extension.
         joints: The joints of a file of positions, to solve their rotations. A JSON file, or one of smpl22, smpl24,
             coco17, h36m, mediapipe33, openpose25, mhr70, mhr127. Default: arrays with the joints of SMPL are solved.
-        lengths: Lengths of bones that are solved from positions: the median of each, or those of each frame, so
-            that joints are where their positions are.
+        lengths: Lengths of bones that are solved from positions: the median over all frames; or the length in each
+            frame, so that joints match their positions.
             ``"median"``: The median of each length over the frames: bones keep their lengths, and joints are near
                 their points.
             ``"moving"``: The lengths of each frame: joints are at their points, and bones change their lengths.
-        markers: Solve a skeleton from the markers of a file. auto: a known set; auto:NAME: of one subject; FILE: a
-            JSON object from labels to landmarks. Default: markers stay points.
-        retime: Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster.
+        markers: Solve a skeleton from the markers of a file. auto: a known marker set; auto:NAME: the markers of
+            one subject; FILE: a JSON object from labels to landmarks. Default: markers stay points.
+        retime: Play at this number of frames per second: the motion keeps its frames, and becomes slower or faster.
         root_offset: How the root's OFFSET and its position channels combine.
             ``"auto"``: Adds if the OFFSET is not near zero but the root's position is, in the first frame or in the
                 median of all frames. Replaces otherwise.
             ``"replace"``: The position channels replace the OFFSET, as in Assimp and Blender.
             ``"add"``: The position channels are added to the OFFSET.
-        skeleton: The skeleton of an .amc motion. Default: the .asf file beside it that has the same prefix, or the
-            only one.
-        static: A static trial: markers of a standing person, which may be more than those of the motion.
+        skeleton: The skeleton of an .amc motion. Default: the .asf file in its folder with the same prefix, or the
+            only .asf file.
+        static: A static trial: markers of a standing person. It may have more markers than the motion.
         strict: Treat every warning as an error.
         hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
     """
@@ -108,22 +108,24 @@ class WriteOptions:
     """How to write a file.
 
     Attributes:
-        bone_axis: Turn the frames of joints at rest so that this axis points along the bone, and another is the
-            bending axis: in Blender a bone is drawn along +Y. Nothing moves. Default: none; for the target blender y.
+        bone_axis: Rotate the axes of joints at rest so that this axis points along the bone, and another is the
+            bending axis. Positions do not change. Blender draws bones along +Y. Default: none; for the target blender
+            y.
             ``"y"``: +Y, as Blender draws bones; joints bend about +X.
             ``"x"``: +X, as in Unreal; joints bend about +Z.
-            ``"none"``: Frames are those of the input.
+            ``"none"``: Joints keep the axes of the input.
         channels: Which joints have position channels.
             ``"auto"``: The ROOT, and joints whose position differs from their OFFSET in some frame.
             ``"3"``: Only the ROOT. Other joints keep their position of the first frame, and their position motion
                 is lost.
             ``"6"``: Every joint.
-        digits: Decimals of every number. Default: as many as are needed to read the same motion back.
+        digits: Decimals of every number. Default: enough to read back the same motion.
         order: Order of the rotation channels. Default: each joint's own, or else ZXY.
-        sidecar: Write OUTPUT.json beside OUTPUT, a .bvh file: how it was made, which every command reads, and
-            verify too.
-        embed: Embed the buffer of a .gltf, instead of writing a .bin beside it.
-        fbx_rest: Where the rotations of the rest pose are. Default: rotation; for the target maya pre-rotation.
+        sidecar: For a .bvh OUTPUT, also write OUTPUT.json with its provenance. Every command reads this file,
+            including verify.
+        embed: Embed the buffer in a .gltf file, instead of writing a separate .bin file.
+        fbx_rest: Where to store the rotations of the rest pose. Default: rotation; for the target maya
+            pre-rotation.
             ``"rotation"``: In ``Lcl Rotation``, as Blender has them: the curves have all of a rotation.
             ``"pre-rotation"``: In ``PreRotation``, which Maya shows as joint orient: all rotations of the rest pose
                 are zero. Assimp 5.2 turns animated joints by it twice.
@@ -138,11 +140,11 @@ class WriteOptions:
             ``"maya"``: Maya: centimetres with +Y up, the rest pose as joint orient.
             ``"motionbuilder"``: MotionBuilder: centimetres with +Y up, a root called ``Reference``, a whole frame
                 rate.
-        textures: Where the images of textures are.
+        textures: Where to store the images of textures.
             ``"embedded"``: In the file itself.
             ``"beside"``: In files of their own beside it.
-        overwrite: Whether a file is replaced that may be a source. An input is never replaced.
-        keep_constant: Keep constant tracks in the animation; by default they become part of the rest pose.
+        overwrite: Whether the output may replace a file that may be a source. An input is never replaced.
+        keep_constant: Keep constant tracks in the animation. By default they become part of the rest pose.
         mesh: How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none.
             ``"segmented"``: One mesh per node.
             ``"skinned"``: One mesh with bones.
@@ -160,17 +162,17 @@ class WriteOptions:
                 ``meshopt``.
             ``"meshopt-khr"``: Streams of ``KHR_meshopt_compression`` version 1, slightly smaller. The file then
                 requires the extension. Needs the feature ``meshopt``.
-        max_error: Largest distance of any joint or end site from its position, at any frame, in metres. Keys and
-            bits are removed within it; fails where it cannot be kept. Default with a compression: 1mm.
-        shell_distance: Distance of points around each joint, such as the skin, that keep the largest error too; 3cm
-            is the default of ACL. Default: 0, joints and end sites alone.
+        max_error: Remove keys and bits, but keep every joint and end site within this distance of its position in
+            every frame, in metres. Fails if the format cannot keep this distance. Default with a compression: 1mm.
+        shell_distance: Also keep points at this distance around each joint, such as the skin, within the largest
+            error. ACL uses 3cm. Default: 0, only joints and end sites.
         out_unit: Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit. Default: the
             input's; glTF is in metres.
         out_up: Up axis of the output. Default: the input's; glTF has +Y up.
             ``"y"``: +Y.
             ``"z"``: +Z.
-        to: The format by one of its extensions, where the extension of the output is another; or a layout of arrays
-            by its name, such as amass, humanml3d, qpos or gmr.
+        to: The output format, as a file extension, if it differs from that of the output. Or the name of an array
+            layout, such as amass, humanml3d, qpos or gmr.
     """
 
     bone_axis: Literal["y", "x", "none"] | None = None
