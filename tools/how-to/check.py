@@ -86,6 +86,7 @@ def main(pages):
                 path = Path(folder, name)
                 path.parent.mkdir(exist_ok=True)
                 shutil.copyfile(ROOT / "fixtures" / fixture, path)
+            Path(folder, "bones.json").write_text('{"bones": {"leftHand": "LeftHand", "leftEye": null}}')
             Path(folder, "fixtures").symlink_to(ROOT / "fixtures")
             lines = page.read_text().splitlines()
             for number, line in commands(lines):

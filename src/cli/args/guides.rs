@@ -243,10 +243,7 @@ pub const GUIDES: &[Guide] = &[
         "gif",
         &["output", "width", "height", "rate", "playback-speed", "robot"],
         [
-            (
-                "gif walk.bvh -o walk.gif --rate 5",
-                "five pictures per second",
-            ),
+            ("gif walk.bvh -o walk.gif --rate 5", "five pictures per second"),
             (
                 "gif walk.bvh -o slow.png --rate 5 --playback-speed 2",
                 "an animated PNG, twice as fast",
