@@ -12,7 +12,7 @@ pub fn below(path: impl AsRef<Path>) -> Option<PathBuf> {
     within(path.as_ref(), 0)
 }
 
-/// A path to a file of a robot, which may lead up by [`LEVELS`] folders.
+/// A path to a file of a robot, which may lead up by six folders.
 pub fn near(path: impl AsRef<Path>) -> Option<PathBuf> {
     within(path.as_ref(), LEVELS)
 }

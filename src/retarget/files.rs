@@ -117,7 +117,7 @@ impl Retargeter {
     /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetOptions::conversion).
     ///
     /// # Errors
-    /// As [`Conversion::apply`]; also [`Code::InvalidValue`] where
+    /// As [`Conversion::apply`](mocap_figure::convert::Conversion::apply); also [`Code::InvalidValue`] where
     /// [`source_bones`](RetargetOptions::source_bones) names a joint that the scene lacks.
     pub fn prepare(&self, scene: Scene) -> Result<SourceMotion> {
         let figure = Figure::mapped(&scene, &self.options.source_bones)?;
@@ -127,7 +127,7 @@ impl Retargeter {
     /// The same for a scene whose figure is known, with [`source_bones`](RetargetOptions::source_bones).
     ///
     /// # Errors
-    /// As [`Conversion::apply`].
+    /// As [`Conversion::apply`](mocap_figure::convert::Conversion::apply).
     pub fn prepare_figure(&self, scene: Scene, figure: &Figure) -> Result<SourceMotion> {
         self.prepare_shown(scene, figure, None)
     }
