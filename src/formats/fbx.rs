@@ -3,6 +3,8 @@
 //! `read` makes a scene of a file, with the C library ufbx. `write` makes a binary file of a scene, without any C
 //! code. Euler angles, FBX's units of time and its connections stay in this folder.
 
+#[cfg(feature = "fbx")]
+mod matrix;
 mod options;
 #[cfg(feature = "fbx")]
 mod read;

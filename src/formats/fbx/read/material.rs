@@ -12,6 +12,7 @@ use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::scene::{AlphaMode, Material, Scene, Surface, Texture, Wrap};
 
 use crate::Source;
+use crate::fbx::matrix::matrix;
 use crate::named_file::below;
 use crate::texture::media_type;
 use crate::warnings::Warnings;
@@ -140,7 +141,7 @@ impl<'a> Materials<'a> {
         let file = file.filter(|_| texture.is_some());
         let coords = file.map_or((String::new(), DAffine3::IDENTITY), |file| {
             let to_texture = match file.has_uv_transform {
-                true => affine(&file.uv_to_texture),
+                true => DAffine3::from_mat4(matrix(&file.uv_to_texture)),
                 false => DAffine3::IDENTITY,
             };
             (file.uv_set.to_string(), to_texture)
@@ -249,15 +250,6 @@ pub(super) fn texture_coords(coords: ufbx::Vec2, to_texture: &DAffine3) -> Vec2 
         true => Vec2::new(found.x, 1.0 - found.y),
         false => Vec2::ZERO,
     }
-}
-
-fn affine(m: &ufbx::Matrix) -> DAffine3 {
-    DAffine3::from_cols(
-        DVec3::new(m.m00, m.m10, m.m20),
-        DVec3::new(m.m01, m.m11, m.m21),
-        DVec3::new(m.m02, m.m12, m.m22),
-        DVec3::new(m.m03, m.m13, m.m23),
-    )
 }
 
 /// The fraction of light that a number for a screen (sRGB, IEC 61966-2-1) stands for.

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec3};
+use glam::{DAffine3, DMat4, DVec3, Mat4, Vec3};
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::limits::{is_plausible, limit_exceeded};
 use mocap_scene::scene::report::DataKind;
@@ -15,6 +15,7 @@ use mocap_scene::scene::{Bone, Mesh, NodeId, Scene, VertexWeight};
 use super::blend_shapes::BlendShapes;
 use super::material::{self, Materials, Read};
 use super::{KeptNode, Stack};
+use crate::fbx::matrix::matrix;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
@@ -341,15 +342,6 @@ fn weights(skin: &ufbx::SkinDeformer, vertex: usize, bone_of_cluster: &[usize]) 
 
 fn vector(v: ufbx::Vec3) -> DVec3 {
     DVec3::new(v.x, v.y, v.z)
-}
-
-fn matrix(m: &ufbx::Matrix) -> DMat4 {
-    DMat4::from_cols(
-        DVec4::new(m.m00, m.m10, m.m20, 0.0),
-        DVec4::new(m.m01, m.m11, m.m21, 0.0),
-        DVec4::new(m.m02, m.m12, m.m22, 0.0),
-        DVec4::new(m.m03, m.m13, m.m23, 1.0),
-    )
 }
 
 fn inverse(matrix: DMat4) -> Option<DMat4> {

@@ -29,6 +29,7 @@ use super::skeleton::Placed;
 use super::space::Space;
 use super::time::Rate;
 use super::{FbxOptions, FbxReport, animation};
+use crate::fbx::matrix::matrix;
 use crate::fbx::read;
 use crate::provenance::Provenance;
 use crate::{ReadOptions, Source};
@@ -135,16 +136,6 @@ fn load(bytes: &[u8], without_meshes: bool) -> Result<ufbx::SceneRoot, String> {
 fn id(element: &ufbx::Element) -> Option<Id> {
     let values = &element.dom_node.as_ref()?.values;
     values.first().map(|value| value.value_int)
-}
-
-fn matrix(m: &ufbx::Matrix) -> DMat4 {
-    let column = |x, y, z, w| glam::DVec4::new(x, y, z, w);
-    DMat4::from_cols(
-        column(m.m00, m.m10, m.m20, 0.0),
-        column(m.m01, m.m11, m.m21, 0.0),
-        column(m.m02, m.m12, m.m22, 0.0),
-        column(m.m03, m.m13, m.m23, 1.0),
-    )
 }
 
 /// The models of the nodes of a scene.
