@@ -20,6 +20,7 @@ use super::layouts::{BASE_OF_ROBOT, TABLE};
 use super::ndarray::{Bytes, Entries, Kind, NdArray};
 use super::point_rows::{PointRows, TABLES, floats};
 use crate::Failure;
+use crate::text::quote;
 use crate::warnings::Warnings;
 
 /// The fields of this program's array header that rows need.
@@ -58,18 +59,18 @@ pub(super) fn entries(bytes: &[u8], warnings: &mut Warnings) -> Result<Entries<'
     }
 }
 
-fn refused(line: usize, message: impl Into<String>) -> Diagnostic {
+pub(super) fn refused(line: usize, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(Code::RowLength, format!("line {line}: {}", message.into()))
 }
 
 /// The warning for a table that is cut off in its last frame.
-fn cut_frame(line: usize) -> Diagnostic {
+pub(super) fn cut_frame(line: usize) -> Diagnostic {
     refused(line, "the file ends inside its last frame, which was dropped")
         .help("the file is cut off: export or download it again")
 }
 
 /// Whether no record follows.
-fn is_last(records: &Records<'_>) -> bool {
+pub(super) fn is_last(records: &Records<'_>) -> bool {
     !records.clone().next(&mut Vec::new())
 }
 
@@ -191,7 +192,7 @@ fn number(cell: &str, line: usize, column: &str) -> Result<f32, Failure> {
     let number = fast_float2::parse(cell.trim().as_bytes());
     number.map_err(|_| {
         let error = refused(line, format!("the cell {column} is not a number"));
-        Box::new(error.expected_found("a number", format!("\"{}\"", cell.chars().take(40).collect::<String>())))
+        Box::new(error.expected_found("a number", quote(cell.as_bytes())))
     })
 }
 

@@ -26,8 +26,9 @@ use mocap_scene::scene::{
 };
 
 pub(super) use self::json::read as read_json;
+use super::csv::{cut_frame, is_last, refused};
 use crate::frames::add_animation;
-use crate::text::number;
+use crate::text::{number, quote};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions};
 
@@ -86,18 +87,12 @@ pub(super) fn scene(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings
             return Err(limit_exceeded(most, format!("more than {} frames", moments.len())).into());
         }
         if cells.len() < names.len() {
-            if !moments.is_empty() && !records.clone().next(&mut Vec::new()) {
-                let message = format!(
-                    "line {}: the file ends inside its last frame, which was dropped",
-                    records.line
-                );
-                let help = "the file is cut off: export or download it again";
-                warnings.push(Code::RowLength, || Diagnostic::new(Code::RowLength, message).help(help));
+            if !moments.is_empty() && is_last(&records) {
+                warnings.push(Code::RowLength, || cut_frame(records.line));
                 break;
             }
-            let message = format!("line {}: the row is too short", records.line);
             let found = format!("{} cells", cells.len());
-            let refusal = Diagnostic::new(Code::RowLength, message);
+            let refusal = refused(records.line, "the row is too short");
             return Err(Box::new(
                 refusal.expected_found(format!("{} cells", names.len()), found),
             ));
@@ -149,10 +144,9 @@ fn cell(cells: &[Cow<'_, str>], column: usize, line: usize) -> Result<f64, Failu
         Some(number) if number.length == text.len() && is_plausible(number.value) => Ok(number.value),
         _ => {
             let message = format!("line {line}, column {}: a weight is not a number", column + 1);
-            let found = format!("\"{}\"", text.chars().take(40).collect::<String>());
             Err(Box::new(
                 Diagnostic::new(Code::InvalidNumber, message)
-                    .expected_found("a finite number", found)
+                    .expected_found("a finite number", quote(text.as_bytes()))
                     .help("export the take again from Live Link Face"),
             ))
         }
@@ -180,10 +174,9 @@ fn timecode(text: &str, line: usize) -> Result<Moment, Failure> {
         }),
         _ => {
             let message = format!("line {line}: the first cell is not a timecode");
-            let found = format!("\"{}\"", text.chars().take(40).collect::<String>());
             Err(Box::new(
                 Diagnostic::new(Code::UnexpectedToken, message)
-                    .expected_found("hours:minutes:seconds:frames", found)
+                    .expected_found("hours:minutes:seconds:frames", quote(text.as_bytes()))
                     .help("export the take again from Live Link Face"),
             ))
         }

@@ -24,7 +24,7 @@ use mocap_scene::limits::{is_plausible, limit_exceeded};
 use mocap_scene::scene::{Assumption, Confidence, Format, Keys, Scene, Topic, UpAxis};
 
 use crate::points::{self, Kind, Track};
-use crate::text::number;
+use crate::text::{number, quote};
 use crate::warnings::{Warnings, missing_frames};
 use crate::{Failure, ReadOptions};
 
@@ -281,10 +281,9 @@ fn cell(cells: &[Cow<'_, str>], column: Option<usize>, line: usize) -> Result<Op
         Some(number) if number.length == text.len() => Ok(Some(number.value).filter(|value| is_plausible(*value))),
         _ => {
             let message = format!("line {line}: a cell is not a number");
-            let found = format!("\"{}\"", text.chars().take(40).collect::<String>());
             Err(Box::new(
                 Diagnostic::new(Code::InvalidNumber, message)
-                    .expected_found("a number, or an empty cell", found)
+                    .expected_found("a number, or an empty cell", quote(text.as_bytes()))
                     .help(EXPORT),
             ))
         }
