@@ -1,9 +1,18 @@
 //! A report as text.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt;
 
+use mocap_scene::scene::HumanoidBone as Bone;
+
 use super::{RetargetReport, Verdict};
+
+/// The bones of each reason.
+fn by_reason<'a>(found: impl Iterator<Item = (Bone, &'a str)>) -> BTreeMap<&'a str, Vec<Bone>> {
+    let mut bones: BTreeMap<&str, Vec<Bone>> = BTreeMap::new();
+    found.for_each(|(bone, reason)| bones.entry(reason).or_default().push(bone));
+    bones
+}
 
 impl fmt::Display for RetargetReport {
     /// A line for each finding, after the name of the clip.
@@ -47,11 +56,10 @@ impl fmt::Display for RetargetReport {
                 "\n{clip}: {seen} {mean:.0} degrees off in the mean, {most:.0} at tick {tick}"
             )?;
         }
-        let reasons: BTreeSet<&str> = self.guessed.iter().map(|guess| guess.reason.as_str()).collect();
-        for reason in reasons {
-            let guesses = self.guessed.iter().filter(|guess| guess.reason == reason);
-            let bones = Vec::from_iter(guesses.map(|guess| guess.bone.as_str()));
+        let guesses = self.guessed.iter().map(|guess| (guess.bone, guess.reason.as_str()));
+        for (reason, bones) in by_reason(guesses) {
             let verb = if bones.len() == 1 { "is" } else { "are" };
+            let bones = Vec::from_iter(bones.into_iter().map(Bone::as_str));
             write!(f, "\n{clip}: {} {verb} guessed: {reason}", bones.join(", "))?;
         }
         if let Some(feet) = &self.feet {
@@ -91,10 +99,9 @@ impl fmt::Display for RetargetReport {
                 "\n{clip}: {bone} is up to {centimetres:.1} cm away in {frames} frames: {reason}"
             )?;
         }
-        let reasons: BTreeSet<&str> = self.unmapped.iter().map(|lack| lack.reason.as_str()).collect();
-        for reason in reasons {
-            let bones = self.unmapped.iter().filter(|lack| lack.reason == reason);
-            let (fingers, others): (Vec<_>, Vec<_>) = bones.map(|lack| lack.bone).partition(|bone| bone.is_finger());
+        let lacks = self.unmapped.iter().map(|lack| (lack.bone, lack.reason.as_str()));
+        for (reason, bones) in by_reason(lacks) {
+            let (fingers, others): (Vec<_>, Vec<_>) = bones.into_iter().partition(|bone| bone.is_finger());
             let mut bones: Vec<String> = others.iter().map(|bone| bone.as_str().to_owned()).collect();
             if !fingers.is_empty() {
                 bones.push(format!("{} bones of fingers", fingers.len()));

@@ -214,18 +214,28 @@ fn travelling(scene: &Scene, animation: &Animation, channels: &HashMap<NodeId, u
         let scales = |channel: &Channel| varies(&channel.scaling_keys, of_vector);
         travels(node) || channel(node).is_some_and(|channel| turns(channel) || scales(channel))
     };
-    let parent = |node: NodeId| scene.nodes[node.index()].parent;
-    let above = |node: NodeId| std::iter::successors(parent(node), |node| parent(*node));
-    let nodes = || (0..scene.nodes.len()).map(NodeId::new);
-    let below = |top: NodeId| nodes().filter(move |node| above(*node).any(|above| above == top));
-    let is_first =
-        |node: &NodeId| moves(node) && !above(*node).take_while(|above| *above != root).any(|node| moves(&node));
-    let mut first: Vec<NodeId> = below(root).filter(is_first).collect();
-    if moves(&root) || first.is_empty() || !first.iter().all(travels) {
+    if moves(&root) {
         return vec![root];
     }
-    first.sort_by_key(|node| std::cmp::Reverse(below(*node).count()));
-    first
+    // Of each node below the root, the highest above it that moves, or itself. Parents come first.
+    let mut first: Vec<Option<NodeId>> = vec![None; scene.nodes.len()];
+    let (mut is_below, mut sizes) = (vec![false; scene.nodes.len()], vec![0_usize; scene.nodes.len()]);
+    is_below[root.index()] = true;
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let Some(parent) = node.parent.filter(|parent| is_below[parent.index()]) else {
+            continue;
+        };
+        is_below[index] = true;
+        first[index] = first[parent.index()].or_else(|| Some(NodeId::new(index)).filter(moves));
+        first[index].into_iter().for_each(|first| sizes[first.index()] += 1);
+    }
+    let is_own = |node: &NodeId| first[node.index()] == Some(*node);
+    let mut found: Vec<NodeId> = (0..first.len()).map(NodeId::new).filter(is_own).collect();
+    if found.is_empty() || !found.iter().all(travels) {
+        return vec![root];
+    }
+    found.sort_by_key(|node| std::cmp::Reverse(sizes[node.index()]));
+    found
 }
 
 /// Whether a component changes by more than programs round.
