@@ -16,7 +16,7 @@ use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
 /// The distortion in bits of an error as large as the tolerance. It grows with the square of the error, because joints
 /// further down the chain have to compensate for the error. Tuned on the fixtures.
 const DISTORTION: f32 = 12.0;
-/// The same distortion on a fine lattice, where nearly all differences take 8 bits, whichever candidate is chosen.
+/// The same distortion in bits on a fine lattice. There, nearly all differences take 8 bits, whatever is chosen.
 const DISTORTION_OF_FINE: f32 = 18.0;
 
 /// The largest error of a candidate, as a fraction of the tolerance, squared. The remainder is for rounding.
@@ -256,8 +256,8 @@ impl<'a> Candidates<'a> {
         self.best_of_more(lane, dropped, previous)
     }
 
-    /// The cheapest unambiguous candidate of the cell. If there is none, of the lattice points up to a step around it.
-    /// If there is none either, the least ambiguous one within the tolerance.
+    /// The cheapest unambiguous candidate of the cell, or else of the lattice points up to a step around it. If all of
+    /// these are ambiguous, the least ambiguous one within the tolerance.
     #[inline(never)]
     fn best_of_more(&self, lane: usize, dropped: usize, previous: Option<[i32; 3]>) -> QuantizedRotation {
         let origin = self.cells.origin(lane);

@@ -295,7 +295,7 @@ impl ClipGroup<'_> {
         if self.axes.is_none() && guesses.iter().any(is_doubtful_up) {
             return Ok(None);
         }
-        // For a retargeted motion, the assumptions are those of the conversion with the stated axis.
+        // The conversion of a retargeted motion is told the axis, so it does not guess it.
         if let Some((_, told)) = told.filter(|_| self.job.target.is_some()) {
             hear(Notice::Note(&told.to_string()));
             guesses.push(told);
