@@ -1,5 +1,5 @@
-//! The moments of two motions that are most alike, near to where they are to meet, by the distance of motion graphs:
-//! `docs/motion-graphs-algorithm.md`.
+//! Finds the two frames at which two motions are most alike, near the place where they join. The measure is the
+//! distance of motion graphs: `docs/motion-graphs-algorithm.md`.
 
 use std::ops::Range;
 
@@ -12,37 +12,37 @@ use super::frames::Frames;
 use crate::graph::clouds::{CloudSpace, Clouds};
 use crate::graph::distance::Window;
 
-/// Frames per second at which moments are compared, at most. More do not change which are most alike.
+/// The highest rate at which frames are compared, in frames per second. A higher rate finds the same frames.
 const MOST_PER_SECOND: f64 = 60.0;
 
-/// How far a rate may be above that number without being halved, as a fraction: frame times of files are rounded.
+/// The fraction by which a rate may be above this limit without being halved: frame times in files are rounded.
 const ROUNDED: f64 = 1e-3;
 
-/// The window of frames that is compared, in seconds at most: that of a motion graph.
+/// The longest window of frames that is compared, in seconds: the window of a motion graph.
 const WINDOW: f64 = 1.0 / 3.0;
 
-/// The longest time in which moments are looked for, in seconds.
+/// The longest time that is searched, in seconds.
 const LONGEST: f64 = 10.0;
 
-/// Two moments, in seconds from the beginnings of both motions, and how far they are apart in metres.
+/// One time in each motion, in seconds from its beginning, and the distance of the two poses in metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MomentPair {
     pub(super) at: [f64; 2],
     pub(super) apart: f32,
 }
 
-/// The two motions, and what is compared of them.
+/// Two motions as point clouds, and the range of frames that is searched.
 pub(super) struct Alikeness {
     space: CloudSpace,
     window: Window,
     clouds: [Clouds; 2],
     /// Frames per second of the clouds.
     rate: f64,
-    /// The frames in which moments are looked for.
+    /// The number of frames at an end of a motion that are searched.
     within: usize,
 }
 
-/// Refuses a time in which no moments can be looked for.
+/// Refuses a negative search time, and one that is too long.
 pub(super) fn check(within: f64) -> Result<()> {
     if (0.0..=LONGEST).contains(&within) {
         return Ok(());
@@ -52,8 +52,8 @@ pub(super) fn check(within: f64) -> Result<()> {
 }
 
 impl Alikeness {
-    /// Of the animation of a step and of the first one of `other`, whose frames are `first`, where moments may be
-    /// `within` so many seconds. `None` without a time, and for motions that are shorter than a window.
+    /// Compares the animation of a step, whose frames are `first`, with the first animation of `other`. It searches
+    /// `within` seconds. Returns `None` if `within` is 0 or a motion is shorter than a window.
     pub(super) fn new(
         scene: &Scene,
         input: &StepInput<'_>,
@@ -70,7 +70,7 @@ impl Alikeness {
         let rate = first.rate / (first.rate / MOST_PER_SECOND - ROUNDED).ceil().max(1.0);
         let of = |scene: &Scene, animation: usize| Clouds::new(&space, scene, &scene.animations[animation], rate);
         let clouds = [of(scene, input.animation)?, of(other, 0)?];
-        // A window at the end of the one and one at the beginning of the other leave room for a search.
+        // The window at the end of the first motion and the window at the beginning of the second leave room to search.
         let frames = (WINDOW.min(0.5 * within) * rate).round().max(2.0) as usize;
         let window = Window::new(frames);
         let has_room = clouds.iter().all(|clouds| window.count(clouds) > 0);
@@ -83,7 +83,7 @@ impl Alikeness {
         }))
     }
 
-    /// Where the first motion is to end and the second to begin.
+    /// The time at which the first motion should end, and the time at which the second should begin.
     pub(super) fn seam(&self) -> MomentPair {
         let last = self.window.count(&self.clouds[0]);
         let room = (self.within + 1).saturating_sub(self.window.frames()).max(1);
@@ -92,13 +92,13 @@ impl Alikeness {
         self.least([(last.saturating_sub(room)..last, second)], middle)
     }
 
-    /// The beginnings of both: at most one of them loses frames.
+    /// The times at which both motions should begin. At most one of them loses frames.
     pub(super) fn beginning(&self) -> MomentPair {
         let [a, b] = self.rooms().map(|room| 0..room);
         self.least([(a, 0..1), (0..1, b)], 0)
     }
 
-    /// The ends of both: at most one of them loses frames.
+    /// The times at which both motions should end. At most one of them loses frames.
     pub(super) fn end(&self) -> MomentPair {
         let rooms = self.rooms();
         let counts = [0, 1].map(|motion| self.window.count(&self.clouds[motion]));
@@ -107,13 +107,14 @@ impl Alikeness {
         self.least([(last_a, b), (a, last_b)], self.window.frames() - 1)
     }
 
-    /// The windows of each motion that begin within the time, less than half of all.
+    /// The number of windows of each motion that are searched: at most half of its windows.
     fn rooms(&self) -> [usize; 2] {
         let room = |clouds: &Clouds| (self.within + 1).min(self.window.count(clouds).div_ceil(2));
         [0, 1].map(|motion| room(&self.clouds[motion]))
     }
 
-    /// The nearest two windows that begin in these frames; of equal ones the first. The moments are a frame of them.
+    /// The two nearest windows of these ranges; if several are equally near, the first. `frame` is the frame of a
+    /// window whose time is returned.
     fn least<const N: usize>(&self, parts: [(Range<usize>, Range<usize>); N], frame: usize) -> MomentPair {
         let [a, b] = &self.clouds;
         let mut nearest = (f32::INFINITY, [0, 0]);

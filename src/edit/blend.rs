@@ -81,16 +81,16 @@ impl Step for Blend {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BlendReport {
-    /// The frames now.
+    /// The number of frames after the step.
     pub frames: usize,
-    /// How far one motion was shifted in time against an even stretch to align the two, in seconds at most.
+    /// The largest shift in time that aligns one motion with the other, relative to an even stretch, in seconds.
     pub largest_time_shift: f64,
     /// The seconds that were dropped from the beginning of the first and of the second motion.
     pub left_out_before: [f64; 2],
     /// The seconds that were dropped from the end of the first and of the second motion.
     pub left_out_after: [f64; 2],
-    /// How far the two are apart there, at the beginning and at the end, in the mean of their joints, in metres, where
-    /// these moments were looked for.
+    /// The mean distance of the joints of both motions at the beginning and at the end, in metres. `None` if these
+    /// moments were not searched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub apart: Option<[f32; 2]>,
 }
@@ -127,10 +127,10 @@ impl fmt::Display for BlendReport {
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum BlendWeight {
-    /// The same all the time.
+    /// One weight for the whole motion.
     Constant(f64),
-    /// Weights at times of the result in seconds, which increase. It runs evenly from each to the next, and stays
-    /// before the first and after the last.
+    /// Pairs of an increasing time in the result, in seconds, and the weight at this time. The weight is linear between
+    /// two times, and constant before the first and after the last.
     Curve(Vec<(f64, f64)>),
 }
 
@@ -181,10 +181,10 @@ impl BlendWeight {
     }
 }
 
-/// Frames of each motion that are compared at most to align them; of longer ones only every so many are.
+/// The largest number of frames of a motion that are compared to align it. A longer motion is sampled evenly.
 const COMPARED: usize = 160;
 
-/// The parts of both motions that begin and end where they are most alike, the second where the first stands and looks.
+/// Cuts both motions where they are most alike. Moves the second motion to the place and facing of the first.
 fn parts_alike<'a>(
     alikeness: &Alikeness,
     (first, second): (&Frames<'a>, &Frames<'a>),
@@ -253,7 +253,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
         let (a, b) = (from.0 + fraction * (to.0 - from.0), from.1 + fraction * (to.1 - from.1));
         let even = a / last_a.max(1.0) * last_b;
         report.largest_time_shift = report.largest_time_shift.max((b - even).abs() / second.rate);
-        // A motion that counts alone is interpolated at times of its own, not at those of the path.
+        // If only one motion counts, its frames are interpolated at even times, not at the times of the path.
         let (a, b) = match weight {
             BlendWeight::Constant(0.0) => (frame as f64, b),
             BlendWeight::Constant(1.0) => (a, time * second.rate),
@@ -300,7 +300,7 @@ fn times(path: &[(f64, f64)], weight: &BlendWeight, rates: [f64; 2]) -> Vec<f64>
     times
 }
 
-/// A frame that sums of times have missed by their last bits.
+/// Rounds a frame number that differs from a whole number only by the rounding of a sum.
 fn whole(frame: f64) -> f64 {
     if (frame - frame.round()).abs() < 1e-6 {
         frame.round()
@@ -309,8 +309,8 @@ fn whole(frame: f64) -> f64 {
     }
 }
 
-/// Pairs of frames of both motions that are the same moment, from the first of both to the last of both. They are found
-/// by dynamic time warping (Sakoe and Chiba, 1978), with strictly increasing pairs.
+/// Pairs frames of both motions that show the same moment, from their first frames to their last. The method is dynamic
+/// time warping (Sakoe and Chiba, 1978), with strictly increasing pairs.
 fn align(first: &Frames, second: &Frames, carrier: &Carrier) -> Vec<(f64, f64)> {
     let picked = |frames: &Frames| -> Vec<usize> {
         let stride = frames.len().div_ceil(COMPARED).max(1);

@@ -43,18 +43,19 @@ impl Leg {
     }
 }
 
-/// How much the rest pose says of the hinge of a knee against all that is seen of its bends, as the sine of one.
+/// The length of the hinge axis that the rest pose gives, beside the axes that bends in the motion give. A bend's axis
+/// has the length of the sine of its angle.
 const HINGE_AT_REST: f32 = 0.05;
 
-/// The axis about which a knee bends as the rest pose tells it, in the frame of the thigh: to the left of the figure.
-/// It is short, so that it counts only beside knees that hardly bend in the motion.
+/// The hinge axis of a knee from the rest pose, in the frame of the thigh: it points to the left of the figure. The
+/// axis is short, so it counts only if the knee hardly bends in the motion.
 #[doc(hidden)]
 pub fn knee_at_rest(rest: &Pose, figure: &Figure, thigh: NodeId) -> Vec3 {
     let rotation = rotation_of(&rest.node_to_world[thigh.index()]);
     HINGE_AT_REST * (rotation.inverse() * figure.figure_to_world().x_axis)
 }
 
-/// The figure of a scene, of whatever kind it is.
+/// The figure of a scene, whether humanoid or not.
 pub(super) fn any_figure_of(scene: &Scene, input: &StepInput<'_>) -> Figure {
     let humanoid = input.bones().cloned().unwrap_or_else(|| Humanoid::of(scene));
     Figure::with_bones(scene, humanoid)
@@ -72,8 +73,8 @@ pub(super) fn and_below(scene: &Scene, node: NodeId) -> impl Iterator<Item = Nod
     std::iter::once(node).chain((node.index() + 1..scene.nodes.len()).take_while(below).map(NodeId::new))
 }
 
-/// The node whose translation moves the whole figure: `hips`, or the nearest above it with a moving position; else the
-/// topmost joint.
+/// The node whose translation moves the whole figure: `hips`, or the nearest joint above it whose position moves. If
+/// none moves, the topmost joint.
 pub(super) fn mover(scene: &Scene, hips: NodeId, moves: impl Fn(NodeId) -> bool) -> NodeId {
     let above = |node: &NodeId| scene.nodes[node.index()].parent;
     let mut chain =

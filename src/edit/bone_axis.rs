@@ -66,7 +66,7 @@ impl Step for BoneAxis {
         })
     }
 
-    /// The conversion records it.
+    /// Records nothing, because the conversion that this step calls records the change.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }
 

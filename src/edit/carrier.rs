@@ -1,4 +1,4 @@
-//! Where a figure stands and looks: the rigid motions over the ground.
+//! The place and facing of a figure on the ground, and rigid motions over the ground.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_figure::up;
@@ -10,9 +10,9 @@ use super::frames::Frames;
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {
-    /// Its index among the held nodes.
+    /// The index of this node among the held nodes.
     pub(super) column: usize,
-    /// Its parent to the world; nothing above it moves.
+    /// The transform from the node's parent to the world. It is constant, because nothing above the node moves.
     parent: Mat4,
     rotation: Quat,
     pub(super) up: Vec3,
@@ -27,7 +27,7 @@ pub(super) struct Placement {
 }
 
 impl Carrier {
-    /// The topmost node with a moving position, or else the topmost.
+    /// The topmost node with a moving position. If no position moves, the topmost node.
     pub(super) fn new(scene: &Scene, frames: &Frames) -> Self {
         let moves = |column: &usize| {
             let track = frames.track(*column);
@@ -56,7 +56,7 @@ impl Carrier {
         )
     }
 
-    /// Where the figure is in a row, in the world.
+    /// The position of the figure in a row, in the world.
     pub(super) fn position(&self, row: &[Trs]) -> Vec3 {
         self.pose(row).0
     }
@@ -66,7 +66,8 @@ impl Carrier {
         twist(self.pose(to).1 * self.pose(from).1.inverse(), self.up)
     }
 
-    /// The motion over the ground that brings the figure of `from` to the place and the facing of the figure of `to`.
+    /// The rigid motion over the ground that moves the figure of `from` to the place and the facing of the figure of
+    /// `to`.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
         let rotation = self.turn(from, to);
         let (from, to) = (self.position(from), self.position(to));
@@ -87,8 +88,8 @@ impl Carrier {
     }
 }
 
-/// Moves everything that `frames` hold by a motion in the world, in every frame. Returns the nodes that carry the
-/// others.
+/// Moves all nodes of `frames` by a motion in the world, in every frame. Returns the topmost moved nodes, which carry
+/// the others.
 pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<NodeId> {
     let rest = Pose::rest(scene);
     let held = frames.nodes().to_vec();
@@ -118,7 +119,7 @@ pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<
 }
 
 impl Placement {
-    /// A rotation about the up axis through the origin, and then a translation over the ground.
+    /// A rotation about the up axis through the origin, followed by a translation over the ground.
     pub(super) fn new(rotation: Quat, offset: Vec3) -> Self {
         Self {
             rotation,
@@ -127,7 +128,7 @@ impl Placement {
         }
     }
 
-    /// The motion back.
+    /// The inverse motion.
     pub(super) fn inverse(&self) -> Self {
         Self {
             rotation: self.rotation.inverse(),
@@ -136,8 +137,8 @@ impl Placement {
         }
     }
 
-    /// A fraction of the motion, which goes along an arc: its speeds over the ground and about the axis are constant,
-    /// as the figure that is moved sees them.
+    /// A fraction of the motion along an arc. Seen from the moved figure, the speed over the ground and the speed of
+    /// rotation are constant.
     pub(super) fn part(&self, fraction: f32) -> Self {
         let rotation = self.rotation * self.rotation.w.signum();
         let (axis, angle) = rotation.to_axis_angle();
@@ -154,7 +155,7 @@ impl Placement {
         }
     }
 
-    /// How far it goes over the ground.
+    /// The distance over the ground, in units of the scene.
     pub(super) fn distance(&self) -> f32 {
         self.from.distance(self.to)
     }

@@ -1,4 +1,4 @@
-//! What is brought to a target: a limb of a humanoid, or a chain of joints of any skeleton.
+//! The chain of joints that is moved to a target: a limb of a humanoid, or a chain of any skeleton.
 
 use std::collections::BTreeMap;
 use std::iter::successors;
@@ -16,19 +16,19 @@ use super::frames::Frames;
 use super::limb::{Limb, LimbChain};
 use super::target::{ReachTarget, TargetJoint, is_below, node_named};
 
-/// The joints that are turned, and the node that goes to the target.
+/// The joints that rotate, and the tip that moves to the target.
 pub(super) struct Chain {
-    /// From the first joint, each above the next. The tip of a chain without a limb is the last.
+    /// The joints from the top of the chain down. In a chain that is no limb, the last joint is the tip.
     pub(super) joints: Vec<NodeId>,
     pub(super) tip: NodeId,
     pub(super) metres_per_unit: f64,
-    /// The limb, which bends as limbs do; `None` for a chain of any joints.
+    /// The limb of a humanoid, which bends at its hinge; `None` for a chain of any skeleton.
     pub(super) limb: Option<LimbChain>,
     bones: BTreeMap<HumanoidBone, NodeId>,
 }
 
 impl Chain {
-    /// The chain from the joint `start` to `tip`; without a `start` the limb.
+    /// The chain from the joint `start` to `tip`. Without `start`, the chain is the limb.
     pub(super) fn new(
         scene: &Scene,
         input: &StepInput<'_>,
@@ -79,21 +79,21 @@ impl Chain {
         })
     }
 
-    /// Its target. What moves with it is refused.
+    /// Finds the joint of the target. Refuses a joint that moves with the chain.
     pub(super) fn find(&self, scene: &Scene, target: &ReachTarget) -> Result<TargetJoint> {
         let bone = |bone| self.bones.get(&bone).copied();
         target.find(scene, bone, self.metres_per_unit, &self.joints[..1])
     }
 
-    /// Takes as the hinge of a limb the axis about which it bends in the motion.
+    /// Takes the hinge of a limb from the axis about which the limb bends in the motion.
     pub(super) fn see_hinge(&mut self, scene: &Scene, frames: &Frames) {
         if let Some(limb) = &mut self.limb {
             limb.see_hinge(scene, frames);
         }
     }
 
-    /// A ball of goals that the tip can come to in a pose: its centre and its radius. A chain may be unable to come to
-    /// the middle of its ball.
+    /// A ball around all goals that the tip can reach in a pose: its centre and radius. The chain may be unable to
+    /// reach the centre.
     pub(super) fn reach(&self, pose: &Pose) -> (Vec3, f32) {
         match &self.limb {
             Some(limb) => limb.reach(pose),
@@ -105,16 +105,16 @@ impl Chain {
         }
     }
 
-    /// Turns the joints of a chain of any skeleton so that its tip comes to `goal`. Returns the distance that is left.
+    /// Rotates the joints of a chain of any skeleton so that its tip comes to `goal`. Returns the remaining distance.
     pub(super) fn bend(&self, pose: &mut Pose, goal: Vec3) -> f32 {
-        /// How near the tip comes, in metres.
+        /// The distance from the goal at which the solver stops, in metres.
         const TOLERANCE: f64 = 1e-5;
         let options = ChainOptions::new().tolerance((TOLERANCE / self.metres_per_unit) as f32);
         pose.bend_chain(&self.joints, &Goal::at(goal), &options)
     }
 }
 
-/// The only end effector below a joint.
+/// The end effector below a joint, if there is exactly one.
 fn only_end(scene: &Scene, start: NodeId) -> Result<NodeId> {
     let last = and_below(scene, start).last().unwrap_or(start);
     let ends: Vec<NodeId> = scene

@@ -1,6 +1,7 @@
-//! Cleans motion that a camera or a generator made: time, flips, noise, lengths, floor and contacts, in this order.
+//! Cleans motion that a camera or a generative model made: time, flips, noise, lengths, floor and contacts, in this
+//! order.
 //!
-//! Each part measures first and changes only defects. It is undone if it made a measure worse.
+//! Each part measures the motion first and changes only defects. A part that makes a measure worse is undone.
 //! `docs/cleaning-algorithm.md` has the methods and their sources.
 
 mod contacts;
@@ -89,7 +90,7 @@ impl Step for Clean {
         work.weights.check()?;
         let before = work.clone();
         let mut report = CleanReport::new(&work);
-        // The weights for the motion before its noise is removed.
+        // The contacts of the hands, measured before the noise is removed.
         let mut meetings = Meetings::default();
         for part in CleanPart::ALL {
             if self.has(part) {
@@ -123,37 +124,37 @@ impl Step for Clean {
     }
 }
 
-/// What is wrong with a motion: with its time, its rotations, its sides, its noise and its floor.
+/// The defects of a motion: in its timing, rotations, sides, noise and floor.
 #[doc(hidden)]
 pub struct MotionErrors {
-    /// Frames that are held or doubled.
+    /// Frames that are held or duplicated.
     #[doc(hidden)]
     pub doubled: Vec<usize>,
-    /// Frames before which one was dropped.
+    /// Frames before which a frame was dropped.
     #[doc(hidden)]
     pub dropped: Vec<usize>,
-    /// For each joint the frames in which its rotation is flipped, where there are any.
+    /// The joints whose rotation flips, each with a flag for each frame.
     #[doc(hidden)]
     pub flipped: Vec<(NodeId, Vec<bool>)>,
-    /// The noise of each joint, as the displacement of the farthest joint below it, in metres.
+    /// The noise of each joint's rotation, as the displacement that it causes at the farthest joint below, in metres.
     #[doc(hidden)]
     pub noise: Vec<(NodeId, f64)>,
-    /// For each frame whether left and right limbs are exchanged; empty where they never are.
+    /// For each frame, whether the left and right limbs are exchanged. Empty if they never are.
     #[doc(hidden)]
     pub exchanged: Vec<bool>,
     /// The slope of the floor in degrees.
     #[doc(hidden)]
     pub slope: Option<f64>,
-    /// How far the body drifts over the ground, in metres.
+    /// The drift of the body over the ground, in metres.
     #[doc(hidden)]
     pub drift: Option<f64>,
-    /// How far the height of the ground drifts, in metres.
+    /// The drift of the height of the ground, in metres.
     #[doc(hidden)]
     pub height_drift: Option<f64>,
 }
 
 impl MotionErrors {
-    /// Finds what [`Clean`] would mend, and changes nothing.
+    /// Finds the defects that [`Clean`] would repair, without changing the scene.
     ///
     /// # Errors
     /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
@@ -191,7 +192,7 @@ impl MotionErrors {
 }
 
 impl Clean {
-    /// The step with a part, or without it.
+    /// Sets whether the step includes a part.
     #[must_use]
     pub fn part(mut self, part: CleanPart, wanted: bool) -> Self {
         *match part {
@@ -216,7 +217,7 @@ impl Clean {
         }
     }
 
-    /// Does a part, and takes it back where it made a measure worse.
+    /// Runs a part, and undoes it if it made a measure worse.
     fn do_part(
         &self,
         part: CleanPart,
@@ -273,10 +274,11 @@ impl Clean {
     }
 }
 
-/// How many times the jerk of the first try is allowed, try by try: a smoother that allows more cuts less of the peaks.
+/// Factors of the allowed jerk, one for each try. A smoother that allows more jerk cuts less of the peaks.
 const TRIES: [f64; 4] = [1.0, 2.0, 8.0, 64.0];
 
-/// Takes the noise out, as strongly as the peaks allow, and says what was done. Finds what the hands meet before.
+/// Removes noise as strongly as the peaks of the motion allow, and returns a text about the changes. First it measures
+/// the contacts of the hands.
 fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanReport) -> String {
     let mut depth = None;
     let own = time::interpolated(work);
@@ -284,7 +286,7 @@ fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanRepo
     if work.is_humanoid() {
         let bank = |every: usize, times: f64| pace::Bank::new(work.frames.rate, every, times * work.weights.smoothing);
         let strong = bank(every, TRIES[0]);
-        // A clap lasts for a frame or two: all of them are looked at.
+        // A clap lasts for only a frame or two, so every frame is measured.
         let weaker = bank(if own > 1 { every } else { 1 }, TRIES[1]);
         *meetings = Meetings::new(work, &weaker);
         report.measure_hands(meetings, work);
@@ -305,7 +307,7 @@ fn do_noise(work: &mut Work<'_>, meetings: &mut Meetings, report: &mut CleanRepo
     noise::SmoothingOutcome { depth, ..what }.to_string()
 }
 
-/// Smooths the rotations of joints, and then where these are in the world, allowing so much jerk.
+/// Smooths the rotations of joints, then their positions in the world. `strength` is the jerk that the smoother allows.
 fn remove_noise(work: &mut Work<'_>, every: usize, strength: f64) -> noise::SmoothingOutcome {
     let bank = pace::Bank::new(work.frames.rate, every, strength);
     let noisy = work.frames.clone();
@@ -316,15 +318,15 @@ fn remove_noise(work: &mut Work<'_>, every: usize, strength: f64) -> noise::Smoo
     done
 }
 
-/// The least jump of a position, in metres, that no body makes in one frame and back within 0.2 s. At 24 frames a
-/// second it would need 10 times gravity.
+/// The smallest displacement that counts as a spike of a position, in metres: no body moves so far in one frame and
+/// back within 0.2 s. At 24 frames per second it would need 10 times gravity.
 const LEAST_SPIKE: f32 = 0.1;
 
-/// What was mended in all joints.
+/// The repairs of all joints.
 #[derive(Default)]
 struct Flips {
     runs: usize,
-    /// Runs of positions that were elsewhere.
+    /// The number of runs of displaced positions.
     positions: usize,
     joints: usize,
     spread: usize,

@@ -78,15 +78,15 @@ impl Step for Concat {
 pub struct ConcatReport {
     /// The frame of the seam.
     pub seam: usize,
-    /// The frames now.
+    /// The number of frames after the step.
     pub frames: usize,
     /// The largest difference of a rotation at the seam that was faded out, in degrees.
     pub largest_rotation: f32,
-    /// How far the second motion was moved over the ground, in metres.
+    /// The displacement of the second motion over the ground, in metres.
     pub moved: f32,
     /// The seconds that were dropped from the end of the first motion and from the beginning of the second.
     pub left_out: [f64; 2],
-    /// How far the two are apart at the seam in the mean of their joints, in metres, where it was looked for.
+    /// The mean distance of the joints of both motions at the seam, in metres. `None` if the seam was not searched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub apart: Option<f32>,
 }
@@ -126,7 +126,7 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     };
     let last = (last.round() as usize).min(first.len() - 1);
     let mut rows: Vec<Vec<Trs>> = (0..=last).map(|frame| first.row(frame)).collect();
-    // The second at the frame rate of the first.
+    // The second motion, resampled to the frame rate of the first.
     let step = second.rate / first.rate;
     let count = first.up_to(((second.len() - 1) as f64 - start) / step + 1e-6, &[&second])?;
     let mut added: Vec<Vec<Trs>> = (0..count)

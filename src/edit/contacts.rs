@@ -17,8 +17,8 @@ use super::frames::{Frames, tracks};
 
 /// When a foot or a hand is at rest.
 ///
-/// A point is at rest when it is low and slow, and until it is `release` times too high or too fast. Heights are those
-/// above the level on which the point rests itself: an ankle is higher above the floor than a toe.
+/// A point is at rest from when it is low and slow until its height or speed exceeds `release` times the limit. Heights
+/// are relative to the point's own resting level, because an ankle rests higher above the floor than a toe.
 ///
 /// [`ContactOptions::detect`](crate::ContactOptions::detect) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ pub struct ContactOptions {
     pub height: f64,
     /// The largest speed in any direction, in metres per second. Default: 0.25.
     pub speed: f64,
-    /// How many times as high or as fast a point at rest must be to leave. Default: 1.6.
+    /// The factor of height or speed at which a point at rest leaves the contact. Default: 1.6.
     pub release: f64,
     /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
     pub shortest: f64,
@@ -109,14 +109,14 @@ pub struct ContactPoint {
     pub node: NodeId,
     /// Its name.
     pub name: String,
-    /// How high it is above the floor at rest, in metres.
+    /// The height of the point above the floor at rest, in metres.
     pub height: f32,
-    /// For each frame whether it is at rest.
+    /// For each frame, whether the point is at rest.
     pub at_rest: Vec<bool>,
-    /// For each frame how high it is above where it rests, in metres.
+    /// For each frame, the height of the point above its resting level, in metres.
     #[serde(skip)]
     pub above_rest: Vec<f32>,
-    /// For each frame where it is in the world, in units of the scene.
+    /// For each frame, the position of the point in the world, in units of the scene.
     #[serde(skip)]
     pub positions: Vec<Vec3>,
 }
@@ -147,7 +147,7 @@ pub struct DetectedContacts {
     pub frames: usize,
     /// The height of the floor along the up axis, in metres.
     pub floor: f32,
-    /// The points, the left before the right.
+    /// The points, left before right.
     pub points: Vec<ContactPoint>,
 }
 
@@ -159,8 +159,8 @@ impl DetectedContacts {
 }
 
 impl ContactOptions {
-    /// Finds when the feet are at rest, and the hands if `options` asks for them. `humanoid` has the bones where the
-    /// caller knows them.
+    /// Finds when the feet are at rest, and the hands if `options` asks for them. Pass the bones as `humanoid` if you
+    /// know them; otherwise they are found.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -193,7 +193,7 @@ pub fn contacts_of(scene: &Scene, animation: &Animation, figure: &Figure) -> Res
     Ok(detect(scene, &frames, figure, &ContactOptions::default()))
 }
 
-/// The contacts of frames that are at hand.
+/// The contacts of sampled frames.
 pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &ContactOptions) -> DetectedContacts {
     let mut pairs: Vec<_> = points_of_feet(scene, &figure.humanoid).into();
     if options.hands {
@@ -218,7 +218,8 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
     let lowest = ground.map_or(0.0, |ground| ground.joints());
     let mut points = Vec::new();
     for (index, pair) in pairs.into_iter().enumerate() {
-        // Both feet rest on one floor, at one height for each point; a hand rests where their lowest joints do.
+        // Both feet rest on one floor, with one height for each kind of point. A hand rests at the height of its lowest
+        // joints.
         let rest = match index {
             2.. => lowest,
             kind => levels[kind].unwrap_or(lowest),
@@ -245,7 +246,7 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &
     }
 }
 
-/// For each frame whether a point is at rest, by its position and its height above its resting level.
+/// For each frame, whether a point is at rest, by its position and its height above its resting level.
 fn rests(track: &[Vec3], above_rest: &[f32], rate: f64, figure: &Figure, options: &ContactOptions) -> Vec<bool> {
     let flat: Vec<f32> = track.iter().flat_map(Vec3::to_array).collect();
     let speeds = velocities(&flat, 3, rate);
@@ -257,20 +258,21 @@ fn rests(track: &[Vec3], above_rest: &[f32], rate: f64, figure: &Figure, options
     options.rule().at_rest(samples, rate)
 }
 
-/// The contacts of feet in the frames that came last of a motion that goes on.
+/// The contacts of feet in the latest frames of a live motion.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct LiveContacts {
     figure: Figure,
     rate: f64,
-    /// The frames that are kept.
+    /// The number of frames that are kept.
     most: usize,
-    /// Ankles and balls, each the points that rest at one height, with their side and where they were.
+    /// The points, grouped by kind (ankles, balls), because both sides rest at one height. Each has its side and its
+    /// past positions.
     pairs: Vec<Vec<(Side, NodeId, Vec<Vec3>)>>,
 }
 
 impl LiveContacts {
-    /// Of a figure whose poses come so many times a second; so many seconds of them show where its floor is.
+    /// For a figure with `rate` poses per second. The last `seconds` seconds show the height of the floor.
     #[doc(hidden)]
     pub fn new(scene: &Scene, figure: Figure, rate: f64, seconds: f64) -> Self {
         let pairs = points_of_feet(scene, &figure.humanoid).into_iter().map(|pair| {
@@ -297,7 +299,7 @@ impl LiveContacts {
         }
     }
 
-    /// Which feet are at rest, so many frames before the last.
+    /// Which feet are at rest, `before` frames before the last.
     #[doc(hidden)]
     pub fn at(&self, before: usize) -> [bool; 2] {
         let mut found = [false; 2];

@@ -1,4 +1,4 @@
-//! Takes out single frames that jump out of the motion.
+//! Removes spikes: single frames that jump away from the motion.
 
 use std::fmt;
 
@@ -73,11 +73,11 @@ impl Step for Despike {
 pub struct DespikeReport {
     /// The number of values that were replaced: rotations and positions of joints in frames.
     pub replaced: usize,
-    /// The frames in which any was, in order.
+    /// The frames with replaced values, in order.
     pub frames: Vec<usize>,
-    /// The joints of which any was, in the order of the scene.
+    /// The joints with replaced values, in the order of the scene.
     pub joints: Vec<String>,
-    /// The largest jump of a rotation that was taken out, in degrees.
+    /// The largest removed jump of a rotation, in degrees.
     pub largest_rotation: f32,
 }
 
@@ -94,7 +94,7 @@ impl fmt::Display for DespikeReport {
     }
 }
 
-/// Frames on either side that say how much a track usually changes.
+/// Frames on either side that show how much a track usually changes.
 const AROUND: usize = 15;
 
 fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<DespikeReport> {
@@ -102,7 +102,7 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     not_negative(Code::InvalidValue, "angle", options.angle)?;
     not_negative(Code::InvalidValue, "distance", options.distance)?;
     let mut frames = Frames::new(scene, animation, &[])?;
-    // For each length the frames within it are looked at.
+    // For each length of a spike, the frames within this length are compared, so the work grows with its square.
     frames.filter_radius(options.longest.min(frames.len()).saturating_pow(2))?;
     let before = frames.clone();
     let flipped = flips::mend_all(scene, &mut frames);
@@ -159,7 +159,7 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     Ok(report)
 }
 
-/// Which frames of a track are spikes.
+/// For each frame of a track, whether it is a spike.
 fn spikes(
     track: &[Trs],
     options: &Despike,
@@ -181,10 +181,10 @@ fn spikes(
             let from = frame.saturating_sub(AROUND);
             let mut around = offs[from..(frame + AROUND + 1).min(offs.len())].to_vec();
             let usual = median(&mut around).unwrap_or(0.0);
-            // A frame beside a spike is half as far off its own neighbours.
+            // A frame beside a spike is half as far from the middle of its own neighbours, so only the peak counts.
             let highest = offs[frame - span..=frame + span].iter().copied().fold(0.0, f32::max);
             let is_peak = offs[frame] >= 0.75 * highest;
-            // A spike comes back: the values before and after it are nearer to each other than to it.
+            // A spike comes back: the values before and after are nearer to each other than to the spike.
             let comes_back = distance(&track[frame - span], &track[frame + span]) < offs[frame];
             found[frame] |= f64::from(offs[frame]) > options.threshold * f64::from(usual) && is_peak && comes_back;
         }
@@ -192,7 +192,7 @@ fn spikes(
     found
 }
 
-/// Replaces every run of marked frames by what lies between its neighbours.
+/// Interpolates every run of marked frames between its neighbours.
 fn bridge(track: &mut [Trs], marked: &[bool], mut set: impl FnMut(&mut Trs, Trs, Trs, f32)) {
     let mut frame = 1;
     while frame + 1 < track.len() {

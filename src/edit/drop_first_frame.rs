@@ -47,6 +47,6 @@ impl Step for DropFirstFrame {
         converted(scene, input, Conversion::new().first_frame(first))
     }
 
-    /// The conversion records what it does, so that `verify` can undo it.
+    /// Records nothing, because the conversion records the change so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

@@ -1,4 +1,4 @@
-//! Moves the motion over the ground to a joint of its own.
+//! Moves the motion over the ground to a new joint.
 
 use mocap_figure::convert::{Conversion, RootMotion};
 use mocap_scene::error::Result;
@@ -38,6 +38,6 @@ impl Step for ExtractRoot {
         converted(scene, input, Conversion::new().root(RootMotion::Extract))
     }
 
-    /// The conversion records what it does, so that `verify` can undo it.
+    /// Records nothing, because the conversion records the change so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

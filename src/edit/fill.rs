@@ -59,12 +59,12 @@ impl Step for Fill {
 pub struct FillReport {
     /// The gaps that were filled, each as its first and its last frame.
     pub gaps: Vec<[usize; 2]>,
-    /// Gaps that are longer than the options allow, likewise. They stay.
+    /// The gaps that are longer than the options allow, in the same form. They stay.
     pub longer: Vec<[usize; 2]>,
-    /// Of markers and other points without a skeleton, the gaps of each that were filled.
+    /// The filled gaps of each marker, or other point without a skeleton.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub filled_points: Vec<PointGaps>,
-    /// Their gaps that stay, which are longer than the options allow, or at the beginning or the end.
+    /// The unfilled gaps of each such point. They are longer than the options allow, or at the beginning or the end.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unfilled_points: Vec<PointGaps>,
     /// The largest change of a rotation to its parent, in degrees.
@@ -91,10 +91,10 @@ impl fmt::Display for PointGaps {
     }
 }
 
-/// Points that a sentence names at most.
+/// The largest number of points that a message names.
 const NAMED: usize = 8;
 
-/// The gaps of some points, in a sentence.
+/// The gaps of some points, as text.
 fn list(points: &[PointGaps]) -> String {
     let named = points.iter().take(NAMED).map(ToString::to_string);
     let named = named.collect::<Vec<_>>().join(", ");
@@ -150,7 +150,7 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
         let end = (start + 1..held.len())
             .find(|frame| !held[*frame])
             .unwrap_or(held.len());
-        // `start` has the value that the frames after it hold; a motion may begin and end with a still pose.
+        // The frames after `start` hold its value. A motion may begin or end with a still pose, which is no gap.
         let seconds = (end - start - 1) as f64 / frames.rate;
         if end > start + 1 && start > 0 && end < held.len() && seconds >= options.shortest {
             match seconds <= options.longest {
@@ -188,7 +188,7 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
     Ok(report)
 }
 
-/// Fills the gaps of points between frames in which they are seen.
+/// Fills the gaps of points between two frames in which the point is seen.
 fn fill_points(scene: &Scene, frames: &mut Frames, options: &Fill, report: &mut FillReport) {
     for (column, node) in frames.nodes().to_vec().into_iter().enumerate() {
         let name = &scene.nodes[node.index()].name;

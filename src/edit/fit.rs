@@ -9,16 +9,17 @@ use mocap_scene::scene::{NodeKind, Scene};
 use super::carrier::Carrier;
 use super::frames::Frames;
 
-/// Rotations of a joint that are farther apart do not fit, in degrees: what closes them is seen as a movement.
+/// The largest rotation between two joints that still fit, in degrees. Above this value, closing the difference is
+/// visible as a movement.
 const FAR_ROTATION: f32 = 45.0;
 
-/// Joints that are farther apart do not fit, in metres.
+/// The largest distance between two joints that still fit, in metres.
 const FAR_POSITION: f32 = 0.3;
 
-/// Joints of other speeds do not fit, in metres per second: a walk that stands at once differs by as much.
+/// The largest difference of speed that still fits, in m/s. A walk that stops at once differs by as much.
 const FAR_SPEED: f32 = 1.0;
 
-/// The largest difference of two poses, and the joint that has it.
+/// The largest difference between two poses, and its joint and frame.
 #[derive(Clone, Debug, Default)]
 struct LargestDifference {
     by: f32,
@@ -34,7 +35,7 @@ impl LargestDifference {
     }
 }
 
-/// The largest differences of two motions where they meet.
+/// The largest differences between two motions where they meet.
 pub(super) struct Fit<'a> {
     scene: &'a Scene,
     frames: &'a Frames<'a>,
@@ -46,7 +47,7 @@ pub(super) struct Fit<'a> {
 }
 
 impl<'a> Fit<'a> {
-    /// Of motions with the nodes of `frames`.
+    /// For motions with the nodes of `frames`.
     pub(super) fn new(scene: &'a Scene, frames: &'a Frames<'a>, metres_per_unit: f32) -> Self {
         Self {
             scene,
@@ -59,7 +60,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Looks at the rotations of two rows that are one moment, `frame` of the result.
+    /// Compares the rotations of two rows that show the same moment, `frame` of the result.
     pub(super) fn see_rotations(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
         for ((node, a), b) in self.frames.nodes().iter().zip(row).zip(other) {
             let by = log(a.rotation.inverse() * b.rotation).length().to_degrees();
@@ -67,7 +68,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Looks at where their joints are.
+    /// Compares the positions of the joints in two rows.
     pub(super) fn see_positions(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
         let [a, b] = [self.positions(row, 0), self.positions(other, 1)];
         for (joint, (a, b)) in a.into_iter().zip(b).enumerate() {
@@ -75,7 +76,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Looks at two rows, wherever over the ground the figures of both stand.
+    /// Compares two rows. Their figures are first moved to the same place and facing.
     pub(super) fn see_poses(&mut self, carrier: &Carrier, row: &[Trs], other: &[Trs], frame: usize) {
         self.see_rotations(row, other, frame);
         let mut beside = other.to_vec();
@@ -83,7 +84,7 @@ impl<'a> Fit<'a> {
         self.see_positions(row, &beside, frame);
     }
 
-    /// Looks at the speeds with which one motion would go on from a row, and the other goes on from it.
+    /// Compares the speeds of two motions at a frame. Each motion is given as two successive rows.
     pub(super) fn see_speeds(&mut self, pair: [&[Trs]; 2], other: [&[Trs]; 2], frame: usize) {
         let velocities = |fit: &mut Self, [from, to]: [&[Trs]; 2]| -> Vec<Vec3> {
             let (from, to) = (fit.positions(from, 0), fit.positions(to, 1));
@@ -96,7 +97,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The positions of all nodes of the scene. Nodes that are no joints count as the origin.
+    /// The positions of all nodes of the scene. A node that is no joint has the position 0, so that it does not differ.
     fn positions(&mut self, row: &[Trs], pose: usize) -> Vec<Vec3> {
         let pose = &mut self.poses[pose];
         for (node, trs) in self.frames.nodes().iter().zip(row) {
@@ -111,7 +112,7 @@ impl<'a> Fit<'a> {
         pose.node_to_world.iter().enumerate().map(position).collect()
     }
 
-    /// What does not fit.
+    /// The warning about the differences above the limits, if there are any.
     pub(super) fn warning(&self, step: &str, help: &str) -> Option<Diagnostic> {
         let found = [
             (&self.rotation, FAR_ROTATION, "degrees", 1.0),

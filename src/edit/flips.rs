@@ -1,10 +1,10 @@
-//! Finds where the rotation of a joint jumps away from the motion and back, and mends it: the one detector of `despike`
-//! and `clean`.
+//! Finds flips, where the rotation of a joint jumps away from the motion and back, and repairs them. Both `despike` and
+//! `clean` use this detector.
 //!
-//! A jump is a step between two frames that is far larger than the steps beside it. Two jumps that undo each other
-//! bound a run of frames. A run that is off by one rotation all along, such as a bone rolled by 180 degrees, is turned
-//! back and keeps its own motion. Any other short run is interpolated between its neighbours. A jump that stays is
-//! spread by [`twist`] where it is a turn about the bone.
+//! A jump is a step between two frames that is far larger than the steps around. Two jumps that undo each other bound a
+//! run of frames. If the whole run is off by one rotation, such as a bone rolled by 180 degrees, the run is rotated
+//! back and keeps its own motion. Any other short run is interpolated between its neighbours. If a jump is not undone
+//! and is a rotation about the bone, [`twist`] spreads it over several frames.
 
 use std::ops::Range;
 
@@ -16,37 +16,39 @@ use mocap_scene::scene::{NodeId, Scene};
 use super::frames::Frames;
 use super::twist;
 
-/// Frames on either side that say how large a step usually is.
+/// Frames on either side that show the usual size of a step.
 const AROUND: usize = 15;
-/// How many times larger than the median of the steps around it a jump is.
+/// The least ratio of a jump to the median of the steps around it.
 const JUMP: f32 = 5.0;
-/// A step beside a jump is at most this fraction of it: a real movement gathers speed over several frames.
+/// The largest ratio of the smaller neighbouring step to a jump. In a real movement it is larger, because speed builds
+/// up over several frames.
 const BESIDE: f32 = 0.45;
-/// The smallest jump that is looked for, in degrees. Smaller ones are spikes, which `despike` finds by its threshold.
+/// The smallest jump that is looked for, in degrees. Smaller jumps are spikes, which `despike` finds by its threshold.
 const LEAST: f32 = 35.0;
-/// The smallest rotation over frames that are not known that may be a jump, in degrees: exchanged limbs are nearer.
+/// The smallest rotation across unknown frames that may be a jump, in degrees. It is smaller, because exchanged limbs
+/// are alike.
 const LEAST_OVER: f32 = 20.0;
 
-/// The longest run that is turned back, in seconds: longer ones may be meant.
+/// The longest run that is rotated back, in seconds. A longer run may be intended.
 const LONGEST: f64 = 2.0;
 
-/// The longest run that is replaced, in seconds: what was there cannot be known.
+/// The longest run that is interpolated, in seconds, because interpolation loses the run's own motion.
 const LONGEST_REPLACED: f64 = 0.2;
-/// Frames of a run at most, so that the time is no product of two numbers of frames.
+/// The largest number of frames in a run. It keeps the running time linear in the frames.
 const MOST_FRAMES: usize = 2000;
-/// How far the rotations at both ends of a run may differ, as a fraction of the smaller jump.
+/// The largest difference between the rotations at both ends of a run, as a fraction of the smaller jump.
 const AGREE: f32 = 0.4;
-/// The largest difference in degrees of a jump from half a turn about the bone that counts as half a turn.
+/// The largest difference in degrees between a jump and half a turn about the bone that counts as half a turn.
 const HALF_TURN: f32 = 35.0;
 
-/// What was mended in one track.
+/// The repairs in one track.
 #[derive(Clone, Default)]
 pub(super) struct FlipOutcome {
-    /// For each frame whether it was changed; empty where none was.
+    /// For each frame, whether it was changed. Empty if none was.
     pub(super) frames: Vec<bool>,
-    /// The number of runs.
+    /// The number of repaired runs.
     pub(super) runs: usize,
-    /// The number of turns about the bone that were spread.
+    /// The number of spread rotations about the bone.
     pub(super) spread: usize,
 }
 
@@ -57,17 +59,17 @@ impl FlipOutcome {
     }
 }
 
-/// How a run is mended.
+/// The repair of a run.
 enum FlipRepair {
-    /// Its rotations are multiplied on the right: the joint is turned in its own frame.
+    /// Rotations are multiplied on the right: the joint rotates in its own frame.
     Right(Quat),
-    /// Its rotations are multiplied on the left: the joint is turned in the frame of its parent.
+    /// Rotations are multiplied on the left: the joint rotates in the frame of its parent.
     Left(Quat),
-    /// It is replaced by what lies between its neighbours.
+    /// Rotations are interpolated between the neighbours of the run.
     Replace,
 }
 
-/// Mends the flips of all tracks. Returns what was mended in each.
+/// Repairs the flips of all tracks. Returns the repairs in each.
 pub(super) fn mend_all(scene: &Scene, frames: &mut Frames) -> Vec<FlipOutcome> {
     let mut all = vec![FlipOutcome::default(); frames.nodes().len()];
     for column in 0..all.len() {
@@ -98,7 +100,7 @@ pub(super) fn mend_all(scene: &Scene, frames: &mut Frames) -> Vec<FlipOutcome> {
     all
 }
 
-/// Mends the flips of a track. `bone` is the direction of the bone in the frame of its joint, where it has one.
+/// Repairs the flips of a track. `bone` is the direction of the bone in the frame of its joint, if it has one.
 pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> FlipOutcome {
     let mut mended = FlipOutcome::default();
     let jumps = jumps(track);
@@ -122,7 +124,7 @@ pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> FlipOut
     mended
 }
 
-/// The direction of the bone of a joint in its frame: towards its first child that is elsewhere.
+/// The direction of a joint's bone in the joint's frame: towards the first child at another position.
 fn bone(scene: &Scene, joint: NodeId) -> Option<Vec3> {
     let children = scene.nodes.iter().filter(|node| node.parent == Some(joint));
     children
@@ -130,15 +132,15 @@ fn bone(scene: &Scene, joint: NodeId) -> Option<Vec3> {
         .find_map(Vec3::try_normalize)
 }
 
-/// The number of jumps of a track.
+/// The number of jumps in a track.
 pub(super) fn count(track: &[Quat]) -> usize {
     jumps(track).len()
 }
 
-/// The frames to which a track jumps.
+/// The frames to which a track jumps. Each is the first frame after a jump.
 fn jumps(track: &[Quat]) -> Vec<usize> {
     let least = LEAST.to_radians();
-    // The cosine of half the angle tells as much, and most tracks have no such step.
+    // The cosine of half of the angle is a faster test, and most tracks have no jump.
     let near = (0.5 * least).cos() + 1e-3;
     if track.windows(2).all(|pair| pair[0].dot(pair[1]).abs() > near) {
         return Vec::new();
@@ -159,7 +161,7 @@ fn jumps_of(steps: &[f32], least: f32) -> Vec<usize> {
         let from = step.saturating_sub(AROUND);
         let mut around = steps[from..(step + AROUND + 1).min(steps.len())].to_vec();
         let usual = median(&mut around).unwrap_or(0.0);
-        // A run of one frame has a jump on one side.
+        // A run of one frame has another jump on one side, so the smaller neighbour counts.
         let beside = |other: Option<usize>| other.and_then(|other| steps.get(other)).copied().unwrap_or(0.0);
         let smaller = beside(step.checked_sub(1)).min(beside(Some(step + 1)));
         here > JUMP * usual && smaller < BESIDE * here
@@ -167,8 +169,8 @@ fn jumps_of(steps: &[f32], least: f32) -> Vec<usize> {
     (0..steps.len()).filter(is_jump).map(|step| step + 1).collect()
 }
 
-/// Replaces runs of frames in which a track of positions is elsewhere by `least` or more, and gives their number: a
-/// body has no time to go there and back.
+/// Interpolates runs of frames in which a position jumps away by `least` or more and comes back. Returns the number of
+/// runs. In so short a time, no body can go there and back.
 pub(super) fn mend_positions(track: &mut [Vec3], least: f32, rate: f64) -> usize {
     let steps: Vec<f32> = track.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
     let jumps = jumps_of(&steps, least);
@@ -193,7 +195,7 @@ pub(super) fn mend_positions(track: &mut [Vec3], least: f32, rate: f64) -> usize
     runs
 }
 
-/// Whether two frames with unknown frames between them are separated by a jump rather than a motion.
+/// Whether a jump, rather than a motion, separates two frames with unknown frames between them.
 pub(super) fn is_jump_over(track: &[Quat], from: usize, to: usize) -> bool {
     let turned = angle(track[from], track[to]);
     let around = from.saturating_sub(AROUND)..(to + AROUND).min(track.len() - 1);
@@ -206,7 +208,7 @@ fn angle(a: Quat, b: Quat) -> f32 {
     log(a.inverse() * b).length()
 }
 
-/// How the frames from `first` to before `end`, to which the track jumps back, are mended.
+/// The repair of the frames from `first` to before `end`, if the track jumps back at `end`.
 fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_replaced: usize) -> Option<FlipRepair> {
     let (before, into, out, after) = (track[first - 1], track[first], track[end - 1], track[end]);
     let smaller = angle(before, into).min(angle(out, after));
@@ -229,7 +231,7 @@ fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_rep
     (comes_back && end - first <= longest_replaced).then_some(FlipRepair::Replace)
 }
 
-/// Half a turn about the bone, where a rotation is near it.
+/// Half a turn about the bone, if the rotation is near it.
 fn half_turn(rotation: Quat, bone: Vec3) -> Option<Quat> {
     let turn = Quat::from_xyzw(bone.x, bone.y, bone.z, 0.0);
     (angle(rotation, turn) < HALF_TURN.to_radians()).then_some(turn)

@@ -1,9 +1,9 @@
-//! The floor: its height, its slope, and the drift of the whole body over a take.
+//! Estimates the floor: its height, its slope, and the drift of the whole body over a take.
 //!
-//! What tells are the points of the feet while they are slow. A plane is fitted to the low ones: a foot in the air is
-//! above the floor, and nothing is below it. The fit is iteratively reweighted least squares (Tukey's biweight) with a
-//! decreasing scale. The drift is the residual over time: of the heights of these points, and over the ground as the
-//! speed of feet in stance.
+//! The estimate uses the points of the feet while they are slow. A plane is fitted to the low points, because a foot in
+//! the air is above the floor and nothing is below. The fit is iteratively reweighted least squares (Tukey's biweight)
+//! with a decreasing scale. The drift in height is the residual of these points over time. The drift over the ground is
+//! the speed of feet in stance.
 
 mod drift;
 mod least_squares;
@@ -20,62 +20,67 @@ use self::least_squares::{Knots, LeastSquares, biweight};
 use super::work::Work;
 use crate::frames::tracks;
 
-/// The largest speed in m/s at which a point of a foot tells of the floor: in a step it is ten times as fast.
+/// The largest speed of a slow point in m/s. In a step, a foot is ten times as fast.
 const SLOW: f64 = 0.35;
-/// The time in seconds over which that speed is taken: noise has hardly a speed over it.
+/// The time over which this speed is measured, in seconds. Over this time, noise hardly adds speed.
 const OVER: f64 = 0.1;
-/// How high above the lowest tenth a point of a foot that stands is, in metres.
+/// The largest height of a point in stance above the lowest tenth of its heights, in metres.
 const LOW: f64 = 0.04;
-/// The first and the last scale of the robust fit in metres: all steps of a stair, and the noise of feet that stand.
+/// The first and the last scale of the robust fit, in metres. The first includes all steps of a stair, the last the
+/// noise of feet in stance.
 const SCALES: [f64; 2] = [0.25, 0.015];
-/// Rounds of the fit, in which the scale shrinks: each makes it a sixth smaller.
+/// The number of rounds of the fit. Each round makes the scale a sixth smaller.
 const ROUNDS: usize = 16;
-/// The time in seconds from a knot of the drift to the next: two steps of a walk.
+/// The time between two knots of the drift, in seconds: two steps of a walk.
 const KNOT: f64 = 2.5;
-/// Knots at most: the time of the fit grows with their square.
+/// The largest number of knots. The time of the fit grows with its square.
 const KNOTS: usize = 100;
-/// The standard deviation in metres of the height of a foot that stands: soles and noise differ by as much.
+/// The standard deviation of the height of a foot in stance, in metres. Soles and noise cause it.
 const OF_FOOT: f64 = 0.01;
-/// The time in seconds that counts as one observation: noise of neighbouring frames is alike.
+/// The time that counts as one observation, in seconds, because the noise of neighbouring frames is correlated.
 const ONE_OBSERVATION: f64 = 0.1;
-/// The standard deviation of the rise of the floor, in m/m: cameras are tilted by 3 degrees.
+/// The standard deviation of the rise of the floor, in m/m. Cameras are tilted by about 3 degrees.
 const OF_RISE: f64 = 0.06;
-/// The standard deviation in metres of the height of the right foot over the left: markers are placed as differently.
+/// The standard deviation of the height difference between right and left foot, in metres. Marker placement differs by
+/// as much.
 const OF_SIDES: f64 = 0.008;
-/// The standard deviation in metres of the drift in height, and of its bend at a knot: what cameras lose in two steps.
+/// The standard deviations in metres of the drift in height, and of its change of slope at a knot: the error of cameras
+/// in two steps.
 const OF_DRIFT: [f64; 2] = [0.015, 0.01];
-/// A foot must stand for so many seconds to tell of a drift over the ground: in a step it rolls on.
+/// The least time in stance in seconds that gives evidence of a drift over the ground. In a shorter time the foot
+/// rolls.
 const STANDS: f64 = 0.8;
-/// The heights of the floor in metres that `clean` keeps. The centres of joints and markers may be as far below a floor
-/// at 0. A body may sit, lie, hover or stand on something as high above it.
+/// The range of heights in metres at which `clean` leaves the floor. The centres of joints and markers may be this far
+/// below a floor at 0. Above it, a body may sit, lie, hover or stand on something.
 const KEPT_HEIGHTS: std::ops::Range<f64> = -0.06..0.3;
-/// The least slope in degrees that is taken out: it lifts a foot by 17 mm in a metre, which is not seen.
+/// The least slope that is removed, in degrees. It lifts a foot by 17 mm per metre, which is not visible.
 pub(super) const LEAST_SLOPE: f64 = 1.0;
-/// The largest slope in degrees that is taken out: above it is a hill.
+/// The largest slope that is removed, in degrees. A steeper floor is a hill.
 const LARGEST_SLOPE: f64 = 12.0;
-/// The ratio of points near a slope to points near a level plane from which on the slope is believed: a tenth more.
+/// The least ratio of points near the slope to points near a level plane at which the slope is trusted: a tenth more.
 const EXPLAINS: f64 = 1.1;
-/// The distance in metres at which a point is near a plane: twice `OF_FOOT`.
+/// The distance at which a point is near a plane, in metres: twice `OF_FOOT`.
 const NEAR: f64 = 0.02;
-/// The ratio of a slope to its own uncertainty from which on it is believed: below four in 10,000 by chance.
+/// The least ratio of a slope to its uncertainty at which it is trusted. Chance exceeds it in fewer than four of 10,000
+/// cases.
 const CERTAIN: f64 = 4.0;
-/// Reach of the steps of one foot along an axis of the ground, in metres. Up to the first value they do not show the
-/// slope along it, from the second on they do.
+/// The extent of the steps of one foot along an axis of the ground, in metres. Below the first value, they show no
+/// slope along this axis; above the second, they show it fully.
 const SHOWS_SLOPE: [f64; 2] = [0.4, 0.9];
-/// The floor that the feet tell of. Lengths are in metres.
+/// An estimated floor. Lengths are in metres.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Floor {
-    /// The height under the origin of the ground.
+    /// The height of the ground by the rule of all commands.
     pub(super) height: f64,
     /// The rise per metre along the two axes of the ground.
     rise: [f64; 2],
-    /// How many times its own uncertainty the slope is, in its own direction.
+    /// The ratio of the slope to its uncertainty along the slope.
     certain: f64,
-    /// How many times as many points are near the sloped plane as near a level one.
+    /// The ratio of points near the sloped plane to points near a level plane.
     explains: f64,
-    /// Where the points are, on the average.
+    /// The mean position of the points.
     centre: DVec3,
-    /// What is added to the height in each frame.
+    /// The drift in height in each frame.
     drift: Vec<f64>,
     /// The level of each kind of point (ankles, balls) relative to the others, and the difference between right and
     /// left.
@@ -88,7 +93,8 @@ impl Floor {
         self.rise[0].hypot(self.rise[1]).atan().to_degrees()
     }
 
-    /// The slope in degrees that steps show: along each principal axis of their places only if they reach far enough.
+    /// The slope in degrees that the steps show. A principal axis of the steps counts only if they extend far enough
+    /// along it.
     fn slope_shown_by(&self, steps: &[SlowPoint]) -> f64 {
         let places = || steps.iter().map(|step| (step.at() - self.centre).truncate());
         let [xx, xy, yy] = places().fold([0.0; 3], |[xx, xy, yy], at| {
@@ -96,7 +102,7 @@ impl Floor {
         });
         let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
         let shown = |axis: DVec2| {
-            // One foot may be lower than the other.
+            // Each foot is measured by itself, because one may stand lower than the other.
             let feet = steps.chunk_by(|a, b| (a.kind, a.is_right) == (b.kind, b.is_right));
             let reach = feet.map(|foot| {
                 let at = || foot.iter().map(|step| step.at().truncate().dot(axis));
@@ -108,7 +114,7 @@ impl Floor {
         shown(along).hypot(shown(along.perp())).atan().to_degrees()
     }
 
-    /// Height of a point above its contact level that slope and drift explain.
+    /// The height of a point above its contact level that slope and drift explain.
     fn above(&self, point: &SlowPoint) -> f64 {
         self.above_at(point.at(), point.frame as usize)
     }
@@ -118,8 +124,8 @@ impl Floor {
         self.rise[0] * from.x + self.rise[1] * from.y + self.drift[frame]
     }
 
-    /// The height at which each point of `feet` stands on a level floor, and its height above its level on this floor,
-    /// frame by frame.
+    /// For each point of `feet`: the height at which it stands on a level floor, and its height above the contact level
+    /// on this floor in each frame.
     pub(super) fn stands<'a>(&'a self, feet: &'a Feet) -> impl Iterator<Item = (f64, Vec<f64>)> + 'a {
         feet.points.iter().zip(&feet.sides).map(|((kind, track), side)| {
             let level = self.levels[*kind] + self.right_over_left * side;
@@ -129,12 +135,12 @@ impl Floor {
         })
     }
 
-    /// Whether the feet are far enough apart to tell how steep it is, to a degree.
+    /// Whether the feet are far enough apart to determine the slope within a degree.
     pub(super) fn tells(&self) -> bool {
         self.certain * LEAST_SLOPE > self.slope() * CERTAIN || self.certain > CERTAIN
     }
 
-    /// Whether it has a slope that is certain, and too small to be that of a hill.
+    /// Whether the floor has a slope that is certain and too small for a hill.
     pub(super) fn is_sloped(&self) -> bool {
         (LEAST_SLOPE..LARGEST_SLOPE).contains(&self.slope()) && self.certain > CERTAIN && self.explains > EXPLAINS
     }
@@ -156,7 +162,7 @@ pub(super) fn errors(work: &Work<'_>) -> [Option<f64>; 3] {
     [slope, over_ground.filter(|extent| *extent > 0.0), in_height]
 }
 
-/// How far the body is moved by a drift at most, in metres.
+/// The largest distance by which a drift moves the body, in metres.
 fn extent(drift: &[DVec3]) -> f64 {
     let ends = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (first, last) = drift
@@ -165,27 +171,27 @@ fn extent(drift: &[DVec3]) -> f64 {
     (last - first).length()
 }
 
-/// What was done.
+/// The repairs of the floor.
 #[derive(Default)]
 pub(super) struct FloorOutcome {
     pub(super) height: Option<f64>,
     pub(super) slope: Option<f64>,
     pub(super) drift: Option<f64>,
-    /// How far the body wavered along the axis of a camera.
+    /// The largest displacement of the body along the axis of a camera, in metres.
     pub(super) depth: Option<f64>,
 }
 
-/// The points of the feet in every frame: in metres, along the two axes of the ground and up.
+/// The positions of the points of the feet in every frame, in metres: along the two axes of the ground, and up.
 pub(super) struct Feet {
-    /// For each kind of point (ankles, balls) its tracks.
+    /// The kind of each point (0 for ankles, 1 for balls), and its track.
     points: Vec<(usize, Vec<DVec3>)>,
-    /// For each point half of -1 on the left, of 1 on the right.
+    /// For each point, -0.5 on the left side and 0.5 on the right.
     sides: Vec<f64>,
     rate: f64,
     frames: usize,
 }
 
-/// The axes of the ground, and up.
+/// The two axes of the ground, and up.
 pub(super) fn axes(up: Vec3) -> [Vec3; 3] {
     let first = up.any_orthonormal_vector();
     [first, up.cross(first), up]
@@ -212,8 +218,8 @@ impl Feet {
         }
     }
 
-    /// The velocity of the slower foot while both stand for long, each with its frame: a drift moves both alike, and a
-    /// foot that shuffles moves alone.
+    /// The velocity of the slower foot in the frames in which both stand for long. A drift moves both feet alike; a
+    /// shuffling foot moves alone.
     fn standing(&self) -> Vec<(usize, DVec3)> {
         let best = self.points.iter().map(|point| point.0).max().unwrap_or_default();
         let mut feet = self
@@ -232,7 +238,7 @@ impl Feet {
         .collect()
     }
 
-    /// The velocity of the slowest point of the feet in each frame, in m/s, where it is low and slower than `fastest`.
+    /// In each frame, the velocity in m/s of the slowest point of the feet that is low and slower than `fastest`.
     pub(super) fn ground(&self, fastest: f64) -> Vec<Option<DVec3>> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let levels: Vec<f64> = self
@@ -257,7 +263,7 @@ impl Feet {
         (0..self.frames).map(of_frame).collect()
     }
 
-    /// The velocity of a point in the frames in which it stands for long, without the ends of that time.
+    /// The velocity of a point in the frames in which it stands for long, without the beginning and end of this time.
     fn stands(&self, track: &[DVec3]) -> Vec<Option<DVec3>> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let least = (STANDS * self.rate) as usize;
@@ -282,7 +288,7 @@ impl Feet {
         found
     }
 
-    /// Each point while it is slow.
+    /// The points in the frames in which they are slow.
     fn slow(&self) -> Vec<SlowPoint> {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
         let seconds = 2.0 * half as f64 / self.rate;
@@ -303,7 +309,7 @@ impl Feet {
     }
 }
 
-/// A point of a foot while it is slow. There is one in almost every frame of a motion of hours, so it is small.
+/// A slow point of a foot in one frame. The type is small, because a motion of hours has one for almost every frame.
 struct SlowPoint {
     at: Vec3,
     frame: u32,
@@ -320,19 +326,19 @@ impl SlowPoint {
         usize::from(self.kind)
     }
 
-    /// Half of -1 on the left, of 1 on the right.
+    /// -0.5 on the left side, 0.5 on the right.
     fn side(&self) -> f64 {
         if self.is_right { 0.5 } else { -0.5 }
     }
 }
 
-/// The unknowns of the two rises, after the two levels.
+/// The indices of the two rises among the unknowns, after the two levels.
 const RISES: [usize; 2] = [2, 3];
-/// The unknown of the height of the right foot over the left.
+/// The index of the height difference between right and left foot.
 const RIGHT_OVER_LEFT: usize = 4;
-/// The first unknown of the knots of the drift.
+/// The index of the first knot of the drift.
 const DRIFT: usize = 5;
-/// The floor of a motion; `None` where no foot is ever slow.
+/// The floor of a motion; `None` if no foot is ever slow.
 pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
     let height = height(work);
     Some(Floor {
@@ -341,7 +347,7 @@ pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
     })
 }
 
-/// The height of the ground in metres, by the rule of all commands.
+/// The height of the ground in metres, by the rule that all commands use.
 fn height(work: &Work<'_>) -> f64 {
     let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
     let levels = levels(&tracks_of_feet(work), work.up, work.metres, work.frames.rate);
@@ -349,7 +355,7 @@ fn height(work: &Work<'_>) -> f64 {
     ground.map_or(0.0, |ground| f64::from(ground.height() * work.metres))
 }
 
-/// The positions of the points that show where the ground is, by kind.
+/// The positions of the points that show the height of the ground, by kind.
 fn tracks_of_feet(work: &Work<'_>) -> [Vec<Vec<Vec3>>; 3] {
     let points = FootPoints::new(work.scene, &work.figure.humanoid, work.up);
     points
@@ -358,7 +364,7 @@ fn tracks_of_feet(work: &Work<'_>) -> [Vec<Vec<Vec3>>; 3] {
         .map(|nodes| tracks(&work.frames, work.scene, nodes))
 }
 
-/// The floor that these feet tell of.
+/// Fits a floor to the feet.
 fn of(feet: &Feet) -> Option<Floor> {
     let points = feet.slow();
     if points.len() < 8 {
@@ -379,7 +385,7 @@ fn of(feet: &Feet) -> Option<Floor> {
         drift: vec![0.0; feet.frames],
         ..Floor::default()
     };
-    // Frames next to one another are no observations of their own.
+    // Neighbouring frames are correlated, so together they count as one observation.
     let one = 1.0 / (OF_FOOT.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));
     for round in 0..ROUNDS {
         let part = round as f64 / (ROUNDS - 1) as f64;
@@ -436,15 +442,15 @@ fn of(feet: &Feet) -> Option<Floor> {
     Some(floor)
 }
 
-/// The level below which a tenth of the heights are.
+/// The value below which a tenth of the heights are.
 fn low(heights: impl Iterator<Item = f64>) -> f64 {
     let mut heights: Vec<f64> = heights.collect();
     heights.sort_by(f64::total_cmp);
     heights.get(heights.len() / 10).copied().unwrap_or_default()
 }
 
-/// Takes slope and drift out, and brings the floor to height 0 if it was moved by these, or is not at a height that is
-/// kept, or `always`.
+/// Removes slope and drift. Moves the floor to height 0 if a slope or drift was removed, if the height is outside
+/// [`KEPT_HEIGHTS`], or if `always` is set.
 pub(super) fn level(work: &mut Work<'_>, always: bool) -> Option<FloorOutcome> {
     let carrier = work.carrier()?;
     let mut done = FloorOutcome::default();
@@ -476,7 +482,7 @@ pub(super) fn level(work: &mut Work<'_>, always: bool) -> Option<FloorOutcome> {
     Some(done)
 }
 
-/// Brings the floor to height 0. Returns the height that it had, if that was another.
+/// Moves the floor to height 0. Returns its previous height if it was not 0.
 pub(super) fn bring_to_zero(work: &mut Work<'_>) -> Option<f64> {
     let height = Some(height(work)).filter(|height| *height != 0.0)?;
     let by = Mat4::from_translation(-work.up * height as f32 / work.metres);
@@ -484,8 +490,8 @@ pub(super) fn bring_to_zero(work: &mut Work<'_>) -> Option<f64> {
     Some(height)
 }
 
-/// Puts the motion of a figure on the floor. Returns the height that the floor had, its slope and the drift of the
-/// body, in metres and degrees, of which those that were taken out are there.
+/// Puts the motion of a figure on the floor. Returns the removed height of the floor in metres, slope in degrees and
+/// drift of the body in metres. `None` stands for a value that was not removed.
 pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize) -> Result<[Option<f64>; 3]> {
     let mut work = Work::new(scene, figure, &[], animation)?;
     let Some(done) = level(&mut work, true) else {

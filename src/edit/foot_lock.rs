@@ -1,4 +1,4 @@
-//! The step of [`foot_lock`](crate::foot_lock()), whose options are all that text and JSON can hold.
+//! The step of [`foot_lock`](crate::foot_lock()). It has the options that text and JSON can express.
 
 use std::fmt;
 

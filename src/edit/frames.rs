@@ -1,4 +1,4 @@
-//! The frames of an animation as transforms, to be changed and written back.
+//! The frames of an animation as transforms, which steps change and write back.
 
 mod gaps;
 mod track;
@@ -17,7 +17,7 @@ use self::track::TrsTrack;
 use self::weights::Weights;
 pub(super) use self::weights::lost_weights;
 
-/// Every driven node's transform to its parent, at every whole tick and at the end.
+/// The transform of every animated node to its parent, at every whole tick and at the end of the animation.
 #[derive(Clone)]
 pub(super) struct Frames<'a> {
     /// The tick of each frame.
@@ -35,7 +35,7 @@ pub(super) struct Frames<'a> {
     constant: Vec<ConstantParts>,
     /// Of points without a skeleton, in which of the frames each is seen.
     visible: Option<Vec<bool>>,
-    /// Of the morph targets of the scene.
+    /// The weights of the morph targets of the scene.
     weights: Weights,
 }
 
@@ -47,8 +47,8 @@ struct ConstantParts {
     scale: Option<Vec3>,
 }
 
-/// How far computed values may be from a constant that they reproduce, in parts of its length: a few roundings of
-/// single precision.
+/// How far a computed value may differ from a constant that it reproduces, as a fraction of its length: a few roundings
+/// of single precision.
 const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 impl Frames<'static> {
@@ -60,7 +60,7 @@ impl Frames<'static> {
 }
 
 impl<'a> Frames<'a> {
-    /// The same without a copy of keys that do not change.
+    /// Like [`new`](Self::new), but shares keys that do not change instead of copying them.
     pub(super) fn reading(scene: &'a Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
         let Some(clip) = scene.animations.get(animation) else {
             let message = format!(
@@ -94,7 +94,7 @@ impl<'a> Frames<'a> {
             .iter()
             .map(|channel| channel.position_keys.len() + channel.rotation_keys.len() + channel.scaling_keys.len())
             .sum();
-        // The end of the motion may be one more.
+        // The end of the motion may need one more frame than the whole ticks.
         let frames = FrameBudget::stated_by(&Limits::default(), stated as u64).frames(whole + 1.0, nodes.len())?;
         let mut ticks: Vec<f64> = (0..frames - 1).map(|tick| tick as f64).collect();
         if animation.duration - whole > 1e-6 {
@@ -105,7 +105,7 @@ impl<'a> Frames<'a> {
             .map(|node| Trs::from_matrix(scene.nodes[node.index()].transform))
             .collect();
         let mut tracks = vec![TrsTrack::default(); nodes.len()];
-        // The keys of whole ticks are the values of frames.
+        // Keys at every whole tick are the values of the frames.
         if ticks.last().is_some_and(|tick| tick.fract() == 0.0) {
             for (node, channel) in binding.driven() {
                 if let Some(column) = columns[node.index()] {
@@ -156,7 +156,7 @@ impl<'a> Frames<'a> {
         })
     }
 
-    /// Refuses an animation that moves no node, of which nothing can carry the figure.
+    /// Refuses an animation that moves no node, because no node can carry the figure.
     pub(super) fn require_nodes(&self) -> Result<()> {
         match self.nodes.is_empty() {
             true => Err(Diagnostic::new(Code::NoMotion, "the animation has no channel of a node of the scene").into()),
@@ -174,7 +174,7 @@ impl<'a> Frames<'a> {
         (0..self.len()).map(|frame| self.at(frame, column)).collect()
     }
 
-    /// Sets them.
+    /// Sets the transforms of the held node at `column`, frame by frame.
     pub(super) fn set_track(&mut self, column: usize, track: &[Trs]) {
         for (frame, trs) in track.iter().enumerate() {
             self.set_at(frame, column, *trs);
@@ -186,7 +186,7 @@ impl<'a> Frames<'a> {
         (0..self.len()).map(move |frame| self.tracks[column].rotation.at(frame))
     }
 
-    /// Sets them.
+    /// Sets the rotations of the held node at `column`, frame by frame.
     pub(super) fn set_rotations(&mut self, column: usize, rotations: &[Quat]) {
         let frames = self.len();
         for (frame, rotation) in rotations.iter().enumerate() {
@@ -199,7 +199,7 @@ impl<'a> Frames<'a> {
         (0..self.len()).map(move |frame| self.tracks[column].translation.at(frame))
     }
 
-    /// The column of a node among those that are held.
+    /// The column of a held node.
     pub(super) fn column(&self, node: NodeId) -> Option<usize> {
         self.columns[node.index()]
     }
@@ -227,7 +227,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The same between two frames, or at the nearest end.
+    /// All transforms at a fractional frame, interpolated. Outside the motion, those of its nearest end.
     pub(super) fn row_at(&self, frame: f64) -> Vec<Trs> {
         let last = self.len().saturating_sub(1);
         let frame = frame.clamp(0.0, last as f64);
@@ -240,14 +240,14 @@ impl<'a> Frames<'a> {
         (0..self.held).map(between).collect()
     }
 
-    /// Frames at whole ticks with the transforms of `rows` instead of these, in which all points are seen. The weights
-    /// of morph targets stay in their frames.
+    /// Frames at whole ticks with the transforms of `rows`, in which all points are seen. The weights of morph targets
+    /// keep their frames.
     pub(super) fn with_rows(&self, rows: Vec<Vec<Trs>>) -> Self {
         let track = |column: usize| TrsTrack::new(rows.iter().map(|row| row[column]), rows.len());
         self.with_tracks((0..self.held).map(track).collect(), rows.len())
     }
 
-    /// Frames at whole ticks: chosen ones of these, in which all points are seen.
+    /// Frames at whole ticks with the transforms of the frames `chosen`, in which all points are seen.
     fn picked(&self, chosen: &[usize]) -> Self {
         self.with_tracks(
             self.tracks.iter().map(|track| track.picked(chosen)).collect(),
@@ -255,7 +255,7 @@ impl<'a> Frames<'a> {
         )
     }
 
-    /// The same frames with other tracks of the same transforms.
+    /// The same frames with `track` applied to each track, which must keep the transforms.
     fn with<'b>(self, track: impl Fn(TrsTrack<'a>) -> TrsTrack<'b>) -> Frames<'b> {
         Frames {
             tracks: self.tracks.into_iter().map(track).collect(),
@@ -270,7 +270,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// What [`write`](Self::write) needs of frames that share keys with the scene: the values that have changed.
+    /// The values that have changed. [`write`](Self::write) needs no others if the frames share keys with the scene.
     pub(super) fn changes(self) -> Frames<'static> {
         self.with(TrsTrack::changes)
     }
@@ -289,14 +289,14 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// The number of frames of a motion from 0 to `last` at another time or rate, made of these frames and others. An
-    /// error if they are too many for the data.
+    /// The number of frames from 0 to `last`, for a motion at another time or rate that is made of these frames and
+    /// others. Fails if there are too many for the data.
     pub(super) fn up_to(&self, last: f64, others: &[&Self]) -> Result<usize> {
         let stated: usize = [self].iter().chain(others).map(|frames| frames.values()).sum();
         Ok(FrameBudget::stated_by(&Limits::default(), stated as u64).frames(last, self.held)?)
     }
 
-    /// Makes these frames the whole animation: every key of the nodes that they hold, and the duration.
+    /// Replaces the animation by these frames: all keys of the held nodes, and the duration.
     pub(super) fn write_all(&self, scene: &mut Scene, animation: usize) {
         if self.visible.is_none() {
             gaps::report_filled(scene, animation);
@@ -320,7 +320,7 @@ impl<'a> Frames<'a> {
         self.ticks.len()
     }
 
-    /// Frames x held nodes.
+    /// The number of frames times the number of held nodes.
     fn values(&self) -> usize {
         self.len() * self.held
     }
@@ -330,12 +330,12 @@ impl<'a> Frames<'a> {
         contacts::frames_in(seconds, self.rate, self.len())
     }
 
-    /// The frames on either side that a filter averages, if they are not too many for this motion.
+    /// The number of frames on either side that a filter averages. Fails if they are too many for this motion.
     pub(super) fn filter_radius(&self, frames: usize) -> Result<usize> {
         Ok(limits::filter_radius(frames, self.values())?)
     }
 
-    /// Moves `pose`, which is one of the same scene, to a frame.
+    /// Sets `pose`, a pose of the same scene, to a frame.
     pub(super) fn pose(&self, frame: usize, pose: &mut Pose) {
         for (node, column) in self.columns.iter().enumerate() {
             if let Some(column) = column {
@@ -345,20 +345,20 @@ impl<'a> Frames<'a> {
         pose.update_world();
     }
 
-    /// The transform of a node that is held.
+    /// The transform of a held node; `None` for other nodes.
     pub(super) fn get(&self, frame: usize, node: NodeId) -> Option<Trs> {
         let column = self.columns[node.index()]?;
         Some(self.at(frame, column))
     }
 
-    /// Sets the transform of a node that is held; others keep theirs.
+    /// Sets the transform of a held node. Other nodes stay.
     pub(super) fn set(&mut self, frame: usize, node: NodeId, trs: Trs) {
         if let Some(column) = self.columns[node.index()] {
             self.set_at(frame, column, trs);
         }
     }
 
-    /// Takes over the rotation that `node` has in `pose`. Its translation and scale stay.
+    /// Sets the rotation of `node` to its rotation in `pose`. Its translation and scale stay.
     pub(super) fn set_rotation_of(&mut self, frame: usize, node: NodeId, pose: &Pose) {
         if let Some(old) = self.get(frame, node) {
             let rotation = Trs::from_matrix(pose.node_to_parent[node.index()]).rotation;
@@ -367,9 +367,8 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`. Tracks that are
-    /// still the keys of the scene stay. The rotation of an end site moves nothing, so no end site gets a channel for
-    /// it.
+    /// Writes the rotations of `rotated` and the positions of `moved` as keys. Tracks that still share the keys of the
+    /// scene stay. The rotation of an end site moves nothing, so it gets no channel.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize, rotated: &[NodeId], moved: &[NodeId]) {
         let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
         for (nodes, is_rotation) in [(rotated, true), (moved, false)] {
@@ -409,7 +408,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Gives each node the motion of another one, so that it is constant where the other one was.
+    /// Gives each node the motion of its partner, including which parts are constant.
     pub(super) fn exchange(&mut self, partners: &[NodeId]) {
         let of_partner = |node: &NodeId| self.constant_of(partners[node.index()]);
         self.constant = self.nodes.iter().map(of_partner).collect();
@@ -419,8 +418,8 @@ impl<'a> Frames<'a> {
         self.columns[node.index()].map_or_else(ConstantParts::default, |column| self.constant[column])
     }
 
-    /// The keys of a track. Rounding adds no keys: a track that was `constant`, and differs by roundings alone, is
-    /// constant again. Any other track is constant only where all of its values are equal, so slow motion stays.
+    /// The keys of a track. Rounding adds no keys: a track that was `constant` stays so if it differs only by rounding.
+    /// Any other track becomes constant only if all its values are equal, so slow motion stays.
     fn keys<T: Copy + PartialEq>(&self, values: Vec<T>, constant: Option<T>, is_near: fn(T, T) -> bool) -> Keys<T> {
         let Some(first) = values.first().copied() else {
             return Keys::default();
@@ -436,7 +435,7 @@ impl<'a> Frames<'a> {
 }
 
 impl ConstantParts {
-    /// Finds the constant parts of the transforms of a node.
+    /// Finds the constant parts of a node's transforms.
     fn of(track: &TrsTrack, frames: usize) -> Self {
         if frames == 0 {
             return Self::default();
@@ -459,13 +458,13 @@ fn is_near(value: Vec3, constant: Vec3) -> bool {
     value.distance(constant) <= ROUNDING * constant.length()
 }
 
-/// A quaternion and its negative are one rotation.
+/// Whether two quaternions are the same rotation: a quaternion and its negative are.
 fn is_same_rotation(value: Quat, constant: Quat) -> bool {
     let apart = (value - constant).length().min((value + constant).length());
     apart <= ROUNDING
 }
 
-/// The transform at a fraction of the change from one to another.
+/// Interpolates between two transforms.
 pub(super) fn between(from: Trs, to: Trs, fraction: f32) -> Trs {
     Trs {
         translation: from.translation.lerp(to.translation, fraction),
@@ -474,7 +473,7 @@ pub(super) fn between(from: Trs, to: Trs, fraction: f32) -> Trs {
     }
 }
 
-/// The positions of `nodes` in every frame: a list for each.
+/// The positions of `nodes` in the world in every frame, one list for each node.
 pub(super) fn tracks(frames: &Frames, scene: &Scene, nodes: &[NodeId]) -> Vec<Vec<Vec3>> {
     let mut pose = Pose::rest(scene);
     let mut tracks = vec![Vec::with_capacity(frames.len()); nodes.len()];

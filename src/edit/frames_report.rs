@@ -1,4 +1,4 @@
-//! What steps that change the frames of a motion report, and the conversion that does some of them.
+//! The report of steps that change the frames of a motion, and the conversion that some of these steps use.
 
 use std::fmt;
 
@@ -37,7 +37,7 @@ impl fmt::Display for FramesReport {
     }
 }
 
-/// Applies a conversion that keeps the unit and the axes of the scene, to all of its animations.
+/// Applies a conversion that keeps the unit and the axes of the scene, to all its animations.
 pub(super) fn converted(scene: &mut Scene, input: &StepInput<'_>, conversion: Conversion) -> Result<FramesReport> {
     let frames = |scene: &Scene| {
         let animation = scene.animations.get(input.animation);
@@ -58,7 +58,7 @@ pub(super) fn converted(scene: &mut Scene, input: &StepInput<'_>, conversion: Co
         None => Figure::new(scene),
     };
     if let Err(error) = conversion.keep_units(true).bones(bones).convert(scene, &figure) {
-        // What was guessed for a conversion that was not done.
+        // Removes assumptions about a unit and axes, because nothing was converted.
         scene.metadata.assumptions.truncate(known);
         return Err(error);
     }

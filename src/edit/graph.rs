@@ -1,9 +1,9 @@
-//! Motion graphs: which moments of many clips are so alike that a figure can pass from one to the other, and walks over
-//! them. After Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs-algorithm.md` has the formulas.
+//! Motion graphs: finds similar moments of many clips, between which a figure can pass, and walks over the graph. The
+//! method is Kovar, Gleicher and Pighin, "Motion Graphs" (2002); `docs/motion-graphs-algorithm.md` has the formulas.
 //!
-//! A [`GraphBuilder`] takes clips of one skeleton, compares all their moments, and makes a [`MotionGraph`]: the clips
-//! and the transitions between them. Only the largest strongly connected component is kept, so that a walk can always
-//! go on. A [`Walk`](crate::graph::report::Walk) over it is found by search, and makes a motion.
+//! A [`GraphBuilder`] takes clips of one skeleton, compares all their windows of frames, and builds a [`MotionGraph`]:
+//! the clips and the transitions between them. Only the largest strongly connected component is kept, so that a walk
+//! can always go on. A [`Walk`](crate::graph::report::Walk) over it is found by search, and makes a motion.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -48,7 +48,7 @@ pub use self::network::Network;
 use self::parts::{GraphClip, GraphTransition};
 pub use self::walk::WalkPath;
 
-/// How moments are compared.
+/// The options of a comparison of clips.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,9 +60,9 @@ pub struct GraphOptions {
     pub rate: f64,
     /// The length of the window of frames that is compared, and of a transition, in seconds. Default: a third.
     pub window: f64,
-    /// The largest distance at which a figure may pass from one moment to another, in metres. Default: 0.06.
+    /// The largest distance of two moments for a transition, in metres. Default: 0.06.
     pub threshold: f64,
-    /// Whether transitions stay that lead out of the largest strongly connected component. Default: `false`.
+    /// Whether to keep transitions that lead out of the largest strongly connected component. Default: `false`.
     pub whole: bool,
 }
 
@@ -86,11 +86,11 @@ impl Default for GraphOptions {
     }
 }
 
-/// Frames of a window at most: 33 seconds at 30 frames per second, beyond any transition.
+/// The largest number of frames in a window: 33 seconds at 30 frames per second, longer than any transition.
 const LONGEST_WINDOW: f64 = 1000.0;
 
 impl GraphOptions {
-    /// The frames of a window.
+    /// The number of frames in a window.
     #[doc(hidden)]
     pub fn frames(&self) -> usize {
         (self.window * self.rate).round() as usize

@@ -1,4 +1,4 @@
-//! A limb or a chain that is brought to a goal in a part of a motion.
+//! Moves a limb or a chain to a goal in a part of a motion.
 
 use std::f32::consts::TAU;
 
@@ -15,23 +15,24 @@ use super::limb::{LimbChain, NaturalBend, Swivel};
 use super::quantity::centimetres;
 use super::window::Window;
 
-/// A distance from the goal that counts as 0, in metres: a tenth of the distance that counts as reached.
+/// The distance from the goal that counts as reached, in metres.
 const REACHED: f32 = 1e-4;
 
-/// How a limb was brought to its goals. Lengths are in metres.
+/// How well a limb reached its goals. Lengths are in metres.
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LimbReport {
-    /// The frames in which the limb is to be at its goal.
+    /// The number of frames in which the limb should be at its goal.
     pub frames: usize,
-    /// Those of them in which it is not there: the limb is too short or too long, or passes over to where it is.
+    /// The number of these frames in which it is not there. The limb is too short or too long, or the goal is just
+    /// coming within reach.
     pub out_of_reach: usize,
-    /// The largest distance that is left in these frames.
+    /// The largest remaining distance from the goal.
     pub farthest: f32,
-    /// The frame in which it is left.
+    /// The frame with this distance.
     pub farthest_frame: usize,
     /// The largest change of the position of the tip.
     pub moved: f32,
@@ -60,25 +61,25 @@ impl std::fmt::Display for LimbReport {
     }
 }
 
-/// Seconds around the moment at which a goal comes within reach or leaves it. In this time the limb passes from one to
-/// the other, because its elbow or knee would jump otherwise.
+/// The time around the moment at which a goal comes within reach or leaves it, in seconds. Rotations are smoothed over
+/// this time, because the elbow or knee would jump otherwise.
 const PASSING: f64 = 0.2;
 
-/// The frames of a limb that is brought to its goal, and what it is brought from.
+/// A limb at its goal in one frame, with its position before.
 struct HeldLimb {
     frame: usize,
-    /// The fraction of the change that counts.
+    /// The fraction of the change that is applied.
     weight: f32,
     goal: Vec3,
     before: Vec3,
-    /// The rotations of the joints to their parents at the goal.
+    /// The rotations of the joints to their parents with the limb at the goal.
     rotations: Vec<Quat>,
-    /// How far from the goal they leave the limb, in units of the scene.
+    /// The remaining distance from the goal, in units of the scene.
     left: f32,
 }
 
-/// Brings a chain to its goal in the frames of a window; `goal` gives it from the pose of a frame. The joints of the
-/// chain are among the nodes that `frames` hold.
+/// Moves a chain to its goal in the frames of a window. `goal` computes the goal from the pose of a frame. `frames`
+/// must hold the joints of the chain.
 pub(super) fn hold(
     scene: &Scene,
     frames: &mut Frames,
@@ -134,7 +135,7 @@ pub(super) fn hold(
 }
 
 impl LimbReport {
-    /// Takes in what was done in another part.
+    /// Adds the report of another part of the motion.
     pub(super) fn append(&mut self, other: &Self) {
         self.frames += other.frames;
         self.out_of_reach += other.out_of_reach;
@@ -144,7 +145,7 @@ impl LimbReport {
         }
     }
 
-    /// Takes in a frame whose tip is at `now`.
+    /// Adds a frame whose tip is at `now`.
     fn add(&mut self, of_frame: &HeldLimb, now: Vec3, metres_per_unit: f32) {
         self.moved = self.moved.max(of_frame.before.distance(now) * metres_per_unit);
         if of_frame.weight < 1.0 {
@@ -163,14 +164,13 @@ fn rotation_to_parent(pose: &Pose, node: NodeId) -> Quat {
     Trs::from_matrix(pose.node_to_parent[node.index()]).rotation.normalize()
 }
 
-/// The standard deviation in seconds of the Gaussian that takes from the plane of a limb what it does from frame to
-/// frame.
+/// The standard deviation in seconds of the Gaussian that smooths the plane of a limb over time.
 const CALM: f64 = 0.25;
 
 /// A Gaussian over frames.
 struct Bell {
     deviation: f32,
-    /// The frames on either side that count.
+    /// The number of frames on either side that have a weight.
     radius: usize,
 }
 
@@ -183,7 +183,7 @@ impl Bell {
         }
     }
 
-    /// The frames around one of `count`, each with its weight.
+    /// The frames around `at` of `count` frames, each with its weight.
     fn around(&self, at: usize, count: usize) -> impl Iterator<Item = (usize, f32)> + use<'_> {
         let others = at.saturating_sub(self.radius)..(at + self.radius + 1).min(count);
         others.map(move |other| {
@@ -192,13 +192,13 @@ impl Bell {
         })
     }
 
-    /// The frames around one of `count` that are no farther than the standard deviation.
+    /// The frames around `at` of `count` frames that are within the standard deviation.
     fn near(&self, at: usize, count: usize) -> std::ops::Range<usize> {
         let radius = self.deviation.round() as usize;
         at.saturating_sub(radius)..(at + radius + 1).min(count)
     }
 
-    /// The mean of values around one of `count`.
+    /// The weighted mean of values around `at` of `count` frames.
     fn mean_of<T>(&self, count: usize, at: usize, value: impl Fn(usize) -> T) -> T
     where
         T: Default + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
@@ -211,7 +211,7 @@ impl Bell {
         sum * (1.0 / total)
     }
 
-    /// The mean of the rotations around one.
+    /// The weighted mean of the rotations around `at`.
     fn mean(&self, rotations: &[Quat], at: usize) -> Quat {
         let own = rotations[at];
         let turn = |other: usize| log(own.inverse() * rotations[other]);
@@ -219,13 +219,13 @@ impl Bell {
     }
 }
 
-/// Frames of a standard deviation at most, so that the time is no product of two numbers of frames.
+/// The largest standard deviation in frames. It keeps the running time linear in the frames.
 const LONGEST_BELL: f32 = 500.0;
 
-/// The plane of a limb in the frames of a window: where it is most natural, and how far it is turned from there.
+/// The plane of a limb in the frames of a window: the most natural plane, and the angle of the limb's plane from it.
 ///
-/// What is most natural follows the trunk and the direction of the goal slowly. Both may jump in one frame of a motion,
-/// and the elbow or the knee would jump farther.
+/// The most natural plane follows the trunk and the direction of the goal slowly. Both may jump in one frame of a
+/// motion, and the elbow or knee would jump even farther.
 fn planes(
     scene: &Scene,
     frames: &Frames,
@@ -257,11 +257,11 @@ fn planes(
     naturals.into_iter().zip(calm(&swivels, &bell)).collect()
 }
 
-/// The angles of the plane of a limb, in each frame. A large change of the limb averages them over its neighbours: an
-/// arm that holds the head does not keep its swing.
+/// The angle of the limb's plane in each frame. If the limb changes much, the angle is averaged over time: an arm that
+/// holds the head does not keep its swing.
 fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
-    // The nearest turn to the last angle that is known: one that is not may be anywhere, and would take those after it
-    // along by a whole turn.
+    // Unwraps the angle to be nearest to the last known angle. An unknown angle is arbitrary, and could shift the
+    // following angles by a whole turn.
     let mut reference = 0.0;
     let unwrapped = swivels.iter().map(|swivel| {
         let angle = swivel.angle + ((reference - swivel.angle) / TAU).round() * TAU;
@@ -272,7 +272,7 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
     });
     let angles: Vec<f32> = unwrapped.collect();
     let mean = |at: usize| {
-        // Where nothing is known the angle goes to 0.
+        // If no angle is known, the result is 0.
         let (mut sum, mut total) = (0.0, 1e-3);
         for (other, part) in bell.around(at, swivels.len()) {
             sum += part * swivels[other].known * angles[other];
@@ -280,7 +280,8 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
         }
         sum / total
     };
-    // A limb that passes near to where it is brought would take up all of its swing at once, and lose it again.
+    // Takes the least detail around each frame. Otherwise a limb that passes near its goal would show its swing for a
+    // moment.
     let details: Vec<f32> = swivels.iter().map(|swivel| swivel.detail * swivel.known).collect();
     let least = |at: usize| {
         bell.near(at, details.len())
@@ -294,8 +295,8 @@ fn calm(swivels: &[Swivel], bell: &Bell) -> Vec<f32> {
     (0..swivels.len()).map(of_frame).collect()
 }
 
-/// Rounds off the moments at which a goal comes within reach or leaves it: there each rotation is the mean of those
-/// around it, weighted by a Gaussian.
+/// Smooths the moments at which a goal comes within reach or leaves it: there, each rotation becomes the mean of the
+/// rotations around, weighted by a Gaussian.
 fn pass_over(solved: &mut [HeldLimb], rate: f64, reached: f32) {
     let radius = (PASSING * rate).round().max(1.0) as usize;
     let bell = Bell::new(0.25 * PASSING, rate);
@@ -310,7 +311,7 @@ fn pass_over(solved: &mut [HeldLimb], rate: f64, reached: f32) {
     let of_joint = |joint: usize| solved.iter().map(move |of_frame| of_frame.rotations[joint]).collect();
     let joints: Vec<Vec<Quat>> = (0..count).map(of_joint).collect();
     for (at, of_frame) in solved.iter_mut().enumerate().filter(|(at, _)| nearest[*at] < radius) {
-        // In the inner half nothing of the moment itself is left.
+        // In the inner half, only the mean counts.
         let part = 2.0 * nearest[at] as f32 / radius as f32 - 1.0;
         let weight = 1.0 - ease(part.clamp(0.0, 1.0));
         for (rotation, all) in of_frame.rotations.iter_mut().zip(&joints) {

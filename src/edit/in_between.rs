@@ -145,12 +145,12 @@ fn in_between(scene: &mut Scene, input: &StepInput<'_>, options: &InBetween) -> 
     Ok(report)
 }
 
-/// The curve between the second and the third of four keys.
+/// The curve between the second and third of four keys.
 struct Squad {
-    /// Rotations at both ends, and the two that pull the curve aside between them.
+    /// The rotations at both ends, and the two control rotations that shape the curve between them.
     rotations: [Quat; 2],
     controls: [Quat; 2],
-    /// Positions at both ends, and the distance that the speed there covers over the length of the curve.
+    /// The positions at both ends, and the tangents: the speed there times the duration of the curve.
     positions: [Vec3; 2],
     tangents: [Vec3; 2],
     scales: [Vec3; 2],
@@ -159,12 +159,12 @@ struct Squad {
 impl Squad {
     fn new(values: [Trs; 4], keys: [usize; 4]) -> Self {
         let q = values.map(|value| value.rotation);
-        // On the shorter arc from each to the next.
+        // Each quaternion is chosen for the shorter arc to the next.
         let q1 = q[1];
         let (q0, q2) = (in_hemisphere_of(q1, q[0]), in_hemisphere_of(q1, q[2]));
         let q3 = in_hemisphere_of(q2, q[3]);
-        // The slopes between the neighbours of each key, which need not be evenly apart, over the length of this curve.
-        // At both ends of the motion a key is its own neighbour, and the curve leaves it as a straight one does.
+        // The slope at a key is taken between its neighbours, which may be unevenly spaced, and scaled to the duration
+        // of this curve. At both ends of the motion, a key is its own neighbour, and the curve is straight there.
         let part = |before: usize, after: usize| {
             let [before, after] = [before, after].map(|index| keys[index] as f32);
             (keys[2] - keys[1]) as f32 / (after - before)
@@ -174,8 +174,8 @@ impl Squad {
         };
         let turn = |from: Quat, to: Quat| log(from.inverse() * to);
         let slope = |at: Quat, [before, after]: [Quat; 2], part: f32| (turn(at, after) - turn(at, before)) * part;
-        // The curve leaves q1 with the slope turn(q1, q2) + 2 log(q1^-1 control). Where keys are evenly apart, these
-        // are Shoemake's controls.
+        // The curve leaves q1 with the slope turn(q1, q2) + 2 log(q1^-1 control). If keys are evenly spaced, the
+        // controls are Shoemake's.
         let whole = turn(q1, q2);
         let leaving = 0.5 * (slope(q1, [q0, q2], part(0, 2)) - whole);
         let arriving = 0.5 * (whole - slope(q2, [q1, q3], part(1, 3)));

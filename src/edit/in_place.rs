@@ -39,6 +39,6 @@ impl Step for InPlace {
         converted(scene, input, Conversion::new().root(RootMotion::InPlace))
     }
 
-    /// The conversion records what it does, so that `verify` can undo it.
+    /// Records nothing, because the conversion records the change so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

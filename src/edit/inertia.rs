@@ -1,4 +1,4 @@
-//! Closes a jump by inertialisation (Bollo, 2016): the difference at the seam fades out after it.
+//! Closes a jump between two motions by inertialisation (Bollo, 2016): the difference at the seam fades out after it.
 
 use glam::Vec3;
 
@@ -6,14 +6,15 @@ pub(super) use mocap_scene::math::inertia::{ease, fade};
 use mocap_scene::math::quaternion::{exp, log};
 use mocap_scene::pose::Trs;
 
-/// The differences of one pose from another, joint by joint, with their change per frame.
+/// The differences between two poses, joint by joint, and their change per frame.
 pub(super) struct Seam {
     rotations: Vec<(Vec3, Vec3)>,
     translations: Vec<(Vec3, Vec3)>,
 }
 
 impl Seam {
-    /// From `new`, the first two rows after the seam, to `old`: the row at the seam, and the one that would follow.
+    /// The difference from `new`, the first two rows after the seam, to `old`: the row at the seam and the row that
+    /// would follow.
     pub(super) fn new(old: [&[Trs]; 2], new: [&[Trs]; 2]) -> Self {
         let mut seam = Self {
             rotations: Vec::new(),
@@ -32,7 +33,7 @@ impl Seam {
         seam
     }
 
-    /// Whether both poses are the same: then there is nothing to close.
+    /// Whether both poses are equal, so that nothing remains to close.
     pub(super) fn is_closed(&self) -> bool {
         let all = self.rotations.iter().chain(&self.translations);
         all.into_iter().all(|(offset, _)| offset.length() < 1e-5)

@@ -1,4 +1,4 @@
-//! What the tests of this package need, and nothing else.
+//! Exports that only the tests of this package need.
 
 pub use crate::clean::gaps::middle_of_nine;
 pub use crate::graph::bound::{Bound, NUMBERS, Numbers, SLACK};

@@ -84,9 +84,9 @@ impl Step for Layer {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LayerReport {
-    /// The joints that move as in the other motion now.
+    /// The number of joints that now move as in the other motion.
     pub joints: usize,
-    /// The frames that have it: all, or as many as the other motion has.
+    /// The number of changed frames: all, or as many as the other motion has.
     pub frames: usize,
 }
 

@@ -29,7 +29,7 @@ impl LayerPart {
     /// Every part.
     pub const ALL: [Self; 4] = [Self::Upper, Self::Legs, Self::Arms, Self::Head];
 
-    /// Their names.
+    /// The names of all parts.
     pub(super) const NAMES: &'static [&'static str] = &["upper", "legs", "arms", "head"];
 
     /// Its name.
@@ -42,7 +42,7 @@ impl LayerPart {
         }
     }
 
-    /// The bones where it begins: of each list the first that is there.
+    /// The bones at the top of the part. Of each list, the first bone that exists counts.
     const fn tops(self) -> &'static [&'static [HumanoidBone]] {
         use HumanoidBone as Bone;
         match self {

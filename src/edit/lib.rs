@@ -1,14 +1,14 @@
 //! Steps that change a motion, each with a report of its changes.
 //!
-//! A step is a value that has its options, and a type that is a [`Step`]; [`EditStep`] is any of them. It changes one
-//! animation of a scene. No step calls another. Those that need to know the body take the bones that
-//! [`Humanoid::of`](mocap_figure::Humanoid::of) finds, unless the [`StepInput`] has them, and fail with
-//! [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) if there are none. Bones keep their lengths.
+//! Each step is a type with its options, which implements [`Step`]; [`EditStep`] is any of them. A step changes one
+//! animation of a scene, and calls no other step. A step that needs the bones of the body takes them from the
+//! [`StepInput`], or otherwise from [`Humanoid::of`](mocap_figure::Humanoid::of). If there are none, it fails with
+//! [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid). Bones keep their lengths.
 //!
-//! Lengths in options and reports are in metres, whatever the unit of the scene, and times in seconds.
+//! Lengths in options and reports are in metres, whatever the unit of the scene, and times are in seconds.
 //!
-//! To add a step, write its file and a line in the list below: names, help, text, JSON, reports and the command line
-//! follow.
+//! To add a step, write its file and add a line to the list below. Names, help, text, JSON, reports and the command
+//! line follow from it.
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
@@ -76,8 +76,8 @@ pub use self::target::ReachTarget;
 pub use self::value::metres;
 pub use self::warp_path::{PathFacing, PathPoint};
 
-// A line for each step, in the order of the help: its file, its type, what else of the file is public, and what it
-// reports.
+// One line for each step, in the order of the help: its file, its type, the other public items of the file, and its
+// report.
 self::list::steps! {
     report {
         contacts: ContactPoint;

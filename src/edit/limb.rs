@@ -1,4 +1,4 @@
-//! An arm or a leg that is brought to a goal, frame by frame.
+//! Moves an arm or a leg to a goal, frame by frame.
 
 use glam::{Quat, Vec3};
 use mocap_figure::axes::{angle_about, bend_axis};
@@ -35,7 +35,7 @@ pub enum Limb {
 }
 
 impl Limb {
-    /// The names of all.
+    /// The names of all limbs.
     pub(super) const NAMES: &'static [&'static str] = &["left-hand", "right-hand", "left-foot", "right-foot"];
 
     /// Its name.
@@ -59,7 +59,8 @@ impl Limb {
         matches!(self, Self::LeftHand | Self::RightHand)
     }
 
-    /// Upper bone, lower bone and end, and the bones of the trunk that may carry it, the nearest first.
+    /// The upper bone, the lower bone and the end, and the bones of the trunk that may carry the limb, the nearest
+    /// first.
     fn bones(self) -> ([Bone; 3], &'static [Bone]) {
         match self.is_arm() {
             true => (
@@ -70,9 +71,9 @@ impl Limb {
         }
     }
 
-    /// The direction from its first joint to its end in which the limb bends most naturally, and the direction from
-    /// that line to its middle joint. Both are in the frame of the T-pose of the left side. An arm before the body has
-    /// its elbow below and a little outside, a leg that stands has its knee in front.
+    /// Two directions of the most natural bend: from the first joint of the limb to its end, and from this line to the
+    /// middle joint. Both are in the frame of the T-pose, for the left side. An arm in front of the body has its elbow
+    /// below and a little outside. A standing leg has its knee in front.
     fn natural(self) -> [Vec3; 2] {
         match self.is_arm() {
             true => [Vec3::new(0.3, -0.4, 1.0), Vec3::new(0.4, -1.0, 0.0)],
@@ -81,34 +82,37 @@ impl Limb {
     }
 }
 
-/// Angles of a limb's change of direction, in radians. Up to the first its plane follows by the shortest rotation. From
-/// the second on the plane is that of [`Limb::natural`], because near 180 degrees the shortest rotation is undefined.
+/// Two angles between the old and new direction of a limb, in radians. Up to the first, the plane of the limb follows
+/// by the shortest rotation. From the second on, the plane is [`Limb::natural`], because the shortest rotation is
+/// undefined near 180 degrees.
 const CARRIED: [f32; 2] = [1.0, 2.0];
 
-/// How far a limb goes, as a fraction of its length, that keeps nothing of how its plane moves from frame to frame.
+/// The displacement of a limb, as a fraction of its length, from which on the plane keeps none of its motion from frame
+/// to frame.
 const FAR: f32 = 0.3;
 
-/// How much the hinge of the T-pose counts against the bends that are seen, as the sine of one.
+/// The weight of the hinge of the T-pose beside the bends in the motion. A bend has the weight of the sine of its
+/// angle.
 const HINGE_OF_T_POSE: f32 = 0.05;
 
-/// The joints of a limb, and how it bends.
+/// The joints of a limb, and the axes about which it bends.
 pub(super) struct LimbChain {
     is_arm: bool,
     pub(super) start: NodeId,
     middle: NodeId,
     end: NodeId,
-    /// The node that goes to the goal: the end, or one below it.
+    /// The node that moves to the goal: the end of the limb, or a node below.
     pub(super) tip: NodeId,
-    /// The axis about which it bends, in the frame of its first joint.
+    /// The axis about which the limb bends, in the frame of its first joint.
     hinge: Vec3,
-    /// The joint that carries it, and from the frame of the T-pose to that joint.
+    /// The joint of the trunk that carries the limb, and the rotation from the frame of the T-pose to this joint.
     trunk: (NodeId, Quat),
     /// The direction of [`Limb::natural`], and the normal of its plane.
     natural: [Vec3; 2],
 }
 
 impl LimbChain {
-    /// `tip` names the node that goes to the goal.
+    /// `tip` names the node that moves to the goal.
     pub(super) fn new(scene: &Scene, body: &Body, limb: Limb, tip: Option<&str>) -> Result<Self> {
         let (bones, trunks) = limb.bones();
         let joint = |bone: Bone| -> Result<NodeId> {
@@ -152,7 +156,7 @@ impl LimbChain {
         })
     }
 
-    /// Takes as the hinge the axis about which the limb bends in the motion.
+    /// Takes the hinge from the axis about which the limb bends in the motion.
     pub(super) fn see_hinge(&mut self, scene: &Scene, frames: &Frames) {
         let mut pose = Pose::rest(scene);
         let mut sum = Vec3::ZERO;
@@ -164,14 +168,13 @@ impl LimbChain {
         self.hinge = hinge.try_normalize().unwrap_or(self.hinge);
     }
 
-    /// The joints that are turned.
+    /// The joints that rotate.
     pub(super) fn joints(&self) -> [NodeId; 3] {
         [self.start, self.middle, self.end]
     }
 
-    /// Where the limb is in a pose, and where it goes. A hand is one with its forearm, so that its tip is the end of
-    /// the lower bone. A foot keeps its rotation, so that its ankle goes to the place from which the tip reaches the
-    /// goal.
+    /// The positions of a limb in a pose, and its goal. A hand moves with its forearm as one, so the lower bone ends at
+    /// the tip. A foot keeps its rotation, so the goal of the ankle is the place from which the tip reaches its goal.
     fn aim(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Aim {
         let (last, goal) = match self.is_arm {
             true => (self.tip, goal),
@@ -189,12 +192,12 @@ impl LimbChain {
         }
     }
 
-    /// From the first joint to the goal of the tip.
+    /// The vector from the first joint to the goal of the tip.
     pub(super) fn to_goal(&self, pose: &Pose, goal: Vec3) -> Vec3 {
         goal - self.reach(pose).0
     }
 
-    /// How the limb bends most naturally towards a direction, with the trunk turned so.
+    /// The most natural bend towards a direction, for this rotation of the trunk.
     pub(super) fn natural(&self, trunk: Quat, towards: Vec3) -> NaturalBend {
         NaturalBend {
             towards,
@@ -202,7 +205,7 @@ impl LimbChain {
         }
     }
 
-    /// The ball of goals that the tip can come to in a pose: its centre and its radius.
+    /// A ball around all goals that the tip can reach in a pose: its centre and radius.
     pub(super) fn reach(&self, pose: &Pose) -> (Vec3, f32) {
         let last = if self.is_arm { self.tip } else { self.end };
         let joints = [self.start, self.middle, last].map(|node| pose.position(node));
@@ -217,7 +220,7 @@ impl LimbChain {
         (rotation_of(&pose.node_to_world[joint.index()]) * frame_to_joint.inverse()).normalize()
     }
 
-    /// The angle of the plane of the limb about the line to the goal, from the most natural plane there, if the plane
+    /// The angle between the plane of the limb and the most natural plane, about the line to the goal. The plane
     /// follows the limb by the shortest rotation.
     pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, natural: NaturalBend) -> Swivel {
         let aim = self.aim(pose, goal, natural);
@@ -238,9 +241,9 @@ impl LimbChain {
         }
     }
 
-    /// Turns the limb of `pose` so that its tip comes to `goal`, in the world. The plane in which it bends is turned by
-    /// `swivel` from the most natural plane. Returns how far the tip stays away. A hand turns with its forearm, a foot
-    /// keeps its rotation.
+    /// Rotates the limb of `pose` so that its tip comes to `goal`, in the world. Its plane is rotated by `swivel` from
+    /// the most natural plane. Returns the remaining distance. A hand rotates with its forearm, a foot keeps its
+    /// rotation.
     pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (natural, swivel): (NaturalBend, f32)) -> f32 {
         let end_before = rotation_of(&pose.node_to_world[self.end.index()]);
         let aim = self.aim(pose, goal, natural);
@@ -258,36 +261,36 @@ impl LimbChain {
     }
 }
 
-/// How a limb bends most naturally towards a direction, in the world.
+/// The most natural bend of a limb towards a direction, in the world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NaturalBend {
     towards: Vec3,
-    /// The normal of its plane.
+    /// The normal of the limb's plane.
     normal: Vec3,
 }
 
-/// A limb in a pose, and where it goes.
+/// The positions of a limb in a pose, and its goal.
 struct Aim {
     joints: [Vec3; 3],
-    /// Where the last of the joints goes.
+    /// The goal of the last of these joints.
     goal: Vec3,
     /// The direction from the first joint to the goal.
     along: Option<Vec3>,
-    /// The normal of the plane in which it bends.
+    /// The normal of the plane in which the limb bends.
     normal: Vec3,
-    /// That of the plane in which it bends most naturally at the goal.
+    /// The normal of the most natural plane at the goal.
     natural: Vec3,
 }
 
-/// How the plane of a limb is turned about the line to its goal.
+/// The rotation of a limb's plane about the line to its goal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Swivel {
-    /// From where it is most natural, in radians.
+    /// The angle from the most natural plane, in radians.
     pub(super) angle: f32,
     /// How well the angle is known, from 0 to 1.
     pub(super) known: f32,
-    /// The fraction of its own motion from frame to frame that the limb keeps, from 0 to 1. A limb that goes far keeps
-    /// none.
+    /// The fraction of the plane's own motion from frame to frame that stays, from 0 to 1. A limb that is moved far
+    /// keeps none.
     pub(super) detail: f32,
 }
 

@@ -1,4 +1,5 @@
-//! What the list of steps in `lib.rs` becomes: the files as modules, any step as a value, and its report.
+//! The macro behind the list of steps in `lib.rs`. It declares the files as modules, an enum of all steps, and an enum
+//! of their reports.
 
 use std::fmt;
 
@@ -11,9 +12,9 @@ use serde_json::{Map, Value};
 
 use super::{EditStep, StepInput, StepReport, text};
 
-/// Declares the file of each step as a module, re-exports what is public there, of which the first is the step, and
-/// makes [`EditStep`] and [`StepReport`] of the steps. What a step reports stands after `=>`, and in the module
-/// `report`, with the reports that are in files of no step.
+/// Declares the file of each step as a module and re-exports its public items, of which the first is the step. Makes
+/// [`EditStep`] and [`StepReport`] of the steps. The report of a step follows `=>`. The module `report` has these
+/// reports and those of files without a step.
 macro_rules! steps {
     (
         report { $($shared:ident: $shared_report:ident;)* }
@@ -91,8 +92,7 @@ macro_rules! steps {
                 match self { $(Self::$step(_) => StepInfo::of::<$step>(),)* }
             }
 
-            /// The number of the second motion among the inputs of a command, counted from 1, where the options state
-            /// it.
+            /// The number of the second motion among the inputs of a command, counted from 1, if the options state it.
             pub fn with(&self) -> Option<usize> {
                 match self { $(Self::$step(step) => step.with(),)* }
             }
@@ -101,12 +101,12 @@ macro_rules! steps {
                 match self { $(Self::$step(step) => step::keys_of(step),)* }
             }
 
-            /// As files record it.
+            /// The step as files record it.
             fn recorded(&self) -> serde_json::Value {
                 match self { $(Self::$step(step) => step::recorded($step::NAME, step),)* }
             }
 
-            /// The step of a name with these options; `None` if there is no step of this name.
+            /// The step with this name and these options; `None` if no step has this name.
             fn with_keys(
                 name: &str,
                 keys: serde_json::Map<String, serde_json::Value>,
@@ -133,12 +133,12 @@ macro_rules! steps {
 pub(super) use steps;
 
 impl EditStep {
-    /// Its name.
+    /// The name of the step.
     pub fn name(&self) -> &'static str {
         self.info().name
     }
 
-    /// Whether it takes a second motion.
+    /// Whether the step takes a second motion.
     pub fn needs_other(&self) -> bool {
         self.info().takes_other
     }
@@ -160,8 +160,8 @@ impl EditStep {
         })
     }
 
-    /// The step of a JSON value, as files record it: an object with the name in `step` and the options beside it, or
-    /// the step as text.
+    /// Reads a step from a JSON value, as files record it: an object with the name in `step` and the options beside it,
+    /// or the step as text.
     ///
     /// # Errors
     /// As [`list_from_json`](Self::list_from_json).
@@ -175,8 +175,8 @@ impl EditStep {
 }
 
 impl EditStep {
-    /// The steps of a JSON list. Each is an object with the name in `step` and the options beside it, or the step as
-    /// text.
+    /// Reads the steps of a JSON list. Each is an object with the name in `step` and the options beside it, or the step
+    /// as text.
     ///
     /// ```
     /// use mocap::edit::EditStep;
@@ -202,7 +202,7 @@ impl EditStep {
     }
 }
 
-/// An object with the name in `step`, and the options beside it.
+/// Writes the step as an object with the name in `step` and the options beside it.
 impl Serialize for EditStep {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let keys = self.keys();
@@ -215,7 +215,7 @@ impl Serialize for EditStep {
     }
 }
 
-/// That object, or the step as text.
+/// Reads the step from such an object, or from text.
 impl<'de> Deserialize<'de> for EditStep {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let value = Value::deserialize(deserializer)?;
@@ -223,7 +223,7 @@ impl<'de> Deserialize<'de> for EditStep {
     }
 }
 
-/// The name and every option, also those that were not given, in the order of their names.
+/// Prints the name and every option in the order of their names, including those that were not given.
 impl fmt::Display for EditStep {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&text::of(self.info(), &self.keys()))
@@ -252,13 +252,13 @@ pub struct EditReport {
     #[serde(serialize_with = "step_as_text")]
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub step: EditStep,
-    /// The file of the second motion, of a step that takes one.
+    /// The file of the second motion, if the step takes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub with: Option<String>,
-    /// How well the second motion sits on the skeleton, where it had another one and was retargeted.
+    /// The quality of the retargeting, if the second motion had another skeleton.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retargeted: Option<String>,
-    /// What it changed. In JSON its numbers have the digits of 64 bits.
+    /// What the step changed. In JSON its numbers have the digits of 64 bits.
     #[serde(serialize_with = "as_value")]
     pub changed: StepReport,
 }

@@ -56,7 +56,7 @@ pub struct FootLockOptions {
     pub largest_change: Option<f64>,
     /// The height of the floor along the up axis, in metres. Default: where the feet rest.
     pub floor: Option<f32>,
-    /// The bones where the caller knows them.
+    /// The bones, if the caller knows them.
     pub humanoid: Option<Humanoid>,
     /// The weights of the lock.
     pub weights: FootLockWeights,
@@ -168,13 +168,13 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         None => detected(&legs),
     };
     let rests = match options.known {
-        // Contacts of another body may have another floor.
+        // Known contacts may come from another body with another floor, so the floor is detected.
         Some(_) => detected(&legs).floor,
         None => contacts.floor,
     };
     let floor = options.floor.unwrap_or(rests);
     let leg = legs.length(scene) * figure.metres();
-    // A floor below the feet moves no foot.
+    // A floor below the feet is accepted: it moves no foot.
     if !floor.is_finite() || floor - rests > leg {
         let message = format!(
             "floor must be finite and at most {leg:.3} m, the length of a leg, above where the feet rest, {rests:.3} m, got {floor}"
@@ -195,8 +195,8 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     Ok(report)
 }
 
-/// Removes the foot sliding of a retargeted motion during the contacts of its source. The feet get the heights of the
-/// source above the floor. `figure` is the figure of `scene`.
+/// Removes the foot sliding of a retargeted motion during the contacts of its source. The feet get the source's heights
+/// above the floor. `figure` is the figure of `scene`.
 #[doc(hidden)]
 pub fn follow_feet(
     scene: &mut Scene,

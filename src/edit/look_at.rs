@@ -1,4 +1,4 @@
-//! Turns neck and head so that the figure looks at a target.
+//! Rotates neck and head so that the figure looks at a target.
 
 use std::fmt;
 
@@ -62,20 +62,21 @@ step! {
     }
 }
 
-/// The angle beyond the limit up to which the head follows at most, in radians.
+/// The largest angle beyond the limit to which the head follows, in radians.
 const BEYOND: f32 = 0.26;
 
-/// The angles from where the trunk faces, in radians, between which the figure stops to look: 120 and 160 degrees.
+/// Two angles between the facing of the trunk and the target, in radians. Between 120 and 160 degrees, the figure
+/// gradually stops looking.
 const BEHIND: [f32; 2] = [2.094, 2.793];
 
-/// The largest speed of the turn that is added to the motion, in radians a second: 400 degrees. A turn from one side to
-/// the other, by 90 degrees in 0.4 s, is as fast in its middle.
+/// The largest speed of the rotation that is added to the motion, in radians per second: 400 degrees. A turn to the
+/// side by 90 degrees in 0.4 s has this speed in its middle.
 const FASTEST: f32 = 6.98;
 
-/// The angle in radians from which on a slower turn is seen to miss the target: a tenth of a degree.
+/// The angle from which on a slowed rotation visibly misses the target, in radians: a tenth of a degree.
 const BEHIND_TIME: f32 = 0.0017;
 
-/// How often the head is turned to the target: the eyes move with it, each time a tenth as far.
+/// The number of rotations towards the target. Each moves the eyes too, but only by a tenth of the rotation before.
 const ROUNDS: usize = 8;
 
 impl Step for LookAt {
@@ -126,7 +127,7 @@ impl LookAt {
         let mut pose = Pose::rest(scene);
         let (neck, limit) = (self.neck as f32, self.limit.to_radians() as f32);
         let joints = gaze.joints();
-        // Of each joint the turn that is added to the motion, frame by frame.
+        // For each joint and frame, the rotation that is added to the motion.
         let mut turns: Vec<Vec<Quat>> = vec![vec![Quat::IDENTITY; frames.len()]; joints.len()];
         let mut is_beyond = vec![false; frames.len()];
         for (frame, weight) in window.frames(frames.len()) {
@@ -174,7 +175,7 @@ impl LookAt {
                     let angle = to.angle_between(direction).to_degrees();
                     report.largest_angle = report.largest_angle.max(angle);
                 } else {
-                    // Not by the angle, whose cosine is too coarse for small ones.
+                    // The distance is not computed from the angle, because the cosine of a small angle is too coarse.
                     report.farthest = report.farthest.max(to.cross(direction).length() * metres);
                 }
             }
@@ -183,8 +184,8 @@ impl LookAt {
     }
 }
 
-/// Slows turns down to a largest step from frame to frame: the mean of those that begin too late and of those that end
-/// too early. Returns by how much each is changed, in radians.
+/// Limits the rotation from frame to frame to `step`. The result is the mean of a sequence that lags and one that
+/// leads. Returns the change of each rotation, in radians.
 fn slow_down(turns: &mut [Quat], step: f32) -> Vec<f32> {
     let towards = |from: Quat, to: Quat| {
         let angle = from.angle_between(to);
@@ -216,20 +217,20 @@ fn slow_down(turns: &mut [Quat], step: f32) -> Vec<f32> {
     slowed.collect()
 }
 
-/// The joints by which a figure looks.
+/// The joints that aim the gaze of a figure.
 struct Gaze {
     neck: Option<NodeId>,
     head: NodeId,
-    /// The direction forward in the frame of the head.
+    /// The forward direction in the frame of the head.
     forward: Vec3,
     eyes: Vec<NodeId>,
-    /// The joint of the trunk above which the neck is, and the direction forward in its frame.
+    /// The joint of the trunk that carries the neck, and the forward direction in its frame.
     trunk: (NodeId, Vec3),
 }
 
-/// What was seen of a target.
+/// The result for the target in one frame.
 struct GazeSample {
-    /// The fraction of the rotation that counts.
+    /// The fraction of the rotation that is applied.
     weight: f32,
     /// Whether the target is beyond the limit.
     is_beyond: bool,
@@ -264,7 +265,7 @@ impl Gaze {
         self.neck.into_iter().chain([self.head]).collect()
     }
 
-    /// Where it looks from.
+    /// The point between the eyes, or the joint of the head.
     fn eyes(&self, pose: &Pose) -> Vec3 {
         match self.eyes[..] {
             [left, right] => 0.5 * (pose.position(left) + pose.position(right)),
@@ -276,7 +277,7 @@ impl Gaze {
         rotation_of(&pose.node_to_world[self.head.index()]) * self.forward
     }
 
-    /// Turns neck and head to a target.
+    /// Rotates neck and head towards a target.
     fn turn(&self, pose: &mut Pose, at: Vec3, neck: f32, limit: f32) -> GazeSample {
         let (trunk, forward) = self.trunk;
         let faces = rotation_of(&pose.node_to_world[trunk.index()]) * forward;
@@ -323,17 +324,17 @@ impl Gaze {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LookAtReport {
-    /// The first and the last frame in which it is to look at the target.
+    /// The first and the last frame in which the figure should look at the target.
     pub range: [usize; 2],
     /// The number of these frames.
     pub frames: usize,
-    /// Those of them in which the target is beyond the limit, or moves too fast.
+    /// The number of these frames in which the target is beyond the limit or moves too fast.
     pub beyond: usize,
-    /// The largest angle from the target in these, in degrees.
+    /// The largest angle from the target in such a frame, in degrees.
     pub largest_angle: f32,
-    /// The largest distance of the line of sight from the target in the others, in metres.
+    /// The largest distance of the line of sight from the target in the other frames, in metres.
     pub farthest: f32,
-    /// The largest change of where it looks, in degrees.
+    /// The largest change of the gaze direction, in degrees.
     pub turned: f32,
 }
 

@@ -1,4 +1,4 @@
-//! Makes a motion that can be played over and over.
+//! Cuts a motion to a loop.
 
 mod level;
 
@@ -100,14 +100,13 @@ impl fmt::Display for LoopReport {
     }
 }
 
-/// Frames among which the best cut is looked for at most; of a longer motion only every so many are.
+/// The largest number of frames among which the best cut is searched. A longer motion is sampled evenly.
 const CANDIDATES: usize = 200;
 
-/// A calmer moment of the cycle is taken where the squared distance of its two poses is at most this many times the
-/// smallest.
+/// The largest squared distance of a calmer cut, as a multiple of the smallest squared distance.
 const CALM: f32 = 3.0;
 
-/// About how many moments of a cycle are looked at for a calmer one.
+/// The approximate number of moments of a cycle that are examined for a calmer cut.
 const MOMENTS: usize = 60;
 
 fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result<LoopReport> {
@@ -147,7 +146,7 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
     }
     let mut rows: Vec<Vec<Trs>> = (first..=last).map(|frame| frames.row(frame)).collect();
     let count = rows.len();
-    // The last pose as it would be at the start of the next cycle.
+    // The last pose, moved to the start of the next cycle.
     let onward = carrier.placement(&rows[0], &rows[count - 1]);
     let next = match last + 1 < frames.len() {
         true => frames.row(last + 1),
@@ -187,8 +186,8 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
     Ok(report)
 }
 
-/// The squared speeds of joints relative to the carrier at a frame, summed. The sum is least at a calm moment, such as
-/// with both feet on the ground, at which a seam is least visible.
+/// The sum of the squared speeds of joints relative to the carrier at a frame. A calm moment, such as one with both
+/// feet on the ground, has the least sum, and a seam there is least visible.
 fn squared_speeds(scene: &Scene, frames: &Frames, carrier: NodeId, frame: usize) -> f32 {
     let pose_at = |frame: usize| {
         let mut pose = Pose::rest(scene);
@@ -218,7 +217,7 @@ fn best(
         (options.longest * frames.rate) as usize,
     );
     let stride = frames.len().div_ceil(CANDIDATES).max(1);
-    // Speeds count as the poses to which they lead in a tenth of a second.
+    // A speed has the weight of the displacement that it causes in a tenth of a second.
     let weight = (0.1 * frames.rate).powi(2) as f32;
     let cost = |distance: f32, first: usize, last: usize| {
         let agree = contacts.is_none_or(|contacts| agree(contacts, first, last));
@@ -244,12 +243,12 @@ fn best(
     };
     let candidates: Vec<usize> = (0..frames.len()).step_by(stride).collect();
     let (_, first, last) = consider(&candidates, &candidates)?;
-    // Between the candidates.
+    // Searches all frames near the best candidates.
     let near = |frame: usize| -> Vec<usize> {
         (frame.saturating_sub(stride)..=(frame + stride).min(frames.len() - 1)).collect()
     };
     let (least_cost, first, last) = consider(&near(first), &near(last))?;
-    // The same cycle from another moment on.
+    // Shifts the same cycle in time to find the calmest moment.
     let length = last - first;
     let step = (length / MOMENTS).max(1);
     let earliest = first - step * (first.min(length / 2) / step);

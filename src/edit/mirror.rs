@@ -66,10 +66,10 @@ impl Step for Mirror {
 pub struct MirrorReport {
     /// Pairs of joints that exchanged their motion.
     pub pairs: usize,
-    /// Joints that are on one side and have no partner; each mirrors its own motion.
+    /// Joints on one side that have no partner; each mirrors its own motion.
     pub without_partner: Vec<String>,
-    /// How far a joint is from the mirror image of its partner at most, in metres: 0 for a skeleton whose sides are
-    /// equal.
+    /// The largest distance of a joint from the mirror image of its partner, in metres. It is 0 if both sides of the
+    /// skeleton are equal.
     pub largest_asymmetry: f32,
     /// The name of that joint.
     pub asymmetric_joint: String,
@@ -103,7 +103,8 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     let figure = figure_of(scene, humanoid)?;
     let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
     let hips = figure.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
-    // Of the skeleton alone: a T-pose from the motion would be another one after the motion is mirrored.
+    // The T-pose comes from the skeleton alone, because a T-pose from the motion would change when the motion is
+    // mirrored.
     let still = Scene {
         nodes: scene.nodes.clone(),
         metadata: scene.metadata.clone(),
@@ -121,7 +122,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     };
     let partners = partners(scene, &figure.humanoid, reference, hips, normal);
 
-    // What moves a joint moves its partner, even one that has no channel yet.
+    // A channel that moves a joint also moves its partner, so partners are held even without a channel.
     let binding = scene
         .animations
         .get(animation)
@@ -208,7 +209,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     Ok(report)
 }
 
-/// Exchanges the expressions of one side, and mirrors the gaze.
+/// Exchanges the expressions of the left and right side, and mirrors the gaze.
 fn mirror_face(scene: &mut Scene, animation: usize, mut tracks: Vec<FaceTrack>) {
     for track in &mut tracks {
         let (is_now, mirrored) = (track.face.clone(), track.face.mirrored());
@@ -227,27 +228,27 @@ fn mirror_face(scene: &mut Scene, animation: usize, mut tracks: Vec<FaceTrack>) 
     scene.set_face(animation, &tracks, false);
 }
 
-/// The direction to the left in the T-pose, which was made along axes.
+/// The direction to the left in the T-pose, which is aligned with the axes.
 fn normal(figure: &Figure, reference: &Pose) -> Option<DVec3> {
     let at = |bone: HumanoidBone| Some(reference.position(figure.humanoid.joint(bone)?).as_dvec3());
     reference::along_axis(at(HumanoidBone::LeftUpperLeg)? - at(HumanoidBone::RightUpperLeg)?)
 }
 
-/// What does not depend on the frame.
+/// The data of the mirroring that are the same in all frames.
 struct MirrorPlan<'a> {
     partners: &'a [NodeId],
     /// The rotations of the reference pose in the world.
     reference: Vec<DQuat>,
     /// The direction to the left in the reference pose.
     normal: DVec3,
-    /// The normal of the plane in the world.
+    /// The normal of the mirror plane in the world.
     plane: DVec3,
-    /// The mirror image in the reference pose to that across the plane.
+    /// The rotation from the mirror image in the reference pose to the mirror image across the plane.
     turn: DQuat,
     /// Which held nodes change their translation.
     moves: Vec<bool>,
     rest: Pose,
-    /// Where the topmost joint of the figure is in the first frame.
+    /// The position of the topmost joint of the figure in the first frame.
     center: DVec3,
 }
 
@@ -273,8 +274,8 @@ impl<'a> MirrorPlan<'a> {
             frames.pose(frame, &mut pose);
             (rotation(&pose, hips.index()) * at_reference * normal).reject_from_normalized(up)
         };
-        // On the average of a few dozen frames, since the hips of a runner swing by 30 degrees. A figure that turns all
-        // round has no average, and one that lies on its side no left.
+        // Averages up to 48 frames, because the hips of a runner swing by 30 degrees. The average is undefined if a
+        // figure turns all the way round, or if it lies on its side.
         let stride = frames.len().div_ceil(48);
         let looked: Vec<DVec3> = (0..frames.len()).step_by(stride).map(&mut left_of).collect();
         let mean = looked.iter().sum::<DVec3>() / looked.len() as f64;
@@ -338,7 +339,8 @@ impl<'a> MirrorPlan<'a> {
             let partner = self.partners[node].index();
             let change = rotations[partner] * self.reference[partner].inverse();
             let wanted = self.turn * mirrored(change, self.normal) * self.reference[node];
-            // From where the parent is after rounding, so that what keys of 32 bits lose does not add up along a chain.
+            // Uses the rounded rotation of the parent, so that the rounding of 32-bit keys does not add up along a
+            // chain.
             let own = (above.inverse() * wanted).normalize().as_quat();
             new[node] = (above * own.as_dquat()).normalize();
             let was = old[column][frame];
@@ -356,9 +358,9 @@ impl<'a> MirrorPlan<'a> {
         }
     }
 
-    /// The mirrored translation to the parent. The position of a topmost node is the mirror image across the plane,
-    /// from the place of the figure in the first frame. Feet that hang on the root of a rig are such nodes. Any other
-    /// node is as far from its offset as its partner is.
+    /// The mirrored translation relative to the parent. A topmost node is reflected across the plane through the
+    /// position of the figure in the first frame; feet attached to the root of a rig are such nodes. Any other node is
+    /// displaced from its rest offset by the mirror image of its partner's displacement.
     fn translation(
         &self,
         scene: &Scene,
@@ -391,7 +393,7 @@ impl<'a> MirrorPlan<'a> {
         (offset(node).as_dvec3() + moved).as_vec3()
     }
 
-    /// From the parent of a topmost node to the world, which never moves.
+    /// The transform to the world from the parent of a topmost node, which never moves.
     fn above(&self, scene: &Scene, node: usize) -> DMat4 {
         let parent = scene.nodes[node].parent;
         parent.map_or(DMat4::IDENTITY, |parent| {

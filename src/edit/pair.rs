@@ -1,4 +1,4 @@
-//! The frames of two motions of one skeleton.
+//! The frames of two motions that share a skeleton.
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, have_the_same_joints};
@@ -6,8 +6,8 @@ use mocap_scene::scene::{NodeId, Scene};
 
 use super::frames::Frames;
 
-/// The frames of an animation, and of the first animation of another scene with the same joints. Both have every node
-/// that one of the two drives.
+/// The frames of an animation, and of the first animation of another scene with the same joints. Both hold every node
+/// that one of the two animations moves.
 pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames<'static>, Frames<'static>)> {
     if let Err(difference) = have_the_same_joints(scene, other) {
         let message = format!("the two motions have different skeletons: {difference}");

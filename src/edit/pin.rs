@@ -1,4 +1,4 @@
-//! Keeps together what touches: a hand and a hand, a hand and the hips, a foot and a point.
+//! Pins a hand, a foot or the tip of a chain to what it touches: another joint or a point.
 
 use std::fmt;
 use std::ops::Range;
@@ -126,7 +126,7 @@ impl Pin {
         }
     }
 
-    /// The parts in which the limb touches.
+    /// The frames in which the limb touches the target.
     fn windows(
         &self,
         scene: &Scene,
@@ -148,9 +148,9 @@ impl Pin {
     }
 }
 
-/// The point next to `wanted`, in the frame of the touched node, that the limb can reach in all frames of a part and
-/// around it. Each frame has a ball of reachable points. Balls are convex, so repeated projections end in a common
-/// point if there is one (Bregman 1965).
+/// The point nearest to `wanted`, in the frame of the target, that the limb can reach in all of `of_frames`. Each frame
+/// has a ball of reachable points. Balls are convex, so repeated projections converge to a common point if there is one
+/// (Bregman 1965).
 fn within_reach(
     wanted: Vec3,
     scene: &Scene,
@@ -159,9 +159,9 @@ fn within_reach(
     target: TargetJoint,
     of_frames: impl Iterator<Item = usize>,
 ) -> Vec3 {
-    /// Rounds of projections onto the reaches of all frames, which bound the time.
+    /// The largest number of rounds, each of which projects onto the balls of all frames. It bounds the time.
     const ROUNDS: usize = 200;
-    /// Of the length of the limb: it need not be stretched wholly.
+    /// The largest reach as a fraction of the length of the limb, so that it is never stretched fully.
     const STRETCHED: f32 = 0.9999;
     let mut pose = Pose::rest(scene);
     let balls: Vec<(Vec3, f32)> = of_frames
@@ -188,7 +188,7 @@ fn within_reach(
     at
 }
 
-/// The position of the limb in the frame of what it touches, in units of the scene.
+/// The position of the limb in the frame of the target, in units of the scene.
 struct PinnedFrame {
     at: Vec<Vec3>,
     metres: f32,
@@ -218,7 +218,7 @@ impl PinnedFrame {
         }
     }
 
-    /// Distances in metres and speeds in metres per second.
+    /// The distance from the target in metres and the speed in m/s, for each frame.
     fn samples(&self, rate: f64) -> impl Iterator<Item = (f64, f64)> {
         let flat: Vec<f32> = self.at.iter().flat_map(|at| (*at * self.metres).to_array()).collect();
         let speeds = velocities(&flat, 3, rate);
@@ -236,7 +236,7 @@ impl PinnedFrame {
         self.at.iter().sum::<Vec3>() / self.at.len().max(1) as f32
     }
 
-    /// The sum of its sliding steps relative to what it touches, in metres.
+    /// The sum of the sliding steps relative to the target, in metres.
     fn slide(&self) -> f32 {
         let steps = self.at.windows(2).map(|pair| pair[0].distance(pair[1]));
         steps.sum::<f32>() * self.metres
@@ -252,13 +252,13 @@ impl PinnedFrame {
 pub struct PinReport {
     /// The first and the last frame of each contact.
     pub contacts: Vec<[usize; 2]>,
-    /// Contacts that were found, and left as they are: the limb is too short there, and would slide more.
+    /// The number of contacts that were found but not pinned: the limb is too short there and would slide more.
     pub left: usize,
-    /// The sum of the sliding steps of the limb on what it touches.
+    /// The sum of the sliding steps of the limb on its target.
     pub slide_before: f32,
-    /// The same afterwards.
+    /// The sum of the sliding steps after the step.
     pub slide_after: f32,
-    /// How it got there.
+    /// How well the limb reached its goals.
     #[serde(flatten)]
     pub limb: LimbReport,
 }

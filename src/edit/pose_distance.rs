@@ -1,4 +1,4 @@
-//! How far poses are apart, many at a time.
+//! Computes the distances between many poses.
 
 use glam::Vec3;
 use mocap_scene::math::quaternion::{log, squared_angle};
@@ -7,20 +7,20 @@ use mocap_scene::math::wide;
 use super::carrier::Carrier;
 use super::frames::Frames;
 
-/// What counts of the poses of chosen frames, list by list.
+/// Poses of chosen frames, stored as lists of values.
 ///
-/// The distance of two poses is the sum of the squared angles of all joints. Of the carrier only the tilt counts,
-/// because place and heading of a figure are no part of its pose.
+/// The distance of two poses is the sum of the squared rotation angles of all joints. The carrier counts only with its
+/// tilt, because the place and heading of a figure do not belong to its pose.
 pub(super) struct Poses {
     count: usize,
     /// For each joint the components x, y, z, w of its rotations in all frames.
     rotations: Vec<[Vec<f32>; 4]>,
-    /// Other values whose squared differences count: for each, that of all frames.
+    /// Other values whose squared differences are added: for each value, a list over all frames.
     values: Vec<Vec<f32>>,
 }
 
 impl Poses {
-    /// The poses of `chosen` frames. With `speed_weight`, the speeds of the joints to their next frames count too.
+    /// The poses of `chosen` frames. With `speed_weight`, the speed of each joint towards the next frame counts too.
     pub(super) fn new(frames: &Frames, chosen: &[usize], carrier: &Carrier, speed_weight: Option<f32>) -> Self {
         let rotation = |frame: usize, column: usize| frames.at(frame, column).rotation;
         let mut poses = Self {
@@ -40,7 +40,7 @@ impl Poses {
                 continue;
             }
             if let Some(weight) = speed_weight.filter(|_| last > 0) {
-                // The last frame has no next one: it has the speed of the frame before.
+                // The last frame has no next frame, so it gets the speed of the frame before.
                 add(of_chosen(&|frame| {
                     let from = frame.min(last - 1);
                     log(rotation(from, column).inverse() * rotation(from + 1, column)) * weight.sqrt()

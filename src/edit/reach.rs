@@ -105,9 +105,9 @@ impl Step for Reach {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ReachReport {
-    /// The first and the last frame in which the limb is to be at the target.
+    /// The first and the last frame in which the limb should be at the target.
     pub range: [usize; 2],
-    /// How it got there.
+    /// How well the limb reached its goals.
     #[serde(flatten)]
     pub limb: LimbReport,
 }

@@ -42,6 +42,6 @@ impl Step for Resample {
         converted(scene, input, Conversion::new().frame_rate(self.rate))
     }
 
-    /// The conversion records what it does, so that `verify` can undo it.
+    /// Records nothing, because the conversion records the change so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

@@ -72,7 +72,7 @@ impl Step for Rest {
         Ok(RestReport { pose: self.pose })
     }
 
-    /// It changes no motion.
+    /// Records nothing, because the motion does not change.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }
 

@@ -1,4 +1,4 @@
-//! Several steps, one after another.
+//! Applies several steps, one after another.
 
 use mocap_figure::{Humanoid, HumanoidMap};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -9,20 +9,21 @@ use super::report::EditReport;
 use super::step::names;
 use super::{EditStep, StepInput};
 
-/// A second motion on the skeleton of the first.
+/// A second motion, retargeted to the skeleton of the first.
 #[doc(hidden)]
 pub struct Fitted {
     #[doc(hidden)]
     pub scene: Scene,
-    /// How well it sits there, in a few words.
+    /// The quality of the retargeting, in a few words.
     #[doc(hidden)]
     pub quality: String,
 }
 
-/// The retargeter of a second motion to the skeleton of a scene with these bones; `None` if it has that skeleton.
+/// Retargets a second motion to the skeleton of a scene with these bones. Returns `None` if the motion already has this
+/// skeleton.
 pub(crate) type Fit<'a> = &'a dyn Fn(&Scene, &HumanoidMap, &Scene) -> Result<Option<Fitted>>;
 
-/// What errors call the second motions.
+/// The names of the second motions in errors.
 fn names_of(others: &[&Scene]) -> Vec<String> {
     let name = |(index, other): (usize, &&Scene)| match &other.metadata.origin {
         Some(origin) => origin.name.clone(),
@@ -31,7 +32,7 @@ fn names_of(others: &[&Scene]) -> Vec<String> {
     others.iter().enumerate().map(name).collect()
 }
 
-/// The node that a step has added, where before there were the nodes `before`.
+/// The node that a step has added to the nodes `before`.
 fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
     let differs = |(name, node): (&String, &Node)| *name != node.name;
     let first = std::iter::zip(before, &scene.nodes)
@@ -41,8 +42,8 @@ fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
 }
 
 impl EditStep {
-    /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too. Of
-    /// `others`, one with another skeleton than the scene is brought onto it by `fit`.
+    /// Applies steps to a scene whose bones are already `found`. Also returns the bones of the changed scene. `fit`
+    /// retargets those of `others` that have another skeleton.
     #[doc(hidden)]
     pub fn apply_fitted(
         scene: &mut Scene,
@@ -75,7 +76,7 @@ impl EditStep {
             stated = stated.map(|stated| stated.after(inserted));
             found = found.after(inserted);
         }
-        // Who trims a motion to one frame wants a pose.
+        // A motion that is trimmed to one frame is meant as a pose.
         let is_pose = scene.animations.iter().all(|clip| clip.frame_count() == 1);
         match moved && !is_pose && !scene.moves() {
             true => Err(
@@ -87,14 +88,14 @@ impl EditStep {
         }
     }
 
-    /// Refuses second motions where there are no steps.
+    /// Refuses second motions if there are no steps.
     #[doc(hidden)]
     pub fn check_others(others: &[&Scene]) -> Result<()> {
         Self::second_motions(&[], &names_of(others)).map(drop)
     }
 
-    /// Of each step the second motion that it takes, counted from 0 among `others`, which are the names of the motions
-    /// after the first.
+    /// The second motion of each step, counted from 0 among `others`. `others` has the names of the motions after the
+    /// first.
     ///
     /// ```
     /// use mocap::edit::EditStep;
@@ -106,7 +107,7 @@ impl EditStep {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where a step takes a motion that there is not, and where no step takes one that there is.
+    /// [`Code::InvalidValue`] if a step takes a motion that does not exist, or if no step takes one of `others`.
     pub fn second_motions(steps: &[Self], others: &[String]) -> Result<Vec<Option<usize>>> {
         let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
         let count = others.len() + 1;

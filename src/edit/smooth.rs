@@ -1,4 +1,4 @@
-//! Takes fast changes out of a motion.
+//! Filters fast changes out of a motion.
 
 use std::fmt;
 
@@ -22,7 +22,7 @@ use super::target::node_named;
 use super::window::Window;
 use super::{Step, StepInput, StepKey, ValueKind};
 
-/// A low-pass filter without a shift in time.
+/// A low-pass filter that does not shift the motion in time.
 ///
 /// [`Smooth`](crate::Smooth) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,8 +30,9 @@ use super::{Step, StepInput, StepKey, ValueKind};
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum SmoothFilter {
-    /// Butterworth of the second order, forwards and backwards, as biomechanics uses it (Winter). An oscillation at the
-    /// cut-off keeps half of its amplitude; one far above it loses the fourth power of the ratio.
+    /// A Butterworth filter of the second order, applied forwards and backwards, as in biomechanics (Winter). An
+    /// oscillation at the cut-off keeps half of its amplitude. Far above the cut-off, the amplitude falls with the
+    /// fourth power of the frequency.
     #[default]
     Butterworth,
     /// A Gaussian, which never overshoots. An oscillation at the cut-off keeps half of its amplitude.
@@ -39,7 +40,7 @@ pub enum SmoothFilter {
 }
 
 impl SmoothFilter {
-    /// Its name.
+    /// The name of the filter.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Butterworth => "butterworth",
@@ -47,7 +48,7 @@ impl SmoothFilter {
         }
     }
 
-    /// Its weights at 0, 1, 2, ... frames on either side, at most `most`, whose sum over both sides is 1.
+    /// The weights at 0, 1, 2, ... frames on either side, at most `most` of them. Their sum over both sides is 1.
     #[doc(hidden)]
     pub fn kernel(self, cut_off: f64, rate: f64, most: usize) -> Vec<f32> {
         use std::f64::consts::{LN_2, SQRT_2, TAU};
@@ -61,7 +62,7 @@ impl SmoothFilter {
             // exp(-s^2 w^2 / 2) is 1/2 at the cut-off.
             Self::Gaussian => (-(per_frame * frame).powi(2) / (4.0 * LN_2)).exp(),
         };
-        // Where either is below 1e-4.
+        // The number of frames after which the weights stay below 1e-4.
         let reach = match self {
             Self::Butterworth => 9.5 * SQRT_2 / per_frame,
             Self::Gaussian => (4.0 * LN_2 * 9.3f64).sqrt() / per_frame,
@@ -171,7 +172,7 @@ impl Smooth {
         Ok(Some(nodes))
     }
 
-    /// The weights of the filter for frames that are reflected at the ends.
+    /// The weights of the filter. At its ends, the motion is continued by reflection.
     fn kernel(&self, frames: &Frames) -> Result<Vec<f32>> {
         let cut_off = positive(Code::InvalidValue, "cut-off", self.cut_off)?;
         let half = 0.5 * frames.rate;
@@ -180,10 +181,10 @@ impl Smooth {
                 format!("cut-off must be above 0 and below half of the frame rate, {half:.3} Hz, got {cut_off}");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
-        // Of more weights the sum is not needed to know the others.
+        // Limits the number of weights. Further weights hardly change the sum of all.
         let most = frames.len().max(1 << 16);
         let mut kernel = self.filter.kernel(cut_off.max(1e-3), frames.rate, most);
-        // Reflected at the ends, a motion has twice as many frames but two.
+        // A motion that is reflected at its ends repeats after twice its length, so further weights are not needed.
         kernel.truncate(frames.len());
         frames.filter_radius(kernel.len() - 1)?;
         let total = 2.0 * kernel.iter().sum::<f32>() - kernel[0];
@@ -241,8 +242,8 @@ fn smooth(scene: &mut Scene, input: &StepInput<'_>, options: &Smooth) -> Result<
     Ok(report)
 }
 
-/// The weighted mean of the neighbours of a frame, minus the frame itself: `at` gives the difference of a neighbour
-/// from it. Beyond the first and the last frame, the motion continues as its point reflection.
+/// The weighted mean of the neighbours of a frame, minus the frame itself. `at` gives the difference of a neighbour
+/// from the frame. Before the first and after the last frame, the motion continues as its point reflection.
 fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -> Vec3 {
     let (start, end) = (at(0), at(last));
     let mut sum = Vec3::ZERO;
@@ -260,7 +261,7 @@ fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -
     sum
 }
 
-/// The weighted mean of the neighbours of each frame, in its tangent space.
+/// Rotates each frame by the weighted mean of its neighbours, in the tangent space of the frame.
 fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
     let padded = PaddedTrack::new(track, kernel.len() - 1);
     let [x, y, z] = change(&padded, kernel);
@@ -270,17 +271,17 @@ fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
     }
 }
 
-/// Frames that are filtered together: their lists stay in the nearest cache.
+/// The number of frames that are filtered together, so that their lists fit in the first-level cache.
 const BLOCK: usize = 256;
 
-/// The rotations of a track with those that its point reflections at both ends are made of.
+/// The rotations of a track, with additional rotations at both ends. Their point reflections continue the track.
 struct PaddedTrack {
-    /// How many stand before the first frame, and after the last.
+    /// The number of additional rotations at each end.
     pad: usize,
     last: usize,
     /// The components x, y, z, w.
     components: [Vec<f32>; 4],
-    /// -1 for reflections, else 1.
+    /// -1 for additional rotations, which are reflected, otherwise 1.
     sign: Vec<f32>,
 }
 
@@ -314,10 +315,10 @@ impl PaddedTrack {
     }
 }
 
-/// The changes of all frames, each in its tangent space: x, y and z.
+/// The changes of all frames in their tangent spaces: x, y and z.
 ///
-/// The rotation vector from one frame to another is equal in the tangent spaces of both, and its negative leads back:
-/// each is found once, for both.
+/// The rotation vector from one frame to another is the same in the tangent spaces of both, and its negative leads
+/// back. So each is computed once, for both frames.
 fn change(padded: &PaddedTrack, kernel: &[f32]) -> [Vec<f32>; 3] {
     let (pad, end) = (padded.pad, padded.pad + padded.last + 1);
     let mut sums = [0, 1, 2].map(|_| vec![0.0; padded.sign.len()]);
@@ -346,7 +347,8 @@ fn change(padded: &PaddedTrack, kernel: &[f32]) -> [Vec<f32>; 3] {
         }
     }
     let mut sums = sums.map(|sums| sums[pad..end].to_vec());
-    // A reflection is twice the end less what it reflects. All weights of what is farther than a number of frames:
+    // A point reflection is twice the end minus the reflected value. `beyond` has the sum of all weights after each
+    // distance:
     let mut beyond = kernel.to_vec();
     let mut sum = 0.0;
     for weight in beyond.iter_mut().rev() {
@@ -368,7 +370,7 @@ fn change(padded: &PaddedTrack, kernel: &[f32]) -> [Vec<f32>; 3] {
 }
 
 wide::dispatch! {
-    /// The differences of `count` rotations from one index on from as many from another index on.
+    /// The rotation vectors from `count` rotations, beginning at `here`, to as many rotations that begin at `there`.
     fn differences(turns: &mut [Vec<f32>; 3], padded: &PaddedTrack, here: usize, there: usize, count: usize) {
         let [turn_x, turn_y, turn_z] = turns;
         let (turn_x, turn_y, turn_z) = (&mut turn_x[..count], &mut turn_y[..count], &mut turn_z[..count]);
@@ -387,7 +389,7 @@ wide::dispatch! {
 }
 
 wide::dispatch! {
-    /// Adds values with their signs and a weight.
+    /// Adds values times their signs and a weight.
     fn add(sums: &mut [f32], values: &[f32], signs: &[f32], weight: f32) {
         for ((sum, value), sign) in sums.iter_mut().zip(values).zip(signs) {
             *sum += *value * (weight * sign);
@@ -395,7 +397,7 @@ wide::dispatch! {
     }
 }
 
-/// The inverse of one unit quaternion times another.
+/// The inverse of the first unit quaternion times the second.
 #[inline(always)]
 fn difference([ax, ay, az, aw]: [f32; 4], [bx, by, bz, bw]: [f32; 4]) -> [f32; 4] {
     [

@@ -1,4 +1,4 @@
-//! A step is a value with a name, its options, and its effect.
+//! A step: its name, its options and its effect.
 
 use std::fmt;
 
@@ -11,8 +11,8 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::scene::Scene;
 use mocap_scene::scene::report::{AppliedStep, SecondMotion, StepRecord};
 
-/// A change of a motion. Its fields are its options: each has a default, and a name in JSON and in text. The steps of
-/// this crate are all that there are: a record of a step is read by every program.
+/// A change of a motion. Its fields are its options; each has a default and a name in JSON and text. Only this crate
+/// defines steps, so that every program can read the record of a step.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -33,20 +33,20 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
     const KEYS: &'static [StepKey];
     /// Whether it takes a second motion.
     const TAKES_OTHER: bool = false;
-    /// Whether it depends on which joints are which bones.
+    /// Whether it depends on which joint is which bone.
     const TAKES_BONES: bool = false;
 
     /// What it changed. It prints as a sentence with units; its JSON is in metres, seconds and degrees.
     type Report: fmt::Display + Serialize + Clone + PartialEq + fmt::Debug;
 
-    /// Changes the scene without a record of the step; [`apply`](Self::apply) records it too. What a
-    /// [`Conversion`](mocap_figure::Conversion) does stands in the record anyway.
+    /// Changes the scene without a record of the step; [`apply`](Self::apply) also records it. A change by a
+    /// [`Conversion`](mocap_figure::Conversion) is recorded in either case.
     ///
     /// # Errors
     /// Those of the step, which its type states. `scene` is then unchanged.
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<Self::Report>;
 
-    /// The number of the second motion among the inputs of a command, counted from 1, where the options state it.
+    /// The number of the second motion among the inputs of a command, counted from 1, if the options state it.
     fn with(&self) -> Option<usize> {
         None
     }
@@ -54,7 +54,7 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
     /// Adds the step to [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can
     /// repeat it.
     fn record(&self, scene: &mut Scene, input: &StepInput<'_>) {
-        // A second motion is put on the bones of the first.
+        // A second motion is retargeted to the bones of the first, so the bones are recorded for it, too.
         let known = input.humanoid.filter(|_| Self::TAKES_BONES || Self::TAKES_OTHER);
         let edit = AppliedStep::Edit {
             edit: StepRecord(recorded(Self::NAME, self)),
@@ -75,7 +75,7 @@ pub trait Step: sealed::Sealed + Serialize + DeserializeOwned + Clone + PartialE
     }
 }
 
-/// What only a step of this crate has.
+/// Prevents other crates from defining steps.
 pub(crate) mod sealed {
     pub trait Sealed {}
 }
@@ -97,12 +97,12 @@ pub struct StepInput<'a> {
     pub(super) animation: usize,
     pub(super) other: Option<&'a Scene>,
     pub(super) humanoid: Option<&'a Humanoid>,
-    /// The bones that were found in the scene, which are not recorded as those that somebody states.
+    /// The bones that were found in the scene. They are not recorded, unlike bones that a user states.
     pub(super) found: Option<&'a Humanoid>,
 }
 
 impl<'a> StepInput<'a> {
-    /// The first animation of the scene, without a second motion.
+    /// The input for the first animation of the scene, without a second motion.
     pub fn new() -> Self {
         Self::default()
     }
@@ -121,14 +121,14 @@ impl<'a> StepInput<'a> {
         self
     }
 
-    /// The bones where the caller knows them. Default: those that [`Humanoid::of`](mocap_figure::Humanoid::of) finds.
+    /// The bones, if the caller knows them. Default: the bones that [`Humanoid::of`](mocap_figure::Humanoid::of) finds.
     #[must_use]
     pub fn humanoid(mut self, humanoid: impl Into<Option<&'a Humanoid>>) -> Self {
         self.humanoid = humanoid.into();
         self
     }
 
-    /// The bones of the scene, where they are known.
+    /// The bones of the scene, if they are known.
     pub(super) fn bones(&self) -> Option<&'a Humanoid> {
         self.humanoid.or(self.found)
     }
@@ -141,7 +141,7 @@ impl<'a> StepInput<'a> {
     }
 }
 
-/// The joint of every bone by its name; `None` for a bone that no joint is.
+/// The joint of every bone, by name; `None` for a bone without a joint.
 pub(super) fn names(scene: &Scene, humanoid: &Humanoid) -> HumanoidMap {
     let name = |bone: HumanoidBone| {
         humanoid
@@ -151,7 +151,7 @@ pub(super) fn names(scene: &Scene, humanoid: &Humanoid) -> HumanoidMap {
     HumanoidBone::ALL.iter().map(|&bone| (bone, name(bone))).collect()
 }
 
-/// The options of a step by their names in kebab case, without those that have no value.
+/// The options of a step by their names in kebab case, except options without a value.
 pub(super) fn keys_of(step: &impl Serialize) -> serde_json::Map<String, Value> {
     match serde_json::to_value(step) {
         Ok(Value::Object(mut keys)) => {
@@ -162,8 +162,8 @@ pub(super) fn keys_of(step: &impl Serialize) -> serde_json::Map<String, Value> {
     }
 }
 
-/// A step as files record it: without the number of its second motion among the inputs of a command, for the record
-/// has the motion itself.
+/// A step as files record it. The number of its second motion among the inputs is left out, because the record has the
+/// motion itself.
 pub(super) fn recorded(name: &str, step: &impl Serialize) -> Value {
     let mut keys = keys_of(step);
     keys.remove(WITH);
@@ -174,7 +174,7 @@ pub(super) fn recorded(name: &str, step: &impl Serialize) -> Value {
 /// The option that names the second motion.
 pub(super) const WITH: &str = "with";
 
-/// What there is to know of a step before it has options.
+/// The description of a step without option values.
 ///
 /// ```
 /// use mocap::edit::EditStep;
@@ -193,7 +193,7 @@ pub struct StepInfo {
     pub keys: &'static [StepKey],
     /// Whether it takes a second motion.
     pub takes_other: bool,
-    /// Whether it depends on which joints are which bones.
+    /// Whether it depends on which joint is which bone.
     pub takes_bones: bool,
 }
 
@@ -209,19 +209,19 @@ impl StepInfo {
     }
 }
 
-/// The documentation of a step, for bindings in other languages. It is apart from [`StepInfo`], so that a program has
-/// it only where it uses it.
+/// The documentation of a step, for bindings in other languages. It is separate from [`StepInfo`], so that a program
+/// contains it only if it uses it.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct StepDocs {
-    /// Of the step.
+    /// The documentation of the step.
     pub step: &'static str,
-    /// Of each option, in the order of [`Step::KEYS`].
+    /// The documentation of each option, in the order of [`Step::KEYS`].
     pub keys: &'static [&'static str],
 }
 
-/// Its effect, and its options with their values.
+/// Prints its effect, and its options with their values.
 impl fmt::Display for StepInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.help)?;
@@ -233,7 +233,7 @@ impl fmt::Display for StepInfo {
 }
 
 impl StepInfo {
-    /// Its options with what each takes.
+    /// The options, each with the values that it takes.
     pub(super) fn keys_with_values(&self) -> String {
         let key = |key: &StepKey| match key.takes {
             ValueKind::Moments => key.takes.symbol().to_owned(),
@@ -252,7 +252,7 @@ impl StepInfo {
 pub struct StepKey {
     /// The name of the field.
     pub field: &'static str,
-    /// What it takes.
+    /// The kind of its values.
     pub takes: ValueKind,
 }
 
@@ -266,7 +266,7 @@ impl StepKey {
         self.field.replace('_', "-")
     }
 
-    /// The option with a value, as text.
+    /// An example of the option with a value, as text.
     #[doc(hidden)]
     pub fn example(&self) -> String {
         match self.takes {
@@ -276,7 +276,7 @@ impl StepKey {
     }
 }
 
-/// What an option of a step takes. It prints as the end of "KEY takes ...".
+/// The kind of value that an option takes. It prints as the end of "KEY takes ...".
 ///
 /// [`StepInfo`](crate::StepInfo) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -306,15 +306,15 @@ pub enum ValueKind {
     FrameRange,
     /// A part of a motion.
     TimeRange,
-    /// Frames.
+    /// Frame numbers.
     Frames,
     /// A weight, or a curve of weights over time.
     Weights,
-    /// Numbers with their names.
+    /// Named numbers.
     Numbers,
     /// Points over the ground.
     Path,
-    /// Times, and those at which they are to be: in text each is a key of its own.
+    /// Pairs of a time and its new time. In text, each pair is a key of its own.
     Moments,
     /// A point, or the name of a node.
     Target,
@@ -329,7 +329,7 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
-    /// As the help of the command line has it.
+    /// The placeholder in the help of the command line.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "S",
@@ -357,7 +357,7 @@ impl ValueKind {
 }
 
 impl ValueKind {
-    /// A value of it, as text.
+    /// An example value, as text.
     pub(super) const fn example(self) -> &'static str {
         match self {
             Self::Seconds | Self::Weights => "0.5",
@@ -427,8 +427,9 @@ impl fmt::Display for ValueKind {
     }
 }
 
-/// Declares a step and its options from one table: the field, its type, its default, and what it takes. It gives the
-/// struct with a builder method for each field, the table `OPTIONS` for [`Step::KEYS`], and the documentation `DOCS`.
+/// Declares a step and its options from one table: the field, its type, its default, and the kind of its values. It
+/// generates the struct with a builder method for each field, the table `OPTIONS` for [`Step::KEYS`], and the
+/// documentation `DOCS`.
 macro_rules! step {
     (
         $(#[doc = $doc:literal])*

@@ -40,6 +40,6 @@ impl Step for TPoseFirst {
         converted(scene, input, Conversion::new().t_pose_first(true))
     }
 
-    /// The conversion records it, with the bones.
+    /// Records nothing, because the conversion records the change with the bones.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

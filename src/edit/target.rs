@@ -1,4 +1,4 @@
-//! What a limb or the head is to go to: a point of the world, or a node.
+//! The target of a limb or of the gaze: a point of the world, or a node.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
 
-/// What a hand, a foot or the head is brought to.
+/// The target of a hand, a foot or the gaze.
 ///
 /// [`Reach`](crate::Reach) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ impl fmt::Display for ReachTarget {
     }
 }
 
-/// A target that was found in the scene.
+/// A target, resolved in the scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum TargetJoint {
     /// In units of the scene.
@@ -42,7 +42,7 @@ pub(super) enum TargetJoint {
 }
 
 impl TargetJoint {
-    /// A point that goes along, given in metres, in the frame of the target.
+    /// Converts an offset from the target, in metres along its axes, to units of the scene.
     pub(super) fn offset(self, metres: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
         point(metres, metres_per_unit)
     }
@@ -57,7 +57,7 @@ impl TargetJoint {
 }
 
 impl ReachTarget {
-    /// The target in a scene. What is at or below one of `moved` is refused, for it would go along.
+    /// Resolves the target in a scene. Refuses a node at or below one of `moved`, because it would move with the limb.
     pub(super) fn find(
         &self,
         scene: &Scene,
@@ -84,7 +84,7 @@ impl ReachTarget {
     }
 }
 
-/// A point in units of the scene.
+/// Converts a point in metres to units of the scene.
 fn point(at: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
     let point = Vec3::from(at.map(|metres| (metres / metres_per_unit) as f32));
     match point.is_finite() {
@@ -102,7 +102,7 @@ pub(super) fn is_below(scene: &Scene, node: NodeId, ancestor: NodeId) -> bool {
     std::iter::successors(parent(&node), parent).any(|above| above == ancestor)
 }
 
-/// The node of a name, which is the name of a node or of a bone.
+/// The node with a name, which may be the name of a node or of a bone.
 pub(super) fn node_named(scene: &Scene, name: &str, joint: impl Fn(HumanoidBone) -> Option<NodeId>) -> Result<NodeId> {
     let plain = |name: &str| name.replace(['-', '_', ' '], "").to_lowercase();
     let of_name = scene.nodes.iter().position(|node| node.name == name).map(NodeId::new);

@@ -1,4 +1,5 @@
-//! Steps as text, `NAME:key=value,...`, and as JSON: from and to the values of serde, for all steps alike.
+//! Reads and prints steps as text, `NAME:key=value,...`, and as JSON. All steps share this code, which works on serde
+//! values.
 
 use mocap_scene::error::{Code, Diagnostic, Result, nearest};
 use serde_json::{Map, Value};
@@ -7,7 +8,7 @@ use super::step::WITH;
 use super::value::{parsed, print, scalar};
 use super::{EditStep, StepInfo, StepKey, ValueKind};
 
-/// The text of a step with these options.
+/// Prints a step with these options as text.
 pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
     let mut names: Vec<&String> = keys.keys().collect();
     names.sort();
@@ -28,7 +29,7 @@ pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
     }
 }
 
-/// The step of a text.
+/// Parses the text of a step.
 pub(super) fn parse(text: &str) -> Result<EditStep> {
     let (name, rest) = text.split_once(':').unwrap_or((text, ""));
     let step = named(name)?;
@@ -56,7 +57,7 @@ pub(super) fn parse(text: &str) -> Result<EditStep> {
     with_keys(step, keys, text)
 }
 
-/// The step of a JSON object.
+/// Reads a step from a JSON object.
 pub(super) fn from_object(value: &Value) -> Result<EditStep> {
     let Some((object, name)) = value
         .as_object()
@@ -95,7 +96,7 @@ fn named(name: &str) -> Result<StepInfo> {
     Err(unknown.help(after_nearest(near, &all)).into())
 }
 
-/// The nearest name, where one is near, and all that there are.
+/// Suggests the nearest name, if there is one, followed by `all`.
 fn after_nearest(near: Option<&str>, all: &str) -> String {
     match near {
         Some(near) => format!("did you mean {near}? {all}"),
@@ -103,7 +104,7 @@ fn after_nearest(near: Option<&str>, all: &str) -> String {
     }
 }
 
-/// The options of a step, and an example: with `key`, where the step can have that alone.
+/// The options of a step and an example. The example has `key`, if the step accepts it alone.
 fn takes(step: StepInfo, key: Option<&StepKey>) -> String {
     let all = step.keys_with_values();
     let with = |key: &StepKey| format!("{}:{}", step.name, key.example());
@@ -114,7 +115,7 @@ fn takes(step: StepInfo, key: Option<&StepKey>) -> String {
     }
 }
 
-/// The key of a name, in which `_` may stand for `-`.
+/// The key with this name, in which `_` may stand for `-`.
 fn known(step: StepInfo, name: &str) -> Result<&'static StepKey> {
     let field = name.replace('-', "_");
     if let Some(key) = step.keys.iter().find(|key| key.field == field) {
@@ -129,14 +130,15 @@ fn known(step: StepInfo, name: &str) -> Result<&'static StepKey> {
     Err(unknown.help(after_nearest(near, &all)).into())
 }
 
-/// How an error of one value begins: serde's, and ours, which quote the value. Other errors are of a whole step.
+/// How the error of a single value begins: serde's errors, and ours, which quote the value. Other errors concern the
+/// whole step.
 const OF_VALUES: [&str; 4] = ["invalid ", "unknown variant ", "data did not match ", "\""];
 
-/// The step with these options, which are those of its table. `stated` is the step as it was given, for a message.
+/// Reads a step from its options. `stated` is the step as the user wrote it, for messages.
 pub(super) fn read<S: super::Step>(keys: Map<String, Value>, stated: &str) -> Result<S> {
     let value = Value::Object(keys);
     S::deserialize(&value).or_else(|error| {
-        // The value at fault is refused without the others too.
+        // A wrong value is refused even without the other options, which finds it.
         let alone = |key: &StepKey| {
             let name = key.name();
             let found = value.get(&name)?;
@@ -147,7 +149,7 @@ pub(super) fn read<S: super::Step>(keys: Map<String, Value>, stated: &str) -> Re
         };
         match S::KEYS.iter().find_map(alone) {
             Some(message) => refuse(message),
-            // What is wrong is not one value, but how they go together.
+            // No single value is wrong, only their combination.
             None => refuse(format!("the step {stated:?}: {error}")),
         }
     })

@@ -44,6 +44,6 @@ impl Step for Trim {
         converted(scene, input, Conversion::new().trim(self.range.first, self.range.last))
     }
 
-    /// The conversion records what it does, so that `verify` can undo it.
+    /// Records nothing, because the conversion records the change so that `verify` can undo it.
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }

@@ -77,7 +77,7 @@ impl Step for Turn {
     }
 }
 
-/// Where the figure looks in the first frame: across the lines of its hip joints and its shoulders.
+/// The facing of the figure in the first frame: perpendicular to the lines of its hip joints and shoulders.
 fn looks(scene: &Scene, frames: &Frames, input: &StepInput<'_>, up: Vec3) -> Result<Vec3> {
     let bones = figure_of(scene, input.bones())?.humanoid.with_sides_of_the_body();
     let mut pose = Pose::rest(scene);

@@ -1,6 +1,6 @@
-//! Turns of a bone about itself between two frames, which stay: the solver of a camera loses how an arm is turned while
-//! its elbow is straight. No joint is elsewhere for it, so the turn is spread over frames on both sides, and what is
-//! below the bone keeps its rotation in the world.
+//! Repairs sudden rolls: a bone rotates about its own axis between two frames and stays so. The solver of a camera
+//! loses the roll of an arm while its elbow is straight. The roll moves no joint, so it is spread over frames on both
+//! sides. Joints below the bone keep their rotation in the world.
 
 use std::f32::consts::{PI, TAU};
 use std::ops::Range;
@@ -12,25 +12,25 @@ use mocap_scene::scene::{NodeId, NodeKind, Scene};
 
 use super::frames::Frames;
 
-/// Over how long a turn is spread on either side, in seconds.
+/// The time over which a roll is spread on either side, in seconds.
 const SPREAD: f64 = 0.2;
-/// The frames of that at most, so that the time is no product of two numbers of frames.
+/// The largest number of these frames. It keeps the running time linear in the frames.
 const MOST_FRAMES: usize = 500;
-/// How much of a jump may be no turn about the bone, as a fraction of the turn.
+/// The largest part of a jump that is no roll about the bone, as a fraction of the roll.
 const ASIDE: f32 = 0.4;
-/// Below this angle a joint below the bone does not jump, in degrees.
+/// The smallest rotation of a joint below the bone that counts as a jump, in degrees.
 const CALM: f32 = 20.0;
 
-/// A joint that is turned about its bone.
+/// A joint that rolls about its bone.
 struct TwistedJoint {
     column: usize,
     bone: Vec3,
-    /// In radians.
+    /// The angle in radians.
     angle: f32,
 }
 
-/// Spreads the jump of a joint to `frame`, where it is a turn about its bone and so is what it makes joints below jump.
-/// Returns the columns and the frames that changed; none where it is another jump.
+/// Spreads the jump of a joint to `frame`, if it is a roll about its bone and the jumps that it causes below are rolls
+/// too. Returns the changed columns and frames; no columns if the jump is of another kind.
 pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: usize) -> (Vec<usize>, Range<usize>) {
     let width = ((SPREAD * frames.rate).round() as usize).clamp(2, MOST_FRAMES);
     let within = frame.saturating_sub(width)..(frame + width).min(frames.len());
@@ -58,7 +58,7 @@ pub(super) fn spread(scene: &Scene, frames: &mut Frames, column: usize, frame: u
     (changed, within)
 }
 
-/// The joint and those below it that are turned too, as far as one of them jumps.
+/// The joint and the joints below that roll too, as long as they jump. `None` if a jump is no roll.
 fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<Vec<TwistedJoint>> {
     let at = |column: usize| [frame - 1, frame].map(|frame| frames.at(frame, column));
     let [before, after] = at(column);
@@ -89,14 +89,14 @@ fn turns(scene: &Scene, frames: &Frames, column: usize, frame: usize) -> Option<
     }
 }
 
-/// The child of a joint that has one alone.
+/// The child of a joint, if it has exactly one.
 fn only_child(scene: &Scene, joint: NodeId) -> Option<NodeId> {
     let mut children = (0..scene.nodes.len()).filter(|node| scene.nodes[*node].parent == Some(joint));
     let child = children.next()?;
     children.next().is_none().then(|| NodeId::new(child))
 }
 
-/// Whether no joint is below a node, which then turns along.
+/// Whether no joint is below a node. Such a node may rotate with its parent.
 fn is_end(scene: &Scene, joint: NodeId) -> bool {
     let is_below = |node: &&mocap_scene::scene::Node| node.parent == Some(joint);
     scene

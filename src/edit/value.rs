@@ -1,10 +1,10 @@
-//! The value of an option of a step as text, from and to that of serde.
+//! Converts the value of an option between text and serde values.
 
 use serde_json::{Map, Number, Value};
 
 use super::ValueKind;
 
-/// The value of a text; what it cannot be read as stays text, which the step refuses.
+/// Parses a value. Text that does not have the expected form stays text, and the step refuses it.
 pub(super) fn parsed(takes: ValueKind, text: &str) -> Value {
     let list = |separator: &str, item: fn(&str) -> Value| text.split(separator).map(item).collect();
     match takes {
@@ -45,7 +45,7 @@ fn point(text: &str) -> Value {
     ]))
 }
 
-/// The number of a length, in metres or with the unit m, cm, mm or um.
+/// Parses a length in metres, or with the unit m, cm, mm or um.
 #[doc(hidden)]
 pub fn metres(text: &str) -> Option<f64> {
     let units = [("mm", 1e3), ("cm", 1e2), ("um", 1e6), ("m", 1.0)];
@@ -53,7 +53,7 @@ pub fn metres(text: &str) -> Option<f64> {
         .into_iter()
         .find_map(|(unit, count)| Some((text.trim().strip_suffix(unit)?, count)))
         .unwrap_or((text, 1.0));
-    // Divided, so that 7cm is the 0.07 that a person writes.
+    // The number is divided, not multiplied, so that 7cm equals the 0.07 that a person writes.
     number.trim().parse().ok().map(|number: f64| number / in_a_metre)
 }
 
@@ -71,7 +71,8 @@ pub(super) fn scalar(text: &str) -> Value {
     }
 }
 
-/// The text of a value; `None` for an empty list. A value without the form of `takes` is printed unchanged.
+/// Prints a value as text; `None` for an empty list. A value that does not have the form of `takes` is printed
+/// unchanged.
 pub(super) fn print(takes: ValueKind, value: &Value) -> Option<String> {
     let joined = |separator: &str, item: fn(&Value) -> String| match value {
         Value::Array(items) => (!items.is_empty()).then(|| items.iter().map(item).collect::<Vec<_>>().join(separator)),
@@ -95,7 +96,7 @@ pub(super) fn print(takes: ValueKind, value: &Value) -> Option<String> {
             }
         }),
         ValueKind::Target | ValueKind::Point => Some(joined_pair(value, "/")),
-        // A command line wants the unit.
+        // The command line requires a unit for lengths.
         ValueKind::Metres if value.is_number() => Some(format!("{}m", word(value))),
         _ => Some(word(value)),
     }
@@ -108,7 +109,7 @@ fn joined_pair(pair: &Value, separator: &str) -> String {
     }
 }
 
-/// A number of a point without the `.0` of a whole one.
+/// Prints a number of a point, without the `.0` of a whole number.
 fn short(value: &Value) -> String {
     value.as_f64().map_or_else(|| word(value), |number| number.to_string())
 }

@@ -1,4 +1,4 @@
-//! Makes a motion of a walk over a motion graph.
+//! Turns a walk over a motion graph into a motion.
 
 use std::fmt;
 
@@ -20,7 +20,7 @@ use crate::graph::distance::Alignment;
 use crate::graph::report::Walk;
 use crate::graph::walk::{Bend, smooth};
 
-/// What [`Walk::motion`] made.
+/// What [`Walk::motion`] did.
 ///
 /// [`Walk::motion`](crate::graph::report::Walk::motion) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -31,13 +31,13 @@ pub struct WalkReport {
     pub frames: usize,
     /// Its length in seconds.
     pub seconds: f64,
-    /// When each transition begins, in seconds.
+    /// The start time of each transition, in seconds.
     pub transitions: Vec<f64>,
-    /// The largest distance of two moments between which it passes, in metres.
+    /// The largest distance of the two moments of a transition, in metres.
     pub largest_distance: f32,
-    /// How near it is to the path that it follows, where it follows one.
+    /// The distance of the walk from its path, if it follows one.
     pub path: Option<WalkPath>,
-    /// How the feet were held still; absent where the skeleton is no humanoid.
+    /// The report of the foot lock; absent if the skeleton is no humanoid.
     pub feet: Option<FootLockReport>,
 }
 
@@ -66,9 +66,9 @@ impl fmt::Display for WalkReport {
 }
 
 impl Walk {
-    /// Makes a motion of a walk over a motion graph, whose clips are these animations of these scenes, in their order.
-    /// From piece to piece two clips are blended for the length of a window, aligned over the ground; then feet are
-    /// held still as [`foot_lock()`] does it. The frame rate is the highest of the clips.
+    /// Makes a motion of a walk. `clips` are the clips of the graph in order, each as a scene and the index of its
+    /// animation. Successive pieces are aligned over the ground and blended over the length of a window. Then
+    /// [`foot_lock()`] locks the feet. The frame rate is the highest of the clips.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -85,10 +85,10 @@ impl Walk {
     /// ```
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where the clips are not those of the walk, or have other joints.
+    /// [`Code::InvalidValue`] if the clips are not those of the walk, or have different joints.
     pub fn motion(&self, clips: &[(&Scene, usize)]) -> Result<(Scene, WalkReport)> {
         let mut joined = WalkClips::new(self, clips)?;
-        // A graph has the skeleton of its first clip.
+        // The motion gets the skeleton of the first clip.
         let base = clips[0].0;
         let figure = Figure::new(base);
         let space = CloudSpace::new(base, &figure)?;
@@ -124,7 +124,8 @@ impl Walk {
     }
 }
 
-/// The scene of a clip with a motion that has no keys yet. What is known of a file does not hold for it.
+/// The scene of a clip, with an empty animation. Facts about the clip's file are removed, because they do not apply to
+/// the walk.
 fn empty(base: &Scene, rate: f64) -> Scene {
     let mut scene = base.clone();
     scene.animations = vec![Animation {
@@ -144,12 +145,12 @@ fn empty(base: &Scene, rate: f64) -> Scene {
 /// The clips of a walk.
 struct WalkClips<'a> {
     walk: &'a Walk,
-    /// Of each clip that has a piece.
+    /// For each clip, its frames if the walk uses it.
     frames: Vec<Option<Frames<'static>>>,
     carrier: Carrier,
     /// The highest frame rate of these clips.
     rate: f64,
-    /// The piece that the row before was of, and when it begins in frames of the walk.
+    /// The piece of the previous row, and its first frame in frames of the walk.
     piece: usize,
     begin: usize,
 }
@@ -198,7 +199,7 @@ impl<'a> WalkClips<'a> {
         })
     }
 
-    /// When each transition begins, in seconds.
+    /// The start time of each transition, in seconds.
     fn starts(&self) -> Vec<f64> {
         let (pieces, window) = (&self.walk.pieces, self.walk.window);
         let mut at = 0;
@@ -210,7 +211,7 @@ impl<'a> WalkClips<'a> {
         ends.collect()
     }
 
-    /// The pose at a time. Times must not fall from call to call.
+    /// The pose at a time. Times must not decrease from call to call.
     fn row(&mut self, seconds: f64, space: &CloudSpace) -> Result<Vec<Trs>> {
         let at = seconds * self.walk.rate;
         let blend = (self.walk.window - 1) as f64;
@@ -237,7 +238,7 @@ impl<'a> WalkClips<'a> {
         }
     }
 
-    /// The pose of a piece at a frame of the walk's rate, moved to where the walk is.
+    /// The pose of a piece at a frame of the walk's rate, at the place of the walk.
     fn clip_row(&self, piece: usize, frame: f64, space: &CloudSpace) -> Result<Vec<Trs>> {
         let Some(frames) = &self.frames[self.walk.pieces[piece].clip] else {
             return Err(Diagnostic::new(Code::InvalidValue, "a clip of the walk is not given").into());
@@ -249,7 +250,7 @@ impl<'a> WalkClips<'a> {
     }
 }
 
-/// The motion over the ground of an alignment, in the unit of the scene.
+/// The motion over the ground for an alignment, in units of the scene.
 fn placement(alignment: &Alignment, space: &CloudSpace) -> Placement {
     let turn = Quat::from_axis_angle(space.up, alignment.turn as f32);
     let DVec2 { x, y } = alignment.offset / f64::from(space.metres);

@@ -1,4 +1,4 @@
-//! Moves moments, or bends the path over the ground.
+//! Warps a motion in time, or bends its path over the ground.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 
 /// Makes parts of a motion faster or slower, or bends its path over the ground.
 ///
-/// Frames keep their rate; what is between two of the earlier frames is interpolated.
+/// The frame rate stays, and new frames are interpolated.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -32,8 +32,8 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 /// # Errors
 /// [`Code::NoMotion`](mocap_scene::Code::NoMotion) without this animation.
 ///
-/// Of times: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) where they are not finite, negative, or do not
-/// increase; [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) where the result would be far longer than the
+/// For times: [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) if they are not finite, are negative, or do not
+/// increase. [`Code::LimitExceeded`](mocap_scene::Code::LimitExceeded) if the result would be far longer than the
 /// motion.
 ///
 /// For a path, [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) without points, or if a number is not finite.
@@ -44,25 +44,25 @@ use super::{Step, StepDocs, StepInput, StepKey, ValueKind};
 #[serde(try_from = "WarpKeys", into = "WarpKeys")]
 #[non_exhaustive]
 pub enum Warp {
-    /// Pairs of a time in the motion and its new time, in seconds, both increasing. Time runs evenly from the start to
-    /// the first pair and from pair to pair, and after the last as it did. With the two of every pair exchanged it is
-    /// the inverse. A first pair whose second time is 0 cuts the motion before it.
+    /// Pairs of a time in the motion and its new time, in seconds, both increasing. From the start to the first pair,
+    /// and from pair to pair, the speed is constant. After the last pair, the motion keeps its own speed. Exchanging
+    /// both times of every pair gives the inverse. A first pair whose new time is 0 cuts off the motion before it.
     Moments(Vec<(f64, f64)>),
     /// The factor of the speed of the whole motion, above 0.
     Speed(f64),
-    /// The figure is at every point at its time. Its other motion, such as swaying from step to step, stays (motion
-    /// warping: Witkin and Popovic, 1995). Both paths are natural cubic splines: one through the positions of the
-    /// figure, the other through the points. The figure keeps its offset from the first one. Beyond the first and the
-    /// last point the paths go on straight. Heights and poses stay.
+    /// The figure is at every point at its time. Its other motion, such as sway from step to step, stays (motion
+    /// warping: Witkin and Popovic, 1995). Two natural cubic splines are compared: one through the old positions of the
+    /// figure at these times, and one through the points. The figure keeps its offset from the first spline. Before the
+    /// first point and after the last, the paths continue straight. Heights and poses stay.
     Path {
         /// The points, in the order of time.
         points: Vec<PathPoint>,
-        /// Where the figure looks.
+        /// The facing of the figure.
         facing: PathFacing,
     },
 }
 
-/// The options by their names, of which a warp has those that go together.
+/// All options of a warp by name. A warp has only those of its kind.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -116,7 +116,7 @@ impl TryFrom<WarpKeys> for Warp {
     }
 }
 
-/// Seconds of a motion that change their speed: all of any motion.
+/// The time that a speed applies to, in seconds: longer than any motion.
 const LONGEST: f64 = 1e9;
 
 impl Warp {
@@ -162,9 +162,9 @@ impl Step for Warp {
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum WarpReport {
-    /// To moments, or to the speed.
+    /// Of a change of times or of the speed.
     Time(WarpTimeReport),
-    /// To the path.
+    /// Of a change of the path.
     Path(WarpPathReport),
 }
 

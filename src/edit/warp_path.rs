@@ -23,14 +23,14 @@ use super::quantity::{degrees, metres};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PathPoint {
-    /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even fraction of the
-    /// path that it goes anyway.
+    /// The time at which the figure should be there, in seconds; the nearest frame counts. `None`: the points divide
+    /// the figure's old path evenly.
     pub seconds: Option<f64>,
-    /// Where, in metres along the two axes of the ground: x and z where +Y is up, x and y where +Z is.
+    /// The position in metres along the two axes of the ground: x and z if +Y is up, x and y if +Z is up.
     pub at: [f64; 2],
 }
 
-/// As the text of a step has it: `SECONDS:M/M`, or `M/M`.
+/// Prints the point as in the text of a step: `SECONDS:M/M`, or `M/M`.
 impl fmt::Display for PathPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(seconds) = self.seconds {
@@ -40,7 +40,7 @@ impl fmt::Display for PathPoint {
     }
 }
 
-/// Where a figure looks on its new path.
+/// The facing of a figure on its new path.
 ///
 /// [`Warp`](crate::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -48,10 +48,10 @@ impl fmt::Display for PathPoint {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum PathFacing {
-    /// It turns with the path: one that walks sideways walks sideways along the new one.
+    /// The figure turns with the path: if it walked sideways, it walks sideways along the new path.
     #[default]
     Along,
-    /// It looks where it looked.
+    /// The figure keeps its old facing.
     Kept,
 }
 
@@ -62,15 +62,15 @@ pub enum PathFacing {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WarpPathReport {
-    /// Where the figure was at the times of the points. A warp to these undoes this one.
+    /// The old positions of the figure at the times of the points. A warp to these points undoes this warp.
     pub points_before: Vec<PathPoint>,
     /// The length of the path through those points, in metres.
     pub length_before: f64,
-    /// The length of the new path, in metres. Feet slide as far as the two differ.
+    /// The length of the new path, in metres. Feet slide by the difference of both lengths.
     pub length: f64,
-    /// How far the figure was moved at most, in metres.
+    /// The largest displacement of the figure, in metres.
     pub largest_shift: f64,
-    /// How far the figure was turned at most, in degrees.
+    /// The largest rotation of the figure, in degrees.
     pub largest_turn: f64,
 }
 
@@ -102,7 +102,7 @@ pub(super) fn warp_path(
     let up = carrier.up.as_dvec3();
     let axes = ground_axes(up);
     let over_ground = |point: Vec3| DVec2::from(axes.map(|axis| point.as_dvec3().dot(axis))) * metres;
-    // Nothing above the carrier moves.
+    // Nothing above the carrier moves, so its transform is constant.
     let above = scene.nodes[frames.nodes()[carrier.column].index()].parent;
     let to_world = above.map_or(Mat4::IDENTITY, |parent| Pose::rest(scene).node_to_world[parent.index()]);
     let (from_world, above_turned) = (to_world.inverse(), Trs::from_matrix(to_world).rotation);
@@ -141,7 +141,7 @@ pub(super) fn warp_path(
             .sum()
     };
     (report.length_before, report.length) = (length(&old), length(&new));
-    // A turn about the up axis takes the first of the two axes towards the second, or away from it.
+    // A rotation about the up axis turns the first of the two axes towards the second, or away from it.
     let handed = axes[0].cross(axes[1]).dot(up);
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(frames.len());
     for (frame, turn) in turns.into_iter().enumerate() {
@@ -189,12 +189,12 @@ fn check(points: &[PathPoint]) -> Result<()> {
     }
 }
 
-/// The points as a step has them.
+/// The points in the text form of a step.
 fn found(points: &[PathPoint]) -> String {
     points.iter().map(PathPoint::to_string).collect::<Vec<_>>().join("+")
 }
 
-/// The two axes over the ground: those of the world that are not up, in their order.
+/// The two axes over the ground: the world axes other than up, in order.
 fn ground_axes(up: DVec3) -> [DVec3; 2] {
     let upright = up.abs().max_position();
     let mut axes = DVec3::AXES
@@ -205,7 +205,7 @@ fn ground_axes(up: DVec3) -> [DVec3; 2] {
     [axes.next().unwrap_or(DVec3::X), axes.next().unwrap_or(DVec3::Z)]
 }
 
-/// The frame of each point: the nearest to its time, or to its fraction of the path.
+/// The frame of each point: the nearest frame to its time, or to its fraction of the path.
 fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<usize>> {
     let last = was_at.len() - 1;
     let mut gone = vec![0.0];
@@ -214,7 +214,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     }
     let whole = gone[last];
     let at_fraction = |fraction: f64| {
-        // One that stays where it is goes by time.
+        // If the figure stays at one place, the fraction counts in time.
         if whole <= 1e-6 {
             return (fraction * last as f64).round() as usize;
         }
@@ -243,7 +243,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
             None => at_fraction(position_at as f64 / (points.len() - 1).max(1) as f64),
         };
         let least = frames.last().map_or(0, |last| last + 1);
-        // The point at which a figure stands for a while has several moments, and two points cannot have one.
+        // While a figure stands, several frames have the same place, and two points must not share a frame.
         let frame = if point.seconds.is_some() {
             frame
         } else {
@@ -261,7 +261,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     Ok(frames)
 }
 
-/// The direction of a path at some moments, as angles. A path that pauses keeps its direction. A path without any
+/// The direction of a path at some times, as angles. While the path pauses, it keeps its direction. A path without
 /// movement has none.
 fn headings(path: &Spline, seconds: &[f64]) -> Option<Vec<f64>> {
     let speeds: Vec<DVec2> = seconds.iter().map(|seconds| path.speed(*seconds)).collect();

@@ -15,13 +15,13 @@ use super::frames::Frames;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WarpTimeReport {
-    /// Seconds before.
+    /// The length in seconds before the step.
     pub seconds_before: f64,
-    /// Seconds now: those of whole frames. A part of a frame at the end is left out.
+    /// The length in seconds after the step, in whole frames. A part of a frame at the end is dropped.
     pub seconds: f64,
-    /// The lowest speed.
+    /// The lowest playback speed; 1 is unchanged.
     pub slowest: f64,
-    /// The highest speed.
+    /// The highest playback speed; 1 is unchanged.
     pub fastest: f64,
 }
 
@@ -54,7 +54,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     let count = frames.up_to(seconds * frames.rate + 1e-6, &[])?;
     let old_frame = |frame: usize| {
         let tick = map(&inverse, frame as f64 / frames.rate) * frames.rate;
-        // A time that was computed there and back is not whole by its last bits.
+        // The roundings of both maps may move a whole frame number slightly, so it is rounded.
         if (tick - tick.round()).abs() < 1e-6 {
             tick.round()
         } else {
@@ -63,7 +63,7 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     };
     let taken: Vec<_> = (0..count).map(|frame| (&frames, old_frame(frame))).collect();
     let rows = taken.iter().map(|(frames, tick)| frames.row_at(*tick)).collect();
-    // After the last moment time runs as it did.
+    // After the last moment, the speed is 1.
     let as_before = moments.last().is_none_or(|(from, _)| *from < last).then_some(1.0);
     let speeds = moments
         .windows(2)
@@ -83,15 +83,15 @@ pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f6
     })
 }
 
-/// The pairs, with the start of the motion before them. Without it a first pair such as 0.3 and 0.6 would ask for what
-/// is before the start, of which there is only the first pose.
+/// The pairs, with the start of the motion before them. Otherwise a first pair such as 0.3 and 0.6 would need the
+/// motion before its start, where there is only the first pose.
 fn anchored(moments: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let start = moments.first().filter(|(from, to)| *from > 0.0 && *to > 0.0);
     let start = start.map(|_| (0.0, 0.0));
     start.into_iter().chain(moments.iter().copied()).collect()
 }
 
-/// Where a piecewise linear map puts a time.
+/// Maps a time by a piecewise linear function.
 fn map(moments: &[(f64, f64)], time: f64) -> f64 {
     let (Some(first), Some(last)) = (moments.first(), moments.last()) else {
         return time;

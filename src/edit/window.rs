@@ -1,4 +1,4 @@
-//! When a step has its effect: in a part of a motion, with time to come and to go.
+//! The frames in which a step has its effect: a part of a motion, with times of easing in and out.
 
 use mocap_figure::convert::{TimeRange, part_ticks};
 use mocap_scene::error::{Code, Result};
@@ -8,19 +8,19 @@ use mocap_scene::scene::Animation;
 use super::frames::Frames;
 use super::inertia::ease;
 
-/// Frames in which a step has its full effect, and those before and after in which the effect comes and goes.
+/// The frames in which a step has its full effect, and the frames of easing before and after.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
     /// The first and the last frame of full effect.
     pub(super) first: usize,
     pub(super) last: usize,
-    /// The frames in which the effect comes and goes; 0 for at once.
+    /// The number of frames over which the effect eases in and out; 0 for an immediate effect.
     ease_in: f64,
     ease_out: f64,
 }
 
 impl Window {
-    /// The frames of a part of `animation`; the times in seconds are those in which the effect comes and goes.
+    /// The frames of a part of `animation`. The two times of easing are in seconds.
     pub(super) fn new(
         animation: &Animation,
         frames: &Frames,
@@ -37,8 +37,8 @@ impl Window {
         })
     }
 
-    /// The runs of frames for which `is_inside` holds; the effect comes and goes within `ease` frames, and from one run
-    /// to the next within the frames between them.
+    /// The runs of frames for which `is_inside` holds. The effect eases in and out over `ease` frames. Between two near
+    /// runs, it eases out in the first half of the gap and in during the second half.
     pub(super) fn of_runs(is_inside: &[bool], ease: f64) -> Vec<Self> {
         let mut windows: Vec<Self> = Vec::new();
         for frame in (0..is_inside.len()).filter(|frame| is_inside[*frame]) {
@@ -62,7 +62,7 @@ impl Window {
         windows
     }
 
-    /// The fraction of the effect in a frame, whose speed and acceleration have no jump.
+    /// The fraction of the effect in a frame. Its speed and acceleration are continuous.
     pub(super) fn weight(&self, frame: usize) -> f32 {
         let away = |frames: usize, within: f64| match frames as f64 / within {
             _ if frames == 0 => 1.0,
@@ -74,7 +74,7 @@ impl Window {
         away(before, self.ease_in) * away(after, self.ease_out)
     }
 
-    /// The frames in which there is any effect, of so many.
+    /// The frames of a motion of `count` frames in which the effect is not 0, each with its fraction.
     pub(super) fn frames(&self, count: usize) -> impl Iterator<Item = (usize, f32)> + use<'_> {
         let all = (0..count).map(|frame| (frame, self.weight(frame)));
         all.filter(|(_, weight)| *weight > 0.0)

@@ -1,4 +1,4 @@
-//! What the parts of a cleaning work on.
+//! The data that the parts of a cleaning share.
 
 use glam::{DVec3, Mat4, Vec3};
 use mocap_figure::{Figure, Humanoid};
@@ -11,21 +11,21 @@ use crate::body::and_below;
 use crate::clean_weights::CleanWeights;
 use crate::frames::Frames;
 
-/// The frames that are changed, and what is known about the body.
+/// The frames that the cleaning changes, and facts about the body.
 #[derive(Clone)]
 pub(super) struct Work<'a> {
     pub(super) scene: &'a Scene,
     pub(super) frames: Frames<'a>,
     pub(super) figure: &'a Figure,
-    /// The frames whose values were made up, since they were not measured; empty where there is none.
+    /// Marks frames whose values were interpolated, because they were not measured. Empty if there are none.
     pub(super) missing: Vec<bool>,
-    /// The axis along which the depth of an estimate trembled, where one was found.
+    /// The axis along which the depth jittered, if one was found.
     pub(super) depth: Option<DVec3>,
-    /// Metres in a unit of the scene.
+    /// The metres in one unit of the scene.
     pub(super) metres: f32,
     pub(super) up: Vec3,
     pub(super) weights: CleanWeights,
-    /// For each node how far the farthest node below it is at rest, in metres.
+    /// For each node, the distance of the farthest node below it at rest, in metres.
     reach: &'a [f32],
 }
 
@@ -50,7 +50,7 @@ impl<'a> Work<'a> {
         Figure::with_bones(scene, bones)
     }
 
-    /// How far the farthest node below each is at rest, in metres.
+    /// For each node, the distance of the farthest node below it at rest, in metres.
     pub(super) fn reaches(scene: &Scene, figure: &Figure) -> Vec<f32> {
         let rest = Pose::rest(scene);
         let reach = |node: NodeId| {
@@ -64,7 +64,7 @@ impl<'a> Work<'a> {
         self.reach[node.index()]
     }
 
-    /// Whether there is a body with legs.
+    /// Whether the skeleton is a humanoid.
     pub(super) fn is_humanoid(&self) -> bool {
         self.figure.humanoid.found
     }
@@ -78,8 +78,7 @@ impl<'a> Work<'a> {
         Some(length * self.metres)
     }
 
-    /// The index of the node that carries the whole body: the topmost that is driven, above the hips or the hips
-    /// themselves.
+    /// The index of the node that carries the whole body: the topmost moving node among the hips and the nodes above.
     pub(super) fn carrier(&self) -> Option<usize> {
         let hips = self.figure.humanoid.joint(Bone::Hips)?;
         let above = |node: &NodeId| self.scene.nodes[node.index()].parent;
@@ -88,7 +87,7 @@ impl<'a> Work<'a> {
         chain.filter_map(column).last()
     }
 
-    /// Whether no node is scaled.
+    /// Whether all scales are 1, so that no node is scaled.
     pub(super) fn has_no_scale(&self) -> bool {
         let rest = Pose::rest(self.scene);
         let is_one = |scale: Vec3| scale.abs_diff_eq(Vec3::ONE, 1e-3);
@@ -99,7 +98,7 @@ impl<'a> Work<'a> {
                 .all(|matrix| is_one(Trs::from_matrix(*matrix).scale))
     }
 
-    /// Moves the whole body in every frame, by a motion in the world.
+    /// Moves the whole body by a motion in the world that depends on the frame.
     pub(super) fn carry(&mut self, column: usize, motion: impl Fn(usize) -> Mat4) {
         let node = self.frames.nodes()[column];
         let rest = Pose::rest(self.scene);

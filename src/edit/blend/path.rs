@@ -1,4 +1,4 @@
-//! Where a figure goes whose motion is mixed of two.
+//! The path over the ground of a figure whose motion is mixed from two motions.
 
 use glam::{Quat, Vec3};
 use mocap_scene::pose::Trs;
@@ -6,8 +6,8 @@ use mocap_scene::pose::Trs;
 use crate::carrier::{Carrier, Placement};
 use crate::frames::between;
 
-/// The steps over the ground of both motions, each in the direction in which its figure looks, mixed by a weight. The
-/// mean of the positions would be wrong: where the motions walk in opposite directions, it does not move.
+/// Mixes the steps over the ground of both motions, each step in the facing of its figure. A mean of the positions
+/// would be wrong: if the motions walk in opposite directions, it does not move.
 pub(super) struct Path<'a> {
     carrier: &'a Carrier,
     last: Option<Moment>,
@@ -15,13 +15,13 @@ pub(super) struct Path<'a> {
 
 /// One frame of the two motions and of the mix.
 struct Moment {
-    /// Where the figures of both motions are.
+    /// The positions of the figures of both motions.
     positions: [Vec3; 2],
-    /// The rotation about the up axis from where the second looks to where the first looks.
+    /// The rotation about the up axis from the facing of the second figure to the facing of the first.
     other_to_first: Quat,
-    /// That from where the first looks to where the mix looks.
+    /// The rotation about the up axis from the facing of the first figure to the facing of the mixed figure.
     first_to_mix: Quat,
-    /// Where the mix is.
+    /// The position of the mixed figure.
     position: Vec3,
 }
 
@@ -30,8 +30,8 @@ impl<'a> Path<'a> {
         Self { carrier, last: None }
     }
 
-    /// The mix of two rows that are one moment, where the steps up to it have led. The first one stands and looks
-    /// between the two.
+    /// Mixes one frame of each motion, which show the same moment. The mixed figure stands where the steps so far have
+    /// led; in the first frame it stands between the two figures.
     pub(super) fn mix(&mut self, first: &[Trs], second: &[Trs], weight: f32) -> Vec<Trs> {
         let carrier = self.carrier;
         let positions = [carrier.position(first), carrier.position(second)];

@@ -1,4 +1,4 @@
-//! Contacts: feet that stand do not slide.
+//! Contacts: stops the sliding of feet in stance.
 
 use glam::Vec3;
 use mocap_figure::contacts::ContactRule;
@@ -12,7 +12,8 @@ use crate::lock::{FootLockOptions, FootLockReport, foot_lock};
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// Locks the feet, where they slide or the motion was changed before, and says what it did: an empty text if nothing.
+/// Locks the feet if they slide or if the motion was changed before. Returns a text about the changes, which is empty
+/// if nothing changed.
 pub(super) fn lock(work: &mut Work<'_>, animation: usize, is_changed: bool, skate: Option<f64>) -> Result<String> {
     if !is_changed && skate.is_none_or(|skate| skate < work.weights.least_skate) {
         return Ok(String::new());
@@ -33,8 +34,8 @@ pub(super) fn lock(work: &mut Work<'_>, animation: usize, is_changed: bool, skat
     })
 }
 
-/// The contacts of a motion that was smoothed, with their beginnings and ends, and for each point of the feet the
-/// height on which it stands, in metres.
+/// The contacts of a smoothed motion, with their beginnings and ends, and the height in metres at which each point of
+/// the feet stands.
 fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
     let mut found = detect(work.scene, &work.frames, work.figure, &ContactOptions::default());
     let feet = floor::Feet::new(work);
@@ -57,7 +58,7 @@ fn whole(work: &Work<'_>) -> (DetectedContacts, Vec<f32>) {
     (found, levels)
 }
 
-/// When a trembling point is at rest, by its height above its resting level.
+/// The frames in which a point with jitter is at rest, by its height above its resting level.
 fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<bool> {
     let rule = ContactRule {
         speed: work.weights.contact_speed,
@@ -70,12 +71,12 @@ fn slow_and_low(point: &ContactPoint, above: &[f64], work: &Work<'_>) -> Vec<boo
     rule.at_rest(above.iter().copied().zip(speeds), work.frames.rate)
 }
 
-/// Joins contacts on one spot if there is hardly time for a step between them, or if the foot does not rise. A foot
-/// that shoots away and back, or wanders along the ground, has noise that looked like a motion.
+/// Joins contacts at one place if the time between them is too short for a step, or if the foot does not rise. There, a
+/// foot that shoots away and back or wanders along the ground has noise that looked like motion.
 fn join(point: &mut ContactPoint, up: Vec3, within: f32, most: usize) {
-    /// Metres that a foot rises in a step, at least: the lowest toes of a walk, and some noise.
+    /// The least height in metres to which a foot rises in a step: the toes in a low step, plus some noise.
     const RISEN: f32 = 0.04;
-    /// How many times as far as `within` noise that wanders moves a foot along the ground.
+    /// How far noise may move a foot along the ground, as a multiple of `within`.
     const WANDERED: f32 = 2.5;
     let intervals = point.intervals();
     let centre =
@@ -96,7 +97,7 @@ fn join(point: &mut ContactPoint, up: Vec3, within: f32, most: usize) {
     }
 }
 
-/// Adds to each contact the frames beside it in which the point is where it rests.
+/// Adds to each contact the neighbouring frames in which the point is near its resting place.
 fn extend(point: &mut ContactPoint, up: Vec3, within: f32, low: f32) {
     for [first, last] in point.intervals() {
         let positions_held = &point.positions[first..=last];

@@ -1,9 +1,9 @@
-//! The depth of an estimate from one camera: along its axis the body trembles and wavers several times as much as
-//! across it.
+//! Repairs the depth of an estimate from one camera. Along the axis of the camera, the body jitters and wavers several
+//! times as much as across it.
 //!
-//! The trembling is noise of the one direction in which the body has far more of it than in the others, and tells the
-//! axis. The wavering is slow, and moves both feet with the body. The slower foot shows this motion of the ground. A
-//! motion that lasts for seconds is removed from it, because it may be a walk.
+//! The jitter shows the axis: it is the direction in which the noise is far larger than in the others. The wavering is
+//! slower and moves both feet with the body, so the slower foot shows it. A motion that lasts for seconds is kept,
+//! because it may be a walk.
 
 use glam::{DMat3, DVec2, DVec3, Mat4};
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, median};
@@ -15,42 +15,44 @@ use crate::floor::{Feet, axes};
 use crate::frames::tracks;
 use crate::work::Work;
 
-/// The order of the difference that shows noise: the fourth, in which a motion is small.
+/// The order of the difference that shows noise. In the fourth difference, the share of the motion is small.
 const ORDER: usize = 4;
 
 /// The factor by which that difference multiplies the variance of white noise: 8! / (4!)^2.
 const OF_WHITE: f64 = 70.0;
 
-/// The ratio of noise along the axis to noise across it from which on the depth trembles: rotations alone make less.
+/// The least ratio of noise along the axis to noise across it. Rotations alone cause a smaller ratio.
 const TIMES: f64 = 2.5;
 
-/// The least noise along the axis in metres: that of an estimate from video, and not of markers.
+/// The least noise along the axis, in metres. Estimates from video have as much noise, markers have less.
 const LEAST_JITTER: f64 = 6e-3;
 
-/// The largest speed in m/s at which the ground under the slower foot wavers: a faster one walks.
+/// The largest speed of the wavering, in m/s. If the slower foot is faster, the figure walks.
 const FASTEST: f64 = 0.6;
 
-/// The largest speed in m/s across the axis: a foot that stands moves along the axis alone.
+/// The largest speed across the axis, in m/s: wavering moves a foot in stance only along the axis.
 const ACROSS: f64 = 0.15;
 
-/// The fraction of the axis that must be over the ground: a camera that looks down does not tell depth by feet.
+/// The least horizontal fraction of the axis. If the camera looks down more steeply, feet do not show depth.
 const LEVEL: f64 = 0.7;
-/// The fraction of the frames in which a foot must stand.
+/// The least fraction of the frames in which a foot must be in stance.
 const STANDING: f64 = 0.4;
-/// Motions of the ground that last longer are a walk or a drift, in seconds.
+/// The longest motion that counts as wavering, in seconds. A longer motion is a walk or a drift.
 const SLOWEST: f64 = 3.0;
-/// A smaller standard deviation of the depth, in metres, is not taken for wavering.
+/// The least standard deviation of the depth that counts as wavering, in metres.
 const LEAST_WAVER: f64 = 0.012;
 
-/// The speed in m/s of the slower foot below which it stands once the wavering is taken out: half of a slow step.
+/// The speed below which the slower foot is in stance after the repair, in m/s: half of a slow step.
 const STILL: f64 = 0.2;
 
-/// The fraction of the frames in which the slower foot then stands: in a walk it always does, in a dance mostly.
+/// The least fraction of the frames in which the slower foot must be in stance after the repair. In a walk it always
+/// is, in a dance mostly.
 const STANDS: f64 = 0.65;
-/// Seconds over which the drift of the ground is made smooth: it changes from one foot to the other.
+/// The time in seconds over which the correction is smoothed, because it jumps when the other foot becomes the slower
+/// one.
 const SMOOTH: f64 = 0.08;
 
-/// Takes the trembling out, and gives its standard deviation in metres. Leaves its axis in `work`.
+/// Removes the jitter along the axis. Returns its standard deviation in metres, and stores the axis in `work`.
 pub(super) fn steady(work: &mut Work<'_>, bank: &Bank) -> Option<f64> {
     let carrier = work.carrier()?;
     let node = work.frames.nodes()[carrier];
@@ -61,7 +63,7 @@ pub(super) fn steady(work: &mut Work<'_>, bank: &Bank) -> Option<f64> {
         .map(|position| position.as_dvec3() * metres)
         .collect();
     let axis = noisiest(&track)?;
-    // The smoother takes vectors: this one has the same value on each axis.
+    // The smoother takes vectors, so the coordinate along the axis is repeated on all three axes.
     let along: Vec<DVec3> = track.iter().map(|position| DVec3::splat(position.dot(axis))).collect();
     let is_noise = |noise: f64| noise >= work.weights.least_distance;
     let (smooth, noise) = without_noise::<Positions>(&along, &work.missing, work.frames.rate, bank, true, is_noise)?;
@@ -81,7 +83,7 @@ fn shift(work: &mut Work<'_>, carrier: usize, shifts: &[DVec3]) {
     });
 }
 
-/// The direction in which a track has far more noise than across it.
+/// The direction in which a track has far more noise than across it, if there is one.
 fn noisiest(track: &[DVec3]) -> Option<DVec3> {
     let mut differences = track.to_vec();
     for _ in 0..ORDER {
@@ -91,11 +93,11 @@ fn noisiest(track: &[DVec3]) -> Option<DVec3> {
         differences.pop();
     }
     differences.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    // The largest are steps and jumps.
+    // The largest differences are steps and jumps, not noise.
     let calm = &differences[..differences.len() * 7 / 10];
     let outer = |d: &DVec3| DMat3::from_cols(*d * d.x, *d * d.y, *d * d.z);
     let spread = calm.iter().map(outer).fold(DMat3::ZERO, |sum, one| sum + one);
-    // The power method (von Mises): the largest of three is found soon where it is far larger.
+    // The power method (von Mises). It converges fast, because the largest eigenvalue is far larger than the others.
     let mut axis = DVec3::new(0.6, 0.5, 0.62);
     for _ in 0..64 {
         axis = (spread * axis).try_normalize()?;
@@ -109,12 +111,12 @@ fn noisiest(track: &[DVec3]) -> Option<DVec3> {
     (along > LEAST_JITTER && along > TIMES * noise(one).max(noise(other))).then_some(axis)
 }
 
-/// Takes the wavering along the axis of the trembling out, and gives how far it moved the body at most, in metres.
+/// Removes the wavering along the axis of the jitter. Returns the largest displacement of the body, in metres.
 pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
     let carrier = work.carrier()?;
     let [x, y, _] = axes(work.up).map(glam::Vec3::as_dvec3);
     let depth = work.depth?;
-    // A camera that looks down sees the floor, and a body on it, along another axis: no depth is over the ground then.
+    // If the camera looks down, its axis is hardly horizontal, so no depth is over the ground.
     let best = DVec2::new(depth.dot(x), depth.dot(y));
     let best = (best.length() > LEVEL).then(|| best.normalize())?;
     let feet = Feet::new(work);
@@ -139,7 +141,7 @@ pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
     let shifts: Vec<DVec3> = drift.iter().map(|at| -axis * *at).collect();
     let old = work.frames.clone();
     shift(work, carrier, &shifts);
-    // A foot that was not in stance, such as a runner's in the air, is not in stance now.
+    // A foot that was in the air, such as a runner's, must not be in stance after the repair.
     let stands = Feet::new(work).ground(STILL).iter().flatten().count() as f64;
     if stands < STANDS * drift.len() as f64 {
         work.frames = old;
@@ -148,7 +150,7 @@ pub(super) fn still(work: &mut Work<'_>) -> Option<f64> {
     Some(drift.iter().fold(0.0, |most: f64, at| most.max(at.abs())))
 }
 
-/// The drift that a speed makes, without what lasts for seconds; where the speed is not known, it is that between.
+/// The displacement that a speed causes, without parts that last for seconds. Unknown speeds are interpolated.
 fn of_seconds(speeds: Vec<Option<f64>>, rate: f64) -> Vec<f64> {
     let mut at = 0.0;
     let mut drift = Vec::with_capacity(speeds.len());
@@ -177,11 +179,11 @@ fn of_seconds(speeds: Vec<Option<f64>>, rate: f64) -> Vec<f64> {
     smooth(&drift, (SMOOTH * rate).round() as usize)
 }
 
-/// The line of least squares around each value, within so many frames.
+/// The value at each frame of a line of least squares through the frames within `radius`.
 fn smooth(values: &[f64], radius: usize) -> Vec<f64> {
     let last = values.len().saturating_sub(1);
     let at = |frame: usize| {
-        // As many on both sides as there are at the nearer end would be few: the line tells there.
+        // Near an end, the frames on both sides are not equally many. The line allows for that.
         let around = frame.saturating_sub(radius)..=(frame + radius).min(last);
         let (mut sums, count) = ([0.0; 4], around.clone().count() as f64);
         for other in around {

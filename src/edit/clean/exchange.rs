@@ -1,7 +1,7 @@
-//! Left and right that are exchanged for some frames, as by an estimator that takes one leg for the other.
+//! Exchanges left and right limbs back in frames in which an estimator mistook one limb for the other.
 //!
-//! In each frame, a pair of limbs is exchanged or not. The best sequence of these two states has the least change of
-//! rotation steps (Viterbi's algorithm). An exchange costs as much as a large change, so limbs that cross quickly stay.
+//! In each frame, a pair of limbs is exchanged or not. Viterbi's algorithm finds the sequence of these two states whose
+//! rotation steps change least. An exchange costs as much as a large change, so limbs that cross quickly stay.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::median::ranked;
@@ -15,14 +15,16 @@ const LIMBS: [&[Bone]; 2] = [
     &[Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes],
     &[Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
 ];
-/// The longest time for which limbs are exchanged, in seconds.
+/// The longest exchange that is repaired, in seconds.
 const LONGEST: f64 = 2.0;
-/// A joint whose step changes by more than this is flipped, and tells nothing more of an exchange, in degrees.
+/// The largest change of a joint's step that counts, in degrees. A larger change is a flip and is no evidence of an
+/// exchange.
 const MOST_OF_JOINT: f32 = 60.0;
-/// Rotations at rest that differ by more than this are those of other frames, in degrees: they cannot be exchanged.
+/// The largest difference of the rest rotations of two joints, in degrees. If it is larger, a rotation of one means
+/// something else for the other.
 const ALIKE: f32 = 20.0;
 
-/// Exchanges limbs back, and says in how many runs.
+/// Exchanges limbs back. Returns the number of repaired runs.
 pub(super) fn mend(work: &mut Work<'_>) -> usize {
     let mut runs = 0;
     for (pairs, is_exchanged, found) in find(work) {
@@ -40,7 +42,7 @@ pub(super) fn mend(work: &mut Work<'_>) -> usize {
     runs
 }
 
-/// The frames in which any limbs are exchanged; empty where none are.
+/// For each frame, whether any limbs are exchanged. Empty if none ever are.
 pub(super) fn frames(work: &Work<'_>) -> Vec<bool> {
     let either = |mut all: Vec<bool>, (_, limb, _): (_, Vec<bool>, _)| {
         all.resize(limb.len(), false);
@@ -50,7 +52,7 @@ pub(super) fn frames(work: &Work<'_>) -> Vec<bool> {
     find(work).into_iter().fold(Vec::new(), either)
 }
 
-/// The pairs of joints of limbs that are exchanged, in which frames, and in how many runs.
+/// For each limb that is exchanged: its pairs of joints, the frames, and the number of runs.
 fn find(work: &Work<'_>) -> Vec<(Vec<[usize; 2]>, Vec<bool>, usize)> {
     let mut found = Vec::new();
     for limb in LIMBS {
@@ -77,7 +79,7 @@ fn rotations(work: &Work<'_>, column: usize) -> Vec<Quat> {
     work.frames.rotations(column).collect()
 }
 
-/// Whether the frames of two joints are alike at rest, so that a rotation of one means the same of the other.
+/// Whether the rest rotations of two joints are so alike that a rotation means the same for both.
 fn are_alike(work: &Work<'_>, pair: [usize; 2]) -> bool {
     let [left, right] = pair.map(|column| {
         let node = work.frames.nodes()[column];
@@ -86,7 +88,7 @@ fn are_alike(work: &Work<'_>, pair: [usize; 2]) -> bool {
     squared_angle(left.to_array(), right.to_array()) < ALIKE.to_radians().powi(2)
 }
 
-/// The frames in which the limbs of these joints are exchanged.
+/// For each frame, whether the limbs of these joints are exchanged.
 fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
     let frames = work.frames.len();
     let mut steps = vec![[0.0_f32; 2]; frames.saturating_sub(1)];
@@ -100,7 +102,7 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
         return vec![false; frames];
     };
     let cost = (work.weights.exchange as f32).to_radians() + median;
-    // The least costs to be as is, and to be exchanged, and where these came from.
+    // The least costs of the two states (as recorded, exchanged), and the state before that each came from.
     let mut costs = [0.0, cost];
     let mut from: Vec<[bool; 2]> = Vec::with_capacity(frames);
     for step in &steps {
@@ -120,9 +122,8 @@ fn of_limb(work: &Work<'_>, pairs: &[[usize; 2]]) -> Vec<bool> {
     is_exchanged
 }
 
-/// Adds the squared change at each frame, without and with an exchange. The change is the difference of the step from
-/// the mean of the steps of one limb before and after. So a quick movement with equal steps costs no more than a slow
-/// one.
+/// Adds the squared change at each frame, without and with an exchange. The change is the difference of a step from the
+/// mean of the steps before and after it. So a quick movement with even steps costs no more than a slow one.
 fn add_steps(tracks: &[Vec<Quat>; 2], steps: &mut [[f32; 2]]) {
     let step = |from: Quat, to: Quat| log(from.inverse() * to);
     let own = [0, 1].map(|side: usize| -> Vec<Vec3> {
@@ -149,7 +150,7 @@ fn add_steps(tracks: &[Vec<Quat>; 2], steps: &mut [[f32; 2]]) {
     }
 }
 
-/// Drops runs that are longer than so many frames, and says how many are left.
+/// Clears runs of more than `longest` frames. Returns the number of other runs.
 fn without_long(marked: &mut [bool], longest: usize) -> usize {
     let (mut runs, mut frame) = (0, 0);
     while frame < marked.len() {

@@ -1,43 +1,44 @@
-//! Whether a frame is missing between two others.
+//! Estimates whether a frame is missing between two others.
 //!
-//! Eight frames are taken, four on either side. A motion is smooth: a polynomial of degree 4 in their true times leaves
-//! little over. Where a frame is missing, less is left over once the four later ones are moved by a frame. Each joint
-//! says so for itself, and the mean of what they say counts, so that one that jumps alone does not decide. The frames
-//! around show the residual of a part without a defect.
+//! The test fits a polynomial of degree 4 to eight frames, four on either side. A motion is smooth, so the polynomial
+//! leaves a small residual. If a frame is missing, the residual becomes smaller when the four later frames are moved by
+//! one frame time. Every joint gives its own evidence, and the mean over the joints counts, so that one joint that
+//! jumps does not decide. The windows around give the usual residual.
 
 use glam::{Vec3, Vec3A};
 
 use mocap_scene::math::median::median;
 
-/// Frames on either side of a gap: a quadratic motion and noise are told apart by eight.
+/// Frames on either side of a gap. Eight frames are enough to tell a quadratic motion from noise.
 const SIDE: usize = 4;
 
 /// Frames of a window: both sides.
 const WINDOW: usize = 2 * SIDE;
 
-/// The degree of the polynomial: a motion over eight frames needs no more.
+/// The degree of the polynomial. A motion over eight frames needs no more.
 const DEGREE: usize = 4;
-/// What the polynomial leaves of a window has as many dimensions.
+/// The number of dimensions of the residual of a window.
 const LEFT: usize = WINDOW - DEGREE - 1;
 
-/// Windows on either side that say what is usually left over: half a second at 30 frames per second.
+/// Windows on either side that give the usual residual: half a second at 30 frames per second.
 const AROUND: usize = 4;
 
-/// Windows from one of them to the next: neighbours share most of their frames, and say the same.
+/// The distance of these windows in frames. Neighbouring windows share most of their frames, so they would add no
+/// evidence.
 const STRIDE: usize = 3;
-/// The residual of rounding, in squares of radians and of fractions of the body.
+/// The residual that rounding causes, in squares of radians and of fractions of the body.
 const ROUNDING: f32 = 1e-9;
-/// From this on it may be dropped: the residual of white noise of 2 degrees.
+/// The least evidence of a dropped frame: the residual of white noise of 2 degrees.
 const POSSIBLE: f32 = 0.08;
-/// How many frames are missing, as the joints measure it: one.
+/// The number of missing frames that the joints measure, if one frame is missing.
 const ONE: std::ops::Range<f32> = 0.7..1.5;
 
-/// What a polynomial through the times of a window leaves over, as sums over its seven steps.
+/// The residual of a polynomial fit to a window, as linear combinations of the window's seven steps.
 #[derive(Clone, Copy)]
 struct Contrasts([[f32; WINDOW - 1]; LEFT]);
 
 impl Contrasts {
-    /// The orthonormal complement of the polynomials, by Gram and Schmidt.
+    /// The orthonormal complement of the polynomials, by the Gram-Schmidt method.
     fn new(times: &[f64; WINDOW]) -> Self {
         let middle = 0.5 * (times[0] + times[WINDOW - 1]);
         let half = 0.5 * (times[WINDOW - 1] - times[0]);
@@ -56,7 +57,7 @@ impl Contrasts {
                 basis.push(vector.map(|value| value / length));
             }
         }
-        // A sum over the frames is one over the steps, since it is 0 for a constant.
+        // Each combination is 0 for a constant, so a sum over frames can be written as a sum over steps.
         let over_steps = |row: usize, step: usize| basis[DEGREE + 1 + row][step + 1..].iter().sum::<f64>() as f32;
         Self(std::array::from_fn(|row| {
             std::array::from_fn(|step| over_steps(row, step))
@@ -80,11 +81,11 @@ fn square(left: [Vec3A; LEFT]) -> f32 {
     left.iter().map(|value| value.length_squared()).sum()
 }
 
-/// Two times of the frames of a window: as they are, and with more between the fourth and the fifth.
+/// Two hypotheses for the times of a window: unchanged, and with extra time between its fourth and fifth frames.
 struct Hypotheses {
     as_is: Contrasts,
     apart: Contrasts,
-    /// The products of the contrasts of both.
+    /// The dot products of the contrasts of both hypotheses.
     across: [[f32; LEFT]; LEFT],
 }
 
@@ -92,7 +93,7 @@ impl Hypotheses {
     fn new(times: &[f64; WINDOW], by: f64) -> Self {
         let moved = std::array::from_fn(|at| times[at] + if at < SIDE { 0.0 } else { by });
         let (as_is, apart) = (Contrasts::new(times), Contrasts::new(&moved));
-        // From sums over steps back to factors of frames.
+        // Converts factors of steps back to factors of frames.
         let frames = |row: &[f32; WINDOW - 1]| -> [f32; WINDOW] {
             let step = |at: usize| row.get(at).copied().unwrap_or_default();
             std::array::from_fn(|at| at.checked_sub(1).map_or(0.0, step) - step(at))
@@ -104,23 +105,24 @@ impl Hypotheses {
     }
 }
 
-/// Windows that are looked at together, so that a long motion needs little memory.
+/// Windows that are processed together, so that a long motion needs little memory.
 const BLOCK: usize = 1000 * STRIDE;
 
-/// Windows on either side of a block that say what is usual there and which of them is the highest.
+/// Additional windows on either side of a block. They give the usual residual and show which window has the most
+/// evidence.
 const MARGIN: usize = STRIDE * (AROUND + SIDE.div_ceil(STRIDE));
 
-/// What the frames of a motion tell of gaps.
+/// The evidence of gaps in the frames of a motion.
 pub(super) struct GapEvidence {
-    /// The frames before which one may be missing, each with how much speaks for it.
+    /// The frames before which a frame may be missing, each with its evidence.
     pub(super) dropped: Vec<(usize, f32)>,
-    /// For each frame that was asked how much speaks for a longer time of the step to it; `None` at the ends.
+    /// For each asked frame, the evidence that the step to it took longer. `None` near the ends of the motion.
     pub(super) longer: Vec<Option<f32>>,
 }
 
 impl GapEvidence {
-    /// Looks at frames at `times`. `step` gives a part of the step that leads to a frame; `asked` are frames, in their
-    /// order, each with the time by which its step may be longer.
+    /// Examines frames at `times`. `step` gives one part of the step that leads to a frame. `asked` lists frames in
+    /// order, each with the additional time that its step may have.
     pub(super) fn new(
         times: &[f64],
         parts: usize,
@@ -153,15 +155,15 @@ impl GapEvidence {
     }
 }
 
-/// The frames of a part of a motion, each with the step that leads to it and with its time.
+/// The frames of a section of a motion, with their steps and times.
 struct Gaps {
-    /// For each part of a step that is not always 0 in the motion the steps: that of index `n` leads to frame `n + 1`.
+    /// The steps of each part that moves: step `n` leads to frame `n + 1`.
     parts: Vec<Vec<Vec3A>>,
     times: Vec<f64>,
     even: Hypotheses,
-    /// The residual of each part and window, as it is and with an additional frame in the middle.
+    /// For each part and window, the residuals of both hypotheses: unchanged, and with a missing frame in the middle.
     left: Vec<Vec<[f32; 2]>>,
-    /// For each part and window what is usually left over around it.
+    /// For each part and window, the usual residual around it.
     usual: Vec<Vec<f32>>,
 }
 
@@ -179,7 +181,7 @@ impl Gaps {
         gaps
     }
 
-    /// The windows: that of index `n` has frame `n + 4` behind its middle.
+    /// The number of windows. The middle of window `n` is just before frame `n + 4`.
     fn windows(&self) -> usize {
         self.times.len().saturating_sub(WINDOW - 1)
     }
@@ -207,13 +209,13 @@ impl Gaps {
         }
     }
 
-    /// How much more speaks for a frame missing in the middle of a window than against it.
+    /// The evidence that a frame is missing in the middle of a window: the mean over all parts.
     fn score(&self, window: usize) -> f32 {
         let of_part = |(left, usual): (&Vec<[f32; 2]>, &Vec<f32>)| speaks(left[window], usual[window]);
         self.left.iter().zip(&self.usual).map(of_part).sum::<f32>() / self.parts.len().max(1) as f32
     }
 
-    /// How many frames are missing in the middle of a window, as all parts measure it together.
+    /// The number of frames missing in the middle of a window, estimated from all parts together.
     fn missing(&self, window: usize) -> f32 {
         self.with(window, 1.0, |both| {
             let (mut along, mut whole) = (0.0, 0.0);
@@ -236,7 +238,7 @@ impl Gaps {
         })
     }
 
-    /// The frames before which one may be missing, each with how much speaks for it.
+    /// The frames before which a frame may be missing, each with its evidence.
     fn dropped(&self) -> Vec<(usize, f32)> {
         let scores: Vec<f32> = (0..self.windows()).map(|window| self.score(window)).collect();
         let is_highest = |window: usize| {
@@ -250,7 +252,7 @@ impl Gaps {
             .collect()
     }
 
-    /// How much speaks for a longer time of the step to a frame, by so many frames; `None` at the ends.
+    /// The evidence that the step to a frame took `by` frames longer. `None` near the ends of the motion.
     fn is_longer(&self, frame: usize, by: f64) -> Option<f32> {
         let window = frame.checked_sub(SIDE).filter(|window| *window < self.windows())?;
         let sum = self.with(window, by, |both| {
@@ -272,12 +274,12 @@ fn steps(part: &[Vec3A], window: usize) -> &[Vec3A; WINDOW - 1] {
     part[window..].first_chunk().expect("a window has all its steps")
 }
 
-/// The evidence of a residual for an additional frame.
+/// The evidence of an additional frame: the logarithm of the ratio of both residuals.
 fn speaks([as_is, apart]: [f32; 2], usual: f32) -> f32 {
     ((as_is + usual) / (apart + usual)).ln()
 }
 
-/// What is usually left over of a part around each window.
+/// The usual residual of a part around each window.
 fn usual(left: &[[f32; 2]]) -> Vec<f32> {
     let least: Vec<f32> = left.iter().map(|[as_is, apart]| as_is.min(*apart)).collect();
     let reach = STRIDE * AROUND;
@@ -295,9 +297,9 @@ fn usual(left: &[[f32; 2]]) -> Vec<f32> {
     (0..least.len()).map(around).collect()
 }
 
-/// The median, by the least network of comparisons for nine values.
+/// The median of nine values, by a minimal sorting network.
 pub fn middle_of_nine(mut values: [f32; 2 * AROUND + 1]) -> f32 {
-    /// Pairs of a network that finds the median of nine, for it has no branches: Paeth, Graphics Gems (1990).
+    /// Pairs of the network, which needs no branches: Paeth, Graphics Gems (1990).
     const PAIRS: [[usize; 2]; 19] = [
         [1, 2],
         [4, 5],

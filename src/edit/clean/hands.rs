@@ -1,8 +1,8 @@
-//! Hands that meet, or rest on the body, keep meeting.
+//! Keeps the contacts of hands with each other and with the body while noise is removed.
 //!
-//! The position of a hand relative to what it meets is measured before smoothing, as one track. The track has the noise
-//! of both. But only this track shows their motion at the meeting. After the smoothing, which takes each joint for
-//! itself, the arms are brought to where this track has them.
+//! Smoothing takes each joint by itself, so it would move two hands that touch apart. Therefore the position of a hand
+//! relative to its partner, which is the other hand or a bone, is recorded and smoothed as a track of its own. After
+//! the smoothing of the joints, the arms move the hands to the smoothed relative positions.
 
 use glam::{DVec3, Vec3};
 use mocap_scene::ik::Goal;
@@ -17,11 +17,11 @@ use crate::frames::Frames;
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The leg in metres of the body that these lengths are of: one of 1.7 m.
+/// The leg length in metres of a body of 1.7 m, for which the other lengths are given.
 const LEG: f32 = 0.84;
 
-/// The distance in metres of the middle of a hand and the line along a bone that it touches: about half the thickness
-/// of that part of the body.
+/// The distance in metres between the centre of a hand and the axis of a bone that it touches: about half of the
+/// thickness of that part of the body.
 const BODY: [(Bone, f32); 8] = [
     (Bone::Head, 0.17),
     (Bone::Chest, 0.19),
@@ -33,40 +33,41 @@ const BODY: [(Bone, f32); 8] = [
     (Bone::LeftLowerArm, 0.09),
 ];
 
-/// The distance in metres by which bringing arms may make the distance of hands worse: rounding, and no more.
+/// How much worse the hand distances may become by moving the arms, in metres. It allows only for rounding.
 const WORSE: f64 = 1e-3;
 
-/// The ratio of the jitter of the whole body above which arms stay as they were smoothed: 15 % are not seen.
+/// The largest ratio of the body's jitter with moved arms to the jitter without. An increase of 15 % is not visible.
 const TREMBLES: f64 = 1.15;
 
-/// A hand and what it meets.
+/// A hand and its partner: the other hand, or a bone of the body.
 #[derive(Clone, Debug)]
 struct HandContact {
     hand: Palm,
     with: With,
-    /// The frames in which the meeting counts, in their order.
+    /// The frames in which the contact has a weight, in order.
     frames: Vec<HandFrame>,
 }
 
-/// A frame in which a hand meets something.
+/// A frame in which a hand is in contact.
 #[derive(Clone, Copy, Debug)]
 struct HandFrame {
     frame: usize,
-    /// Where the hand is to what it meets, in metres, without the noise of this track.
+    /// The smoothed position of the hand relative to its partner, in metres.
     apart: DVec3,
-    /// How much the meeting counts.
+    /// The weight of the contact, from 0 to 1.
     weight: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum With {
-    /// The other hand: both come.
+    /// The other hand. Both hands move.
     Hand(Palm),
-    /// A joint of the body, in whose frame the hand is, and the end of its bone there, in units of the scene.
+    /// A joint of the body, whose frame gives the position of the hand, and the end of its bone in that frame, in units
+    /// of the scene.
     Body(NodeId, Vec3),
 }
 
-/// The joints of an arm; the middle of the hand is half way from the wrist to the node below it.
+/// The joints of an arm. The centre of the hand is half way from the wrist to the node below.
 #[derive(Clone, Copy, Debug)]
 struct Palm {
     arm: [NodeId; 3],
@@ -97,7 +98,7 @@ impl Palm {
 }
 
 impl With {
-    /// Where a hand is to it.
+    /// The position of a hand relative to this partner.
     fn apart(self, hand: Palm, pose: &Pose) -> Vec3 {
         match self {
             Self::Hand(other) => hand.position(pose) - other.position(pose),
@@ -107,7 +108,7 @@ impl With {
         }
     }
 
-    /// How far a hand that is so to it is from it.
+    /// The distance between this partner and a hand at the relative position `apart`, in metres.
     fn distance(self, apart: DVec3, metres: f32) -> f64 {
         match self {
             Self::Hand(_) => apart.length(),
@@ -120,12 +121,12 @@ impl With {
     }
 }
 
-/// The meetings of the hands of a motion before smoothing.
+/// The hand contacts of a motion, measured before smoothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Meetings(Vec<HandContact>);
 
 impl Meetings {
-    /// Those of a humanoid; none of another body.
+    /// Measures the contacts of a humanoid. Other bodies have none.
     pub(super) fn new(work: &Work<'_>, bank: &Bank) -> Self {
         let hands: Vec<Palm> = Side::ALL.into_iter().filter_map(|side| Palm::new(work, side)).collect();
         let size = work.leg().map_or(1.0, |leg| leg / LEG);
@@ -143,7 +144,7 @@ impl Meetings {
                 let joints = sides
                     .iter()
                     .filter_map(|side| work.figure.humanoid.joint(bone.on(*side)));
-                // A hand is always near its own arm.
+                // A hand is always near its own arm, so this is no contact.
                 let joints = joints.filter(|joint| !hand.arm.contains(joint));
                 pairs.extend(joints.map(|joint| (*hand, With::Body(joint, end(work, joint)), thick * size)));
             }
@@ -171,7 +172,8 @@ impl Meetings {
         Self(pairs.iter().zip(tracks).filter_map(contact).collect())
     }
 
-    /// The mean distance of hands from what they meet, during the meetings, in metres; `None` if they meet nothing.
+    /// The mean distance between hands and their partners in frames of full weight, in metres. `None` if there is no
+    /// contact.
     pub(super) fn apart(&self, work: &Work<'_>) -> Option<f64> {
         let mut pose = Pose::rest(work.scene);
         let (mut sum, mut count) = (0.0, 0);
@@ -190,7 +192,8 @@ impl Meetings {
         (count > 0).then(|| sum / f64::from(count))
     }
 
-    /// Brings the arms back where the smoothing took them off, and says how: an empty text where it did not.
+    /// Restores the contacts that the smoothing changed. Returns a text about the changes, which is empty if nothing
+    /// changed.
     pub(super) fn restore(&self, work: &mut Work<'_>, before: Option<f64>) -> String {
         let (Some(before), Some(smoothed)) = (before, self.apart(work)) else {
             return String::new();
@@ -207,7 +210,7 @@ impl Meetings {
         format!("hands kept where they meet in {}", counted(frames, "frame"))
     }
 
-    /// Brings the arms of a motion that was smoothed to where they meet, and says in how many frames.
+    /// Moves the arms of a smoothed motion so that their hands are in contact. Returns the number of changed frames.
     fn keep(&self, work: &mut Work<'_>) -> usize {
         let mut changed = 0;
         let mut pose = Pose::rest(work.scene);
@@ -227,7 +230,7 @@ impl Meetings {
                 }
             }
             for (palm, sum, weight) in arms {
-                // Of several meetings the mean, of one as much as it counts.
+                // An arm with several contacts moves by the weighted mean, an arm with one contact by its weight.
                 let by = (sum / weight.max(1.0)).clamp_length_max(work.weights.hand_noise as f32 / work.metres);
                 bring(&mut pose, &mut work.frames, frame, palm.arm, by);
             }
@@ -238,7 +241,8 @@ impl Meetings {
 }
 
 impl With {
-    /// 1 where the hand is near, and less where it is not so near, or passes.
+    /// The weight of the contact in each frame: 1 where the hand is near. It decreases with distance and, on the body,
+    /// with speed.
     fn weights(self, apart: &[DVec3], near: f64, work: &Work<'_>) -> Vec<f64> {
         let end = apart.len().saturating_sub(1);
         let speed = |frame: usize| {
@@ -263,7 +267,7 @@ impl With {
 }
 
 impl HandContact {
-    /// Removes the noise of the hand's position relative to what it may meet; `None` if they do not meet.
+    /// Smooths the position of a hand relative to its partner. Returns `None` if they never touch.
     fn new((hand, with, near): (Palm, With, f32), track: Vec<Vec3>, work: &Work<'_>, bank: &Bank) -> Option<Self> {
         let mut apart: Vec<DVec3> = track.iter().map(|apart| apart.as_dvec3()).collect();
         drop(track);
@@ -291,12 +295,12 @@ impl HandContact {
         found.ok().map(|index| &self.frames[index])
     }
 
-    /// How much the meeting counts in a frame.
+    /// The weight of the contact in a frame.
     fn weight(&self, frame: usize) -> f64 {
         self.at(frame).map_or(0.0, |held| held.weight)
     }
 
-    /// How far each hand has to come, in units of the scene.
+    /// The displacement of each hand that restores the contact, in units of the scene.
     fn shifts(&self, frame: usize, pose: &Pose, metres: f32) -> Vec<(Palm, Vec3)> {
         let Some(held) = self.at(frame) else {
             return Vec::new();
@@ -310,7 +314,7 @@ impl HandContact {
     }
 }
 
-/// Moves the end of an arm, and keeps its rotation in the world.
+/// Moves the end of an arm and keeps its rotation in the world.
 fn bring(pose: &mut Pose, frames: &mut Frames, frame: usize, arm: [NodeId; 3], by: Vec3) {
     let hand = Trs::from_matrix(pose.node_to_world[arm[2].index()]);
     pose.bend_limb(arm, &Goal::at(hand.translation + by).with_rotation(hand.rotation), None);
@@ -319,7 +323,7 @@ fn bring(pose: &mut Pose, frames: &mut Frames, frame: usize, arm: [NodeId; 3], b
     }
 }
 
-/// The end of the bone of a joint, in its frame: its first child that is elsewhere.
+/// The end of a joint's bone in the joint's frame: the position of its farthest child.
 fn end(work: &Work<'_>, joint: NodeId) -> Vec3 {
     let children = work.scene.nodes.iter().filter(|node| node.parent == Some(joint));
     let offsets = children.map(|child| child.transform.w_axis.truncate());
@@ -328,7 +332,7 @@ fn end(work: &Work<'_>, joint: NodeId) -> Vec3 {
         .unwrap_or_default()
 }
 
-/// Weights that come to 1 and leave it over so many frames: the largest around each, made less by how far it is.
+/// Spreads weights over `frames` frames on either side, with a cosine fall-off, so that they rise and fall smoothly.
 fn eased(weights: &[f64], frames: usize) -> Vec<f64> {
     let at = |frame: usize| {
         let around = frame.saturating_sub(frames)..(frame + frames + 1).min(weights.len());

@@ -1,17 +1,17 @@
-//! Bones that breathe get one length.
+//! Gives bones a constant length where noise changes it.
 
 use glam::Vec3;
 
 use crate::work::Work;
 
-/// Holds the positions of joints to their parents where these tremble, and says of how many.
+/// Holds the positions of joints relative to their parents where noise moves them. Returns the number of joints.
 pub(super) fn hold(work: &mut Work<'_>) -> usize {
     let mut held = 0;
     let carrier = work.carrier();
     let least = work.weights.length_noise as f32;
     let largest = work.weights.largest_length_change as f32;
     for column in 0..work.frames.nodes().len() {
-        // The carrier of the body, and nodes of the world, may move.
+        // The node that carries the body, and the nodes above it, may move.
         let is_inside = carrier.is_some_and(|carrier| column > carrier);
         if !is_inside || is_root(work, column) {
             continue;

@@ -1,4 +1,4 @@
-//! Noise that is taken out while a motion comes in.
+//! Removes noise from a live motion.
 
 use std::collections::VecDeque;
 
@@ -13,16 +13,16 @@ use super::pace::{Bank, frames_for_one};
 use super::smoother::{Positions, Rotations};
 use crate::clean_weights::CleanWeights;
 
-/// The length of the past that counts, as a multiple of the delay. Earlier frames hardly count.
+/// The length of the past that is used, as a multiple of the delay. Earlier frames hardly have an effect.
 const PAST: f64 = 2.0;
 
-/// The least time of the past in seconds: noise is told from two spans of half a second.
+/// The shortest past in seconds: the estimate of noise needs two spans of half a second.
 const LEAST_PAST: f64 = 1.0;
-/// Frames that are seen at least, from which noise can be told.
+/// The least number of frames in the past. The estimate of noise needs as many.
 const LEAST_FRAMES: usize = 24;
 
-/// Takes noise out of a motion while it comes in, frame by frame, with a delay: the noise part of
-/// [`Clean`](crate::Clean), as a smoother with a fixed lag. Positions are in metres.
+/// Removes noise from a live motion, frame by frame, with a delay. This is the noise part of [`Clean`](crate::Clean),
+/// as a smoother with a fixed lag. Positions are in metres.
 ///
 /// ```
 /// use mocap::Trs;
@@ -42,16 +42,16 @@ pub struct LiveClean {
     longest: usize,
     bank: Bank,
     seen: VecDeque<Vec<Trs>>,
-    /// How many of the frames in `seen` have been given back.
+    /// The number of frames in `seen` that have been returned.
     given: usize,
 }
 
 impl LiveClean {
-    /// A motion of so many frames per second, each given back so many seconds later.
+    /// A cleaner for a motion of `rate` frames per second. It returns each frame `delay` seconds later.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for a rate that is not above 0 or a delay that is negative; both must be finite, and the
-    /// delay at most 10 seconds and 10,000 frames.
+    /// [`Code::InvalidValue`] if the rate is not above 0 or the delay is negative. Both must be finite, and the delay
+    /// at most 10 seconds and 10,000 frames.
     pub fn new(rate: f64, delay: f64) -> Result<Self> {
         positive(Code::InvalidValue, "rate", rate)?;
         not_negative(Code::InvalidValue, "delay", delay)?;
@@ -69,8 +69,8 @@ impl LiveClean {
         })
     }
 
-    /// Takes in the transforms of all joints to their parents, and gives back those of the frame before the delay,
-    /// once there is one. A frame with another number of joints begins a new motion.
+    /// Takes the transforms of all joints to their parents in the next frame. Returns the cleaned frame that is older
+    /// by the delay, once there is one. If the number of joints changes, a new motion begins.
     pub fn push(&mut self, joints: &[Trs]) -> Option<Vec<Trs>> {
         if self.seen.back().is_some_and(|last| last.len() != joints.len()) {
             self.seen.clear();
@@ -87,7 +87,7 @@ impl LiveClean {
         })
     }
 
-    /// Gives back the frames that are left at the end of the motion.
+    /// Returns the remaining frames at the end of the motion.
     pub fn finish(&mut self) -> Vec<Vec<Trs>> {
         let left = (self.given..self.seen.len()).map(|frame| self.frame(frame)).collect();
         self.seen.clear();
@@ -95,7 +95,7 @@ impl LiveClean {
         left
     }
 
-    /// A frame of `seen`, without noise.
+    /// Frame `frame` of `seen`, cleaned.
     fn frame(&self, frame: usize) -> Vec<Trs> {
         let joints = 0..self.seen[frame].len();
         joints.map(|joint| self.joint(joint, frame)).collect()

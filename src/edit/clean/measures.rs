@@ -1,4 +1,4 @@
-//! The measures of a motion before and after a part.
+//! Measures a motion before and after each part of the cleaning.
 
 use std::collections::VecDeque;
 
@@ -15,12 +15,12 @@ use crate::floor;
 use crate::frames::Frames;
 use crate::work::Work;
 
-/// The time over which the speed of a joint is taken, in seconds: noise alone has hardly a speed over it.
+/// The time over which the speed of a joint is measured, in seconds. Over this time, noise hardly adds speed.
 const SPEED_OVER: f64 = 0.1;
-/// Of the speeds of all joints in all frames, one in so many is faster than the peak.
+/// The peak speed is the speed that one of this many values exceeds, over all joints and frames.
 const PEAK: usize = 100;
 
-/// Frames of which a jerk is made: a third difference.
+/// The number of frames that a jerk needs, because it is a third difference.
 const JERK_FRAMES: usize = 4;
 
 /// Measures of a motion, in metres, seconds and degrees.
@@ -32,29 +32,30 @@ const JERK_FRAMES: usize = 4;
 pub struct CleanMeasures {
     /// Frames per second.
     pub frame_rate: f64,
-    /// Frames that hold what the frame before them has, while the body moves before and after.
+    /// Frames that repeat the frame before, while the body moves before and after.
     pub held_frames: usize,
-    /// Rotations that jump to another from one frame to the next.
+    /// The number of rotations that jump from one frame to the next.
     pub jumps: usize,
     /// The mean jerk of all joints, in metres per second cubed.
     pub jitter: f64,
-    /// The speed of the fastest hundredth of all joints in all frames, over a tenth of a second, in metres per second.
+    /// The speed that one of 100 values exceeds, over all joints and frames, in metres per second. It is measured over
+    /// a tenth of a second.
     pub peak_speed: f64,
     /// The mean speed over the ground of feet in contact, in metres per second. `None` without feet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skate: Option<f64>,
-    /// How far feet in contact are above or below the level on which they stand, in metres: the mean of the balls, or
-    /// of the ankles of feet without them. `None` without feet.
+    /// The mean distance of feet in contact from the level on which they stand, in metres. It is measured at the balls,
+    /// or at the ankles if no foot has a ball. `None` without feet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uneven: Option<f64>,
-    /// The mean distance of hands from each other, or from the bone of the body on which they rest, while they meet: of
-    /// their middles, in metres. `None` before the noise was looked at, and where they meet nothing.
+    /// The mean distance between hands that touch, or between a hand and the bone on which it rests, in metres. It is
+    /// measured from the centre of the hand. `None` before it is measured, and if no hand touches anything.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hands: Option<f64>,
-    /// The height of the floor under the feet. `None` without feet that stand.
+    /// The height of the floor under the feet, in metres. `None` without feet in stance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor_height: Option<f64>,
-    /// How steep it is, in degrees. `None` where the feet do not tell.
+    /// The slope of the floor, in degrees. `None` if the feet do not determine it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub floor_slope: Option<f64>,
 }
@@ -86,7 +87,7 @@ impl CleanMeasures {
     }
 }
 
-/// The mean jerk, and the speed of the fastest hundredth.
+/// The mean jerk in m/s^3, and the peak speed in m/s.
 pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
     let rate = frames.rate;
     let nodes = work.scene.nodes.iter().enumerate();
@@ -96,7 +97,7 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
         .collect();
     let over = frames.frames_in(SPEED_OVER);
     let mut pose = Pose::rest(work.scene);
-    // The last frames, the oldest first.
+    // The latest frames, oldest first.
     let mut rows: VecDeque<Vec<Vec3>> = VecDeque::new();
     let mut jerk = 0.0;
     let mut fastest = Largest::new(frames.len().saturating_sub(over) * joints.len());
@@ -125,14 +126,14 @@ pub(super) fn jitter_and_peak(work: &Work<'_>, frames: &Frames) -> [f64; 2] {
     [jerk * rate.powi(3) / count.max(1) as f64, peak]
 }
 
-/// The largest part of many values, so large as [`PEAK`] says, without the others.
+/// Keeps the largest hundredth ([`PEAK`]) of many values and drops the others.
 struct Largest {
     kept: usize,
     values: Vec<f32>,
 }
 
 impl Largest {
-    /// Values that are dropped together at least, so that each is moved seldom.
+    /// The least number of values that are dropped at once, so that each value is moved seldom.
     const DROPPED: usize = 4096;
 
     fn new(all: usize) -> Self {
@@ -149,7 +150,7 @@ impl Largest {
         }
     }
 
-    /// The least of the largest values, after all others were dropped.
+    /// The smallest of the kept values. Drops all other values first.
     fn least(&mut self) -> Option<f32> {
         let others = self.values.len().saturating_sub(self.kept);
         let least = ranked(&mut self.values, others);
@@ -158,7 +159,7 @@ impl Largest {
     }
 }
 
-/// The mean speed over the ground of the points of the feet in contact.
+/// The mean speed over the ground of the points of feet in contact, in m/s.
 fn skate(work: &Work<'_>, found: &DetectedContacts) -> Option<f64> {
     let (mut slid, mut steps) = (0.0, 0);
     for point in &found.points {
@@ -171,7 +172,7 @@ fn skate(work: &Work<'_>, found: &DetectedContacts) -> Option<f64> {
     (steps > 0).then(|| slid * work.frames.rate / steps as f64)
 }
 
-/// The distance of feet in contact from their level.
+/// The mean distance of feet in contact from their level, in metres.
 fn uneven(found: &DetectedContacts) -> Option<f64> {
     let heights = |of_balls: bool| -> Vec<f32> {
         let is_ball = |bone: Bone| matches!(bone, Bone::LeftToes | Bone::RightToes);

@@ -1,9 +1,9 @@
-//! The noise of each joint, and the motion without it.
+//! Estimates the noise of each joint and removes it.
 //!
-//! The differences of a track, from the second on, are each divided by their gain for white noise. Then white noise is
-//! alike in all of them, and a motion is smaller in each further one. So the smallest of them is the noise, or above
-//! it. It is taken in spans of half a second by the median, and of all spans that of a calm one counts. What has hardly
-//! any noise is not touched.
+//! The estimate uses the differences of a track from the second order on, each divided by its gain for white noise.
+//! White noise then has the same size in all orders, while a motion becomes smaller with each order. So the smallest of
+//! the differences is an upper estimate of the noise. The estimate takes the median over spans of half a second, and
+//! then the value of a calm span. Tracks with hardly any noise stay unchanged.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::math::median::{MEDIAN_OF_NORMAL, percentile};
@@ -16,41 +16,41 @@ use super::smoother::{Positions, Rotations, Values, smooth};
 use crate::clean_weights::CleanWeights;
 use crate::work::Work;
 
-/// The differences that are looked at.
+/// The orders of the differences that are compared.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=7;
 
-/// The time of a span in seconds: the calm part of a step.
+/// The length of a span in seconds: the calm part of a step.
 const SPAN: f64 = 0.5;
 
-/// Frames of a span at least: a median of fewer differences says little.
+/// The least number of frames in a span. A median of fewer differences is not reliable.
 const SPAN_FRAMES: usize = 16;
 
-/// The fraction of the spans, ordered from calm to lively, at which the span that counts stands: the calmest spans are
-/// calm by chance.
+/// The span whose value counts, as a fraction of the spans ordered from calm to lively. It is not the calmest, because
+/// some spans are calm by chance.
 const CALM: f64 = 0.3;
 
-/// The shortest clip, in seconds, in which single joints with noise are smoothed if most joints have none. In a shorter
-/// clip no span may be calm, and the step of a run resembles noise.
+/// The shortest clip in which single joints with noise are smoothed if most joints have none, in seconds. A shorter
+/// clip may have no calm span, and the step of a run resembles noise.
 const CALM_AFTER: f64 = 3.0;
 
-/// The ratio of the last two differences from which on a track is white noise, whose ratio is 1; motions have less.
+/// The least ratio of the last two differences of white noise. For white noise it is about 1, for a motion less.
 const FLAT: f64 = 0.85;
-/// Less than all white noise is found so, because the least of several estimates of a calm span counts. The deficit is
-/// this factor over the root of the frames of a span. Simulated with 60 draws each: 0.79 for 16 frames, 0.845 for 30,
-/// 0.887 for 60.
+/// The estimate is below the true value for white noise, because it is the least of several estimates of a calm span.
+/// The relative deficit is this factor over the root of the frames of a span. In simulations with 60 draws each, the
+/// estimates are 0.79 of the true value for 16 frames, 0.845 for 30 and 0.887 for 60.
 const LESS: f64 = 0.85;
 
-/// The fraction of the joints that turn which is most of them.
+/// The fraction of the rotating joints that counts as most of them.
 const MOST: f64 = 0.5;
 
-/// The fraction of the joints that turn which is nearly all of them.
+/// The fraction of the rotating joints that counts as nearly all of them.
 const NEARLY_ALL: f64 = 0.7;
 
-/// The least noise, as a fraction of that of one joint, where most joints have it. Noise of an estimate is correlated,
-/// and shows a third of its size in single frames.
+/// The least noise if most joints have noise, as a fraction of the least noise of a single joint. The noise of an
+/// estimate is correlated over frames, so single frames show only a third of its size.
 const OF_LEAST: f64 = 0.4;
 
-/// What was found and done.
+/// The noise that was found and removed.
 #[derive(Default)]
 pub(super) struct SmoothingOutcome {
     pub(super) rotations: usize,
@@ -77,7 +77,7 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     let level = |(column, node): (usize, &NodeId)| {
         let rotations = work.frames.rotations(column);
         let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
-        // Of a motion, as most tracks are, no more is asked.
+        // Most tracks are motions, whose noise counts as 0, so it is measured only for white noise.
         let level = |curve: Sampled| Spans::new(&curve, work.frames.rate).level(true).noise(false);
         let noise = curve::<Rotations>(&values, 1).map(level);
         (*node, noise.unwrap_or_default() * f64::from(work.reach(*node)))
@@ -85,7 +85,7 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     nodes.map(level).collect()
 }
 
-/// The noise of the rotations of each column; `None` for one that does not turn.
+/// The noise of the rotations of each column; `None` for a node that does not rotate.
 fn of_rotations(work: &Work<'_>, bank: &Bank) -> Vec<Option<Level>> {
     let level = |column: usize| {
         let rotations = work.frames.rotations(column);
@@ -95,8 +95,8 @@ fn of_rotations(work: &Work<'_>, bank: &Bank) -> Vec<Option<Level>> {
     (0..work.frames.nodes().len()).map(level).collect()
 }
 
-/// Whether most joints that turn have noise: then a joint that looks calmer by chance has it too. Little noise must be
-/// in nearly all.
+/// Whether most rotating joints have noise. Then a joint that looks calmer by chance has noise too. If the noise is
+/// small, nearly all joints must have it.
 fn is_in_most(levels: &[Option<Level>], weights: &CleanWeights) -> bool {
     let turning = levels.iter().flatten().count() as f64;
     let noisy = |is_shared: bool| {
@@ -139,7 +139,7 @@ pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> SmoothingOutcome {
     done
 }
 
-/// Smooths the rotations of a track, and says how much noise they had, in radians.
+/// Smooths the rotations of a track. Returns their noise in radians, or `None` if they stay.
 fn rotations(
     track: &mut [Trs],
     work: &Work<'_>,
@@ -164,7 +164,7 @@ fn rotations(
     Some(noise)
 }
 
-/// Smooths the positions of a track, and says how much noise they had, in metres.
+/// Smooths the positions of a track. Returns their noise in metres, or `None` if they stay.
 fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank, in_most: bool) -> Option<f64> {
     let values: Vec<DVec3> = track.iter().map(|trs| trs.translation.as_dvec3()).collect();
     let metres = f64::from(work.metres);
@@ -177,12 +177,13 @@ fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank, in_most: bool) -> 
     Some(noise * metres)
 }
 
-/// Whether an angle in radians is more than the noise that is left. `in_most` says whether most joints have noise.
+/// Whether noise of an angle, in radians, is large enough to be removed. `in_most` says whether most joints have noise.
 pub(super) fn is_noise_of_angle(noise: f64, weights: &CleanWeights, in_most: bool) -> bool {
     noise.to_degrees() >= least(weights.least_angle, in_most)
 }
 
-/// Whether a distance in metres is more than the noise that is left. `in_most` says whether most joints have noise.
+/// Whether noise of a distance, in metres, is large enough to be removed. `in_most` says whether most joints have
+/// noise.
 pub(super) fn is_noise_of_distance(noise: f64, weights: &CleanWeights, in_most: bool) -> bool {
     noise >= least(weights.least_distance, in_most)
 }
@@ -191,8 +192,8 @@ fn least(weight: f64, in_most: bool) -> f64 {
     if in_most { OF_LEAST * weight } else { weight }
 }
 
-/// Values without their noise, and its standard deviation per axis; `None` where `is_noise` says no of that. `in_most`
-/// says whether most joints have noise.
+/// Smooths values. Returns them with the standard deviation of their noise per axis, or `None` if `is_noise` rejects
+/// the noise. `in_most` says whether most joints have noise.
 pub(super) fn without_noise<S: Values>(
     values: &[S::Value],
     missing: &[bool],
@@ -212,8 +213,8 @@ pub(super) fn without_noise<S: Values>(
     Some((smooth::<S>(values, missing, curve.of_all(noise), &jerk), noise))
 }
 
-/// The sum of the steps of a track: a curve of vectors which changes as the track does, in one of `every` frames.
-/// `None` where it does not change, or is too short to tell.
+/// The sum of the steps of a track, as a curve of vectors, sampled at one of `every` frames. `None` if the track does
+/// not change or is too short for an estimate.
 fn curve<S: Values>(values: &[S::Value], every: usize) -> Option<Sampled> {
     let mut sum = DVec3::ZERO;
     let mut curve = vec![sum];
@@ -226,19 +227,19 @@ fn curve<S: Values>(values: &[S::Value], every: usize) -> Option<Sampled> {
     (sampled.curve.len() > SPAN_FRAMES).then_some(sampled)
 }
 
-/// The standard deviation of what may be noise in a curve, per axis, and whether it looks like noise, and not like a
+/// The standard deviation per axis of the possible noise of a curve, and whether it looks like noise rather than
 /// motion.
 struct Level {
     least: f64,
-    /// What `least` is of white noise, as a fraction of its standard deviation.
+    /// The expected value of `least` for white noise, as a fraction of its standard deviation.
     of_white: f64,
     is_white: bool,
 }
 
-/// A curve in spans, whose differences are made one order after the other.
+/// A curve in overlapping spans, whose differences are made one order after the other.
 struct Spans<'a> {
     curve: &'a [DVec3],
-    /// The frames of a span, and how many spans there are, each beginning in the middle of the one before.
+    /// The frames of a span, and the number of spans. Each span begins in the middle of the span before.
     span: usize,
     count: usize,
 }
@@ -254,7 +255,7 @@ impl<'a> Spans<'a> {
         }
     }
 
-    /// For each order from `first` to `last`, and for each span, the standard deviation of the possible noise.
+    /// The standard deviation of the possible noise, for each order from `first` to `last` and for each span.
     fn of_orders(&self, first: usize, last: usize) -> Vec<Vec<f64>> {
         let mut differences = self.curve.to_vec();
         let mut found = Vec::new();
@@ -270,9 +271,9 @@ impl<'a> Spans<'a> {
         found
     }
 
-    /// The noise that the differences of one order show.
+    /// The standard deviation of the noise in each span, by the differences of one order.
     fn of_order(&self, order: usize, differences: &[DVec3]) -> Vec<f64> {
-        // The variance that the difference makes of white noise of variance 1: (2 n)! / (n!)^2.
+        // The factor by which the difference multiplies the variance of white noise: (2 n)! / (n!)^2.
         let of_white: f64 = (1..=order)
             .map(|n| (2 * n * (2 * n - 1)) as f64 / (n * n) as f64)
             .product();
@@ -280,7 +281,7 @@ impl<'a> Spans<'a> {
         let mut deviation = |index: usize| {
             let from = (index * self.span / 2).min(differences.len().saturating_sub(self.span));
             let to = (from + self.span).min(differences.len());
-            // Bits of numbers that are not negative are in the order of the numbers, and compared faster.
+            // The bits of non-negative numbers have the same order as the numbers, and are faster to compare.
             let sizes = differences[from..to]
                 .iter()
                 .flat_map(|d| d.abs().to_array().map(f64::to_bits));
@@ -296,7 +297,7 @@ impl<'a> Spans<'a> {
         (0..self.count).map(&mut deviation).collect()
     }
 
-    /// What the noise may be. With `if_white`, it is measured only where the differences are those of white noise.
+    /// The possible noise. With `if_white`, it is measured only if the differences look like white noise.
     fn level(&self, if_white: bool) -> Level {
         let last = *ORDERS.end();
         let ends = self.of_orders(last - 1, last);
@@ -320,13 +321,14 @@ impl Level {
         Spans::new(curve, rate).level(false)
     }
 
-    /// The least that the noise is, 0 for a motion. Where most joints have noise, the calm one is no proof of a motion.
+    /// The least noise of the curve; 0 if it is a motion. If most joints have noise, a curve that looks like a motion
+    /// has noise too.
     fn noise(&self, in_most: bool) -> f64 {
         if self.is_white || in_most { self.least } else { 0.0 }
     }
 }
 
-/// The value of a calm span.
+/// The value of the span at the fraction [`CALM`].
 fn calm(spans: &[f64]) -> f64 {
     percentile(spans.iter().copied(), CALM, f64::floor).unwrap_or_default()
 }

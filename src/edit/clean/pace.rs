@@ -1,65 +1,67 @@
-//! How fast a track changes, moment by moment: the density of the jerk that the smoother allows.
+//! Estimates how fast a track changes at each moment, as the density of the jerk that the smoother allows.
 //!
-//! A bank of filters, each for one density, predicts every frame from those before it, and from those after it. If the
-//! noise is known, the error of a prediction has a known variance. So each filter has a likelihood, which is summed
-//! around every moment. This is multiple-model adaptive estimation (Magill, "Optimal adaptive estimation of sampled
-//! stochastic processes", 1965) in both directions of time.
+//! Each filter of a bank assumes one density. It predicts every frame from the frames before, and from the frames
+//! after. If the noise is known, the prediction error has a known variance, which gives each filter a likelihood.
+//! Likelihoods are summed around every moment. This is multiple-model adaptive estimation (Magill, "Optimal adaptive
+//! estimation of sampled stochastic processes", 1965) in both directions of time.
 
 use glam::DVec3;
 
 use super::smoother::Covariance;
 
-/// The rate in Hz at which noise and motion are told apart, whatever the rate of the take: that of a film. Noise of an
-/// estimate is correlated over some frames of a faster take, and an interpolated take has none between its own frames.
+/// The rate in Hz at which noise is told from motion, whatever the rate of the take. It is about the rate of a film.
+/// Noise of an estimate is correlated over some frames of a faster take, and an interpolated take has none between its
+/// own frames.
 const COMMON_RATE: f64 = 30.0;
 
-/// The slowest rate in Hz of a take that was interpolated: a slower one is the work of an animator, who sets few keys.
+/// The slowest original rate in Hz of an interpolated take. An animator sets keys more seldom, so a slower take is
+/// animation.
 const SLOWEST_OWN_RATE: f64 = 12.0;
 
-/// The lowest cut-off of the bank in Hz: a body that stands sways as slowly.
+/// The lowest cut-off frequency of the bank in Hz: the sway of a standing body is as slow.
 const LOWEST: f64 = 0.4;
 
-/// The ratio from one filter to the next: 12 of them reach from sway to a step of 30 Hz.
+/// The ratio of the cut-off frequencies of neighbouring filters. Twelve filters cover sway up to a step of 30 Hz.
 const RATIO: f64 = 1.5;
-/// The highest cut-off, as a fraction of the frame rate.
+/// The highest cut-off frequency, as a fraction of the frame rate.
 const HIGHEST: f64 = 0.4;
 
-/// The time constant in seconds of the exponential window over which likelihoods are summed: a fast movement begins in
-/// as much.
+/// The time constant in seconds of the exponential window over which likelihoods are summed. A fast movement begins
+/// within this time.
 const AROUND: f64 = 0.06;
 
-/// The least time constant of this window in frames: at 25 frames per second it still sums several frames.
+/// The least time constant of this window in frames, so that it sums several frames at 25 frames per second.
 const AROUND_FRAMES: f64 = 2.5;
-/// A filter whose likelihood is less than the best one's by this logarithm does not count.
+/// The log-likelihood, relative to the best filter, below which a filter does not count.
 const HARDLY: f64 = -25.0;
 
-/// The exponent of a likelihood: every frame is predicted from both sides, and would count twice.
+/// The exponent of a likelihood. Every frame is predicted from both sides, so each likelihood counts half.
 const TEMPER: f64 = 0.5;
 
 /// A filter of the bank, for noise of variance 1.
 #[derive(Clone, Debug)]
 struct Member {
     gains: [f64; 3],
-    /// The variance of its innovations.
+    /// The variance of the innovations.
     variance: f64,
-    /// The logarithm of the density of its jerk.
+    /// The logarithm of the density of the jerk.
     jerk: f64,
 }
 
-/// The filters of a frame rate.
+/// The filters for one frame rate.
 #[derive(Clone, Debug)]
 pub(super) struct Bank {
-    /// One frame of so many is looked at.
+    /// The distance of the sampled frames: one of `every` frames is used.
     pub(super) every: usize,
     members: Vec<Member>,
-    /// How much less the likelihood of a frame counts for each frame of distance.
+    /// The factor by which the weight of a likelihood falls with each frame of distance.
     decay: f64,
     /// The jerk that the smoother allows: `smoothing` of [`CleanWeights`](crate::CleanWeights).
     strength: f64,
 }
 
 impl Bank {
-    /// For a take of so many frames a second, one of `every` of which is looked at.
+    /// A bank for a take of `rate` frames per second, sampled at one of `every` frames.
     pub(super) fn new(rate: f64, every: usize, strength: f64) -> Self {
         let rate = rate / every as f64;
         let mut cut_offs = vec![LOWEST.min(HIGHEST * rate)];
@@ -78,11 +80,11 @@ impl Bank {
         }
     }
 
-    /// The density of the jerk in each frame of the take. The noise has a variance per axis in the frames of `sampled`.
+    /// The density of the jerk in each frame of the take. `noise` is the variance per axis in the frames of `sampled`.
     pub(super) fn jerk(&self, sampled: &Sampled, noise: f64) -> Vec<f64> {
         let logarithms = self.logarithms(&sampled.curve, noise);
-        // At the same noise per hertz, a frame that is shorter by a factor has more noise by that factor. The ratio of
-        // jerk to noise is smaller by its sixth power.
+        // The noise per hertz stays the same. A frame that is shorter by a factor has more noise by this factor, and
+        // its ratio of jerk to noise falls by the sixth power.
         let scale = noise * self.strength * (self.every as f64).powi(-5);
         let last = logarithms.len() - 1;
         let at = |frame: usize| {
@@ -96,7 +98,8 @@ impl Bank {
         (0..sampled.frames).map(at).collect()
     }
 
-    /// The mean logarithm of the jerk by the likelihoods of the filters, for noise of variance 1.
+    /// The logarithm of the jerk in each frame, for noise of variance 1: the mean over the filters, weighted by
+    /// likelihood.
     fn logarithms(&self, curve: &[DVec3], noise: f64) -> Vec<f64> {
         let frames = curve.len();
         let mut best = vec![f64::NEG_INFINITY; frames];
@@ -128,13 +131,14 @@ impl Bank {
     }
 }
 
-/// Of how many frames of a take one is looked at. One of `own` is no interpolated one.
+/// The distance of the sampled frames of a take. `own` is the distance of the original frames of an interpolated take,
+/// otherwise 1.
 pub(super) fn frames_for_one(rate: f64, own: usize) -> usize {
     let is_estimate = rate >= SLOWEST_OWN_RATE * own as f64;
     ((rate / COMMON_RATE).round() as usize).max(if is_estimate { own } else { 1 })
 }
 
-/// The frames of a curve at about the common rate.
+/// A curve sampled at about the common rate.
 pub(super) struct Sampled {
     pub(super) curve: Vec<DVec3>,
     pub(super) every: usize,
@@ -143,7 +147,8 @@ pub(super) struct Sampled {
 }
 
 impl Sampled {
-    /// One frame of `every`. They begin where the curve bends most: interpolation bends a take in its own frames alone.
+    /// Samples one of `every` frames, beginning where the curve bends most. An interpolated take bends only in its
+    /// original frames.
     pub(super) fn new(curve: &[DVec3], every: usize) -> Self {
         let mut bends = vec![0.0; every];
         for (index, three) in curve.windows(3).enumerate() {
@@ -158,8 +163,8 @@ impl Sampled {
         }
     }
 
-    /// The variance of white noise in all frames of the take which has as much in a hertz as one of this standard
-    /// deviation here.
+    /// The variance of white noise in all frames of the take that has the same density per hertz as noise of this
+    /// standard deviation in the sampled frames.
     pub(super) fn of_all(&self, deviation: f64) -> f64 {
         deviation * deviation * self.every as f64
     }
@@ -170,7 +175,7 @@ impl Member {
         let mut covariance = Covariance::unknown(1.0, 1.0, 1.0);
         let mut gains = [0.0; 3];
         let mut variance = 1.0;
-        // Until the gains stay: a slow filter takes some of its own periods.
+        // Iterates until the gains converge. A slow filter takes several of its own periods.
         for _ in 0..20_000 {
             covariance = covariance.predicted(jerk);
             let before = gains;
@@ -188,7 +193,7 @@ impl Member {
         Self { gains, variance, jerk }
     }
 
-    /// Calls `add` with each frame and the logarithm of its likelihood, but for a constant.
+    /// Calls `add` with each frame and the logarithm of its likelihood, up to a constant.
     fn add_likelihood(&self, curve: impl Iterator<Item = DVec3>, noise: f64, mut add: impl FnMut(usize, f64)) {
         let variance = self.variance * noise;
         let constant = 1.5 * variance.ln();
@@ -209,7 +214,7 @@ impl Member {
     }
 }
 
-/// Replaces each value by the sum of those around it, which count less the farther they are.
+/// Replaces each value by a weighted sum of the values around. The weight falls with the distance.
 fn sum_around(values: &mut [f64], decay: f64) {
     let mut after = vec![0.0; values.len()];
     let mut sum = 0.0;

@@ -1,9 +1,9 @@
-//! Smooths where joints are in the world, and turns the joints so that they come there.
+//! Smooths the positions of joints in the world, and rotates the joints to reach them.
 //!
 //! Rotations that are smoothed one by one do not fit together. While a foot stands, the rotations of the leg and the
-//! motion of the hips cancel, but the corrections of each do not. A foot that stands is at rest in the world, and a
-//! hand that waits is too, so that their positions are smoothed strongly, and the joints above follow. What a joint
-//! does about its own bone stays as its rotation has it.
+//! motion of the hips cancel, but their corrections do not. A standing foot and a waiting hand are at rest in the
+//! world. So their positions can be smoothed strongly, and the joints above follow them. The rotation of a joint about
+//! its own bone stays.
 
 use glam::{DVec3, Mat3, Quat, Vec3};
 use mocap_scene::math::quaternion::exp;
@@ -16,7 +16,8 @@ use super::smoother::Positions;
 use crate::frames::{Frames, tracks};
 use crate::work::Work;
 
-/// Moves the joints of the smoothed frames of `work` to where `noisy`, the frames before, have them without noise.
+/// Moves the joints of `work`, whose rotations are smoothed, towards their smoothed positions. `noisy` has the frames
+/// before the smoothing.
 pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: bool) {
     let Some(carrier) = work.carrier() else { return };
     let carrier = work.frames.nodes()[carrier];
@@ -62,7 +63,7 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank, in_most: 
     }
 }
 
-/// A track without its noise, where it has any.
+/// Smooths a track of positions if it has noise.
 fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Vec<Vec3> {
     let values: Vec<DVec3> = track.iter().map(|position| position.as_dvec3()).collect();
     let is_noise = |noise: f64| is_noise_of_distance(noise * f64::from(work.metres), &work.weights, in_most);
@@ -72,8 +73,9 @@ fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank, in_most: bool) -> Ve
     }
 }
 
-/// The small world rotation that brings the bones of a joint, turned by `rotation`, closest to their goals in the sense
-/// of least squares. A radian counts as much as `per_radian` of each. The rotation is at most `largest` radians.
+/// The small rotation in the world that brings the bones of a joint, turned by `rotation`, closest to their goals by
+/// least squares. A rotation of one radian costs as much as a displacement of `per_radian`. The rotation is at most
+/// `largest` radians.
 fn turn(rotation: Quat, bones: &[(Vec3, Vec3)], per_radian: f32, largest: f32) -> Quat {
     let mut matrix = Mat3::from_diagonal(Vec3::splat(per_radian * per_radian));
     let mut right = Vec3::ZERO;
@@ -92,7 +94,7 @@ fn turn(rotation: Quat, bones: &[(Vec3, Vec3)], per_radian: f32, largest: f32) -
     }
 }
 
-/// How the nodes below the carrier hang together, by their indices among them.
+/// The hierarchy of the nodes below the carrier, by their indices in `nodes`.
 struct Skeleton {
     parents: Vec<Option<usize>>,
     children: Vec<Vec<usize>>,
@@ -127,13 +129,13 @@ impl Skeleton {
         }
     }
 
-    /// The position of a node to its parent.
+    /// The position of a node relative to its parent.
     fn offset(&self, work: &Work<'_>, frame: usize, index: usize) -> Vec3 {
         let held = work.frames.get(frame, self.nodes[index]);
         held.map_or(self.offsets[index], |trs| trs.translation)
     }
 
-    /// Makes the positions and rotations in the world the transforms of a frame.
+    /// Converts positions and rotations in the world to the local transforms of a frame.
     fn write(
         &self,
         work: &mut Work<'_>,

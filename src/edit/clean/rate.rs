@@ -1,9 +1,9 @@
-//! A rate that is not the file's: frames that are repeated in a pattern, and a body that falls too slowly or too fast.
+//! Finds a wrong frame rate: from frames that repeat in a pattern, and from a body that falls too slowly or too fast.
 //!
-//! A take of 24 frames a second in a file of 30 repeats each fourth frame. A file that states half the true rate is in
-//! slow motion: who jumps falls by a quarter of gravity, and who walks takes long steps too seldom. The fall of the
-//! centre of mass is a law, by which a rate is corrected. The ratio of length and frequency of steps is a habit, which
-//! only gives a warning.
+//! A take of 24 frames per second in a file of 30 repeats each fourth frame. A file that states half of the true rate
+//! shows slow motion: jumps fall with a quarter of gravity, and steps are too long for their frequency. The fall of the
+//! centre of mass is a law of physics, so it corrects the rate. The ratio of length and frequency of steps is a habit,
+//! so it only causes a warning.
 
 use glam::{DVec3, Vec3};
 use mocap_figure::contacts::points_of_feet;
@@ -15,10 +15,11 @@ use crate::frames::tracks;
 use crate::quantity::counted;
 use crate::work::Work;
 
-/// The longest pattern of repeated frames, in frames: 24 frames per second in 30 have one of five, 50 in 60 of six.
+/// The longest pattern of repeated frames, in frames. Film of 24 Hz in 30 Hz has a pattern of 5 frames, 50 Hz in 60 Hz
+/// one of 6.
 const LONGEST_PATTERN: usize = 10;
 
-/// How many times a pattern must come: fewer can be chance.
+/// The least number of times that a pattern must repeat. Fewer can be chance.
 const REPEATS: usize = 8;
 /// The fraction of the frames in which a pattern must hold.
 const HOLDS: f64 = 0.95;
@@ -26,49 +27,50 @@ const HOLDS: f64 = 0.95;
 /// The acceleration of gravity in m/s^2: its standard value, rounded.
 const GRAVITY: f64 = 9.81;
 
-/// The height of both feet above where they rest in a flight, in metres: more than in a run's noise.
+/// The least height of both feet above their resting level in a flight, in metres. It exceeds the noise of a run.
 const IN_FLIGHT: f64 = 0.06;
 
-/// The shortest flight in frames: a parabola has three unknowns, and as many frames tell how well it fits.
+/// The shortest flight in frames. A parabola has three unknowns, and three further frames show how well it fits.
 const LEAST_FLIGHT: usize = 6;
 
-/// The least rise of the parabola of a flight in metres: of a lower one, noise changes the rate by more than a tenth.
+/// The least rise of the parabola of a flight, in metres. With a lower rise, noise changes the rate by more than a
+/// tenth.
 const LEAST_BEND: f64 = 0.05;
 
-/// The largest distance of the centre of mass from the parabola, as a fraction of its rise: masses are of an average
-/// body.
+/// The largest distance of the centre of mass from the parabola, as a fraction of the rise. Masses are those of an
+/// average body.
 const BESIDE: f64 = 0.15;
-/// How far flights may differ in the rate that they tell of, as a fraction.
+/// The largest relative difference between the rates of two flights.
 const AGREE: f64 = 0.12;
 
-/// The factors between a stated and a true rate that are corrected: frames that were doubled, halved, or both.
+/// The factors between a stated and a true rate that are corrected. Frames were doubled, halved, or both twice.
 const FACTORS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
 
-/// The largest deviation from such a factor, as a fraction. Half of the distance of two factors is 0.3.
+/// The largest relative deviation from such a factor. Half of the distance between two factors is 0.3.
 const NEAR: f64 = 0.12;
 
-/// The factor within which the measured rate is the stated one: steps tell the rate no better.
+/// The factor within which a measured rate agrees with the stated rate. Steps do not determine the rate better.
 const ALIKE: f64 = 1.25;
 
-/// The ratio of the length of steps to their frequency, both made free of dimensions by the length of the leg and
-/// gravity. It hardly depends on speed: 0.0063 m for a step a minute, with 0.84 m from hip to ankle. The source is
-/// Sekiya and Nagasaki, "Reproducibility of the walking patterns of normal young adults", 1998.
+/// The ratio of step length to step frequency, made dimensionless by the leg length and gravity. It hardly depends on
+/// speed: 0.0063 m for each step per minute, with 0.84 m from hip to ankle. The source is Sekiya and Nagasaki,
+/// "Reproducibility of the walking patterns of normal young adults", 1998.
 const WALK_RATIO: f64 = 1.54;
 
-/// The factor by which that ratio may be off: people differ by a fifth, and styles of walking by more.
+/// The factor by which this ratio may differ. It varies by a fifth between people, and more between styles of walking.
 const WALK_RATIO_OFF: f64 = 1.55;
 
-/// Steps of a walk that are needed: two of each foot.
+/// The least number of steps of a walk: two of each foot.
 const STEPS: usize = 4;
 
-/// The least length of a step, as a fraction of the leg: who shuffles does not keep the ratio.
+/// The least step length as a fraction of the leg. Shuffling steps do not keep the ratio.
 const LEAST_STEP: f64 = 0.45;
-/// In a step of a walk the body goes at least this fraction of it.
+/// The least distance that the body moves in a step of a walk, as a fraction of the step length.
 const GOES: f64 = 0.7;
 
-/// The masses of segments as fractions of the body's mass. Each has the position of its centre, as a fraction of the
-/// way from one joint to the other. Winter, "Biomechanics and motor control of human movement" (2009), table 4.1. One
-/// side stands for both.
+/// The masses of segments as fractions of the body's mass, and the position of each centre as a fraction of the way
+/// from one joint to the other. The entries of one side apply to both sides. Winter, "Biomechanics and motor control of
+/// human movement" (2009), table 4.1.
 const SEGMENTS: [(Bone, Bone, f64, f64); 7] = [
     (Bone::Hips, Bone::Neck, 0.497, 0.5),
     (Bone::Neck, Bone::Head, 0.081, 1.0),
@@ -79,13 +81,13 @@ const SEGMENTS: [(Bone, Bone, f64, f64); 7] = [
     (Bone::LeftFoot, Bone::LeftFoot, 0.0145, 0.5),
 ];
 
-/// The frames of a repeated pattern that repeat the frame before, by their places in the pattern.
+/// A repeating pattern of frames: for each place in the pattern, whether its frame repeats the frame before.
 pub(super) struct Pattern {
     pub(super) is_held: Vec<bool>,
 }
 
 impl Pattern {
-    /// The shortest pattern in which frames are held; `None` where they follow no pattern.
+    /// The shortest pattern of held frames; `None` if they follow no pattern.
     pub(super) fn of(held: &[bool]) -> Option<Self> {
         let moving = held.iter().position(|held| !held)?..=held.iter().rposition(|held| !held)?;
         let held = &held[moving];
@@ -108,21 +110,22 @@ impl Pattern {
         (some && agrees as f64 >= HOLDS * held.len() as f64).then_some(Self { is_held })
     }
 
-    /// The fraction of the frames that repeat no other frame.
+    /// The fraction of the frames that do not repeat the frame before.
     pub(super) fn fraction_of_own(&self) -> f64 {
         self.is_held.iter().filter(|held| !**held).count() as f64 / self.is_held.len() as f64
     }
 }
 
-/// What a motion says of its rate, beside the file.
+/// The evidence of a motion about its frame rate.
 pub(super) enum RateEvidence {
-    /// This is its rate: so many jumps fall by gravity then, and by the second factor of it at the rate of the file.
+    /// The true rate is `rate`: at this rate `flights` jumps fall by gravity, and at the file's rate by `fall` times
+    /// gravity.
     Is { rate: f64, flights: usize, fall: f64 },
-    /// What looks wrong, in words.
+    /// A text about what looks wrong. The rate is not certain.
     Perhaps(String),
 }
 
-/// What the jumps and steps of a body say of the frame rate; `None` where it looks right, or nothing can be told.
+/// The evidence of jumps and steps about the frame rate; `None` if the rate looks right or there is no evidence.
 pub(super) fn told(work: &Work<'_>) -> Option<RateEvidence> {
     let body = Measured::new(work)?;
     let mut rates = body.flights();
@@ -152,7 +155,7 @@ pub(super) fn told(work: &Work<'_>) -> Option<RateEvidence> {
 /// The positions of the body over time, in metres: along the two axes of the ground, and up.
 struct Measured {
     centre: Vec<DVec3>,
-    /// The height of the lowest point of either foot above where it rests.
+    /// The height of the lowest point of either foot above its resting level.
     lowest: Vec<f64>,
     ankles: [Vec<DVec3>; 2],
     leg: f64,
@@ -173,7 +176,7 @@ impl Measured {
             .filter_map(|(from, to, mass, at)| Some((joint(from)?, joint(to)?, mass, at)))
             .collect();
         let mass: f64 = segments.iter().map(|segment| segment.2).sum();
-        // Without the trunk or a leg the centre is elsewhere.
+        // Without the trunk or a leg, the computed centre of mass would be wrong.
         if mass < 0.8 {
             return None;
         }
@@ -203,7 +206,7 @@ impl Measured {
         })
     }
 
-    /// The rates of which the flights tell: in each the centre of mass falls by gravity.
+    /// The frame rates at which the centre of mass falls by gravity, one for each flight.
     fn flights(&self) -> Vec<f32> {
         let mut rates = Vec::new();
         let mut first = 0;
@@ -219,7 +222,7 @@ impl Measured {
         rates
     }
 
-    /// The rate at which these positions fall as gravity has it; `None` where they do not at any rate.
+    /// The frame rate at which these positions fall by gravity; `None` if they are no flight.
     fn rate_of(&self, positions: &[DVec3]) -> Option<f32> {
         let frames = positions.len() as f64;
         let heights: Vec<f64> = positions.iter().map(|position| position.z).collect();
@@ -234,8 +237,7 @@ impl Measured {
         is_flight.then(|| (GRAVITY / -bend).sqrt() as f32)
     }
 
-    /// What the steps of a walk say of the rate, in words, where they are far too long or too short for their
-    /// frequency.
+    /// A text about the rate if the steps of a walk are far too long or too short for their frequency.
     fn steps(&self, rate: f64) -> Option<String> {
         let landings = self.landings(rate);
         let steps: Vec<(f64, f64)> = landings
@@ -268,13 +270,13 @@ impl Measured {
         })
     }
 
-    /// How far apart the ankles are over the ground, along the path of the body.
+    /// The distance between the ankles over the ground, in metres.
     fn step_at(&self, frame: usize) -> f64 {
         let apart = self.ankles[0][frame] - self.ankles[1][frame];
         apart.truncate().length()
     }
 
-    /// The frames in which the ankles are farthest apart, the one or the other in front: each is a step.
+    /// The frames in which the ankles are farthest apart, with alternating feet in front: one for each step.
     fn landings(&self, rate: f64) -> Vec<usize> {
         let frames = self.centre.len();
         let half = ((0.25 * rate) as usize).max(2);
@@ -300,12 +302,12 @@ impl Measured {
                 _ => found.push(frame),
             }
         }
-        // The first is cut off.
+        // The first step may be cut off by the beginning of the motion.
         found.into_iter().skip(1).collect()
     }
 }
 
-/// The height of the lowest point of either foot in each frame, each above the level on which it rests.
+/// The height in each frame of the lowest point of either foot, relative to the point's resting level.
 fn lowest(tracks: &[Vec<DVec3>]) -> Vec<f64> {
     let frames = tracks.first().map_or(0, Vec::len);
     let level = |track: &Vec<DVec3>| {
@@ -326,8 +328,8 @@ fn lowest(tracks: &[Vec<DVec3>]) -> Vec<f64> {
     (0..frames).map(calm).collect()
 }
 
-/// The second derivative per frame of the parabola of least squares through values at even steps, and the root mean
-/// square of what is beside it. By orthogonal polynomials.
+/// Fits a parabola to evenly spaced values by least squares, with orthogonal polynomials. Returns its second derivative
+/// per frame, and the root mean square of the residuals.
 fn parabola(values: &[f64]) -> [f64; 2] {
     let n = values.len() as f64;
     let middle = (n - 1.0) / 2.0;

@@ -27,11 +27,11 @@ pub enum CleanPart {
     Flips,
     /// Noise of rotations and positions.
     Noise,
-    /// Lengths of bones that breathe.
+    /// Bones whose length changes.
     Lengths,
     /// Height and slope of the floor, and drift of the body.
     Floor,
-    /// Feet that slide while they stand.
+    /// Foot sliding during ground contact.
     Contacts,
 }
 
@@ -59,7 +59,7 @@ impl CleanPart {
     }
 }
 
-/// What became of a part.
+/// The outcome of a part.
 ///
 /// [`Clean`](crate::Clean) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -67,13 +67,13 @@ impl CleanPart {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum CleanOutcome {
-    /// It changed the motion.
+    /// The part changed the motion.
     Changed,
-    /// There was nothing to change.
+    /// The motion has nothing to change.
     Nothing,
-    /// It was left out.
+    /// The part was not run.
     LeftOut,
-    /// It would have made a measure worse, and was taken back.
+    /// The part made a measure worse, so it was undone.
     TakenBack,
 }
 
@@ -84,13 +84,13 @@ pub enum CleanOutcome {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CleanedPart {
-    /// Which.
+    /// The part.
     pub part: CleanPart,
-    /// What happened to it.
+    /// Its outcome.
     pub outcome: CleanOutcome,
-    /// What it did, or why not, in words.
+    /// What the part did, or why it did nothing, as text.
     pub about: String,
-    /// The measures after it.
+    /// The measures after the part.
     pub after: CleanMeasures,
 }
 
@@ -107,13 +107,13 @@ pub struct CleanReport {
     pub after: CleanMeasures,
     /// The parts in their order.
     pub parts: Vec<CleanedPart>,
-    /// What looks wrong and was left, since it is not sure.
+    /// What looks wrong but was not changed, because it is uncertain.
     pub doubts: Vec<String>,
 }
 
-/// A motion that had much noise has less than this fraction of its jitter without it.
+/// The largest ratio of jitter after to jitter before the removal of noise at which a motion counts as noisy.
 const NOISY: f64 = 0.7;
-/// The additional jitter that held feet may have, as a fraction of the jitter of the noise.
+/// The additional jitter that locking the feet may cause, as a fraction of the jitter of the noise.
 const OF_NOISE: f64 = 0.02;
 
 impl CleanReport {
@@ -141,13 +141,13 @@ impl CleanReport {
         });
     }
 
-    /// Measures the hands of a motion that is not smoothed yet.
+    /// Measures the hands of a motion before it is smoothed.
     pub(super) fn measure_hands(&mut self, meetings: &Meetings, work: &Work<'_>) {
         self.before.hands = meetings.apart(work);
         self.after.hands = self.before.hands;
     }
 
-    /// Measures the peaks of a body whose depth no longer trembles. Peaks of the trembling do not count.
+    /// Measures the peak speed after the depth was smoothed, because peaks of the jitter in depth do not count.
     pub(super) fn measure_steadied(&mut self, work: &Work<'_>) {
         self.after.peak_speed = CleanMeasures::new(work).peak_speed;
     }
@@ -158,17 +158,17 @@ impl CleanReport {
         self.parts.iter().any(is_changed)
     }
 
-    /// Whether much noise was taken out.
+    /// Whether much noise was removed.
     pub(super) fn had_noise(&self) -> bool {
         self.has_changed(CleanPart::Noise) && self.after.jitter < NOISY * self.before.jitter
     }
 
-    /// Whether [`Self::take`] would say that a part made a measure worse.
+    /// Whether [`Self::take`] would find that a part made a measure worse.
     pub(super) fn is_worse(&self, part: CleanPart, work: &Work<'_>) -> bool {
         self.worse(&CleanMeasures::new(work), part).is_some()
     }
 
-    /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
+    /// Records what a part did, as text; an empty text if it did nothing. Returns `false` if it made a measure worse.
     pub(super) fn take(&mut self, part: CleanPart, about: String, work: &Work<'_>, meetings: &Meetings) -> bool {
         if about.is_empty() {
             self.add(part, CleanOutcome::Nothing, self.why_nothing(part, work));
@@ -187,7 +187,7 @@ impl CleanReport {
 }
 
 impl CleanReport {
-    /// Why a part changed nothing, in words; empty where no measure says it.
+    /// A text about why a part changed nothing; empty if no measure shows it.
     fn why_nothing(&self, part: CleanPart, work: &Work<'_>) -> String {
         let now = &self.after;
         match part {
@@ -207,7 +207,7 @@ impl CleanReport {
         }
     }
 
-    /// What a part made worse, in words.
+    /// A text about the measure that a part made worse.
     fn worse(&self, after: &CleanMeasures, part: CleanPart) -> Option<String> {
         let (came, before) = (&self.before, &self.after);
         let more = |before: f64, after: f64, by: f64, least: f64| after > (1.0 + by) * before + least;
@@ -342,7 +342,7 @@ impl fmt::Display for FloorOutcome {
     }
 }
 
-/// The kinds of which there are any, as a list.
+/// Lists the kinds whose count is not 0.
 fn listed(kinds: &[(usize, &str, &str)]) -> String {
     let kinds = kinds.iter().filter(|(count, ..)| *count > 0);
     kinds

@@ -13,7 +13,7 @@ use glam::{DQuat, DVec3};
 pub(super) trait Values {
     type Value: Copy;
 
-    /// What brings `from` to `to`, in the tangent space at `from`.
+    /// The difference that changes `from` to `to`, in the tangent space at `from`.
     fn difference(from: Self::Value, to: Self::Value) -> DVec3;
     fn add(value: Self::Value, difference: DVec3) -> Self::Value;
 }
@@ -57,7 +57,7 @@ impl Values for Positions {
     }
 }
 
-/// A symmetric matrix of 3 x 3: of value, velocity and acceleration.
+/// A symmetric 3 x 3 covariance of value, velocity and acceleration.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Covariance {
     vv: f64,
@@ -69,7 +69,7 @@ pub(super) struct Covariance {
 }
 
 impl Covariance {
-    /// Before anything is known, but how large velocities and accelerations may be.
+    /// The covariance before the first measurement. The variances say how large each quantity may be.
     pub(super) fn unknown(value: f64, velocity: f64, acceleration: f64) -> Self {
         Self {
             vv: value,
@@ -79,7 +79,7 @@ impl Covariance {
         }
     }
 
-    /// A frame later, in which white jerk of this density acted.
+    /// The covariance one frame later, after white jerk of this density.
     pub(super) fn predicted(self, jerk: f64) -> Self {
         let Self { vv, vs, va, ss, sa, aa } = self;
         Self {
@@ -92,17 +92,17 @@ impl Covariance {
         }
     }
 
-    /// The gains of value, velocity and acceleration, and the variance of the measurement minus the prediction.
+    /// The gains of value, velocity and acceleration, and the variance of the innovation.
     pub(super) fn gains(self, noise: f64) -> ([f64; 3], f64) {
         let variance = self.vv + noise;
         ([self.vv / variance, self.vs / variance, self.va / variance], variance)
     }
 
-    /// After a measurement.
+    /// The covariance after a measurement.
     pub(super) fn measured(self, [k0, k1, k2]: [f64; 3], noise: f64) -> Self {
         let Self { vs, va, ss, sa, aa, .. } = self;
         Self {
-            // The noise times the gain, which cannot become negative.
+            // The variance is the noise times the gain, a form that cannot become negative.
             vv: noise * k0,
             vs: noise * k1,
             va: noise * k2,
@@ -113,12 +113,12 @@ impl Covariance {
     }
 }
 
-/// What the filter knows before it sees a frame.
+/// The prediction of the filter for a frame, before the measurement.
 struct Step<V> {
     value: V,
     covariance: Covariance,
     innovation: DVec3,
-    /// The variance of the innovation; infinite where nothing was measured.
+    /// The variance of the innovation; infinite if nothing was measured.
     variance: f64,
 }
 
@@ -167,8 +167,8 @@ impl<S: Values> Filter<S> {
     }
 }
 
-/// Smooths values with noise of a variance per axis. `jerk` has the density of each frame; `missing` says which were
-/// not measured, where it is not empty.
+/// Smooths values whose noise has the variance `noise` per axis. `jerk` has the density of each frame. `missing` marks
+/// frames without a measurement; it may be empty.
 pub(super) fn smooth<S: Values>(values: &[S::Value], missing: &[bool], noise: f64, jerk: &[f64]) -> Vec<S::Value> {
     let Some(first) = values.first() else {
         return Vec::new();
@@ -186,7 +186,7 @@ pub(super) fn smooth<S: Values>(values: &[S::Value], missing: &[bool], noise: f6
     backwards::<S>(&seen)
 }
 
-/// The smoothed values of the filter's input: the evidence of later frames is carried back to each frame.
+/// The smoothed values: the backward pass, which carries the evidence of later frames to each frame.
 fn backwards<S: Values>(seen: &[Step<S::Value>]) -> Vec<S::Value> {
     let mut smoothed = Vec::with_capacity(seen.len());
     let mut adjoint = [DVec3::ZERO; 3];

@@ -1,7 +1,7 @@
-//! Time: frames that are held, doubled or dropped.
+//! Repairs timing: frames that are held, duplicated or dropped.
 //!
-//! A frame that has all that the frame before it has is held: it stands for one that was lost, or is there in excess.
-//! Which of them, and where a frame was dropped, the frames on either side tell ([`super::gaps`]).
+//! A *held* frame repeats the frame before. It replaces a lost frame or is a duplicate. The frames on either side show
+//! which of both is true, and where a frame was dropped ([`super::gaps`]).
 
 use std::ops::Range;
 
@@ -16,29 +16,29 @@ use crate::flips;
 use crate::frames::Frames;
 use crate::work::Work;
 
-/// The longest run of held frames that may be there in excess.
+/// The longest run of repeated frames that may be duplicates.
 const LONGEST_DOUBLED: usize = 4;
-/// A step in which nothing moves by more than this, in radians and in fractions of the body, is none.
+/// A step with less motion than this counts as no motion, in radians and in fractions of the body.
 const STILL: f32 = 2e-6;
 
-/// The fraction of the frames that may be dropped beside those in pairs: where more seem to be, their steps tell of
-/// noise, or of a take that was resampled.
+/// The largest fraction of dropped frames, besides those that pair with a duplicate. If more seem to be dropped, the
+/// cause is noise or resampling.
 const MOST_DROPPED: f64 = 0.02;
-/// So many frames may be dropped of any take, however short: a fraction of few frames is less than one.
+/// The number of frames that may always be dropped, because the fraction of a short take is less than one frame.
 const LEAST_MOST_DROPPED: f64 = 4.0;
 
-/// The most frames that interpolation makes of one: 15 frames a second in a file of 120.
+/// The largest number of frames that interpolation makes from one: 15 frames per second in a file of 120.
 const MOST_OF_ONE: usize = 8;
-/// The fraction of all bends of an interpolated take that is in its own frames.
+/// The least fraction of all bends that an interpolated take has in its original frames.
 const IN_OWN_FRAMES: f32 = 0.9;
 
-/// So many frames tell whether a take is interpolated.
+/// The number of frames that are examined for interpolation.
 const LOOKED_AT: usize = 4000;
 
-/// So many frames of its own an interpolated take has at least.
+/// The least number of original frames in an interpolated take.
 const LEAST_OWN_FRAMES: usize = 10;
 
-/// What was found and done, in frames.
+/// The repairs, in numbers of frames.
 #[derive(Default)]
 pub(super) struct TimeRepair {
     pub(super) filled: usize,
@@ -47,12 +47,12 @@ pub(super) struct TimeRepair {
     pub(super) frozen: usize,
     /// The rate of the file, and the rate of the motion if it differs.
     pub(super) rate: Option<[f64; 2]>,
-    /// What tells of that rate, in words.
+    /// A text about the evidence for this rate.
     pub(super) tells: String,
 }
 
-/// Takes out frames that are repeated in a pattern, fills those that were held, takes doubled ones out, puts those in
-/// that were dropped, and finds the rate. Says beside what looks wrong and stays.
+/// Removes frames that repeat in a pattern, fills held frames, removes duplicates, inserts dropped frames, and corrects
+/// the rate. Also returns a text about a rate that looks wrong but stays.
 pub(super) fn mend(work: &mut Work<'_>) -> (TimeRepair, Option<String>) {
     let stated = work.frames.rate;
     let repeated = without_repeated(work);
@@ -73,14 +73,14 @@ pub(super) fn mend(work: &mut Work<'_>) -> (TimeRepair, Option<String>) {
     (done, doubt)
 }
 
-/// Takes frames out that repeat the one before in a pattern, and says in words which.
+/// Removes frames that repeat the frame before in a pattern. Returns a text about the pattern.
 fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     if work.frames.ticks.last()?.fract() != 0.0 {
         return None;
     }
     let held = Steps::new(work).held();
     let pattern = Pattern::of(&held)?;
-    // A pattern that begins late is one of the frames that move.
+    // The pattern may begin late, so the kept frames are those that move.
     let kept: Vec<usize> = (0..held.len()).filter(|frame| !held[*frame]).collect();
     let times: Vec<f64> = kept.iter().map(|frame| *frame as f64).collect();
     work.frames = work.frames.picked_of(&kept, &times);
@@ -92,7 +92,7 @@ fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     ))
 }
 
-/// The frames that are held or doubled, and those before which one was dropped.
+/// The frames that are held or duplicated, and the frames before which one was dropped.
 pub(super) fn errors(work: &Work<'_>) -> [Vec<usize>; 2] {
     let (frames, _) = find(work);
     let with = |rows: &[Row]| {
@@ -103,7 +103,7 @@ pub(super) fn errors(work: &Work<'_>) -> [Vec<usize>; 2] {
     [with(&[Row::Held, Row::Doubled]), with(&[Row::AfterDropped])]
 }
 
-/// The kind of each frame, and the resulting repairs.
+/// The kind of each frame, and the number of repairs of each kind.
 fn find(work: &Work<'_>) -> (Vec<Row>, TimeRepair) {
     let mut done = TimeRepair::default();
     if work.frames.ticks.last().is_none_or(|tick| tick.fract() != 0.0) {
@@ -158,8 +158,8 @@ fn find(work: &Work<'_>) -> (Vec<Row>, TimeRepair) {
     (frames, done)
 }
 
-/// Keeps of the frames in excess, and of those before which one was dropped, what is sure. What is less sure is kept in
-/// pairs of both, the surest first: a program that is late drops a frame, and doubles one to catch up.
+/// Keeps the duplicates and dropped frames that are certain. Uncertain ones are kept only in pairs, the most certain
+/// first: a program that is late drops a frame, and duplicates another to catch up.
 fn balance(excess: &mut Vec<(Range<usize>, f32)>, dropped: &mut Vec<(usize, f32)>, certain: f32) {
     excess.sort_by(|a, b| b.1.total_cmp(&a.1));
     dropped.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -172,7 +172,7 @@ fn balance(excess: &mut Vec<(Range<usize>, f32)>, dropped: &mut Vec<(usize, f32)
     dropped.truncate(pairs.max(sure[1]));
 }
 
-/// The number of frames that hold what the frame before them has, while the body moves before and after.
+/// The number of frames that repeat the frame before, while the body moves before and after.
 pub(super) fn held(work: &Work<'_>) -> usize {
     let held = Steps::new(work).held();
     let first = held.iter().skip(1).position(|held| !held).unwrap_or(held.len());
@@ -184,24 +184,25 @@ pub(super) fn held(work: &Work<'_>) -> usize {
         .count()
 }
 
-/// Of how many frames a take goes straight from one to the next, as one that was interpolated: 1 where it does not.
+/// The distance of the original frames if the take was interpolated linearly; otherwise 1.
 pub(super) fn interpolated(work: &Work<'_>) -> usize {
     Steps::new(work).interpolated()
 }
 
-/// What a frame of the input is.
+/// The kind of an input frame.
 #[derive(Clone, Copy, PartialEq)]
 enum Row {
     Seen,
-    /// It holds what the frame before has, and its own values are lost.
+    /// It repeats the frame before, and its own values are lost.
     Held,
-    /// It is there in excess.
+    /// It is a duplicate.
     Doubled,
     /// A frame is missing before it.
     AfterDropped,
 }
 
-/// Makes the frames anew: those in excess go, and those that are missing or lost lie on the curve through the others.
+/// Rebuilds the frames: duplicates are removed, and missing or lost frames are interpolated on a curve through the
+/// others.
 fn rebuild(work: &mut Work<'_>, frames: &[Row]) {
     if frames.iter().all(|row| *row == Row::Seen) {
         return;
@@ -242,8 +243,8 @@ fn rebuild(work: &mut Work<'_>, frames: &[Row]) {
     work.missing = missing;
 }
 
-/// Gives the frames before `end` what the nearer frame beside them has. A curve through a flip would be a turn of some
-/// frames, which nobody could tell from a motion.
+/// Fills frames with the values of the nearer neighbour. A curve through a flip would be a rotation over some frames,
+/// which nobody could tell from a motion.
 fn hold(track: &mut [Trs], first: usize, end: usize) {
     let middle = first + (end - first) / 2;
     let (before, after) = (track[first - 1], track[end]);
@@ -251,10 +252,10 @@ fn hold(track: &mut [Trs], first: usize, end: usize) {
     track[middle..end].fill(after);
 }
 
-/// The steps of the whole body. A step leads to a frame and has two parts for each node: a rotation and a translation.
+/// The steps of the whole body from frame to frame. A step has two parts for each node: a rotation and a translation.
 struct Steps<'a> {
     frames: &'a Frames<'a>,
-    /// Fractions of the body in a unit of the scene.
+    /// The fraction of the body's size in one unit of the scene.
     per_unit: f32,
 }
 
@@ -279,7 +280,7 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// Of how many frames the body goes straight from one to the next: 1 where it does not.
+    /// The distance of the frames between which the body moves linearly; 1 if it does not.
     fn interpolated(&self) -> usize {
         let bend = |frame: usize| {
             let bend = |part: usize| (self.part(frame + 1, part) - self.part(frame, part)).length();
@@ -296,7 +297,7 @@ impl<'a> Steps<'a> {
         (2..=most).rev().find(is_interpolated).unwrap_or(1)
     }
 
-    /// For each frame whether it has what the frame before has.
+    /// For each frame, whether it repeats the frame before.
     fn held(&self) -> Vec<bool> {
         let is_still = |frame: usize, part: usize| self.part(frame, part).abs().max_element() <= STILL;
         let is_held = |frame: usize| (0..self.parts()).all(|part| is_still(frame, part));

@@ -5,21 +5,22 @@ use glam::DVec3;
 use super::least_squares::{Knots, LeastSquares, biweight};
 use super::{Feet, KNOT, KNOTS, ONE_OBSERVATION, ROUNDS};
 
-/// The standard deviation of the speed in m/s of a foot that stands: it rolls.
+/// The standard deviation of the speed of a foot in stance, in m/s, because the foot rolls.
 const OF_STANDING: f64 = 0.01;
-/// The standard deviation in m/s of the drift over the ground, and of its bend at a knot: as `OF_DRIFT`, in a second.
+/// The standard deviations in m/s of the drift over the ground, and of its change of slope at a knot. They are
+/// `OF_DRIFT` per second.
 const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
-/// The least drift in height in metres that is taken out: `OF_DRIFT` twice.
+/// The least drift in height that is removed, in metres: twice `OF_DRIFT`.
 const LEAST_DRIFT: f64 = 0.03;
-/// The least drift over the ground in metres that is taken out: people shuffle by less.
+/// The least drift over the ground that is removed, in metres. People shuffle by less.
 const LEAST_DRIFT_OVER_GROUND: f64 = 0.1;
-/// The largest drift in height in metres that is taken out: two steps of stairs have more.
+/// The largest drift in height that is removed, in metres. Two steps of a stair are higher.
 const LARGEST_DRIFT: f64 = 0.25;
-/// The fastest drift over the ground in m/s that is taken out: a faster one is a treadmill.
+/// The fastest drift over the ground that is removed, in m/s. A faster one is a treadmill.
 const FASTEST_DRIFT: f64 = 0.08;
 
-/// How far the body drifted in each frame, in metres: along the axes of the ground, and up as `height` has it. `None`
-/// where that is little, or is no drift.
+/// The drift of the body in each frame, in metres: along the axes of the ground, and in height by `height`. `None` if
+/// the drift is too small or too large.
 pub(super) fn drift(feet: &Feet, height: &[f64]) -> Option<Vec<DVec3>> {
     let slow = feet.standing();
     let knots = Knots::new(feet.frames, KNOT * feet.rate, KNOTS);

@@ -1,9 +1,9 @@
-//! Weighted least squares with few unknowns: normal equations, solved by Cholesky's factors.
+//! Weighted least squares with few unknowns: normal equations, solved by a Cholesky factorization.
 
 /// The sums of the normal equations.
 pub(super) struct LeastSquares {
     unknowns: usize,
-    /// The lower triangle, row by row, of the whole square.
+    /// The lower triangle of the matrix, stored row by row in the full square.
     matrix: Vec<f64>,
     right: Vec<f64>,
 }
@@ -17,7 +17,8 @@ impl LeastSquares {
         }
     }
 
-    /// Adds an equation: the sum of some unknowns times their factors is `value`. `terms` are in the order of unknowns.
+    /// Adds an equation: the sum of the unknowns in `terms` times their factors is `value`. `terms` are in the order of
+    /// the unknowns.
     pub(super) fn add(&mut self, terms: &[(usize, f64)], value: f64, weight: f64) {
         for (index, &(row, factor)) in terms.iter().enumerate() {
             let weighted = weight * factor;
@@ -28,7 +29,7 @@ impl LeastSquares {
         }
     }
 
-    /// The unknowns; `None` where the equations do not say enough.
+    /// The unknowns; `None` if the equations do not determine them.
     pub(super) fn solve(self) -> Option<Solution> {
         let n = self.unknowns;
         let mut factor = self.matrix;
@@ -60,7 +61,7 @@ impl LeastSquares {
 /// The solution of normal equations.
 pub(super) struct Solution {
     pub(super) values: Vec<f64>,
-    /// Cholesky's factor of the matrix.
+    /// The Cholesky factor of the matrix.
     factor: Vec<f64>,
 }
 
@@ -74,7 +75,7 @@ impl Solution {
         x
     }
 
-    /// An element of the inverse matrix, which times the variance of an equation of weight 1 is the covariance of two
+    /// An element of the inverse matrix. Times the variance of an equation of weight 1, it is the covariance of two
     /// unknowns.
     pub(super) fn covariance(&self, one: usize, other: usize) -> f64 {
         let unit = |at: usize| {
@@ -86,7 +87,7 @@ impl Solution {
     }
 }
 
-/// The weight of a residual that is `ratio` times the scale: Tukey's biweight, 0 from 1 on.
+/// The weight of a residual that is `ratio` times the scale: Tukey's biweight. It is 0 from a ratio of 1 on.
 pub(super) fn biweight(ratio: f64) -> f64 {
     match ratio.abs() < 1.0 {
         true => (1.0 - ratio * ratio).powi(2),
@@ -94,14 +95,14 @@ pub(super) fn biweight(ratio: f64) -> f64 {
     }
 }
 
-/// A curve through knots at even distances, straight between them: its terms at a frame, from the unknown `first` on.
+/// A piecewise linear curve through evenly spaced knots. Its terms at a frame begin at the unknown `first`.
 pub(super) struct Knots {
     pub(super) count: usize,
     frames: usize,
 }
 
 impl Knots {
-    /// Knots at most so many frames apart, of which there are at most so many.
+    /// Creates knots that are at most `apart` frames apart, but at most `most` knots.
     pub(super) fn new(frames: usize, apart: f64, most: usize) -> Self {
         let spans = ((frames as f64 / apart.max(1.0)).ceil() as usize).clamp(1, most);
         Self {
@@ -117,7 +118,7 @@ impl Knots {
         [(first + knot, 1.0 - part), (first + knot + 1, part)]
     }
 
-    /// The values of the curve with these knots.
+    /// The values of the curve in each frame for these knots.
     pub(super) fn curve(&self, knots: &[f64]) -> Vec<f64> {
         let value = |frame: usize| {
             self.terms(frame, 0)
@@ -128,7 +129,7 @@ impl Knots {
         (0..self.frames).map(value).collect()
     }
 
-    /// Asks for a curve that bends little, and for one that is near 0.
+    /// Adds equations that keep the curve straight (weight `bend`) and near 0 (weight `near`).
     pub(super) fn add_priors(&self, equations: &mut LeastSquares, first: usize, bend: f64, near: f64) {
         for knot in first..first + self.count {
             equations.add(&[(knot, 1.0)], 0.0, near);

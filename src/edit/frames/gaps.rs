@@ -13,7 +13,7 @@ impl Frames<'_> {
         self.visible.as_ref().is_some_and(|visible| visible.contains(&false))
     }
 
-    /// The gaps of a held node that is a point, each as its first and its last frame.
+    /// The gaps of a held point, each as its first and its last frame.
     pub(crate) fn gaps(&self, column: usize) -> Vec<[usize; 2]> {
         let mut gaps: Vec<[usize; 2]> = Vec::new();
         for frame in (0..self.len()).filter(|frame| !self.is_visible(*frame as f64, column)) {
@@ -25,7 +25,7 @@ impl Frames<'_> {
         gaps
     }
 
-    /// Makes a point seen in the frames from `first` to `last`.
+    /// Marks a point as seen in the frames from `first` to `last`.
     pub(crate) fn set_visible(&mut self, column: usize, [first, last]: [usize; 2]) {
         for frame in first..=last {
             if let Some(visible) = &mut self.visible {
@@ -34,7 +34,7 @@ impl Frames<'_> {
         }
     }
 
-    /// Whether a point is seen at a time: in both frames beside it.
+    /// Whether a point is seen at a fractional frame: it must be seen in the frames before and after.
     pub(super) fn is_visible(&self, frame: f64, column: usize) -> bool {
         let last = self.len().saturating_sub(1);
         let at = |frame: f64| {
@@ -46,13 +46,13 @@ impl Frames<'_> {
         at(frame.floor()) && at(frame.ceil())
     }
 
-    /// Frames at whole ticks with the transforms of `rows` instead of these. `taken` is the motion and the frame of
-    /// each row, by which points keep their gaps, and morph targets their weights.
+    /// Frames at whole ticks with the transforms of `rows`. `taken` gives the motion and frame that each row comes
+    /// from, whose gaps and morph weights it keeps.
     pub(crate) fn with_rows_of(&self, rows: Vec<Vec<Trs>>, taken: &[(&Self, f64)]) -> Self {
         self.with_rows(rows).taking(self, taken)
     }
 
-    /// Frames at whole ticks: those of `chosen`. Their gaps and weights come from other times of this motion.
+    /// Frames at whole ticks with the transforms of `chosen`. Their gaps and weights come from `times` of this motion.
     pub(crate) fn picked_of(&self, chosen: &[usize], times: &[f64]) -> Self {
         let taken: Vec<(&Self, f64)> = times.iter().map(|time| (self, *time)).collect();
         self.picked(chosen).taking(self, &taken)
@@ -76,7 +76,7 @@ impl Frames<'_> {
         }
     }
 
-    /// The keys of a point in the frames in which it is seen.
+    /// The keys of a point, only at frames in which it is seen.
     pub(super) fn keys_of_point(&self, positions: Vec<Vec3>, column: usize) -> Keys<Vec3> {
         let frames = self.ticks.iter().zip(positions).enumerate();
         let seen = frames.filter(|(frame, _)| self.is_visible(*frame as f64, column));
@@ -85,7 +85,7 @@ impl Frames<'_> {
     }
 }
 
-/// Warns of gaps that a step fills, because the step makes new frames.
+/// Warns about gaps that a step fills because it makes new frames.
 pub(super) fn report_filled(scene: &mut Scene, animation: usize) {
     let gaps = scene.points_with_gaps(&scene.animations[animation]);
     let filled = gaps.iter().flatten().count();

@@ -1,5 +1,5 @@
-//! The values of one part of a node in every frame, which copies of a motion share, also with the animation that was
-//! read, until one of them changes.
+//! The values of one part of a node's transform in every frame. Copies of a motion share them, also with the animation
+//! that was read, until a copy changes them.
 
 use std::sync::Arc;
 
@@ -7,9 +7,9 @@ use glam::{Quat, Vec3};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::{Channel, Keys};
 
-/// A part of a transform.
+/// A part of a transform: translation, rotation or scale.
 pub(super) trait Part: Copy {
-    /// Whether both have the same bits: a track must not change a sign of 0.
+    /// Whether both values have the same bits, because a track must not change the sign of a 0.
     fn is_same(self, other: Self) -> bool;
 }
 
@@ -25,12 +25,12 @@ impl Part for Quat {
     }
 }
 
-/// One value where all frames have it, else one for each frame.
+/// One value if it is the same in all frames, otherwise one value for each frame.
 #[derive(Clone)]
 pub(super) struct Track<'a, T> {
-    /// The keys of the animation that was read, as long as no value has changed.
+    /// The keys of the animation that was read, until a value changes.
     keys: Option<&'a [T]>,
-    /// The values where they are not those keys.
+    /// The values, if `keys` is empty.
     values: Arc<Vec<T>>,
 }
 
@@ -44,7 +44,7 @@ impl<T> Default for Track<'_, T> {
 }
 
 impl<'a, T: Part + PartialEq> Track<'a, T> {
-    /// The keys of an animation that has so many frames, where they are its values and not all equal.
+    /// Shares the keys of an animation with `frames` frames, if they are its values and not all equal.
     fn of_keys(keys: &'a Keys<T>, frames: usize) -> Self {
         let is_every_frame = keys.ticks.is_none() && keys.values.len() == frames;
         let is_moving = || keys.values.iter().any(|value| *value != keys.values[0]);
@@ -54,7 +54,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         }
     }
 
-    /// Whether the values are keys of the animation.
+    /// Whether the values are still the keys of the animation.
     pub(super) fn is_unchanged(&self) -> bool {
         self.keys.is_some()
     }
@@ -70,7 +70,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         Arc::make_mut(&mut self.values)
     }
 
-    /// The values that have changed; unchanged keys stay where they are.
+    /// The values that have changed. Unchanged keys are left out.
     fn changes(self) -> Track<'static, T> {
         Track {
             keys: self.keys.map(|_| &[][..]),
@@ -78,7 +78,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         }
     }
 
-    /// The same with a copy of the keys.
+    /// The same track with its own copy of the keys.
     fn owned(mut self) -> Track<'static, T> {
         self.values_mut();
         Track {
@@ -124,7 +124,7 @@ impl<'a, T: Part + PartialEq> Track<'a, T> {
         values[frame] = value;
     }
 
-    /// The values of chosen frames of this track.
+    /// The values of chosen frames.
     fn picked(&self, chosen: &[usize]) -> Self {
         match self.values() {
             [_] => self.clone(),
@@ -154,7 +154,7 @@ impl<'a> TrsTrack<'a> {
         track
     }
 
-    /// The keys of a channel that are the values of all frames. The other parts have no values yet.
+    /// Shares the keys of a channel that has a key for every frame. The other parts have no values yet.
     pub(super) fn of_channel(channel: &'a Channel, frames: usize) -> Self {
         Self {
             translation: Track::of_keys(&channel.position_keys, frames),
@@ -163,7 +163,7 @@ impl<'a> TrsTrack<'a> {
         }
     }
 
-    /// The same with a copy of the keys.
+    /// The same track with its own copy of the keys.
     pub(super) fn owned(self) -> TrsTrack<'static> {
         TrsTrack {
             translation: self.translation.owned(),
@@ -172,14 +172,14 @@ impl<'a> TrsTrack<'a> {
         }
     }
 
-    /// Whether the values of a channel need no samples: they do not change, or are all there.
+    /// Whether the values of a channel need no sampling: they are constant, or every frame has a key.
     pub(super) fn has_all_of(&self, channel: &Channel) -> bool {
         (self.translation.is_unchanged() || channel.position_keys.len() < 2)
             && (self.rotation.is_unchanged() || channel.rotation_keys.len() < 2)
             && (self.scale.is_unchanged() || channel.scaling_keys.len() < 2)
     }
 
-    /// The values that have changed. The other parts count as unchanged and have no value.
+    /// The parts that have changed. The other parts count as unchanged and have no value.
     pub(super) fn changes(self) -> TrsTrack<'static> {
         TrsTrack {
             translation: self.translation.changes(),
@@ -188,7 +188,7 @@ impl<'a> TrsTrack<'a> {
         }
     }
 
-    /// Adds the transform of the next frame of `frames` frames, but for the parts that have all keys of a channel.
+    /// Adds the transform of the next frame of `frames` frames, except for the parts that share all keys of a channel.
     pub(super) fn push(&mut self, frame: usize, trs: Trs, frames: usize) {
         if !self.translation.is_unchanged() {
             self.translation.push(frame, trs.translation, frames);

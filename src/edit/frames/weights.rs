@@ -17,12 +17,12 @@ pub(super) struct Weights {
 #[derive(Clone)]
 struct Target {
     at_rest: f32,
-    /// In every frame; nothing where the animation has no keys.
+    /// The weight in every frame. Empty if the animation has no keys.
     values: Vec<f32>,
 }
 
 impl Target {
-    /// The weight at a frame, or at the nearest end.
+    /// The weight at a fractional frame, or at the nearest end.
     fn at(&self, frame: f64) -> f32 {
         let Some(last) = self.values.len().checked_sub(1) else {
             return self.at_rest;
@@ -54,12 +54,13 @@ impl Weights {
         })
     }
 
-    /// The weights of the first `count` frames. Frames beyond the last one repeat its weights.
+    /// The weights of the first `count` frames. Frames after the last repeat its weights.
     pub(super) fn with_frames(&self, count: usize) -> Self {
         self.taken((0..count).map(|frame| (self, frame as f64)))
     }
 
-    /// The weights of frames of these and of other motions. One with other targets has them at rest.
+    /// The weights of frames that come from these and other motions. A motion with other targets gives their weights at
+    /// rest.
     pub(super) fn taken<'a>(&self, frames: impl Iterator<Item = (&'a Self, f64)> + Clone) -> Self {
         let target = |(index, own): (usize, &Target)| {
             let of = |motion: &'a Self| {
@@ -79,7 +80,7 @@ impl Weights {
         }
     }
 
-    /// Makes these weights the keys of the targets of an animation.
+    /// Writes these weights as the keys of an animation's morph targets.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize, ticks: &[f64]) {
         let count = scene.animations.len();
         for (animations, target) in scene.weight_keys().zip(&self.targets) {
@@ -96,7 +97,7 @@ impl Weights {
     }
 }
 
-/// Warns of a second motion that moves other morph targets than the first motion has.
+/// The warning about a second motion that moves morph targets which the first motion lacks.
 pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> {
     let curves = second.weight_curves();
     let is_alike = scene.weights_in(0).count() == second.weights_in(0).count();
@@ -108,8 +109,8 @@ pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> 
 }
 
 impl Frames<'_> {
-    /// Closes the jump of weights of morph targets from a frame of one motion to a frame of another, which is at `seam`
-    /// here. The difference fades within so many frames after it.
+    /// Fades out the jump of morph weights between a frame of one motion and a frame of another, within `steps` frames
+    /// after `seam`.
     pub(crate) fn fade_weights(&mut self, seam: usize, [from, to]: [(&Self, f64); 2], steps: usize) {
         let is_alike = |motion: &Self| motion.weights.targets.len() == self.weights.targets.len();
         if !(is_alike(from.0) && is_alike(to.0)) {
@@ -127,8 +128,7 @@ impl Frames<'_> {
         }
     }
 
-    /// Mixes the weights of morph targets of two motions: for each frame the frames of both, and the part of the
-    /// second.
+    /// Blends the morph weights of two motions. Each frame has a frame of both motions and the weight of the second.
     pub(crate) fn mix_weights(&mut self, (first, second): (&Self, &Self), frames: &[(f64, f64, f32)]) {
         let one = first.weights.taken(frames.iter().map(|(a, ..)| (&first.weights, *a)));
         let two = first

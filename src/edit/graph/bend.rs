@@ -1,6 +1,6 @@
-//! Brings a walk onto the path that it follows. The remaining error is bent away little by little. The walk is shifted
-//! and turned over the ground, smoothly over time, as Gleicher edits the path of a motion ("Motion Path Editing",
-//! 2001). The sway of steps beside the path stays. Feet are held afterwards, as in every walk.
+//! Bends a walk so that it follows its path closely. The remaining error is removed gradually: the walk is shifted and
+//! turned over the ground, smoothly over time, as Gleicher edits the path of a motion ("Motion Path Editing", 2001).
+//! The sway of steps beside the path stays. Feet are locked afterwards, as in every walk.
 
 use glam::DVec2;
 use mocap_scene::math::polyline::Polyline;
@@ -9,21 +9,22 @@ use super::network::Network;
 use super::path::LOOKED_AT;
 use super::walk::{Bend, Walk, WalkPath, smooth as blended};
 
-/// The deviation of the Gaussian bell over which a bend is smoothed, and half of the time over which the direction of a
-/// walk is taken, in seconds: a step.
+/// The standard deviation in seconds of the Gaussian that smooths a bend, and half of the time over which the direction
+/// of a walk is measured: one step.
 const SMOOTH: f64 = 0.5;
 
-/// The largest shift of a walk in metres: a walk farther off does not follow the path, and shall not look as if.
+/// The largest shift of a walk, in metres. A walk farther away does not follow the path, and must not look as if it
+/// did.
 const MOST_MOVED: f64 = 0.4;
 
-/// The largest turn of a walk in radians: 29 degrees, for the same reason.
+/// The largest turn of a walk, in radians (29 degrees), for the same reason.
 const MOST_TURNED: f64 = 0.5;
 
-/// A figure that moves by less than this in the time of a direction goes nowhere, in metres.
+/// The least distance in metres that a figure must move within the time of a direction. Otherwise it has no direction.
 const STILL: f64 = 0.1;
 
 impl Network<'_> {
-    /// Bends a walk so that it is on a path, and says how near to it the walk is then.
+    /// Bends a walk onto a path, and records how near the walk is to it.
     pub(super) fn bring_onto(&self, walk: &mut Walk, path: &Polyline) {
         let mut centres = self.centres(walk);
         centres.truncate((walk.seconds() * self.rate).ceil() as usize + 1);
@@ -32,12 +33,12 @@ impl Network<'_> {
         walk.followed = Some(followed(&moved, path, self.step()));
     }
 
-    /// Frames in half of the time over which a direction is taken.
+    /// Half of the time over which a direction is measured, in frames.
     fn step(&self) -> usize {
         (SMOOTH * self.rate).round().max(1.0) as usize
     }
 
-    /// How each frame of a walk is moved so that it is on a path.
+    /// The shift and turn of each frame that bring a walk onto a path.
     fn bends(&self, centres: Vec<DVec2>, path: &Polyline) -> Vec<Bend> {
         let along = along(&centres, path);
         let missing = centres
@@ -59,7 +60,7 @@ impl Network<'_> {
             .collect()
     }
 
-    /// Where the figure is in each frame of a walk.
+    /// The position of the figure over the ground in each frame of a walk.
     fn centres(&self, walk: &Walk) -> Vec<DVec2> {
         let blend = walk.window - 1;
         let centre = |piece: usize, frame: usize| {
@@ -80,7 +81,7 @@ impl Network<'_> {
     }
 }
 
-/// How far along the path the nearest point to each place is.
+/// For each place, the distance along the path of the nearest point.
 fn along(places: &[DVec2], path: &Polyline) -> Vec<f64> {
     let mut reached = 0.0;
     let next = |place: &DVec2| {
@@ -90,7 +91,7 @@ fn along(places: &[DVec2], path: &Polyline) -> Vec<f64> {
     places.iter().map(next).collect()
 }
 
-/// The angle in radians from the direction of places in a frame to the direction of the path.
+/// The angle in radians from the direction of the places at a frame to the direction of the path.
 fn turn((places, along): (&[DVec2], &[f64]), path: &Polyline, frame: usize, half: usize) -> f64 {
     let (from, to) = (frame.saturating_sub(half), (frame + half).min(places.len() - 1));
     let (own, wanted) = (places[to] - places[from], path.at(along[to]) - path.at(along[from]));
@@ -100,7 +101,7 @@ fn turn((places, along): (&[DVec2], &[f64]), path: &Polyline, frame: usize, half
     }
 }
 
-/// How near places are to a path.
+/// Measures how near places are to a path.
 fn followed(places: &[DVec2], path: &Polyline, half: usize) -> WalkPath {
     let along = along(places, path);
     let apart = places
@@ -123,7 +124,7 @@ fn followed(places: &[DVec2], path: &Polyline, half: usize) -> WalkPath {
     }
 }
 
-/// The mean of values around each, under a Gaussian bell of `deviation` frames.
+/// Smooths values by a Gaussian of `deviation` frames.
 fn smooth(values: &[DVec2], deviation: usize) -> Vec<DVec2> {
     let reach = 3 * deviation;
     let weight = |steps: usize| (-0.5 * (steps as f64 / deviation as f64).powi(2)).exp();

@@ -1,26 +1,27 @@
-//! Numbers of a window, whose distance is never above that of Kovar, and nearly as large for similar windows. Windows
-//! that are far apart by these numbers are not aligned.
+//! A few numbers for each window, whose distance is a lower bound of Kovar's distance and nearly as large for similar
+//! windows. Windows that are far apart by these numbers are skipped, without an alignment.
 //!
-//! A point over the ground is a complex number, and a window a vector z of them, each times the root of its weight,
-//! about their mean. The best rotation then leaves
+//! Over the ground, a point is a complex number and a window a vector z of points. Each point is relative to the mean
+//! and multiplied by the root of its weight. After the best rotation,
 //!
 //! ```text
 //! D² = r² + r'² - 2 |<z, z'>| + |h - h'|²,    r = |z|
 //! ```
 //!
-//! with the heights h. What does not change when z is rotated is the matrix z z*, and of A = z z* / r
+//! where h are the heights. The matrix z z* does not change when z is rotated. With A = z z* / r,
 //!
 //! ```text
 //! |A - A'|² = r² + r'² - 2 r r' c²,    c = |<z, z'>| / (r r') <= 1
 //! D² - |h - h'|² = (r - r')² + 2 r r' (1 - c) >= (r - r')² + r r' (1 - c²) = ½ (r - r')² + ½ |A - A'|²
 //! ```
 //!
-//! which is nearly equal where c is near 1. So the entries of A and r, times the root of a half, with the heights are
-//! numbers as wanted. They are too many, and these leave all the same no distance too large:
+//! Both sides are nearly equal if c is near 1. So the entries of A and r, multiplied by the root of 1/2, together with
+//! the heights are suitable numbers. They are too many. Each of these reductions keeps the bound:
 //!
-//! - Frames are written in orthonormal functions of time, of which the first are kept: Bessel's inequality.
-//! - z is written in orthonormal patterns of points. The first [`PATTERNS`] are kept, and the length of the remainder.
-//! - All the numbers are written in orthonormal axes. The axes along which windows differ most are kept, and the length
+//! - Frames are expressed in orthonormal functions of time, of which the first are kept (Bessel's inequality).
+//! - z is expressed in orthonormal patterns of points. The first [`PATTERNS`] are kept, and the length of the
+//!   remainder.
+//! - All numbers are expressed in orthonormal axes. The axes along which windows differ most are kept, and the length
 //!   of the remainder.
 
 use std::ops::Range;
@@ -32,45 +33,46 @@ use mocap_scene::math::spread::spread;
 use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
 
-/// Numbers of a window.
+/// The count of numbers for a window.
 pub const NUMBERS: usize = 64;
-/// Functions of time: constant, linear and quadratic ones.
+/// The count of functions of time: constant, linear and quadratic.
 const FUNCTIONS: usize = 3;
-/// Patterns of points in which windows are written. More are tighter, and take longer.
+/// The count of patterns of points. More patterns give a tighter bound, but take longer.
 const PATTERNS: usize = 12;
 
-/// Windows of which patterns and axes are made, spread over all clips: any windows give a bound, these a tight one.
+/// The count of windows, spread over all clips, from which patterns and axes are computed. Any windows give a bound;
+/// these give a tight one.
 const SAMPLE: usize = 1024;
 
-/// Rounds of the iteration that finds them, which bounds its time: any patterns give a bound.
+/// The rounds of the iteration that computes them. Any patterns give a bound, so it need not converge.
 const ROUNDS: usize = 30;
-/// The number of windows that are computed at once, so that memory does not grow with a long clip.
+/// The count of windows that are computed at once, so that memory does not grow with a long clip.
 const PIECE: usize = 256;
 
-/// The addition to the threshold for the rounding of numbers of 32 bits: a fraction of it, and metres.
+/// An addition to the threshold for the rounding of 32-bit numbers: a fraction of the threshold, and metres.
 pub const SLACK: (f32, f32) = (1e-3, 1e-5);
 
 /// The numbers of a window.
 pub type Numbers = [f32; NUMBERS];
 
-/// The patterns and the axes in which windows are written.
+/// The patterns and the axes in which windows are expressed.
 pub struct Bound {
-    /// Orthonormal under the weights of the frames, each times these.
+    /// Functions of time, orthonormal under the weights of the frames and multiplied by these weights.
     functions: Vec<Vec<f64>>,
     patterns: Vec<Vec<f64>>,
     mean: Vec<f64>,
     axes: Vec<Vec<f64>>,
 }
 
-/// Some windows of a clip in orthonormal functions of time: of each point and function a row over all windows.
+/// Some windows of a clip in orthonormal functions of time. Each point and function has a row over all windows.
 struct Coefficients {
     count: usize,
-    /// Over the ground about the mean, and up.
+    /// Two coordinates over the ground, relative to the mean, and the height.
     rows: [Vec<Vec<f64>>; 3],
 }
 
 impl Bound {
-    /// Patterns and axes that suit some clips.
+    /// Computes patterns and axes that suit some clips.
     pub fn new(space: &CloudSpace, window: &Window, clips: &[Clouds]) -> Self {
         let mut bound = Self {
             functions: functions(window.taper()),
@@ -133,7 +135,7 @@ impl Bound {
         numbers
     }
 
-    /// What is the same however a window is turned: a row for each.
+    /// The numbers that do not change when a window is rotated about the vertical: a row for each window.
     fn invariants(&self, of: &Coefficients) -> Vec<Vec<f64>> {
         let [x, y] = [0, 1].map(|axis| of.in_patterns(axis, &self.patterns));
         let invariants = |window: usize| {
@@ -152,7 +154,7 @@ impl Bound {
             for (index, own) in z.iter().enumerate() {
                 numbers.push(scale * own.length_squared());
                 for other in &z[..index] {
-                    // Each stands twice in the matrix.
+                    // Each entry occurs twice in the matrix.
                     let twice = std::f64::consts::SQRT_2 * scale;
                     numbers.extend([twice * own.dot(*other), twice * own.perp_dot(*other)]);
                 }
@@ -163,7 +165,7 @@ impl Bound {
         (0..of.count).map(invariants).collect()
     }
 
-    /// A row along the axes, and the length of its remainder.
+    /// The coordinates of a row along the axes, and the length of the remainder.
     fn written(&self, row: &[f64]) -> Numbers {
         let row: Vec<f64> = row.iter().zip(&self.mean).map(|(value, mean)| value - mean).collect();
         let mut numbers = [0.0; NUMBERS];
@@ -179,7 +181,7 @@ impl Bound {
 }
 
 impl Coefficients {
-    /// Those of the windows that begin in some frames.
+    /// The coefficients of the windows that begin at the frames `starts`.
     fn new(space: &CloudSpace, functions: &[Vec<f64>], clip: &Clouds, starts: Range<usize>) -> Self {
         let (count, width) = (starts.len(), functions[0].len());
         let origin = clip.centres[starts.start];
@@ -208,12 +210,12 @@ impl Coefficients {
         Self { count, rows }
     }
 
-    /// The numbers of one window.
+    /// The coefficients of one window.
     fn column(&self, axis: usize, window: usize) -> Vec<f64> {
         self.rows[axis].iter().map(|row| row[window]).collect()
     }
 
-    /// How much of each pattern is in each window.
+    /// The coefficient of each pattern in each window.
     fn in_patterns(&self, axis: usize, patterns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let of = |pattern: &Vec<f64>| {
             let mut sums = vec![0.0; self.count];
@@ -226,7 +228,7 @@ impl Coefficients {
     }
 }
 
-/// Takes the mean of all points in all frames of a window away, which is in the constant functions alone.
+/// Subtracts the mean of all points in all frames of a window. Only the constant functions contain it.
 fn about_mean(rows: &mut [Vec<f64>], weights: &[f64], functions: usize) {
     let count = rows.first().map_or(0, Vec::len);
     let mut mean = vec![0.0; count];
@@ -242,12 +244,13 @@ fn about_mean(rows: &mut [Vec<f64>], weights: &[f64], functions: usize) {
     }
 }
 
-/// Polynomials that are orthonormal under the weights of the frames, each times these, by Gram's and Schmidt's method.
+/// Polynomials that are orthonormal under the weights of the frames and multiplied by these weights, by the
+/// Gram-Schmidt method.
 fn functions(taper: &[f64]) -> Vec<Vec<f64>> {
     let product = |a: &[f64], b: &[f64]| -> f64 { taper.iter().zip(a).zip(b).map(|((w, a), b)| w * a * b).sum() };
     let mut functions: Vec<Vec<f64>> = Vec::new();
     let half = 0.5 * (taper.len() - 1) as f64;
-    // A window of two frames has two functions.
+    // A window of two frames has only two independent functions.
     for degree in 0..FUNCTIONS.min(taper.len()) as i32 {
         let mut function: Vec<f64> = (0..taper.len())
             .map(|frame| (frame as f64 / half - 1.0).powi(degree))

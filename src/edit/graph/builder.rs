@@ -1,4 +1,4 @@
-//! Compares clips, and makes a graph of them.
+//! Compares clips and builds a graph of them.
 
 use mocap_figure::Figure;
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
@@ -10,7 +10,7 @@ use super::distance::Window;
 use super::network::Network;
 use super::{GraphClip, GraphOptions, GraphTransition, MotionGraph, component, minima};
 
-/// Takes clips of one skeleton, whose moments it compares.
+/// Takes clips of one skeleton and compares their moments.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug)]
@@ -22,18 +22,18 @@ pub struct GraphBuilder {
     clouds: Vec<Clouds>,
 }
 
-/// The skeleton of all clips: that of the first.
+/// The skeleton that all clips share: the skeleton of the first clip.
 #[derive(Clone, Debug)]
 struct Skeleton {
     scene: Scene,
     file: String,
     space: CloudSpace,
-    /// Of each node, whether the line to it from its parent is a bone.
+    /// For each node, whether the line from its parent to the node is a bone.
     is_bone: Vec<bool>,
 }
 
-/// The largest difference of the length of a bone between clips, as a fraction of the longest bone. Rounding of decimal
-/// numbers causes it.
+/// The largest difference between the lengths of a bone in two clips, as a fraction of the longest bone. Rounding of
+/// decimal numbers causes it.
 const SAME_LENGTH: f32 = 1e-3;
 
 /// The distances of all moments of two clips, in metres.
@@ -56,15 +56,16 @@ pub struct DistanceMatrix {
     pub rows: usize,
     /// The windows of the second clip.
     pub columns: usize,
-    /// Row by row.
+    /// The distances, row by row.
     pub values: Vec<f32>,
 }
 
 impl DistanceMatrix {
-    /// The distance of the window that begins in a frame of the first clip to one of the second.
+    /// The distance between the window that begins at frame `row` of the first clip and the window at frame `column` of
+    /// the second.
     ///
     /// # Panics
-    /// Where there is no such window.
+    /// If there is no such window.
     pub fn at(&self, row: usize, column: usize) -> f32 {
         assert!(column < self.columns, "column {column} of {}", self.columns);
         self.values[row * self.columns + column]
@@ -160,11 +161,10 @@ impl GraphBuilder {
         })
     }
 
-    /// Compares all clips, and makes their graph.
+    /// Compares all clips and builds their graph.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without a clip; [`Code::InvalidValue`] where no moments are so alike that there is a walk
-    /// without an end.
+    /// [`Code::NoMotion`] without a clip. [`Code::InvalidValue`] if no moments are similar enough for an endless walk.
     pub fn build(&self) -> Result<MotionGraph> {
         let space = self.space()?;
         let threshold = self.options.threshold as f32;
@@ -213,10 +213,10 @@ impl GraphBuilder {
         Ok(graph)
     }
 
-    /// The graph of these clips, to be searched.
+    /// A network of this graph and these clips, over which walks are searched.
     ///
     /// # Errors
-    /// [`Code::InvalidGraph`] where the graph was made of other clips.
+    /// [`Code::InvalidGraph`] if the graph was built from other clips.
     pub fn network(&self, graph: &MotionGraph) -> Result<Network<'_>> {
         let names = |points: &[(String, f32)]| Vec::from_iter(points.iter().map(|(name, _)| name.clone()));
         if names(&graph.points) != names(&self.points()) {
@@ -253,7 +253,7 @@ impl Skeleton {
         })
     }
 
-    /// Refuses a scene with other joints, or with bones of other lengths.
+    /// Refuses a scene with other joints, or with bones of another length.
     fn require_same(&self, scene: &Scene) -> Result<()> {
         let refuse = |difference: String| {
             let message = format!("its skeleton is not that of {}: {difference}", self.file);
@@ -266,7 +266,7 @@ impl Skeleton {
             return refuse(difference);
         }
         let offset = |scene: &Scene, node: usize| Trs::from_matrix(scene.nodes[node].transform).translation;
-        // Where the root, or the hips below a joint that only places them, stand at rest does not matter.
+        // The rest position of the root is ignored, and of hips below a joint that only places them.
         let nodes = (0..scene.nodes.len()).filter(|node| self.is_bone[*node]);
         let longest = nodes.clone().map(|node| offset(&self.scene, node).length());
         let most = SAME_LENGTH * longest.fold(0.0, f32::max);
@@ -281,7 +281,7 @@ impl Skeleton {
     }
 }
 
-/// The nodes of a scene, and its known values.
+/// The nodes of a scene and its known metadata, without its motion.
 fn without_motion(scene: &Scene) -> Scene {
     Scene {
         nodes: scene.nodes.clone(),

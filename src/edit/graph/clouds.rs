@@ -1,4 +1,4 @@
-//! Poses as point clouds: where the joints of a figure are, in metres over the ground and above it.
+//! Poses as point clouds: the positions of the joints of a figure in metres, over the ground and above it.
 
 use glam::{DVec2, Vec3};
 
@@ -7,27 +7,27 @@ use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, NodeId, NodeKind, Scene};
 
-/// Frames that a clip may have in a graph: those of a day at 30 frames per second, for which memory is asked.
+/// The largest number of frames in a clip of a graph: a day at 30 frames per second. It limits the memory.
 const MOST_FRAMES: f64 = 3e6;
 
-/// Which joints of a skeleton are points, how much each counts, and the axes in which they are measured.
+/// The joints of a skeleton that are points of a cloud, their weights, and the axes in which they are measured.
 #[derive(Clone, Debug)]
 pub struct CloudSpace {
-    /// Up, and two axes along the ground, of which `up x first = second`.
+    /// The up axis, and two axes along the ground with `up x first = second`.
     pub(crate) up: Vec3,
     pub(crate) ground: [Vec3; 2],
     /// Metres in one unit of the scene.
     pub(crate) metres: f32,
     nodes: Vec<NodeId>,
-    /// The fraction of each point; they add up to 1.
+    /// The weight of each point; the weights add up to 1.
     pub(super) weights: Vec<f64>,
 }
 
 impl CloudSpace {
-    /// The points of a skeleton: one joint, and all joints and end sites below it. The joint is the topmost one of the
-    /// figure whose position moves in an animation of the scene, or else the topmost one. Joints that only place the
-    /// figure are no points. Each counts as the bones that meet there are long, so that the cloud is even along the
-    /// body, and fingers are no more than a hand.
+    /// Chooses the points of a skeleton: a top joint, and all joints and end sites below it. The top joint is the
+    /// highest joint of the figure whose position moves, or otherwise the highest joint. Joints that only place the
+    /// figure are left out. The weight of a point is the length of the bones that meet there. So the cloud is even
+    /// along the body, and all fingers together weigh no more than a hand.
     pub fn new(scene: &Scene, figure: &Figure) -> Result<Self> {
         let up = figure.up_direction();
         let across = if up.x.abs() > 0.5 { Vec3::Y } else { Vec3::X };
@@ -75,7 +75,7 @@ impl CloudSpace {
     }
 }
 
-/// Of each node, whether its position has more than one value in an animation.
+/// For each node, whether its position changes in an animation.
 fn moving(scene: &Scene) -> Vec<bool> {
     let mut moving = vec![false; scene.nodes.len()];
     for animation in &scene.animations {
@@ -91,7 +91,7 @@ fn moving(scene: &Scene) -> Vec<bool> {
 #[derive(Clone, Debug)]
 pub struct Clouds {
     pub(crate) frames: usize,
-    /// Along the two axes of the ground and up: point after point, each in all frames.
+    /// The two coordinates over the ground and the height: for each point, its values in all frames.
     pub(super) values: [Vec<f32>; 3],
     /// The weighted mean of the points over the ground, in each frame.
     pub(crate) centres: Vec<DVec2>,
@@ -106,7 +106,7 @@ impl Clouds {
             let message = format!("a motion of {last} frames is too long for a graph: {MOST_FRAMES} at most");
             return Err(Diagnostic::new(Code::LimitExceeded, message).into());
         }
-        // A last frame that rounding puts behind the end counts.
+        // Counts a last frame that rounding moves behind the end.
         let frames = (last + 1e-6).floor() as usize + 1;
         let points = space.nodes.len();
         let mut values = [0; 3].map(|_| vec![0.0; frames * points]);

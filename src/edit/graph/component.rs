@@ -1,12 +1,12 @@
 //! The largest strongly connected component of a graph, by Tarjan's algorithm (1972).
 //!
-//! The nodes are the frames of all clips, each with an edge to the next, and one for each transition. Only frames where
-//! transitions begin or end are looked at: one between two of the same component belongs to it as well.
+//! The nodes are the frames of all clips. Each has an edge to the next frame, and one for each transition. Only frames
+//! where transitions begin or end are examined; a frame between two frames of one component belongs to it too.
 
 use super::{GraphTransition, MotionGraph};
 
-/// Of each clip the first and the last frame that belong to the largest component, which is the one with the most
-/// frames, of equal ones the first. A component has a transition at least.
+/// For each clip, the first and the last frame in the largest component. This is the component with the most frames; if
+/// several are equal, the first. It must have a transition.
 pub(super) fn largest(graph: &MotionGraph) -> Vec<Option<[usize; 2]>> {
     let points = points(graph);
     let edges = edges(&points, &graph.transitions);
@@ -15,12 +15,12 @@ pub(super) fn largest(graph: &MotionGraph) -> Vec<Option<[usize; 2]>> {
     for (node, point) in points.iter().enumerate() {
         let before = node.checked_sub(1).map(|before| (points[before], component[before]));
         sizes[component[node]] += match before {
-            // The frames between the two as well.
+            // Counts the frames between both points, too.
             Some((before, own)) if before[0] == point[0] && own == component[node] => point[1] - before[1],
             _ => 1,
         };
     }
-    // Of one node alone, nothing leads back.
+    // A component of a single node has no cycle, unless the node has an edge to itself.
     let mut has_edge = vec![false; sizes.len()];
     for (from, to) in edges.iter().enumerate() {
         has_edge[component[from]] |= to.iter().any(|to| component[*to] == component[from]);
@@ -54,7 +54,7 @@ fn points(graph: &MotionGraph) -> Vec<[usize; 2]> {
     points
 }
 
-/// Of each point those that follow it.
+/// For each point, the points that its edges lead to.
 fn edges(points: &[[usize; 2]], transitions: &[GraphTransition]) -> Vec<Vec<usize>> {
     let follows = |pair: &[[usize; 2]]| pair[0][0] == pair[1][0];
     let mut edges: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
@@ -74,12 +74,12 @@ fn edges(points: &[[usize; 2]], transitions: &[GraphTransition]) -> Vec<Vec<usiz
 
 /// The number of the component of each node.
 fn components(edges: &[Vec<usize>]) -> Vec<usize> {
-    /// The number of a node that was not visited: no graph has as many.
+    /// The number of a node that was not visited. No graph has so many components.
     const NEW: usize = usize::MAX;
     let count = edges.len();
     let (mut order, mut low, mut component) = (vec![NEW; count], vec![0; count], vec![NEW; count]);
     let (mut open, mut next, mut found) = (Vec::new(), 0, 0);
-    // Nodes on the path from where the search began, each with the number of its edges that were followed.
+    // The nodes on the path from the start of the search, each with the number of its edges that were followed.
     let mut path: Vec<(usize, usize)> = Vec::new();
     for start in 0..count {
         if order[start] == NEW {

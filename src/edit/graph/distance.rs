@@ -1,14 +1,14 @@
-//! How far two moments of motion are apart, as Kovar, Gleicher and Pighin define it in "Motion Graphs" (2002), section
+//! The distance of two moments of motion, as Kovar, Gleicher and Pighin define it in "Motion Graphs" (2002), section
 //! 3.1.
 //!
-//! A moment is the cloud of the points of all joints in a window of frames. One of two clouds is turned about the
-//! vertical and shifted over the ground. The weighted sum of squared distances between points is then smallest; this
-//! has a closed form. The distance is the square root of that sum, with weights that add up to 1: the distance of
-//! points in the mean, in metres. Frames count less towards the edges of the window.
+//! A moment is the point cloud of all joints in a window of frames. One of two clouds is rotated about the vertical and
+//! shifted over the ground so that the weighted sum of squared distances between points is smallest. This has a closed
+//! form. The weights add up to 1, and the distance is the square root of the sum: the root mean square distance of the
+//! points, in metres. Frames towards the edges of the window weigh less.
 //!
-//! For all pairs of windows of two clips, the sums over the points of two frames are computed once for each pair of
-//! frames. A window adds the sums on a diagonal. Numbers are of 64 bits and relative to where the figure is, so that
-//! small differences of large sums stay exact.
+//! For all pairs of windows of two clips, the sums over the points are computed once for each pair of frames. A window
+//! then adds the sums along a diagonal. Numbers have 64 bits and are relative to the position of the figure, so that
+//! small differences of large sums stay precise.
 
 use std::ops::Range;
 
@@ -17,14 +17,14 @@ use mocap_scene::math::wide;
 
 use super::clouds::{CloudSpace, Clouds};
 
-/// The motion over the ground that brings one moment onto another, in metres along the two axes of the ground, and how
-/// far they are then apart.
+/// The motion over the ground that aligns one moment with another, along the two axes of the ground in metres, and the
+/// remaining distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Alignment {
     /// The angle about the vertical, in radians, counterclockwise as seen from above.
     pub(crate) turn: f64,
     pub(crate) offset: DVec2,
-    /// In metres.
+    /// The remaining distance, in metres.
     pub(crate) distance: f64,
 }
 
@@ -39,7 +39,7 @@ impl Alignment {
         DVec2::from_angle(self.turn).rotate(point) + self.offset
     }
 
-    /// First `other`, then this one.
+    /// The alignment that applies `other` first, and then this one.
     pub(crate) fn after(&self, other: &Self) -> Self {
         Self {
             turn: self.turn + other.turn,
@@ -49,21 +49,22 @@ impl Alignment {
     }
 }
 
-/// A window of frames: how much each counts. They add up to 1.
+/// A window of frames: the weight of each frame. The weights add up to 1.
 #[derive(Clone, Debug)]
 pub struct Window {
     taper: Vec<f64>,
 }
 
-/// What is known of each window of a tile alone.
+/// Sums for each window of a tile.
 struct Moments {
-    /// The mean of the points over the ground, and of the squares of their distances from it and from height 0.
+    /// The weighted means of the points over the ground and of their squared distances from this mean and from height
+    /// 0.
     centre: Vec<DVec2>,
     square: Vec<f64>,
 }
 
 impl Window {
-    /// A window of so many frames, which count less towards its edges in a straight line.
+    /// A window of `frames` frames, whose weights decrease linearly towards its edges.
     pub fn new(frames: usize) -> Self {
         let rise = |frame: usize| (frame + 1).min(frames - frame) as f64;
         let whole: f64 = (0..frames).map(rise).sum();
@@ -76,17 +77,18 @@ impl Window {
         self.taper.len()
     }
 
-    /// How much each frame counts.
+    /// The weight of each frame.
     pub(crate) fn taper(&self) -> &[f64] {
         &self.taper
     }
 
-    /// The windows of a clip: one begins in each frame that has enough frames after it.
+    /// The number of windows of a clip. A window begins at each frame that has enough frames after it.
     pub fn count(&self, clouds: &Clouds) -> usize {
         (clouds.frames + 1).saturating_sub(self.frames())
     }
 
-    /// The alignment of the window of `b` that begins in its frame `second` with that of `a` in its frame `first`.
+    /// The alignment of the window of `b` that begins at frame `second` with the window of `a` that begins at frame
+    /// `first`.
     pub(crate) fn align(
         &self,
         space: &CloudSpace,
@@ -125,7 +127,8 @@ impl Window {
         }
     }
 
-    /// The distances of the windows of `a` that begin in `rows` to those of `b` that begin in `columns`, row by row.
+    /// The distances between the windows of `a` that begin at `rows` and those of `b` that begin at `columns`, row by
+    /// row.
     pub fn distances(
         &self,
         space: &CloudSpace,
@@ -190,16 +193,16 @@ impl Window {
     }
 }
 
-/// Frames of the second tile that are multiplied at once.
+/// The number of frames of the second tile that are multiplied at once.
 const LANES: usize = 8;
 
-/// A point of the second tile in so many frames: its two coordinates over the ground and its height.
+/// A point of the second tile in [`LANES`] frames: its two coordinates over the ground and its height.
 type Lanes = [[f64; LANES]; 3];
 
-/// The points of some frames, over the ground about the centre of the first of them.
+/// The points of some frames, relative to the centre of the first of these frames.
 struct Tile {
     frames: usize,
-    /// Frame by frame the two coordinates over the ground and the height of each point.
+    /// For each frame, the two coordinates over the ground and the height of each point.
     values: Vec<[f64; 3]>,
 }
 
@@ -218,7 +221,7 @@ impl Tile {
         Self { frames, values }
     }
 
-    /// Each point times its weight, frame by frame.
+    /// Each point multiplied by its weight, frame by frame.
     fn weighted(&self, weights: &[f64]) -> Vec<Vec<[f64; 3]>> {
         let of_frame = |points: &[[f64; 3]]| {
             let weighted = points.iter().zip(weights);
@@ -229,7 +232,7 @@ impl Tile {
         self.values.chunks_exact(weights.len()).map(of_frame).collect()
     }
 
-    /// The points of so many frames side by side, and so on; those that are missing at the end are 0.
+    /// The points in groups of [`LANES`] frames. Missing frames at the end are 0.
     fn side_by_side(&self) -> Vec<Vec<Lanes>> {
         let points = self.values.len() / self.frames;
         let of_frames = |frames: &[[f64; 3]]| {
@@ -246,8 +249,8 @@ impl Tile {
 }
 
 wide::dispatch! {
-    /// Sums over the points of each pair of frames. They are of the products over the ground, of the cross products
-    /// there of the second with the first, and of the products of heights.
+    /// Sums over the points for each pair of frames: the dot products over the ground, the cross products there of the
+    /// second with the first, and the products of heights.
     fn products(first: &[Vec<[f64; 3]>], second: &[Vec<Lanes>], width: usize, sums: &mut [Vec<f64>; 3]) {
         for (frame, points) in first.iter().enumerate() {
             for (group, others) in second.iter().enumerate() {
@@ -270,7 +273,7 @@ wide::dispatch! {
 }
 
 wide::dispatch! {
-    /// Adds so many times the values.
+    /// Adds `values` multiplied by `times`.
     fn add(sums: &mut [f64], times: f64, values: &[f64]) {
         for (sum, value) in sums.iter_mut().zip(values) {
             *sum += times * value;

@@ -1,4 +1,4 @@
-//! Graphs as JSON. The contents of a file are claims: every index is checked against its target.
+//! Reads and writes graphs as JSON. A file may be wrong, so every index is checked.
 
 use mocap_scene::error::{Code, Diagnostic, Result, pointer};
 use mocap_scene::visible_json;
@@ -66,7 +66,7 @@ impl MotionGraph {
         Ok(graph)
     }
 
-    /// Holds every index against what it points to.
+    /// Checks that every index has a target.
     fn check(&self) -> Result<()> {
         let refuse = |message: String| Err(Diagnostic::new(Code::InvalidGraph, message).into());
         if let Err(error) = self.options.check() {
@@ -90,7 +90,7 @@ impl MotionGraph {
         Ok(())
     }
 
-    /// Whether the two windows of a transition are in its clips.
+    /// Checks that both windows of a transition are in its clips.
     fn is_possible(&self, transition: &GraphTransition) -> Result<(), String> {
         let (window, GraphTransition { from, to, distance }) = (self.options.frames(), transition);
         for [clip, frame] in [from, to] {
@@ -117,7 +117,7 @@ impl MotionGraph {
     }
 }
 
-/// The beginning of every version.
+/// The version field, which every version of the file has.
 #[derive(serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 struct Version {

@@ -1,8 +1,8 @@
-//! How fast joints are in transitions, beside the clips.
+//! The speed of joints during transitions, compared with the clips.
 //!
-//! While one clip passes into another, a point has the speeds of both and that of the way between them. A transition in
-//! the swing of a leg is faster than the clips are but for a thousandth of the time; another one, as good by its
-//! distance, is not.
+//! During a blend, a point has the speeds of both clips plus the speed of the way between them. A transition in the
+//! swing of a leg is faster than the clips, except for a thousandth of their frames. Another transition with the same
+//! distance may be as slow as the clips.
 
 use glam::DVec3;
 use mocap_scene::math::median::ranked;
@@ -12,15 +12,15 @@ use super::clouds::Clouds;
 use super::network::Network;
 use super::walk::smooth;
 
-/// The part of the speeds of clips that are called fast: what is beyond their 99.9th percentile.
+/// The fraction of the speeds in the clips that count as fast: those above the 99.9th percentile.
 const FAST: f64 = 0.001;
 
-/// The largest number of speeds for the percentile.
+/// The largest number of speeds from which the percentile is computed.
 const MOST_SPEEDS: usize = 1_000_000;
 
 impl Network<'_> {
-    /// The cost of a transition. It has the distance of its moments, 1 at the threshold, and the number of its fast
-    /// speeds, 1 if it is that of the clips.
+    /// The cost of a transition. It is the sum of its distance, divided by the threshold, and its share of fast speeds,
+    /// divided by the share in the clips.
     pub(super) fn cost(&self, exit: &GraphTransition) -> f64 {
         let haste = match self.index_of(exit) {
             Some(index) => *self.hastes.of_exits[index].get_or_init(|| self.haste(exit)),
@@ -50,7 +50,7 @@ impl Network<'_> {
         beyond as f64 / (points * blend) as f64 / FAST
     }
 
-    /// The speed that a thousandth of the speeds in the clips are above.
+    /// The speed that a thousandth of the speeds in the clips exceed.
     fn fast(&self) -> f64 {
         let points = self.space.weights.len();
         let parts = || {
@@ -71,7 +71,7 @@ impl Network<'_> {
     }
 }
 
-/// Where a point is in a frame: along the two axes of the ground, and up.
+/// The position of a point in a frame: along the two axes of the ground, and up.
 fn place(clouds: &Clouds, point: usize, frame: usize) -> DVec3 {
     let [u, v, h] = [0, 1, 2].map(|axis: usize| f64::from(clouds.values[axis][point * clouds.frames + frame]));
     DVec3::new(u, v, h)

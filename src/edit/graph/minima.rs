@@ -1,4 +1,4 @@
-//! The moments of two clips that are most alike: local minima of the matrix of their distances.
+//! The most similar moments of two clips: local minima of the matrix of their distances.
 
 use std::ops::Range;
 
@@ -9,18 +9,18 @@ use super::clouds::{CloudSpace, Clouds};
 use super::distance::Window;
 use super::near::{Block, LANES, NeighbourIndex};
 
-/// Windows in a tile: large enough that its edges, where windows overlap other tiles, cost little; small enough for the
-/// second cache.
+/// The number of windows in a tile. It is large, because windows at its edges overlap other tiles and are computed
+/// twice. It is small enough for the second-level cache.
 const TILE: usize = 96;
 
-/// Two windows that are most alike among those around.
+/// A pair of windows whose distance is a local minimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Minimum {
-    /// The clips.
+    /// The two clips.
     pub(super) clips: [usize; 2],
     /// The first frames of both windows.
     pub(super) starts: [usize; 2],
-    /// In metres.
+    /// The distance in metres.
     pub(super) distance: f32,
 }
 
@@ -34,8 +34,8 @@ pub(super) fn matrix(space: &CloudSpace, window: &Window, a: &Clouds, b: &Clouds
     bands.concat()
 }
 
-/// The local minima below `threshold` of the distances of all clips, in the order of clips and frames. Windows of one
-/// clip that overlap are no pair. Windows that cannot be so near are not compared.
+/// The local minima of the distances of all clips below `threshold`, in the order of clips and frames. Two overlapping
+/// windows of one clip are no pair. Windows that are certainly too far apart are skipped.
 pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], threshold: f32) -> Vec<Minimum> {
     let numbers = Bound::new(space, window, clips).numbers(space, window, clips);
     let near = NeighbourIndex::new(&numbers);
@@ -75,7 +75,7 @@ pub(super) fn minima(space: &CloudSpace, window: &Window, clips: &[Clouds], thre
     found
 }
 
-/// Some windows of a clip and of another one, or of the same.
+/// A range of windows of one clip, and a range of windows of another clip or the same.
 type Rectangle = [Range<usize>; 2];
 
 /// The bits of rows, transposed to bits of columns.
@@ -94,13 +94,12 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// The first window that may be the second of a pair with this one: within one clip, the first that does not
-    /// overlap it.
+    /// The first window that may pair with `row`. Within one clip, it is the first window that does not overlap `row`.
     fn least(&self, row: usize) -> usize {
         if self.is_same { row + self.window.frames() } else { 0 }
     }
 
-    /// The rectangle around those pairs of windows of two blocks that are near each other.
+    /// The smallest rectangle with all near pairs of two blocks.
     fn around(&self, first: Block, second: Block, bits: [u8; LANES]) -> Option<Rectangle> {
         let cells = (0..LANES).flat_map(|row| (0..LANES).map(move |column| (row, column)));
         let near = cells.filter(|(row, column)| bits[*row] >> column & 1 == 1);
@@ -116,10 +115,11 @@ impl Pair<'_> {
         }))
     }
 
-    /// The minima of some rows and some columns.
+    /// The local minima within a rectangle.
     fn minima(&self, [rows, columns]: Rectangle) -> Vec<([usize; 2], f32)> {
         let [height, width] = self.clips.map(|clip| self.window.count(clip));
-        // A row and a column more on each side are neighbours.
+        // The rectangle is extended by a row and a column on each side, because a minimum is compared with its
+        // neighbours.
         let above = rows.start.saturating_sub(1)..(rows.end + 1).min(height);
         let beside = columns.start.saturating_sub(1)..(columns.end + 1).min(width);
         let [a, b] = self.clips;
@@ -137,7 +137,7 @@ impl Pair<'_> {
                 let is_least = (row.saturating_sub(1)..above.end.min(row + 2)).all(|other_row| {
                     (column.saturating_sub(1)..beside.end.min(column + 2)).all(|other| {
                         let distance = at(other_row, other);
-                        // Of equal ones the first counts.
+                        // Of equal distances, the first counts.
                         distance > own || (distance == own && (other_row, other) >= (row, column))
                     })
                 });
@@ -150,7 +150,7 @@ impl Pair<'_> {
     }
 }
 
-/// The distances of some rows to some columns, tile by tile.
+/// The distances between some rows and some columns, tile by tile.
 fn band(
     space: &CloudSpace,
     window: &Window,

@@ -1,44 +1,45 @@
-//! All pairs of windows whose numbers are near each other. The search uses boxes around eight successive windows, boxes
-//! around eight such boxes that are near each other, and so on, as in an R-tree (Guttman, 1984). Eight are compared at
-//! once.
+//! Finds all pairs of windows whose numbers are near each other. The search uses boxes around eight successive windows,
+//! then boxes around eight nearby boxes, and so on, as in an R-tree (Guttman, 1984). Eight boxes are compared at once.
 
 use mocap_scene::math::wide;
 
 use super::bound::{NUMBERS, Numbers};
 
-/// Windows, or boxes, that are compared at once; of numbers so many before it is looked whether they are near still.
+/// The number of windows or boxes that are compared at once, and the count of numbers after which the comparison may
+/// stop early.
 pub const LANES: usize = 8;
 
-/// A number of eight windows.
+/// One number of eight windows.
 type Lanes = [f32; LANES];
-/// Eight windows: their first numbers, their second ones, and so on. Where one is missing, its numbers are infinite.
+/// The numbers of eight windows: the first number of each, the second of each, and so on. A missing window has infinite
+/// numbers.
 type Windows = [Lanes; NUMBERS];
-/// Eight boxes: the least and the largest of each number. A missing box is infinitely far away.
+/// The least and largest value of each number, for eight boxes. A missing box is infinitely far away.
 type Boxes = [[Lanes; 2]; NUMBERS];
-/// The least and the largest of each number of a box.
+/// The least and largest value of each number in a box.
 type BoundingBox = [[f32; 2]; NUMBERS];
 
-/// Windows that follow each other in a clip: eight, or those that are left.
+/// Successive windows of a clip: eight, or fewer at the end of the clip.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// The place of the clip.
+    /// The index of the clip.
     pub clip: usize,
     /// The first window.
     pub start: usize,
-    /// How many windows.
+    /// The number of windows.
     pub count: usize,
 }
 
-/// The windows of all clips. Blocks stand in an order in which those are together that are near each other.
+/// The windows of all clips, in blocks. Blocks that are near each other are next to each other in this order.
 pub struct NeighbourIndex {
     blocks: Vec<Block>,
     windows: Vec<Windows>,
-    /// The boxes of the blocks, those around eight of these, and so on, until eight are left.
+    /// The boxes of the blocks, then the boxes around eight of these, and so on, until at most eight boxes remain.
     levels: Vec<Vec<Boxes>>,
 }
 
 impl NeighbourIndex {
-    /// Those of clips.
+    /// Builds the index of the windows of all clips.
     pub fn new(clips: &[Vec<Numbers>]) -> Self {
         let blocks = clips.iter().enumerate().flat_map(|(clip, numbers)| {
             let starts = (0..numbers.len()).step_by(LANES);
@@ -85,20 +86,20 @@ impl NeighbourIndex {
         }
     }
 
-    /// The blocks, in the order in which they stand.
+    /// The blocks, in the order of the index.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
 
-    /// The blocks, from this one on, that may have windows within the root of `limit` of windows of this one. Each has
-    /// its place, and bits: for each window of this block, the windows of the other.
+    /// Finds the blocks from `place` on that have windows within the root of `limit` of windows of this block. Each
+    /// result has its place and bits: for each window of this block, the near windows of the other.
     pub fn of(&self, place: usize, limit: f32, found: &mut Vec<(usize, [u8; LANES])>) {
         found.clear();
         let own = self.own_box(place);
         let top = self.levels.len() - 1;
         let mut open: Vec<(usize, usize)> = (0..self.levels[top].len()).map(|group| (top, group)).collect();
         while let Some((level, group)) = open.pop() {
-            // Blocks of a box on this level.
+            // The number of blocks in a box of this level.
             let blocks = LANES.pow(level as u32);
             let distances = box_distances(&own, &self.levels[level][group], limit);
             for (lane, distance) in distances.into_iter().enumerate() {
@@ -124,7 +125,7 @@ impl NeighbourIndex {
     }
 }
 
-/// The box around boxes.
+/// The box around several boxes.
 fn around(boxes: impl Iterator<Item = BoundingBox>) -> BoundingBox {
     let none = [[f32::INFINITY, f32::NEG_INFINITY]; NUMBERS];
     boxes.fold(none, |mut sum, next| {
@@ -135,7 +136,7 @@ fn around(boxes: impl Iterator<Item = BoundingBox>) -> BoundingBox {
     })
 }
 
-/// Up to eight boxes side by side.
+/// Up to eight boxes, arranged for comparison at once.
 fn beside(boxes: &[BoundingBox]) -> Boxes {
     let mut all = [[[f32::INFINITY; LANES]; 2]; NUMBERS];
     for (lane, around) in boxes.iter().enumerate() {
@@ -146,8 +147,8 @@ fn beside(boxes: &[BoundingBox]) -> Boxes {
     all
 }
 
-/// Brings boxes that are near each other together: halves them along the number in which they differ most, and so on.
-/// A half has as many as whole boxes of boxes have.
+/// Sorts boxes so that near boxes are together. It halves them along the number in which they differ most, and repeats
+/// this with both halves. The first half fills whole boxes of the next level.
 fn arrange(boxes: &mut [(Block, BoundingBox)]) {
     if boxes.len() <= LANES {
         return;
@@ -178,7 +179,7 @@ fn arrange(boxes: &mut [(Block, BoundingBox)]) {
 }
 
 wide::dispatch! {
-    /// How far a box is from eight others, squared, or a part of that where it is more than `limit` for all.
+    /// The squared distance of a box from eight others. Stops early, with smaller values, if all are above `limit`.
     fn box_distances(own: &BoundingBox, others: &Boxes, limit: f32) -> Lanes {
         let mut sums = [0.0; LANES];
         for start in (0..NUMBERS).step_by(LANES) {
@@ -201,7 +202,7 @@ wide::dispatch! {
 }
 
 wide::dispatch! {
-    /// Of each of eight windows, which of eight others are within the root of `limit`, as bits.
+    /// For each of eight windows, which of eight others are within the root of `limit`, as bits.
     fn near_windows(own: &Windows, others: &Windows, limit: f32) -> [u8; LANES] {
         let mut near = [0; LANES];
         for (row, near) in near.iter_mut().enumerate() {
@@ -219,7 +220,7 @@ wide::dispatch! {
                 }
             }
             for (place, sum) in sums.into_iter().enumerate() {
-                // Of two missing ones the difference is no number, which is not near.
+                // Two missing windows give NaN, which counts as not near.
                 *near |= u8::from(sum <= limit) << place;
             }
         }
@@ -227,7 +228,7 @@ wide::dispatch! {
     }
 }
 
-/// Whether eight numbers are above a limit.
+/// Whether all eight numbers are above a limit.
 #[inline(always)]
 fn are_all_above(numbers: &Lanes, limit: f32) -> bool {
     let mut are = true;

@@ -1,4 +1,4 @@
-//! A graph with the clips it was made of, to be searched.
+//! A graph with its clips, over which walks are searched.
 
 use std::sync::OnceLock;
 
@@ -19,19 +19,19 @@ pub struct Network<'a> {
     pub(super) clips: Vec<GraphClip>,
     pub(super) rate: f64,
     pub(super) threshold: f64,
-    /// The transitions of the largest component, in the order of the frames that they leave.
+    /// The transitions of the largest component, ordered by the frames that they leave.
     exits: Vec<GraphTransition>,
-    /// Their alignments, each computed when a walk first looks at it.
+    /// The alignment of each transition, computed when a walk first needs it.
     alignments: Vec<OnceLock<Alignment>>,
     pub(super) hastes: Hastes,
 }
 
-/// What is known of the speeds of joints, each computed when a walk first asks for it.
+/// The speeds of joints, computed when a walk first needs them.
 #[derive(Clone, Debug)]
 pub(super) struct Hastes {
-    /// The speed that is fast in the clips, in metres in a frame.
+    /// The speed above which a joint counts as fast, in metres per frame.
     pub(super) fast: OnceLock<f64>,
-    /// The fraction of each transition that is fast.
+    /// For each transition, its share of fast speeds.
     pub(super) of_exits: Vec<OnceLock<f64>>,
 }
 
@@ -91,14 +91,14 @@ impl<'a> Network<'a> {
         &self.exits
     }
 
-    /// The transitions that leave a clip in some frames.
+    /// The transitions that leave a clip at frames from `first` to `last`.
     pub(super) fn exits_within(&self, clip: usize, first: usize, last: usize) -> &[GraphTransition] {
         let start = self.exits.partition_point(|exit| exit.from < [clip, first]);
         let end = self.exits.partition_point(|exit| exit.from <= [clip, last]);
         &self.exits[start..end.max(start)]
     }
 
-    /// The motion over the ground that brings the clip to which a transition leads onto the one that it leaves.
+    /// The motion over the ground that aligns the clip which a transition enters with the clip that it leaves.
     pub(super) fn alignment(&self, exit: &GraphTransition) -> Alignment {
         match self.index_of(exit) {
             Some(index) => *self.alignments[index].get_or_init(|| self.align(exit)),
@@ -106,7 +106,7 @@ impl<'a> Network<'a> {
         }
     }
 
-    /// Where a transition stands among all.
+    /// The index of a transition.
     pub(super) fn index_of(&self, exit: &GraphTransition) -> Option<usize> {
         let key = |exit: &GraphTransition| (exit.from, exit.to);
         self.exits.binary_search_by_key(&key(exit), key).ok()
@@ -122,14 +122,14 @@ impl<'a> Network<'a> {
         )
     }
 
-    /// The first clip with a part in the component, and that part.
+    /// The first clip that has a part in the component, and this part.
     pub(super) fn first_part(&self) -> Result<(usize, [usize; 2])> {
         let mut parts = self.clips.iter().enumerate();
         let found = parts.find_map(|(index, clip)| Some((index, clip.part?)));
         found.ok_or_else(|| Diagnostic::new(Code::InvalidGraph, "no clip has a part in the graph").into())
     }
 
-    /// The error of a file whose parts do not form a component.
+    /// The error for a file whose parts do not form a strongly connected component.
     pub(super) fn dead_end(&self, clip: usize, frame: usize) -> mocap_scene::error::Error {
         let file = &self.clips[clip].file;
         let message = format!("no transition of the graph leaves {file} after frame {frame}");

@@ -1,4 +1,4 @@
-//! What a motion graph consists of.
+//! The parts of a motion graph.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,19 +12,19 @@ use serde::{Deserialize, Serialize};
 pub struct GraphClip {
     /// Its file, as it was named.
     pub file: String,
-    /// The SHA-256 of the file in hexadecimal digits; empty where it is not known.
+    /// The SHA-256 of the file in hexadecimal digits; empty if unknown.
     pub sha256: String,
     /// The number of the animation in the file, from 0.
     pub animation: usize,
-    /// Its frames at the rate of the graph.
+    /// The number of frames at the rate of the graph.
     pub frames: usize,
-    /// The first and the last frame of it that belong to the largest strongly connected component, from each of which
-    /// every other can be reached.
+    /// The first and the last frame that belong to the largest strongly connected component. From every frame there,
+    /// each other can be reached.
     pub part: Option<[usize; 2]>,
 }
 
-/// A place where a figure can pass from one moment to another. The two are blended for the length of a window, from the
-/// frame that it leaves to the frame at which it arrives.
+/// A place where a figure can pass from one moment to another. The two clips are blended over one window, from the
+/// frame of departure to the frame of arrival.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,10 +32,10 @@ pub struct GraphClip {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct GraphTransition {
-    /// The clip and the frame that it leaves.
+    /// The clip and the frame of departure.
     pub from: [usize; 2],
-    /// The clip and the frame that it comes to.
+    /// The clip and the frame of arrival.
     pub to: [usize; 2],
-    /// How far the two windows are apart, in metres.
+    /// The distance of the two windows, in metres.
     pub distance: f32,
 }

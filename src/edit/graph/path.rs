@@ -1,11 +1,11 @@
 //! Walks along a path over the ground, by a beam search.
 //!
-//! The figure chooses its speed: it is as far along the path as the point nearest to it is. The cost of a walk is the
-//! sum of the squared distances from there, frame by frame, with a little for each frame and each transition. Walks are
-//! compared at equal length. Of the walks in one frame of a clip at one place, the cheapest continues. Of all walks, a
-//! number of the cheapest continue. The first half of the best walk of some metres is kept, and the search goes on from
-//! its end. Branch and bound, as in section 5 of the paper, finds the best walk too. But if clips are much alike, it
-//! has too many walks to examine before it leaves a bad beginning.
+//! The figure chooses its speed: its progress is the point of the path nearest to it. The cost of a walk is the sum of
+//! the squared distances from the path, frame by frame, plus a small cost for each frame and each transition. Walks are
+//! compared at equal progress. Of all walks in the same frame of a clip and at the same place, only the cheapest
+//! continues, and overall only a number of the cheapest. The first half of the best walk over some metres is kept, and
+//! the search continues from its end. Branch and bound, as in section 5 of the paper, finds the best walk too. But if
+//! clips are much alike, it examines too many walks before it abandons a bad beginning.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -19,49 +19,50 @@ use super::distance::Alignment;
 use super::network::Network;
 use super::walk::Walk;
 
-/// The length of path in metres over which walks are searched ahead: some steps, within which transitions come.
+/// The length of path that is searched ahead, in metres: some steps, within which transitions occur.
 const AHEAD: f64 = 6.0;
 
-/// The length of path in metres that is kept of the best walk: half of `AHEAD`, so that its end is not greedy.
+/// The length of path for which the best walk is kept, in metres. It is half of `AHEAD`, so that the search sees beyond
+/// it.
 const KEPT: f64 = 3.0;
 
-/// The length of path in metres at which walks are compared: a twentieth of a step.
+/// The length of path between two comparisons of walks, in metres: a twentieth of a step.
 const STRETCH: f64 = 0.05;
 
-/// Walks that go on at each comparison: the time of a search grows with them.
+/// The number of walks that continue after a comparison. The search time grows with it.
 const BEAM: usize = 400;
 
-/// The distance in metres within which two walks in one frame of a clip count as equal. It is not visible on a path.
+/// The distance within which two walks in one frame of a clip count as equal, in metres. It is not visible on a path.
 const SAME_PLACE: f64 = 0.03;
 
-/// The angle in radians within which they are the same: 3 degrees, which move 6 m of path by 0.3 m.
+/// The angle within which two walks count as equal, in radians: 3 degrees, which move the end of 6 m of path by 0.3 m.
 const SAME_TURN: f64 = 0.05;
 
-/// Frames of each second of a clip in which a walk can begin: a step takes half a second.
+/// The number of frames per second of a clip at which a walk can begin: a step takes half a second.
 const STARTS: f64 = 3.0;
 
-/// Beginnings at most: each costs as a walk of the beam.
+/// The largest number of beginnings. Each costs as much time as a walk of the beam.
 const MOST_STARTS: usize = 2000;
 
-/// What a transition at the threshold costs, in square metres: as a second of motion at 3 cm from the path.
+/// The cost of a transition at the threshold, in m^2: as much as a second of motion at 3 cm from the path.
 const COST_OF_TRANSITION: f64 = 0.03;
 
-/// What a frame costs, so that no figure stands for nothing, in square metres: as one at 2 cm from the path.
+/// The cost of a frame, in m^2, so that no figure stands still without need: as much as a frame at 2 cm from the path.
 const COST_OF_FRAME: f64 = 4e-4;
 
-/// A walk that is farther from the path than this, in metres, does not follow it.
+/// The largest distance of a walk from the path, in metres. A walk farther away does not follow it.
 const FARTHEST: f64 = 2.0;
 
-/// How far ahead on the path the nearest point is looked for from frame to frame, in metres.
+/// The distance along the path that is searched for the nearest point, from frame to frame, in metres.
 pub(super) const LOOKED_AT: f64 = 0.5;
 
-/// The longest path in metres: more than a day's search.
+/// The longest path, in metres. It would take more than a day to search.
 const LONGEST: f64 = 1e4;
 
-/// The slowest walk along a path in m/s: a slower one stands.
+/// The slowest walk along a path, in m/s. A slower figure stands.
 const SLOWEST: f64 = 0.1;
 
-/// A walk so far: the frame of the clip, the transform of the figure, the distance along the path, and the cost.
+/// A partial walk: the frame of the clip, the transform of the figure, the progress along the path, and the cost.
 #[derive(Clone, Copy)]
 struct State {
     clip: usize,
@@ -70,14 +71,14 @@ struct State {
     along: f64,
     cost: f64,
     frames: usize,
-    /// Where it began, and the number of its last transition.
+    /// The index of its beginning, and of its last transition.
     start: usize,
     taken: Option<usize>,
-    /// After how many frames it came to the end of the stretch that is searched.
+    /// The number of frames after which it reached the end of the stretch; `None` before.
     ended: Option<usize>,
 }
 
-/// A transition of a walk, and the number of the one before it.
+/// A transition of a walk, and the index of the transition before it.
 struct PathStep {
     before: Option<usize>,
     exit: GraphTransition,
@@ -87,21 +88,21 @@ struct PathStep {
 struct Search<'a> {
     network: &'a Network<'a>,
     path: &'a Polyline,
-    /// How far along the path the stretch begins and ends.
+    /// The beginning and end of the stretch, as distances along the path.
     begin: f64,
     end: f64,
-    /// Frames of a walk at most.
+    /// The largest number of frames in a walk.
     most: usize,
     taken: Vec<PathStep>,
-    /// Walks that go on, by how far along they are.
+    /// The walks that can continue, grouped by progress.
     open: Vec<BinaryHeap<OpenWalk>>,
-    /// Walks that went on so far, and how far along the path the farthest came.
+    /// The number of these walks so far, and the farthest progress.
     pushed: usize,
     reached: f64,
     best: Option<State>,
 }
 
-/// A walk that goes on; the cheapest first, of equal ones the oldest.
+/// A walk that can continue. The cheapest comes first; of equally cheap walks, the oldest.
 struct OpenWalk {
     state: State,
     number: usize,
@@ -162,7 +163,7 @@ impl Network<'_> {
                 self.bring_onto(walk, &path);
                 return Ok(walk.clone());
             }
-            // Without a transition the walk stays in its clip.
+            // Without a transition, the walk stays in its clip.
             state = if state.frames > starts[best.start].frames {
                 state
             } else {
@@ -174,7 +175,7 @@ impl Network<'_> {
         }
     }
 
-    /// A point along the axes of the ground in the world, transformed to the axes of the clouds.
+    /// Transforms a point along the axes of the ground in the world to the axes of the clouds.
     fn over_ground(&self, [first, second]: [f64; 2]) -> DVec2 {
         let upright = self.space.up.abs().max_position();
         let mut axes = DVec3::AXES.into_iter().enumerate().filter(|(axis, _)| *axis != upright);
@@ -183,7 +184,7 @@ impl Network<'_> {
         DVec2::from(self.space.ground.map(|axis| axis.as_dvec3().dot(point)))
     }
 
-    /// Where walks can begin, each moved to where the path begins and turned so that it goes along.
+    /// The possible beginnings of a walk, each moved to the beginning of the path and turned along it.
     fn starts(&self, path: &Polyline) -> Vec<State> {
         let step = (self.rate / STARTS).ceil() as usize;
         let second = self.rate.ceil() as usize;
@@ -225,7 +226,7 @@ impl Network<'_> {
         state.placement.apply(self.clouds[state.clip].centres[state.frame])
     }
 
-    /// On to a frame of the clip.
+    /// Advances a walk to a frame of its clip.
     fn on(&self, search: &Search<'_>, state: &mut State, frame: usize) {
         state.frame = frame;
         state.frames += 1;
@@ -240,7 +241,7 @@ impl Network<'_> {
         }
     }
 
-    /// On in the clip until a frame, or the end.
+    /// Advances a walk in its clip to the frame `until`, or to the end of the stretch.
     fn stay(&self, search: &Search<'_>, state: &State, until: usize) -> State {
         let mut state = *state;
         for frame in state.frame + 1..=until {
@@ -252,7 +253,7 @@ impl Network<'_> {
         state
     }
 
-    /// By a transition to another moment.
+    /// Advances a walk by a transition.
     fn pass(&self, search: &Search<'_>, state: &State, exit: &GraphTransition) -> State {
         let mut state = State {
             clip: exit.to[0],
@@ -269,7 +270,7 @@ impl Network<'_> {
 impl<'a> Search<'a> {
     fn new(network: &'a Network<'a>, path: &'a Polyline, start: &State) -> Self {
         let begin = start.along;
-        // A rest that is no stretch of its own belongs to this one.
+        // A rest too short for a stretch of its own is added to this stretch.
         let end = match begin + AHEAD + KEPT < path.length() {
             true => begin + AHEAD,
             false => path.length(),
@@ -289,7 +290,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The cheapest walk from one of some states to the end of the stretch.
+    /// The cheapest walk from any of the states to the end of the stretch.
     fn from(&mut self, starts: &[State]) -> Option<State> {
         starts.iter().for_each(|start| self.push(*start));
         for stretch in 0..self.open.len() {
@@ -306,7 +307,7 @@ impl<'a> Search<'a> {
         self.best
     }
 
-    /// What is equal of two walks that go on alike.
+    /// The key under which two walks count as equal: clip, frame, rounded place and rounded direction.
     fn key(&self, state: &State) -> [i64; 5] {
         let place = self.network.at(state) / SAME_PLACE;
         let turn = state.placement.turn.rem_euclid(std::f64::consts::TAU) / SAME_TURN;
@@ -314,7 +315,7 @@ impl<'a> Search<'a> {
         [state.clip as i64, state.frame as i64, x, y, turn]
     }
 
-    /// By each transition that leaves here, and on to the next that leaves the clip.
+    /// Continues a walk by each transition at its frame, and in the clip up to the next transition.
     fn branch(&mut self, state: &State) {
         let (network, clip, frame) = (self.network, state.clip, state.frame);
         for exit in network.exits_within(clip, frame, frame) {
@@ -334,7 +335,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Keeps a walk that goes on.
+    /// Adds a walk that can continue, or records it as the best if it reached the end.
     fn push(&mut self, state: State) {
         if state.ended.is_some() {
             if self.best.is_none_or(|best| state.cost < best.cost) {
@@ -355,7 +356,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The error where no walk comes to the end.
+    /// The error if no walk reaches the end of the path.
     fn stopped(&self) -> Error {
         let message = format!(
             "no walk of the graph follows the path beyond {:.1} of {:.1} m, because no clip continues as the path \
@@ -379,7 +380,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The line through the points of a path.
+/// Checks the points of a path, and builds the line through them.
 fn line(points: Vec<DVec2>) -> Result<Polyline> {
     let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
     if points.len() < 2 {

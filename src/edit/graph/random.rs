@@ -1,4 +1,4 @@
-//! Walks without an aim, as long as wanted.
+//! Random walks of any length.
 
 use std::collections::BTreeMap;
 
@@ -12,19 +12,19 @@ use super::walk::Walk;
 /// The longest walk, in seconds: a day.
 const LONGEST: f64 = 86_400.0;
 
-/// How long a walk stays in a clip at least before it leaves it again, where it can, in seconds.
+/// The least time in a clip before the walk leaves it again, in seconds, if possible.
 const STAY: f64 = 0.5;
 
-/// How far ahead transitions are looked at, in seconds.
+/// The time ahead in which transitions are considered, in seconds.
 const AHEAD: f64 = 4.0;
 
 impl Network<'_> {
-    /// A walk that goes on for so many seconds. It prefers moments where it was seldom, and transitions between moments
-    /// that are much alike; another seed gives another walk.
+    /// A walk that lasts `seconds`. It prefers moments that it visited seldom, and transitions of small distance.
+    /// Another seed gives another walk.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] for a length that is not above 0 or more than a day; [`Code::InvalidGraph`] where the
-    /// walk cannot go on, which happens in no graph that was built.
+    /// [`Code::InvalidValue`] for a length that is not above 0 or more than a day; [`Code::InvalidGraph`] if the walk
+    /// cannot continue, which never happens in a graph that mocap built.
     pub fn random(&self, seconds: f64, seed: u64) -> Result<Walk> {
         positive(Code::InvalidValue, "seconds", seconds)?;
         if seconds > LONGEST {

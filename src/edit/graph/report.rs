@@ -1,4 +1,4 @@
-//! What a motion graph and a walk over it consist of.
+//! The types that describe a motion graph and a walk over it.
 
 pub use super::parts::{GraphClip, GraphTransition};
 pub use super::walk::{Walk, WalkPiece};

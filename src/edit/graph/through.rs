@@ -1,4 +1,4 @@
-//! Walks through named clips: the cheapest, by Dijkstra's algorithm (1959), which is A* without an estimate.
+//! Finds the cheapest walk through named clips, by Dijkstra's algorithm (1959).
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -10,24 +10,25 @@ use super::network::Network;
 use super::walk::Walk;
 use super::{GraphClip, GraphTransition};
 
-/// What a second of motion costs beside a transition at the threshold: of two chains of transitions that are as good,
-/// the shorter is taken.
+/// The cost of a second of motion, where a transition at the threshold costs 1. Of two equally good chains of
+/// transitions, the shorter wins.
 const COST_OF_SECOND: f64 = 0.2;
 
-/// How the search came to a frame.
+/// How the search reached a frame.
 #[derive(Clone, Copy)]
 enum Step {
     Start,
-    /// On in the clip, from this frame.
+    /// From this frame of the same clip.
     On(usize),
     /// By a transition.
     By(GraphTransition),
 }
 
 impl Network<'_> {
-    /// The cheapest walk that begins in the first of some clips and passes through the others in their order. Each is a
-    /// clip of the graph, and a time in it in seconds. Without a time, the walk begins with the part of the first clip,
-    /// passes the middle of those between, and ends with the part of the last one. A transition costs its distance.
+    /// The cheapest walk that begins in the first of some clips and passes through the others in order. Each entry is a
+    /// clip of the graph and an optional time in the clip, in seconds. Without a time, the walk begins at the start of
+    /// the first clip's part, passes the middle of each clip between, and ends at the end of the last clip's part. The
+    /// cost of a transition is its distance.
     ///
     /// # Errors
     /// - [`Code::InvalidValue`] for fewer than two clips, a clip that the graph lacks, or a time outside its part of
@@ -120,7 +121,7 @@ impl Network<'_> {
     }
 }
 
-/// The transitions on the path that was found.
+/// The transitions of the path that the search found.
 fn taken(points: &BTreeMap<[usize; 2], (f64, Step)>, from: [usize; 2], to: [usize; 2]) -> Vec<GraphTransition> {
     let (mut exits, mut at) = (Vec::new(), to);
     while at != from {
@@ -137,7 +138,7 @@ fn taken(points: &BTreeMap<[usize; 2], (f64, Step)>, from: [usize; 2], to: [usiz
     exits
 }
 
-/// A cost in a heap.
+/// A cost, ordered for a heap.
 #[derive(PartialEq)]
 struct Cost(f64);
 

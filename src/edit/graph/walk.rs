@@ -9,25 +9,25 @@ use super::GraphTransition;
 use super::distance::Alignment;
 use super::network::Network;
 
-/// A walk over a graph, of which [`Walk::motion`](crate::graph::report::Walk::motion) makes a motion.
+/// A walk over a graph. [`Walk::motion`](crate::graph::report::Walk::motion) turns it into a motion.
 ///
 /// The [module](crate::graph) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Walk {
-    /// The pieces in their order. From each to the next, for the length of a window, the two are blended.
+    /// The pieces in order. Successive pieces are blended over the length of a window.
     pub pieces: Vec<WalkPiece>,
     /// Frames per second of the pieces.
     pub rate: f64,
     /// The frames of a window.
     pub window: usize,
-    /// How each piece is moved over the ground.
+    /// The placement of each piece on the ground.
     pub(crate) placements: Vec<Alignment>,
-    /// How each frame is moved over the ground so that it is on the path; none of a walk without one.
+    /// The shift and turn of each frame that bring it onto the path. Empty for a walk without a path.
     pub(crate) bends: Vec<Bend>,
-    /// How near it is to the path.
+    /// The distance of the walk from its path.
     pub(crate) followed: Option<WalkPath>,
-    /// The length that was asked for, in seconds; what is beyond is cut.
+    /// The requested length in seconds. The rest is cut off.
     pub(crate) length: f64,
 }
 
@@ -39,15 +39,15 @@ pub struct Walk {
 pub struct WalkPiece {
     /// The clip.
     pub clip: usize,
-    /// The frame with which the blend from the piece before ends.
+    /// The frame at which the blend from the previous piece ends.
     pub first: usize,
-    /// The frame with which the blend to the next piece begins.
+    /// The frame at which the blend to the next piece begins.
     pub last: usize,
-    /// How far the moments are apart between which the walk passed to this piece, in metres; 0 of the first.
+    /// The distance of the two moments of the transition to this piece, in metres; 0 for the first piece.
     pub distance: f32,
 }
 
-/// How near a walk is to the path that it follows: where the mean of the body is, and where it goes over a second.
+/// The deviation of a walk from its path: the position of the body's mean, and its direction over a second.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -68,17 +68,17 @@ pub struct WalkPiece {
 pub struct WalkPath {
     /// The length of the path, in metres.
     pub length: f64,
-    /// How far from the path the figure is, in metres, in the mean.
+    /// The mean distance of the figure from the path, in metres.
     pub mean_distance: f64,
-    /// At most.
+    /// The largest distance of the figure from the path, in metres.
     pub largest_distance: f64,
-    /// By how much it goes in another direction than the path, in degrees, in the mean.
+    /// The mean angle between the directions of the figure and the path, in degrees.
     pub mean_angle: f64,
-    /// At most.
+    /// The largest angle between both directions, in degrees.
     pub largest_angle: f64,
 }
 
-/// A path is followed that is left by no more than this, in metres and degrees.
+/// The largest distance in metres and angle in degrees at which a path counts as followed.
 const FOLLOWED: (f64, f64) = (0.1, 10.0);
 
 impl fmt::Display for WalkPath {
@@ -99,7 +99,7 @@ impl fmt::Display for WalkPath {
 }
 
 impl Walk {
-    /// A walk that begins in a frame of a clip, which is moved by `placement`.
+    /// A walk that begins at a frame of a clip, which `placement` moves.
     pub(super) fn begin(network: &Network<'_>, clip: usize, frame: usize, placement: Alignment) -> Self {
         Self {
             pieces: vec![WalkPiece {
@@ -130,7 +130,7 @@ impl Walk {
         self.placements.push(own.after(&network.alignment(exit)));
     }
 
-    /// Goes on in the clip to a frame.
+    /// Continues in the clip to a frame.
     pub(super) fn stay_until(&mut self, frame: usize) {
         if let Some(piece) = self.pieces.last_mut() {
             piece.last = frame.max(piece.first);
@@ -143,13 +143,13 @@ impl Walk {
         within + self.pieces.len().saturating_sub(1) * (self.window - 1)
     }
 
-    /// How long it is, in seconds.
+    /// The length in seconds.
     pub fn seconds(&self) -> f64 {
         (self.frames() as f64 / self.rate).min(self.length)
     }
 }
 
-/// How a frame of a walk is moved over the ground: turned about where the figure is, and shifted.
+/// A rotation about the figure's position and a shift over the ground, for one frame of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bend {
     pub(super) centre: DVec2,
@@ -158,7 +158,7 @@ pub(crate) struct Bend {
 }
 
 impl Bend {
-    /// The bend at a frame and a fraction.
+    /// The bend at a fractional frame.
     pub(crate) fn at(bends: &[Self], frame: f64) -> Option<Alignment> {
         let last = bends.len().checked_sub(1)?;
         let first = (frame.max(0.0) as usize).min(last);
@@ -174,8 +174,8 @@ impl Bend {
     }
 }
 
-/// The weight of the second clip in a transition: equation 3 of the paper. Its speed has no jump at both ends, and is
-/// smaller between them than that of smoother curves, so that joints are hardly faster than in the clips.
+/// The weight of the second clip in a transition: equation 3 of the paper. Its speed has no jump at both ends. Between
+/// the ends, it is slower than smoother curves, so joints are hardly faster than in the clips.
 pub(crate) fn smooth(part: f64) -> f64 {
     part * part * (3.0 - 2.0 * part)
 }

@@ -1,5 +1,5 @@
-//! A foot that follows that of another body: as high above the floor, at rest where that is at rest, and in steps that
-//! are as long in proportion.
+//! Makes a foot follow the foot of a source motion: at the same height above the floor, at rest at the same time, and
+//! with steps in proportion.
 
 use glam::{Quat, Vec3};
 use mocap_figure::{Figure, HumanoidBone, Side};
@@ -12,20 +12,20 @@ use super::weights::FootLockWeights;
 use crate::body::Leg;
 use crate::contacts::DetectedContacts;
 
-/// The least height of a foot in the air, as a multiple of the height below which it is on the ground. Between both,
-/// the weight changes over a part of the swing.
+/// The least height of a foot in the air, as a multiple of the largest height on the ground. Between both, the weight
+/// of the ground contact changes smoothly.
 const IN_THE_AIR: f64 = 3.0;
 
-/// The feet of another body, which those of a retargeted motion follow.
+/// The feet of a source motion, which the feet of a retargeted motion follow.
 #[doc(hidden)]
 pub struct FootGuide<'a> {
-    /// The contacts of its motion.
+    /// The contacts of the source motion.
     #[doc(hidden)]
     pub contacts: &'a DetectedContacts,
-    /// How high feet go in units of the scene, where they go a metre high on the other body.
+    /// The height in units of the scene for each metre of height on the source.
     #[doc(hidden)]
     pub units_per_metre: f32,
-    /// From an offset over the ground there to the offset here: how many times as long, and turned how.
+    /// The scale and rotation from an offset over the ground on the source to the offset here.
     #[doc(hidden)]
     pub scale: f32,
     #[doc(hidden)]
@@ -36,31 +36,31 @@ pub struct FootGuide<'a> {
     /// The length of a leg, in units of the scene.
     #[doc(hidden)]
     pub leg: f32,
-    /// What of the left and of the right foot stays above the floor, parents before children.
+    /// The points of the left and the right foot that stay above the floor, parents before children.
     #[doc(hidden)]
     pub soles: [Vec<SolePoint>; 2],
     #[doc(hidden)]
     pub weights: FootLockWeights,
 }
 
-/// A foot that follows another.
+/// A foot that follows the foot of a source.
 pub(super) struct FootFollower {
     pub(super) leg: LegTrack,
-    /// The points of the followed foot, in the order of `leg.points`.
+    /// The points of the source's foot, in the order of `leg.points`.
     sources: Vec<SourceTrack>,
-    /// How high above its rest a point of the followed foot may be that is near to the ground, in metres.
+    /// The largest height above its resting level at which a point of the source's foot is near the ground, in metres.
     low: f32,
-    /// How high the points of contact are to be, frame by frame.
+    /// The wanted heights of the contact points in each frame.
     heights: Vec<Heights>,
-    /// The vertical shifts, frame by frame.
+    /// The vertical shifts in each frame.
     lifts: Vec<Lift>,
 }
 
-/// A point of contact of the followed foot over time.
+/// A contact point of the source's foot over time.
 struct SourceTrack {
-    /// Its steps over the ground, as long as they are here.
+    /// The steps over the ground, scaled to this body.
     steps: Vec<Vec3>,
-    /// How high it is above where it rests there, in metres.
+    /// The height of the point above its resting level on the source, in metres.
     above_rest: Vec<f32>,
 }
 
@@ -76,16 +76,16 @@ struct Heights {
 /// A vertical shift of a foot.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lift {
-    /// The shift that makes it as high as the followed foot.
+    /// The shift that brings the foot to the height of the source's foot.
     wanted: f32,
-    /// The shift from which on nothing of it is below the floor.
+    /// The least shift at which no part of the foot is below the floor.
     least: f32,
     /// 1 on the ground, 0 in the air.
     pub(super) weight: f32,
 }
 
 impl Lift {
-    /// The shift of a foot on the ground.
+    /// The shift of a foot on the ground, in units of the scene.
     pub(super) fn asked(&self) -> f32 {
         self.wanted.max(self.least)
     }
@@ -125,18 +125,19 @@ impl FootFollower {
         point.map_or(0.0, |point| point.rest)
     }
 
-    /// The weight of the followed foot in a frame: 1 on the ground, 0 in the air.
+    /// The weight of the ground contact of the source's foot in a frame: 1 on the ground, 0 in the air.
     fn weight(&self, frame: usize) -> f32 {
         self.heights.get(frame).map_or(0.0, |heights| heights.weight)
     }
 
-    /// The points of contact, with the steps of the followed foot from a frame to the next, and how high it is.
+    /// The contact points, each with the step of the source's point from a frame to the next, and the height of that
+    /// point.
     fn steps(&self, frame: usize) -> impl Iterator<Item = (&ContactTrack, Vec3, f32)> {
         let points = self.leg.points.iter().zip(&self.sources);
         points.filter_map(move |(point, source)| Some((point, *source.steps.get(frame)?, source.above_rest[frame])))
     }
 
-    /// The point that rests in a frame and in the next, with the step of the followed foot: the slowest.
+    /// Of the points at rest in a frame and the next, the slowest on the source, with the step of the source's point.
     fn slowest_at_rest(&self, frame: usize) -> Option<(&ContactTrack, Vec3)> {
         let points = self.leg.points.iter().zip(&self.sources);
         let steps = points.map(|(point, source)| (point, source.steps.get(frame).copied().unwrap_or_default()));
@@ -144,11 +145,12 @@ impl FootFollower {
         resting.min_by(|(_, a), (_, b)| a.length().total_cmp(&b.length()))
     }
 
-    /// How the shift changes from a frame to the next. A foot at rest is held, and one that is near to the ground moves
-    /// as that which is followed. `held` is how far it has been held back from following.
+    /// The change of the shift from a frame to the next. A foot at rest is held. A foot near the ground moves as the
+    /// source's foot. `held` adds up the distance by which it was held back.
     fn change(&self, frame: usize, up: Vec3, held: &mut Vec3, gives_way: f32) -> Vec3 {
         if let Some((point, followed)) = self.slowest_at_rest(frame) {
-            // A body whose feet slide all the time would leave its feet behind.
+            // Reduces the distance slowly: if the source's feet slide all the time, the body would leave its feet
+            // behind.
             let back = *held * gives_way;
             *held -= followed + back;
             return -point.step(frame, up) - back;
@@ -165,7 +167,7 @@ impl FootFollower {
         &self.lifts
     }
 
-    /// Sets the shifts of the foot, which is carried along with the hips.
+    /// Sets the shifts of the foot, which moves with the hips.
     pub(super) fn shift(&mut self, known: &[Option<Vec3>], up: Vec3, blend: usize, carried: &[Vec3]) {
         self.leg.complete(known, up, blend, carried);
         for ((shift, lift), carried) in self.leg.shifts.iter_mut().zip(&self.lifts).zip(carried) {
@@ -202,8 +204,7 @@ impl Foot for FootFollower {
         self.leg.see_points(pose);
     }
 
-    /// Rotates the foot: its ball is as high above the ankle as the ball of the followed foot, and no part is below the
-    /// floor.
+    /// Rotates the foot so that its ball is as high above the ankle as on the source, and no part is below the floor.
     fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32) {
         let ankle = self.leg.leg.ankle;
         if let Some(follow) = self.heights.get(frame)
@@ -225,7 +226,7 @@ impl Foot for FootFollower {
         turn_up(pose, &self.leg.sole, up, floor);
     }
 
-    /// The point that is the slowest of the followed foot, if both rest.
+    /// Of the points at rest, the one that is slowest on the source.
     fn resting(&self, frame: usize) -> Option<&ContactTrack> {
         self.slowest_at_rest(frame).map(|(point, _)| point)
     }
@@ -247,7 +248,7 @@ impl Foot for FootFollower {
     }
 }
 
-/// How high the points of contact of one foot are to be, frame by frame, in units of the scene.
+/// The wanted heights of the contact points of one foot in each frame, in units of the scene.
 fn heights(side: Side, followed: &FootGuide<'_>) -> Vec<Heights> {
     let above = |bone: HumanoidBone| followed.contacts.point(bone.on(side)).map(|point| &point.above_rest);
     let (ankle, ball) = (above(HumanoidBone::LeftFoot), above(HumanoidBone::LeftToes));

@@ -1,4 +1,4 @@
-//! How the hips are shifted where feet are held, so that the legs reach them.
+//! Shifts the hips while feet are locked, so that the legs reach the feet.
 
 use glam::{Mat3, Vec3};
 
@@ -7,8 +7,8 @@ use super::hold::Hold;
 use super::leg::Foot;
 use super::shift;
 
-/// The shifts of the hips that let legs follow others without bending: as the feet on the ground are shifted, made
-/// smooth. Completes the shifts of the feet.
+/// The shifts of the hips that let the legs follow the source without bending more. They are the smoothed shifts of the
+/// feet on the ground. Completes the shifts of the feet.
 pub(super) fn follow(feet: &mut [FootFollower], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let mut carried = carried(feet, held, up, blend);
     for (foot, held) in feet.iter_mut().zip(held) {
@@ -40,7 +40,7 @@ fn carried(feet: &[FootFollower], held: &[Vec<Option<Vec3>>], up: Vec3, blend: u
     shift::smooth(&both, blend)
 }
 
-/// For each frame how far the hips must come down for both legs to reach.
+/// For each frame, the distance by which the hips must be lowered so that both legs reach.
 fn needed_lowering(feet: &[FootFollower], carried: &[Vec3], up: Vec3) -> Vec<f32> {
     let of_leg = |foot: &FootFollower, frame: usize, carried: Vec3| {
         let leg = &foot.leg;
@@ -58,20 +58,21 @@ fn needed_lowering(feet: &[FootFollower], carried: &[Vec3], up: Vec3) -> Vec<f32
     carried.iter().enumerate().map(of_frame).collect()
 }
 
-/// The least height by which the end of `offset` must rise to be within `reach`; `None` where no height is enough.
+/// The least height by which the end of `offset` must rise to be within `reach`; `None` if no height is enough.
 pub(super) fn rise_to_reach(offset: Vec3, reach: f32, up: Vec3) -> Option<f32> {
     let beyond = offset.length_squared() - reach * reach;
     if beyond <= 0.0 {
         return Some(0.0);
     }
-    // |offset + h up| = reach, for the smaller h.
+    // Solves |offset + h up| = reach for the smaller h.
     let along = offset.dot(up);
     let square = along * along - beyond;
     (along < 0.0 && square >= 0.0).then(|| -along - square.sqrt())
 }
 
-/// The shifts of the hips that let knees stay near to where they are, where feet are held. Where that is farther than
-/// `limit`, the feet that ask for it give way: they keep a part of their slide. Completes the shifts of the feet.
+/// The shifts of the hips that keep the knees near their places while feet are locked. If a change is larger than
+/// `limit`, the locks of the feet that cause it are relaxed, and these feet keep a part of their slide. Completes the
+/// shifts of the feet.
 pub(super) fn spare_knees(
     feet: &mut [Hold],
     mut held: Vec<Vec<Option<Vec3>>>,
@@ -89,7 +90,7 @@ pub(super) fn spare_knees(
     let is_limited = limit.is_finite();
     for _ in 0..if is_limited { ROUNDS } else { 0 } {
         let [left, right, hips] = changes(feet, &carried);
-        // The factor of a shift if the largest change is `change`.
+        // The factor of a shift whose largest change is `change`.
         let factor = |change: f32| (BELOW * limit / change).clamp(0.5, 1.0);
         if [&left, &right, &hips]
             .into_iter()
@@ -128,17 +129,17 @@ pub(super) fn spare_knees(
     carried
 }
 
-/// Rounds at most in which shifts are made smaller to keep a limit, each by a half at most.
+/// The largest number of rounds that reduce shifts to keep the limit. Each halves a shift at most.
 const ROUNDS: usize = 10;
 
-/// The fraction of the limit at which they aim, so that rounding does not exceed it.
+/// The fraction of the limit at which a round aims, so that rounding does not exceed the limit.
 const BELOW: f32 = 0.98;
 
 fn quarter(blend: usize) -> usize {
     (blend / 4).max(1)
 }
 
-/// The frames in which something is known, each run as its first frame and the one after its last.
+/// The runs of frames with a known shift, each as its first frame and the frame after its last.
 fn runs(known: &[Option<Vec3>]) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for (frame, _) in known.iter().enumerate().filter(|(_, known)| known.is_some()) {
@@ -150,7 +151,7 @@ fn runs(known: &[Option<Vec3>]) -> Vec<[usize; 2]> {
     runs
 }
 
-/// The distances of the left and the right knee and the hips from their places before, frame by frame.
+/// The displacements of the left knee, the right knee and the hips in each frame.
 fn changes(feet: &[Hold], carried: &[Vec3]) -> [Vec<f32>; 3] {
     let knee = |side: usize| {
         let change =
@@ -164,12 +165,12 @@ fn changes(feet: &[Hold], carried: &[Vec3]) -> [Vec<f32>; 3] {
     ]
 }
 
-/// The shifts of the hips with the least squares of themselves and of how far the knees of feet on the ground go
-/// aside, made smooth. Completes the shifts of the feet.
+/// The shifts of the hips with the least sum of squares, smoothed. The sum has the shift itself and the sideways
+/// displacements of the knees of feet on the ground. Completes the shifts of the feet.
 fn balanced(feet: &mut [Hold], held: &[Vec<Option<Vec3>>], lifted: &[Vec<f32>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let frames = lifted.first().map_or(0, Vec::len);
     let still = vec![Vec3::ZERO; frames];
-    // A foot begins to count before it is on the ground.
+    // The weight of a foot rises before it is on the ground.
     let mut importance: Vec<Vec<f32>> = Vec::new();
     for ((foot, held), lifted) in feet.iter_mut().zip(held).zip(lifted) {
         foot.shift(held, lifted, up, blend, &still);

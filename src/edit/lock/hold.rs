@@ -1,4 +1,4 @@
-//! A foot that is held where it is while it is in contact, and kept above the floor.
+//! Locks a foot in place during contact, and keeps it above the floor.
 
 use glam::Vec3;
 use mocap_figure::{Figure, Side};
@@ -12,24 +12,24 @@ use super::weights::FootLockWeights;
 use crate::body::{Leg, and_below};
 use crate::contacts::DetectedContacts;
 
-/// The distance in metres from the median offset of a contact within which offsets count: others are noise.
+/// The largest distance of an offset from the median offset of its contact, in metres. Other offsets are noise.
 const NEAR: f32 = 0.02;
 
-/// The offset in metres from its level that a foot keeps: soles of shoes differ by as much.
+/// The offset from its level that a foot keeps, in metres. Soles of shoes differ by as much.
 const LEAST: f32 = 0.01;
 
-/// The offset in metres from which on a foot stands on something else: below the 0.15 m of a stair.
+/// The offset from which on a foot stands on something else, in metres. It is below the 0.15 m of a stair.
 const FARTHEST: f32 = 0.1;
 
-/// A held foot.
+/// A locked foot.
 pub(super) struct Hold {
     pub(super) leg: LegTrack,
-    /// For each point of contact the height to which it is brought, where it is.
+    /// For each contact point, the height to which it is moved, if it is known.
     levels: Vec<Option<f32>>,
-    /// How far the foot is lifted to its level, frame by frame.
+    /// The height by which the foot is lifted to its level, in each frame.
     levelled: Vec<f32>,
     metres: f32,
-    /// How the points of the sole are turned up.
+    /// The rotations that raise the points of the sole.
     hinges: Vec<Hinge>,
 }
 
@@ -63,8 +63,8 @@ impl Hold {
         }
     }
 
-    /// Lifts or lowers the foot to its level in each contact. The offset is smoothed over `blend` frames: a short
-    /// contact has one offset, in a long one it changes slowly. Where the level is not known, the foot stays.
+    /// Lifts or lowers the foot to its level in each contact. The offset is smoothed over `blend` frames, so it is
+    /// constant in a short contact and changes slowly in a long one. If the level is unknown, the foot stays.
     pub(super) fn level(&mut self, up: Vec3, blend: usize) {
         if self.levels.iter().all(Option::is_none) {
             return;
@@ -92,8 +92,8 @@ impl Hold {
             .collect();
     }
 
-    /// The height by which the foot is lifted to its level, in the frames of a contact that show it. The ball counts if
-    /// it rests at all. `None` where the foot stands on something else.
+    /// The offset by which the foot is lifted to its level, in the frames of a contact that show it. The ball counts if
+    /// it rests at all, otherwise the ankle. `None` if the foot stands on something else.
     fn off_level(&self, frames: std::ops::Range<usize>, up: Vec3) -> Option<Vec<Option<Vec3>>> {
         let off = |point: &ContactTrack, level: f32| -> Vec<Option<f32>> {
             let off = |frame: usize| point.at_rest[frame].then(|| level - point.positions[frame].dot(up));
@@ -110,7 +110,7 @@ impl Hold {
         (!far).then(|| found.into_iter().map(|off| off.filter(is_near).map(level)).collect())
     }
 
-    /// Lets what would be below the floor turn up before it is there, within `radius` frames.
+    /// Raises points that would be below the floor smoothly, within `radius` frames before and after.
     pub(super) fn land_softly(&mut self, up: Vec3, floor: f32, radius: usize) {
         let shifts = &self.leg.shifts;
         let floor = |frame: usize| floor - shifts[frame].dot(up);
@@ -119,7 +119,8 @@ impl Hold {
             .for_each(|hinge| hinge.land_softly(up, floor, radius));
     }
 
-    /// How far the foot as a whole is below where it rests, the least of its points, or the ankle below the floor.
+    /// The depth of the whole foot below its resting level: the least depth of its points, or the depth of the ankle
+    /// below the floor if this is larger.
     fn sunk(&self, frame: usize, up: Vec3, floor: f32) -> f32 {
         let points = self.leg.points.iter();
         let floor = floor - self.levelled[frame];
@@ -133,8 +134,8 @@ impl Hold {
         }
     }
 
-    /// How far the foot is lifted to where it rests, frame by frame, and that its ankle is not below the floor: made
-    /// smooth.
+    /// For each frame, the smoothed height by which the foot is lifted to its resting level, and the height that keeps
+    /// its ankle above the floor.
     pub(super) fn lifts_onto(&self, up: Vec3, floor: f32, blend: usize) -> [Vec<f32>; 2] {
         let depths: Vec<f32> = (0..self.leg.shifts.len())
             .map(|frame| self.sunk(frame, up, floor))
@@ -183,7 +184,7 @@ impl Foot for Hold {
         turn_up(pose, &self.leg.sole, up, floor);
     }
 
-    /// The ball rather than the ankle, if both rest.
+    /// The ball if it rests, otherwise the ankle.
     fn resting(&self, frame: usize) -> Option<&ContactTrack> {
         self.leg.points.iter().find(|point| point.rests(frame))
     }
@@ -194,7 +195,8 @@ impl Foot for Hold {
             let resting = self.resting(frame);
             resting.map_or(Vec3::ZERO, |point| -point.step(frame, up))
         };
-        // The largest shift of a contact is then the least.
+        // The shift is measured from the middle of the contact's shifts, so that the largest shift is the least
+        // possible.
         self.leg.shifts_of_runs(is_low, change, shift::middle)
     }
 

@@ -1,4 +1,4 @@
-//! How knees go aside where ankles are shifted, and how they are spared.
+//! The displacement of knees when ankles are shifted, and how to reduce it.
 
 use glam::{Quat, Vec3};
 use mocap_scene::ik::bend_about_hinge;
@@ -6,22 +6,21 @@ use mocap_scene::ik::bend_about_hinge;
 use super::leg::LegTrack;
 use super::shift;
 
-/// The fraction of the thigh's length by which the knee of a straight leg is aside at least, so that its rate is
-/// finite.
+/// The least distance of a knee from the line between hip and ankle, as a fraction of the thigh, so that the rate stays
+/// finite for a straight leg.
 const STRAIGHT: f32 = 0.01;
 
-/// The fraction of a leg's length below which the direction to its ankle is not known: the rounding of single
-/// precision.
+/// The fraction of a leg's length below which the direction to its ankle is unknown: the rounding of single precision.
 const NO_REACH: f32 = 1e-6;
 
 impl LegTrack {
-    /// The lengths of thigh and shin.
+    /// The lengths of thigh and shin, in units of the scene.
     fn bones(&self, frame: usize) -> [f32; 2] {
         let [thigh, knee, ankle] = [&self.thigh, &self.knee, &self.ankle].map(|track| track[frame]);
         [thigh.distance(knee), knee.distance(ankle)]
     }
 
-    /// How fast the knee goes aside where the ankle comes nearer to the thigh.
+    /// The sideways displacement of the knee for each unit by which the ankle comes nearer to the hip joint.
     pub(super) fn bend_rate(&self, frame: usize) -> f32 {
         let [a, b] = self.bones(frame);
         let reach = self.thigh[frame].distance(self.ankle[frame]);
@@ -33,7 +32,7 @@ impl LegTrack {
         (along * (1.0 - along / reach) / aside).abs()
     }
 
-    /// How far the knee moves if the hips are shifted by `carried` and the foot goes to its goal.
+    /// The displacement of the knee if the hips are shifted by `carried` and the foot moves to its goal.
     pub(super) fn knee_change(&self, frame: usize, carried: Vec3) -> f32 {
         if carried == Vec3::ZERO && self.shifts[frame] == Vec3::ZERO {
             return 0.0;
@@ -46,8 +45,8 @@ impl LegTrack {
         knee.distance(self.knee[frame])
     }
 
-    /// Raises or lowers a foot a little where the knee of a nearly straight leg would otherwise go aside: a millimetre
-    /// of height is centimetres there. `carried` is how the hips are shifted.
+    /// Raises or lowers a foot a little if the knee of a nearly straight leg would otherwise move sideways. There, a
+    /// millimetre of height moves the knee by centimetres. `carried` has the shifts of the hips.
     pub(super) fn spare_knee(&mut self, carried: &[Vec3], up: Vec3, radius: usize) {
         let to_ankle = (0..self.shifts.len())
             .map(|frame| self.ankle[frame] + self.shifts[frame] - self.thigh[frame] - carried[frame]);
@@ -77,14 +76,14 @@ impl LegTrack {
     }
 }
 
-/// How far the knee is aside of the line from the thigh to the ankle.
+/// The distance of the knee from the line between hip and ankle.
 fn aside([a, b]: [f32; 2], reach: f32) -> f32 {
     let reach = reach.clamp((a - b).abs().max(NO_REACH * (a + b)), a + b);
     let along = (reach * reach + a * a - b * b) / (2.0 * reach);
     (a * a - along * along).max(0.0).sqrt()
 }
 
-/// The distance of the ankle from the thigh where the knee is so far aside.
+/// The distance between hip and ankle at which the knee has this distance from their line.
 fn reach([a, b]: [f32; 2], aside: f32) -> f32 {
     let aside = aside.clamp(0.0, a.min(b));
     (a * a - aside * aside).sqrt() + (b * b - aside * aside).sqrt()

@@ -1,4 +1,4 @@
-//! One leg over time, and what every foot does on the ground, whether it is held or follows another.
+//! A leg over time, and the operations that a locked foot and a following foot share.
 
 use glam::{Quat, Vec3};
 use mocap_figure::contacts::ball;
@@ -14,38 +14,38 @@ use super::weights::FootLockWeights;
 use crate::body::{Leg, and_below, knee_at_rest};
 use crate::contacts::DetectedContacts;
 
-/// A foot whose motion is changed while it is near to the ground: [`Hold`](super::hold::Hold) or
+/// A foot whose motion is changed near the ground: [`Hold`](super::hold::Hold) or
 /// [`FootFollower`](super::follow::FootFollower).
 pub(super) trait Foot {
     fn leg(&self) -> &LegTrack;
 
     fn leg_mut(&mut self) -> &mut LegTrack;
 
-    /// Takes in the next frame. The foot of `pose` may be turned.
+    /// Adds the next frame. It may rotate the foot of `pose`.
     fn see(&mut self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32);
 
-    /// Turns the joints of the foot as far as needed, so that no part of it is below the floor.
+    /// Rotates the joints of the foot until no part is below the floor.
     fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32);
 
-    /// The point that rests in a frame and in the next.
+    /// The contact point that is at rest in a frame and in the next.
     fn resting(&self, frame: usize) -> Option<&ContactTrack>;
 
-    /// The shifts over the ground that take the slide back, in the frames in which the foot is on the ground.
+    /// The shifts over the ground that remove the slide, in the frames in which the foot is on the ground.
     fn known_shifts(&self, up: Vec3, frames_per_second: f32) -> Vec<Option<Vec3>>;
 
-    /// Whether the foot has to be changed in a frame whose hips and ankle stay.
+    /// Whether the foot must rotate in a frame, even if hips and ankle stay.
     fn turns(&self, frame: usize) -> bool;
 
-    /// How far above its goal the foot may stay.
+    /// The height by which the foot may stay above its goal.
     fn slack(&self) -> f32;
 
-    /// Whether the foot is shifted, is below the floor or has to be turned.
+    /// Whether the foot is shifted, is below the floor or must rotate.
     fn is_changed(&self, frame: usize, floor: f32) -> bool {
         let leg = self.leg();
         leg.shifts[frame] != Vec3::ZERO || leg.lowest[frame] < floor || self.turns(frame)
     }
 
-    /// How far the points in contact slide, all steps together.
+    /// The sum of the sliding steps of the points in contact.
     fn slide(&self, up: Vec3) -> f64 {
         let steps = (0..self.leg().shifts.len()).filter_map(|frame| Some(self.resting(frame)?.step(frame, up)));
         steps.fold(0.0, |sum, step| sum + f64::from(step.length()))
@@ -56,34 +56,34 @@ pub(super) trait Foot {
 pub(super) struct LegTrack {
     pub(super) leg: Leg,
     pub(super) weights: FootLockWeights,
-    /// The ankle and all below it.
+    /// The ankle and all nodes below it.
     pub(super) foot: Vec<NodeId>,
-    /// What stays above the floor.
+    /// The points that stay above the floor.
     pub(super) sole: Vec<SolePoint>,
-    /// The lengths of thigh and shin together.
+    /// The sum of the lengths of thigh and shin.
     pub(super) length: f32,
     pub(super) thigh: Vec<Vec3>,
     pub(super) knee: Vec<Vec3>,
     pub(super) ankle: Vec<Vec3>,
     /// The rotations of the thigh in the world.
     pub(super) thigh_rotations: Vec<Quat>,
-    /// The axis about which the knee bends, in the frame of the thigh, of any length: the sum of [`seen_hinge`] in
-    /// the motion, and of [`knee_at_rest`].
+    /// The axis about which the knee bends, in the frame of the thigh, of any length: the sum of [`seen_hinge`] over
+    /// the motion plus [`knee_at_rest`].
     pub(super) hinge: Vec3,
-    /// The shift of the foot.
+    /// The shift of the foot in each frame.
     pub(super) shifts: Vec<Vec3>,
-    /// The heights of the lowest point of the foot.
+    /// The height of the lowest point of the foot in each frame.
     lowest: Vec<f32>,
-    /// The points of contact, the ball before the ankle.
+    /// The contact points, the ball before the ankle.
     pub(super) points: Vec<ContactTrack>,
 }
 
-/// A point of contact over time.
+/// A contact point over time.
 pub(super) struct ContactTrack {
-    /// The bone of the left side that it belongs to.
+    /// The bone of the point, given for the left side.
     pub(super) bone: HumanoidBone,
     pub(super) node: NodeId,
-    /// Its height over the floor at rest.
+    /// The height of the point above the floor at rest.
     pub(super) rest: f32,
     pub(super) positions: Vec<Vec3>,
     pub(super) at_rest: Vec<bool>,
@@ -95,14 +95,15 @@ impl ContactTrack {
         (self.positions[frame + 1] - self.positions[frame]).reject_from_normalized(up)
     }
 
-    /// Whether it rests in a frame and in the next.
+    /// Whether the point rests in a frame and in the next.
     pub(super) fn rests(&self, frame: usize) -> bool {
         self.at_rest[frame] && self.at_rest.get(frame + 1) == Some(&true)
     }
 }
 
 impl LegTrack {
-    /// `rest` tells how high above the floor a node of the foot is at rest, by the height of its detected contact.
+    /// `rest` gives the resting height of a node of the foot above the floor. Its last argument is the height of the
+    /// detected contact.
     pub(super) fn new(
         scene: &Scene,
         figure: &Figure,
@@ -145,7 +146,7 @@ impl LegTrack {
         }
     }
 
-    /// Takes in the joints of the next frame.
+    /// Adds the joints of the next frame.
     pub(super) fn see_joints(&mut self, pose: &Pose, up: Vec3) {
         let [thigh, knee, ankle] = [self.leg.thigh, self.leg.knee, self.leg.ankle].map(|node| pose.position(node));
         self.length = thigh.distance(knee) + knee.distance(ankle);
@@ -159,14 +160,14 @@ impl LegTrack {
         self.lowest.push(heights.fold(f32::INFINITY, f32::min));
     }
 
-    /// Takes in the points of contact of the next frame.
+    /// Adds the contact points of the next frame.
     pub(super) fn see_points(&mut self, pose: &Pose) {
         for point in &mut self.points {
             point.positions.push(pose.position(point.node));
         }
     }
 
-    /// Replaces the points of contact of a frame by those of `pose`.
+    /// Replaces the contact points of a frame by those of `pose`.
     pub(super) fn replace_points(&mut self, frame: usize, pose: &Pose) {
         for point in &mut self.points {
             point.positions[frame] = pose.position(point.node);
@@ -185,20 +186,20 @@ impl LegTrack {
             .count()
     }
 
-    /// How far below the floor the foot comes.
+    /// The depth of the foot's deepest point below the floor.
     pub(super) fn deepest(&self, floor: f32) -> f32 {
         self.lowest.iter().map(|lowest| floor - lowest).fold(0.0, f32::max)
     }
 
-    /// How long the leg may become: its full length, but for a bend that cannot be seen, unless the motion stretches
-    /// it.
+    /// The largest distance between hip and ankle: the full length of the leg less an invisible bend. If the motion
+    /// stretches the leg more, it is the distance in the motion.
     pub(super) fn reach(&self, frame: usize) -> f32 {
         let now = self.thigh[frame].distance(self.ankle[frame]);
         (self.weights.stretch as f32 * self.length).max(now)
     }
 
-    /// The shifts of the runs of frames in which `is_low` holds. `shift_change` gives the change of the shift from a
-    /// frame to the next, and `middle` the shift of a run that becomes none.
+    /// The shifts in the runs of frames in which `is_low` holds. `shift_change` gives the change of the shift from a
+    /// frame to the next. `middle` gives the shift of a run that is subtracted from all its shifts.
     pub(super) fn shifts_of_runs<S: Default>(
         &self,
         is_low: impl Fn(usize) -> bool,
@@ -229,7 +230,8 @@ impl LegTrack {
         known
     }
 
-    /// Completes the shifts between the frames in which they are known, beside `carried`, the shifts of the hips.
+    /// Interpolates the shifts between the frames in which they are known, relative to `carried`, the shifts of the
+    /// hips.
     pub(super) fn complete(&mut self, known: &[Option<Vec3>], up: Vec3, blend: usize, carried: &[Vec3]) {
         let relative = known.iter().zip(carried);
         let relative = relative.map(|(shift, carried)| Some((*shift)? - carried.reject_from_normalized(up)));

@@ -1,4 +1,4 @@
-//! Both legs of a figure over a motion, and how their changes are applied.
+//! Both legs of a figure over a motion, and the application of their changes.
 
 use glam::Vec3;
 use mocap_figure::{Figure, HumanoidBone, Side};
@@ -15,17 +15,17 @@ use crate::body::{Leg, and_below, mover};
 use crate::contacts::DetectedContacts;
 use crate::frames::{Frames, between};
 
-/// The distance from a goal in metres that counts as out of reach: a millimetre is not seen.
+/// The distance from a goal that counts as out of reach, in metres. A millimetre is not visible.
 const OUT_OF_REACH: f32 = 0.001;
 
-/// What a frame of a motion becomes; lengths are in metres.
+/// The change of one frame. Lengths are in metres.
 #[derive(Clone, Copy, Debug, Default)]
 struct Change {
     /// The distance of each foot from its goal.
     missed: [f32; 2],
     /// The larger shift of a foot.
     shift: f32,
-    /// The largest change of a joint other than those of the feet, and that joint.
+    /// The largest displacement of a joint outside the feet, and this joint.
     other: f32,
     joint: Option<NodeId>,
 }
@@ -62,7 +62,7 @@ pub(super) struct Legs<'a> {
     pub(super) legs: Vec<(Side, Leg)>,
     /// The node that carries the figure.
     mover: NodeId,
-    /// The joints that turn.
+    /// The joints that rotate.
     turned: Vec<NodeId>,
     /// Whether the figure is shifted.
     moved: bool,
@@ -116,7 +116,7 @@ impl<'a> Legs<'a> {
         self.legs.iter().map(length).fold(0.0, f32::max)
     }
 
-    /// The frames of a time to blend, where those that the lock averages are not too many for the motion.
+    /// The number of frames of a blend time. Fails if the lock would average too many frames for the motion.
     pub(super) fn blend(&self, seconds: f64, weights: &FootLockWeights) -> Result<usize> {
         let longest = seconds.max(weights.around).max(weights.ease);
         self.frames.filter_radius(self.frames.frames_in(longest))?;
@@ -133,8 +133,8 @@ impl<'a> Legs<'a> {
             .into())
     }
 
-    /// Changes the frames as `feet` ask for it. `floor` is in units of the scene. `hips` gets the shifts of the feet in
-    /// the frames in which they are known; it fills in the others, and returns the shifts of the hips.
+    /// Changes the frames for `feet`. `floor` is in units of the scene. `hips` takes the shifts of the feet in the
+    /// frames in which they are known, completes them, and returns the shifts of the hips.
     pub(super) fn change<F: Foot>(
         &mut self,
         scene: &Scene,
@@ -185,7 +185,7 @@ impl<'a> Legs<'a> {
         report
     }
 
-    /// Moves the hips by `carried` and the feet by their shifts, in the frames that are new to one of `paces`.
+    /// Moves the hips by `carried` and the feet by their shifts, in the frames that are new for any of `paces`.
     fn apply<F: Foot>(
         &mut self,
         scene: &Scene,
@@ -228,8 +228,8 @@ impl<'a> Legs<'a> {
         }
     }
 
-    /// Brings one foot to its goal in a frame, by the fraction `weight` of the change. Returns how far it is from
-    /// there, in metres.
+    /// Moves one foot towards its goal in a frame, by the fraction `weight` of its shift. Returns its remaining
+    /// distance in metres.
     fn place_foot<F: Foot>(
         &mut self,
         foot: &F,
@@ -277,7 +277,7 @@ impl<'a> Legs<'a> {
         pose.update_below(self.mover);
     }
 
-    /// What is written of the frames, which then no longer read the scene.
+    /// The values that [`write`](Self::write) needs, which no longer borrow from the scene.
     pub(super) fn changes(self) -> Legs<'static> {
         Legs {
             frames: self.frames.changes(),
@@ -288,7 +288,7 @@ impl<'a> Legs<'a> {
         }
     }
 
-    /// Makes the frames the keys of the changed tracks.
+    /// Writes the changed tracks as keys.
     pub(super) fn write(&self, scene: &mut Scene, animation: usize) {
         let moved = if self.moved {
             std::slice::from_ref(&self.mover)

@@ -1,8 +1,8 @@
-//! How fast a foot goes with the lock and without it, and where the lock gives way.
+//! Compares the speed of a foot with and without the lock, and relaxes the lock where it adds speed.
 //!
-//! A foot that is held has to catch up with its swing, and a leg that is too short pulls at it. Neither may be seen. If
-//! a joint of the foot is faster than without the lock, or accelerates more, the correction is reduced around that
-//! moment, round by round, until it is not.
+//! A locked foot has to catch up with its swing, and a leg that is too short pulls at it. Neither may be visible. If a
+//! joint of the foot is faster than without the lock, or accelerates more, the correction around this frame is reduced,
+//! round by round, until the joint stays within the limits.
 
 use glam::Vec3;
 use mocap_scene::pose::Pose;
@@ -13,8 +13,8 @@ use super::shift::envelope;
 use super::weights::FootLockWeights;
 use crate::frames::Frames;
 
-/// Rounds after which a foot gives way altogether around its moments, and after as many again in the whole motion, so
-/// that the time is bounded.
+/// The number of rounds after which the lock is removed around the frames that exceed a limit. After as many further
+/// rounds it is removed in the whole motion, so that the time is bounded.
 const ROUNDS: usize = 10;
 
 /// The joints of one foot over time, with the lock and without.
@@ -23,9 +23,9 @@ pub(super) struct Pace {
     joints: Vec<NodeId>,
     free: Vec<Vec<Vec3>>,
     changed: Vec<Vec<Vec3>>,
-    /// For each joint and frame the largest speed and acceleration, in metres and seconds.
+    /// For each joint and frame, the largest allowed speed in m/s and acceleration in m/s^2.
     most: Vec<[Vec<f32>; 2]>,
-    /// For each frame the fraction of the change that is made, and whether the last round changed it.
+    /// For each frame, the fraction of the change that is made, and whether the last round changed it.
     weights: Vec<f32>,
     is_new: Vec<bool>,
     rate: f32,
@@ -34,7 +34,7 @@ pub(super) struct Pace {
     ease: usize,
     rounds: usize,
     weights_of_lock: FootLockWeights,
-    /// The largest ratios of speeds and accelerations that were found last.
+    /// The largest ratios of speeds and accelerations in the last round.
     pub(super) ratios: [f32; 2],
 }
 
@@ -58,14 +58,14 @@ impl Pace {
         }
     }
 
-    /// Takes in the next frame without the lock.
+    /// Adds the next frame without the lock.
     pub(super) fn see(&mut self, pose: &Pose) {
         for (track, joint) in self.free.iter_mut().zip(&self.joints) {
             track.push(pose.position(*joint));
         }
     }
 
-    /// Finds what no frame may exceed. `metres` are those of a unit.
+    /// Computes the limits for every frame. `metres` are the metres in one unit of the scene.
     pub(super) fn compare_with_free(&mut self, metres: f32) {
         self.metres = metres;
         self.changed.clone_from(&self.free);
@@ -91,29 +91,29 @@ impl Pace {
         self.most = most.collect();
     }
 
-    /// Takes in a frame with the lock.
+    /// Sets a frame with the lock.
     pub(super) fn see_changed(&mut self, frame: usize, pose: &Pose) {
         for (track, joint) in self.changed.iter_mut().zip(&self.joints) {
             track[frame] = pose.position(*joint);
         }
     }
 
-    /// The fraction of the change that a frame gets.
+    /// The fraction of the change that is applied in a frame.
     pub(super) fn weight(&self, frame: usize) -> f32 {
         self.weights[frame]
     }
 
-    /// Whether a frame has to be changed anew.
+    /// Whether a frame must be changed again.
     pub(super) fn is_new(&self, frame: usize) -> bool {
         self.is_new[frame]
     }
 
-    /// The frames in which less than the whole change is made.
+    /// The number of frames in which the lock is relaxed.
     pub(super) fn frames_given_way(&self) -> usize {
         self.weights.iter().filter(|weight| **weight < 1.0).count()
     }
 
-    /// Makes the change less where a joint exceeds what it may. `None` where none does.
+    /// Reduces the change around frames in which a joint exceeds its limit. Returns `None` if no joint does.
     pub(super) fn give_way(&mut self) -> Option<()> {
         let mut excess = vec![0.0_f32; self.weights.len()];
         self.ratios = [0.0; 2];
@@ -165,7 +165,7 @@ impl Pace {
     }
 }
 
-/// The largest value within `radius` of each.
+/// For each value, the largest value within `radius`.
 fn highest_around(values: &[f32], radius: usize) -> impl Iterator<Item = f32> {
     (0..values.len()).map(move |index| {
         let around = index.saturating_sub(radius)..=(index + radius).min(values.len() - 1);

@@ -1,12 +1,12 @@
-//! Curves over frames: a shift that is known in contacts, and a bound made smooth.
+//! Curves over frames: completes a shift that is known only in contacts, and makes an upper bound smooth.
 
 use std::ops::{Add, Div, Mul};
 
 use glam::Vec3;
 
-/// Completes a shift that is known in some frames. From the last known frame of a contact it eases out to zero within
-/// `blend` frames, and into the next likewise. Between nearer contacts it eases from one to the other. Values and
-/// speeds are continuous: cubic Hermite curves.
+/// Completes a shift that is known in some frames. After the last known frame of a contact it eases out to zero within
+/// `blend` frames, and it eases in before the next. If contacts are nearer, it eases directly from one to the other.
+/// The curve is cubic Hermite, so values and speeds are continuous.
 pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     let mut shifts: Vec<Vec3> = known.iter().map(|shift| shift.unwrap_or_default()).collect();
     let slope = |frame: usize, other: Option<usize>| {
@@ -23,7 +23,7 @@ pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
         let end = (frame..known.len())
             .find(|frame| known[*frame].is_some())
             .unwrap_or(known.len());
-        // The frames `before` and `end` are known, unless the motion ends there.
+        // The frames `before` and `end` are known, unless they are outside the motion.
         let before = frame.checked_sub(1);
         let out = before.and_then(|last| Some((known[last]?, slope(last, last.checked_sub(1)).unwrap_or_default())));
         let into = known
@@ -46,8 +46,8 @@ pub fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     shifts
 }
 
-/// The position whose largest distance from all `points` is the least, nearly: the centre of their smallest sphere, by
-/// the steps of Bădoiu and Clarkson (2003).
+/// The position whose largest distance from all `points` is nearly the least: the centre of their smallest enclosing
+/// sphere, by the iteration of Bădoiu and Clarkson (2003).
 pub(super) fn middle(points: &[Vec3]) -> Vec3 {
     let mut middle = points.first().copied().unwrap_or_default();
     for step in 1..=64 {
@@ -60,7 +60,7 @@ pub(super) fn middle(points: &[Vec3]) -> Vec3 {
     middle
 }
 
-/// The value after `step` of `steps` frames, between two values with their changes per frame.
+/// The value after `step` of `steps` frames, between two values that are given with their changes per frame.
 fn hermite(from: (Vec3, Vec3), to: (Vec3, Vec3), step: usize, steps: usize) -> Vec3 {
     let (t, length) = (step as f32 / steps as f32, steps as f32);
     let (t2, t3) = (t * t, t * t * t);
@@ -70,8 +70,8 @@ fn hermite(from: (Vec3, Vec3), to: (Vec3, Vec3), step: usize, steps: usize) -> V
         + to.1 * (length * (t3 - t2))
 }
 
-/// A smooth curve that is nowhere below `values`, which are not negative: their largest value within `radius` frames,
-/// averaged over as many with the weights of a Hann window.
+/// A smooth curve that is never below `values`, which are not negative. It takes the largest value within `radius`
+/// frames, and averages this over as many frames with the weights of a Hann window.
 pub fn envelope(values: &[f32], radius: usize) -> Vec<f32> {
     if values.iter().all(|value| *value == 0.0) {
         return values.to_vec();
@@ -80,7 +80,7 @@ pub fn envelope(values: &[f32], radius: usize) -> Vec<f32> {
     let highest: Vec<f32> = (0..values.len())
         .map(|index| values[around(index)].iter().copied().fold(0.0, f32::max))
         .collect();
-    // Rounding must not bring it below.
+    // Rounding must not bring the curve below the values.
     smooth(&highest, radius)
         .iter()
         .zip(values)
@@ -107,7 +107,7 @@ where
         .collect()
 }
 
-/// Values that are known in some frames, in between on straight lines, and 0 where none is known.
+/// Interpolates values linearly between the frames in which they are known. If none is known, all are 0.
 pub fn filled(known: impl Iterator<Item = Option<Vec3>>) -> Vec<Vec3> {
     let mut filled = Vec::new();
     let mut last: Option<(usize, Vec3)> = None;

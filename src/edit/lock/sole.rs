@@ -1,4 +1,4 @@
-//! The sole of a foot, and how it is kept above the floor.
+//! The sole of a foot, which is kept above the floor.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -12,29 +12,29 @@ use super::shift::envelope;
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct SolePoint {
-    /// The node at whose position it is; `None` for a point on the sole.
+    /// The node at this point; `None` for a point on the sole.
     #[doc(hidden)]
     pub node: Option<NodeId>,
-    /// The nodes with which it moves: the weight of each, and the position of the point in its space.
+    /// The nodes that move the point, each with its weight and the position of the point in the node's space.
     #[doc(hidden)]
     pub parts: Vec<(NodeId, f32, Vec3)>,
-    /// How high it is above the floor where the figure stands.
+    /// The height of the point above the floor when the figure stands.
     #[doc(hidden)]
     pub height: f32,
-    /// The joint that turns to bring it up. Without one the whole foot is lifted.
+    /// The joint that rotates to raise the point. Without a joint, the whole foot is lifted.
     #[doc(hidden)]
     pub pivot: Option<NodeId>,
-    /// The axis across the foot about which that joint brings toes up, in its own space, if it is known. An axis that
-    /// is computed in each frame flips if toes point straight down.
+    /// The axis across the foot about which this joint raises the toes, in the joint's own space, if it is known. An
+    /// axis that is computed in each frame flips if the toes point straight down.
     #[doc(hidden)]
     pub axis: Option<Vec3>,
-    /// The largest angle by which it turns for this point, in radians.
+    /// The largest angle by which the joint rotates for this point, in radians.
     #[doc(hidden)]
     pub most: f32,
 }
 
 impl SolePoint {
-    /// A node of the foot, which the joint above it turns.
+    /// A node of the foot, which the joint above it raises.
     #[doc(hidden)]
     pub fn at(scene: &Scene, node: NodeId, height: f32) -> Self {
         Self {
@@ -58,14 +58,14 @@ impl SolePoint {
     }
 }
 
-/// Whether a node of the foot may be turned: a joint with something below it.
+/// Whether a node of the foot may rotate: it must be a joint with a node below.
 pub(super) fn turns(scene: &Scene, node: NodeId) -> bool {
     let next = scene.nodes.get(node.index() + 1);
     next.is_some_and(|next| next.parent == Some(node)) && scene.nodes[node.index()].kind == NodeKind::Joint
 }
 
-/// Turns the joints of a foot up so far that none of the points is below the floor. A rolling foot whose toes do not
-/// bend puts their tips there.
+/// Rotates the joints of a foot up until none of the points is below the floor. A rolling foot whose toes do not bend
+/// would put its toe tips below the floor.
 pub(super) fn turn_up(pose: &mut Pose, points: &[SolePoint], up: Vec3, floor: f32) {
     for point in points {
         let Some(pivot) = point.pivot else { continue };
@@ -87,17 +87,17 @@ pub(super) fn turn_up(pose: &mut Pose, points: &[SolePoint], up: Vec3, floor: f3
     }
 }
 
-/// An axis of a joint's own space in the world.
+/// Transforms an axis from a joint's own space to the world.
 pub(super) fn world_axis(pose: &Pose, joint: NodeId, axis: Vec3) -> Vec3 {
     Trs::from_matrix(pose.node_to_world[joint.index()]).rotation * axis
 }
 
-/// The angle below the horizontal, as its sine, from which on a foot is steep: about 60 degrees.
+/// The sine of the angle below the horizontal from which on a foot counts as steep: about 60 degrees.
 const STEEP: f32 = 0.87;
 
-/// The angle about `axis`, which lies across a flat foot, by which the end of `offset` comes to a height. It grows from
-/// toes that point down to toes that point up. With it how steep the foot is: 1 where toes point straight down, or
-/// farther back, so that a rotation no longer brings them up.
+/// The angle about `axis` that brings the end of `offset` to a height. `axis` lies across a flat foot, and the angle
+/// grows as the toes rise. Also returns the steepness of the foot. It is 1 if the toes point straight down or farther
+/// back, so that a rotation no longer raises them.
 pub(super) fn angle_to_height(axis: Vec3, offset: Vec3, up: Vec3, height: f32) -> [f32; 2] {
     let along = offset.project_onto_normalized(axis);
     let across = offset - along;
@@ -106,7 +106,7 @@ pub(super) fn angle_to_height(axis: Vec3, offset: Vec3, up: Vec3, height: f32) -
     if largest <= f32::EPSILON * offset.length() {
         return [0.0, 1.0];
     }
-    // The angle at which it points straight up: a quarter turn from where toes point forward.
+    // The angle at which `offset` points straight up: a quarter turn from toes that point forward.
     let top = sine.atan2(cosine);
     let top = if top < -FRAC_PI_2 { top + TAU } else { top };
     let wanted = ((height - along.dot(up)) / largest).clamp(-1.0, 1.0);
@@ -117,8 +117,8 @@ pub(super) fn angle_to_height(axis: Vec3, offset: Vec3, up: Vec3, height: f32) -
     [top - wanted.acos(), steepness * steepness * (3.0 - 2.0 * steepness)]
 }
 
-/// Rotates a joint so that the end of `offset`, which begins at the joint, comes to a height above it; by at most
-/// `largest` radians.
+/// Rotates a joint so that the end of `offset`, which begins at the joint, comes to a height above the joint. The
+/// rotation is at most `largest` radians.
 pub(super) fn turn_to_height(pose: &mut Pose, joint: NodeId, offset: Vec3, up: Vec3, height: f32, largest: f32) {
     let length = offset.length();
     let angle = |height: f32| f64::from(height / length).clamp(-1.0, 1.0).asin();
@@ -129,20 +129,20 @@ pub(super) fn turn_to_height(pose: &mut Pose, joint: NodeId, offset: Vec3, up: V
     }
 }
 
-/// The largest angle by which a point is turned up smoothly, in radians.
+/// The largest angle by which a point is raised smoothly, in radians.
 const LARGEST_RAISE: f32 = 2.5;
 
-/// How a joint of the foot turns to bring a point up: about an axis across the foot, so that toes which point straight
-/// down go forwards.
+/// The rotation of a joint of the foot that raises a point. Its axis lies across the foot, so that toes which point
+/// straight down move forward.
 pub(super) struct Hinge {
     node: NodeId,
     pivot: NodeId,
     ankle: NodeId,
-    /// In each frame the rotation of the pivot, its position, and the offset from there to the point.
+    /// For each frame: the rotation of the pivot, its position, and the offset from the pivot to the point.
     seen: Vec<(Quat, Vec3, Vec3)>,
     /// The axis in the space of the pivot, summed over all frames.
     axis: Vec3,
-    /// The angle by which it turns in each frame.
+    /// The angle of the rotation in each frame.
     angles: Vec<f32>,
 }
 
@@ -161,12 +161,12 @@ impl Hinge {
     pub(super) fn see(&mut self, pose: &Pose, up: Vec3) {
         let rotation = Trs::from_matrix(pose.node_to_world[self.pivot.index()]).rotation;
         let (here, point) = (pose.position(self.pivot), pose.position(self.node));
-        // The flatter the foot, the longer it is over the ground, and the surer the axis.
+        // The flatter the foot is, the longer is its projection on the ground, and the more certain is the axis.
         self.axis += rotation.inverse() * (point - pose.position(self.ankle)).cross(up);
         self.seen.push((rotation, here, point - here));
     }
 
-    /// Finds the angles that keep the point above `floor`, a height for each frame, and makes them smooth.
+    /// Computes smooth angles that keep the point above `floor`, a height for each frame.
     pub(super) fn land_softly(&mut self, up: Vec3, floor: impl Fn(usize) -> f32, radius: usize) {
         let Some(axis) = self.axis.try_normalize() else { return };
         let needed = |(frame, (rotation, here, offset)): (usize, &(Quat, Vec3, Vec3))| {
@@ -192,7 +192,7 @@ impl Hinge {
     }
 }
 
-/// The least angle from 0 on at which a cos + b sin is `wanted` or more, or at which it is the largest.
+/// The least angle from 0 on at which a cos + b sin reaches `wanted`, or its maximum if it never does.
 fn least_angle([a, b]: [f32; 2], wanted: f32) -> f32 {
     let largest = a.hypot(b);
     if a >= wanted || largest <= f32::EPSILON {

@@ -1,4 +1,4 @@
-//! Lets every joint go into the end of a loop as fast as out of its start.
+//! Makes the velocity of every joint at the end of a loop equal to the velocity at its start.
 
 use glam::Quat;
 use mocap_scene::math::quaternion::{exp, log};
@@ -7,15 +7,15 @@ use mocap_scene::scene::Scene;
 
 use crate::frames::Frames;
 
-/// How many frames change on each side of the seam.
+/// The number of frames that change on each side of the seam.
 const AROUND: usize = 2;
 
-/// What of the acceleration at the seam is added two frames before it, one before, there, and after: a Hann window,
-/// whose own acceleration takes it back.
+/// The shares of the acceleration at the seam that are added to the frames from two before to two after. They form a
+/// Hann window, whose own acceleration cancels it.
 const SHARES: [f32; 2 * AROUND + 1] = [0.5, 1.5, 2.0, 1.5, 0.5];
 
-/// Takes the accelerations of joints at the seam out: those of their rotations in the world, and of their translations.
-/// `rows` is a loop whose last row is its first one, moved onward by `carry`, which with `true` moves a row back.
+/// Removes the accelerations of joints at the seam, for rotations in the world and for translations. The last row of
+/// `rows` is the first row, moved onward by one cycle. `carry` moves a row onward, or back if it gets `true`.
 pub(super) fn level(scene: &Scene, frames: &Frames, rows: &mut [Vec<Trs>], carry: impl Fn(&mut [Trs], bool)) {
     let last = rows.len() - 1;
     if last < 4 * AROUND {
@@ -23,7 +23,7 @@ pub(super) fn level(scene: &Scene, frames: &Frames, rows: &mut [Vec<Trs>], carry
     }
     let mut around = [last - 2, last - 1, 0, 1, 2].map(|row| rows[row].clone());
     around[..AROUND].iter_mut().for_each(|row| carry(row, true));
-    // The second time for what is not linear.
+    // A second pass corrects the nonlinear part.
     for _ in 0..2 {
         correct(scene, frames, &mut around);
     }
@@ -36,7 +36,7 @@ pub(super) fn level(scene: &Scene, frames: &Frames, rows: &mut [Vec<Trs>], carry
 fn correct(scene: &Scene, frames: &Frames, around: &mut [Vec<Trs>; SHARES.len()]) {
     type Rotations = [Quat; SHARES.len()];
     let indices: [usize; SHARES.len()] = std::array::from_fn(|moment| moment);
-    // The rotations of all nodes to the world, before and after.
+    // The world rotations of all nodes, before and after the correction.
     let (mut old, mut new): (Vec<Rotations>, Vec<Rotations>) = (Vec::new(), Vec::new());
     let mut held = frames.nodes().iter().enumerate().peekable();
     for (index, node) in scene.nodes.iter().enumerate() {

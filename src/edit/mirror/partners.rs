@@ -1,4 +1,4 @@
-//! Which joint of one side is which of the other.
+//! Pairs the joints of the left and right side.
 
 use glam::DVec3;
 
@@ -6,10 +6,10 @@ use mocap_figure::{Humanoid, HumanoidBone};
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{NodeId, Scene};
 
-/// The partner of every node; its own for a node in the middle, or without one. Who is whose partner is mutual.
+/// The partner of every node. A node in the middle, or without a partner, is its own partner. Partners are mutual.
 ///
-/// The bones of the humanoid say it for most, and for the joints between two of them. Of the others, those below two
-/// partners are paired where one is nearest to the mirror image of the other in the T-pose.
+/// Bones of the humanoid give most pairs, and also pair the joints between two bones. The remaining nodes below two
+/// partners are paired if one is nearest to the mirror image of the other in the T-pose.
 pub(super) fn partners(
     scene: &Scene,
     humanoid: &Humanoid,
@@ -22,7 +22,7 @@ pub(super) fn partners(
         let other = humanoid.joint(HumanoidBone::mirrored(*bone)).unwrap_or(joint.joint);
         partners[joint.joint.index()] = Some(other);
     }
-    // As many joints lead up from a bone to the next as from its partner.
+    // Above each pair of bones, pairs the joints up to the next bone, one by one.
     for joint in humanoid.bones.values() {
         let Some(partner) = partners[joint.joint.index()].filter(|partner| *partner != joint.joint) else {
             continue;

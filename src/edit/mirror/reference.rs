@@ -1,4 +1,4 @@
-//! The rotations from which both sides of a figure are mirror images of each other.
+//! Finds a reference pose in which both sides of a figure are mirror images.
 
 use glam::{DQuat, DVec3, Vec3};
 
@@ -6,21 +6,21 @@ use mocap_figure::{Axis, Humanoid, HumanoidBone, Side};
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::{NodeId, Scene};
 
-/// Bones farther apart from the mirror images of their partners than this, as a cosine, are left alone: 45 degrees.
+/// A bone whose mirror image deviates from its partner by more than this is left alone: the cosine of 45 degrees.
 const NEAR: f64 = 0.7;
 
-/// The least sine of the angle of a knee or an elbow at rest that shows about which axis it bends.
+/// The sine of the least angle of a knee or elbow at rest that shows the axis of its bend.
 const BENT: f64 = 0.2;
 
-/// Largest distance of a bone from the mirror image of its partner in a symmetric rest pose, as a part of the distance
-/// from the hips to the farthest bone. Arms of CMU's are 4 % apart.
+/// The largest distance of a bone from the mirror image of its partner in a symmetric rest pose, as a fraction of the
+/// distance from the hips to the farthest bone. Arms of the CMU skeleton have 4 %.
 const ALIKE: f64 = 0.05;
 
-/// The least mean distance of a bone from its partner in such a pose, in the same parts. In a rest pose without
-/// rotations, all bones may lie along one line.
+/// The least mean distance of a bone from its partner in a symmetric rest pose, as the same fraction. In a rest pose
+/// without rotations, all bones may lie along one line.
 const APART: f64 = 0.1;
 
-/// Limbs by their bones, of which the two upper ones turn about one axis.
+/// The bones of limbs. The first two of each bend about the same axis.
 const LIMBS: [[HumanoidBone; 3]; 2] = [
     [
         HumanoidBone::LeftUpperLeg,
@@ -54,7 +54,7 @@ pub(super) fn left_at_rest(rest: &Pose, humanoid: &Humanoid, hips: NodeId) -> Op
     is_mirrored.then_some(left)
 }
 
-/// A direction, or the axis within 8 degrees of it.
+/// The direction, or a coordinate axis if one is within 8 degrees.
 pub(super) fn along_axis(direction: DVec3) -> Option<DVec3> {
     let direction = direction.try_normalize()?;
     let axes = [Axis::X, Axis::Y, Axis::Z, Axis::NegX, Axis::NegY, Axis::NegZ];
@@ -73,9 +73,9 @@ pub(super) fn rotations(pose: &Pose) -> Vec<DQuat> {
     (0..pose.node_to_world.len()).map(|node| rotation(pose, node)).collect()
 }
 
-/// The world rotations of the T-pose `pose`, turned to mirror images. Each bone has the direction of the mirror image
-/// of its partner, and bends about the mirror image of its axis. A T-pose that was computed from a rest pose in which
-/// one leg is ahead has legs that point down, but each turned about itself as it came.
+/// The world rotations of the T-pose `pose`, corrected to be mirror images. Each bone gets the direction of its
+/// partner's mirror image, and bends about the mirror image of its partner's axis. This is necessary if one leg is
+/// ahead in the rest pose: the T-pose then has legs that point down, but each keeps its own roll.
 pub(super) fn symmetric(
     scene: &Scene,
     humanoid: &Humanoid,
@@ -103,7 +103,7 @@ pub(super) fn symmetric(
     for node in 0..count {
         let partner = partners[node].index();
         if partner == node {
-            // A bone in the middle lies in the plane. The joints on both sides of it lie across.
+            // A bone in the middle lies in the mirror plane. The joints on both of its sides lie across the plane.
             let in_middle = children[node]
                 .iter()
                 .filter(|child| partners[**child].index() == **child);
@@ -138,14 +138,15 @@ pub(super) fn symmetric(
                 .filter(is_pair)
                 .map(|child| [at(*child) - at(node), at(partners[*child].index()) - at(partner)])
                 .collect();
-            // To the middle of its children: a thumb that points aside is no direction of a hand.
+            // The bone points to the mean of its children, because a thumb that points aside does not show the
+            // direction of a hand.
             let sums = [0, 1].map(|side: usize| pairs.iter().map(|pairs| pairs[side]).sum::<DVec3>().try_normalize());
             let [Some(own), Some(other)] = sums else {
                 continue;
             };
-            // Only the partner is rotated: a bone may stand in any direction if its partner is its mirror image.
+            // Only the partner is rotated, because a bone may have any direction if its partner is its mirror image.
             let along = reflect(own);
-            // A joint that the T-pose does not know went with the bone above it.
+            // A joint that is no bone of the T-pose rotates with the bone above.
             let above = scene.nodes[partner]
                 .parent
                 .map_or(DQuat::IDENTITY, |parent| turns[parent.index()]);
@@ -158,7 +159,8 @@ pub(super) fn symmetric(
                 continue;
             }
             let mut turn = DQuat::from_rotation_arc(start * other, along) * start;
-            // About itself a bone is turned as its axis says, or else as a finger does that goes off to one side.
+            // The roll of a bone follows its hinge axis. Without one, it follows a child that lies off to one side,
+            // such as a finger.
             let beside = |pairs: &&[DVec3; 2]| {
                 let off = |along: &DVec3, offset: DVec3| {
                     offset.reject_from_normalized(*along).length() > BENT * offset.length()
@@ -169,7 +171,7 @@ pub(super) fn symmetric(
                     .all(|(along, offset)| off(along, offset))
             };
             let second = match (axes[node], axes[partner]) {
-                // The mirror image of an axis of rotation is turned round besides.
+                // The mirror image of a rotation axis also changes its sign.
                 (Some(axis), Some(other)) => Some([axis, -other]),
                 _ => pairs
                     .iter()
@@ -190,8 +192,8 @@ pub(super) fn symmetric(
     rotations
 }
 
-/// The axes about which the bones of limbs bend, in the world of the T-pose, where the rest pose shows them. `to_pose`
-/// takes a direction of a node at rest to that pose.
+/// The axes about which the bones of limbs bend, in the world of the T-pose, if the rest pose shows them. `to_pose`
+/// gives the rotation of a node from the rest pose to the T-pose.
 fn axes(scene: &Scene, humanoid: &Humanoid, to_pose: &dyn Fn(&Pose, usize) -> DQuat) -> Vec<Option<DVec3>> {
     let rest = Pose::rest(scene);
     let mut axes = vec![None; scene.nodes.len()];

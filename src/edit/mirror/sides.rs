@@ -1,4 +1,4 @@
-//! How the frames of the joints of one side stand to those of the other, by the motion.
+//! Finds from the motion how joint frames on one side relate to those on the other.
 
 use glam::{DQuat, DVec3};
 
@@ -8,28 +8,28 @@ use mocap_scene::scene::{NodeId, Scene};
 
 use crate::frames::Frames;
 
-/// Frames of a motion that are looked at, at most.
+/// The largest number of frames of a motion that are examined.
 const FRAMES: usize = 200;
 
-/// The cosine of the largest angle between the offset of a child and the mirror image of its partner's: 15 degrees. The
-/// offsets are in the frames of their parents, and equal but for unlike sides of a body.
+/// The cosine of the largest angle between the offset of a child and the mirror image of its partner's offset: 15
+/// degrees. Offsets are in the frames of the parents. They differ only if the sides of a body differ.
 const OFFSET: f64 = 0.966;
 
-/// The same for frames that are certainly laid so: 5 degrees. Bones of ACCAD are up to 3 degrees off.
+/// The same cosine for a certain relation: 5 degrees. Bones of ACCAD differ by up to 3 degrees.
 const EXACT: f64 = 0.9962;
 
-/// A child nearer than this to its parent, in parts of the longest offset, points nowhere.
+/// The least offset of a child that gives a direction, as a fraction of the longest offset.
 const SHORTEST: f64 = 0.01;
 
-/// How far the mean posture of a joint may be from symmetry, in radians: 60 degrees.
+/// The largest deviation of a joint's mean posture from symmetry, in radians: 60 degrees.
 const POSTURE: f64 = 1.05;
 
-/// How much nearer to the mean posture another way to lay the frames must be, in radians: 45 degrees. A bone that is
-/// turned half round about itself is 180 degrees off.
+/// How much nearer to the mean posture another relation must be, in radians: 45 degrees. A bone that is rolled by half
+/// a turn is off by 180 degrees.
 const NEARER: f64 = 0.79;
 
-/// Each reflection along an axis of a joint's frame, and the inversion, times -1: half a turn about the axis, or none.
-/// Programs lay the frames of both sides so.
+/// The usual relations between the frames of two partners: the reflection along each axis of the frame, and the
+/// inversion. Each is multiplied by -1, which makes it half a turn about the axis, or no rotation.
 const LAID: [DQuat; 4] = [
     DQuat::IDENTITY,
     DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
@@ -37,23 +37,23 @@ const LAID: [DQuat; 4] = [
     DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0),
 ];
 
-/// Each joint of the figure, and the mean of its frame over the motion, in the frame of the hips.
+/// The mean frame of each joint over the motion, in the frame of the hips.
 struct Posture<'a> {
     scene: &'a Scene,
     partners: &'a [NodeId],
-    /// For each node its children with their partners, if these are below its own.
+    /// For each node, its children with their partners, if these are children of the node's partner.
     children: Vec<Vec<[usize; 2]>>,
-    /// For each node below the hips; `None` for all others.
+    /// The mean frame of each node below the hips; `None` for other nodes.
     mean: Vec<Option<DQuat>>,
-    /// From the right to the left hip, in the frame of the hips.
+    /// The direction from the right to the left hip joint, in the frame of the hips.
     left: DVec3,
     /// The longest offset.
     longest: f64,
 }
 
-/// Turns the rotations of a reference pose about the bones so that the frames of both sides stand to each other as in
-/// the motion. A rest pose whose sides are no mirror images does not show how each bone is turned about itself. The
-/// mean posture does, where it is nearer to one of [`LAID`] than to the reference pose. Mirrored, it shows the same.
+/// Rolls the bones of a reference pose so that the frames of both sides relate as in the motion. If the sides of a rest
+/// pose are no mirror images, it does not show the roll of each bone. The mean posture does, if it is nearer to one of
+/// [`LAID`] than to the reference pose. A mirrored motion gives the same result.
 pub(super) fn lay_as_in_motion(
     scene: &Scene,
     frames: &Frames,
@@ -85,7 +85,7 @@ pub(super) fn lay_as_in_motion(
             let across = across * across.dot(normal).signum();
             rotations[node] = DQuat::from_rotation_arc(across, normal) * rotations[node];
         } else if node > partner {
-            // The bones themselves are mirror images to the last digit.
+            // A small rotation makes the directions of the bones exact mirror images.
             let along = sum(false).map(DVec3::try_normalize);
             let exact = match along {
                 [Some(own), Some(other)] => DQuat::from_rotation_arc(laid * own, -other),
@@ -149,9 +149,9 @@ impl<'a> Posture<'a> {
         })
     }
 
-    /// Of each node how its frame stands to that of its partner: one of [`LAID`], where this is nearer to the posture
-    /// than how it is known to stand. A joint that is held to one side does not show it, and is laid as the next joint
-    /// of its limb.
+    /// For each node, the relation of its frame to its partner's frame: one of [`LAID`], if this is nearer to the mean
+    /// posture than the relation of the reference pose. A joint whose posture is asymmetric does not show its relation,
+    /// and gets the relation of the next joint of its limb.
     fn laid(&self, known: &dyn Fn(usize) -> DQuat) -> Vec<Option<DQuat>> {
         let count = self.scene.nodes.len();
         let nearest: Vec<Option<(f64, DQuat)>> = (0..count).map(|node| self.nearest(node)).collect();
@@ -177,7 +177,8 @@ impl<'a> Posture<'a> {
         laid
     }
 
-    /// The one of [`LAID`] that fits a joint and is nearest to its mean posture, and how near, if that shows it.
+    /// The relation of [`LAID`] that fits a joint and is nearest to its mean posture, with its deviation; `None` if the
+    /// posture is too asymmetric.
     fn nearest(&self, node: usize) -> Option<(f64, DQuat)> {
         let fitting = LAID.iter().filter(|laid| self.fits(node, **laid, OFFSET));
         let off = |laid: &DQuat| Some((self.off(node, *laid)?, *laid));
@@ -185,7 +186,7 @@ impl<'a> Posture<'a> {
         nearest.filter(|(off, _)| *off < POSTURE)
     }
 
-    /// The angle between a frame that stands so to that of its partner, and the mean posture.
+    /// The deviation in radians of the mean posture from a relation.
     fn off(&self, node: usize, stands: DQuat) -> Option<f64> {
         let partner = self.partners[node].index();
         let posture = self.mean[partner]?.inverse() * half_turn(self.left) * self.mean[node]?;
@@ -200,10 +201,10 @@ impl<'a> Posture<'a> {
         self.scene.nodes[node].transform.w_axis.truncate().as_dvec3()
     }
 
-    /// Whether the offsets of the children of a joint and of its partner are mirror images in frames that are so laid,
-    /// up to an angle whose cosine is `within`.
+    /// Whether, under a relation, the offsets of the children of a joint and of its partner are mirror images. The
+    /// cosine of their angle must be above `within`.
     fn fits(&self, node: usize, laid: DQuat, within: f64) -> bool {
-        // A joint in the middle is reflected.
+        // A joint in the middle is its own partner, so only a reflection along an axis is possible.
         if self.partners[node].index() == node && laid == DQuat::IDENTITY {
             return false;
         }
@@ -214,7 +215,7 @@ impl<'a> Posture<'a> {
         })
     }
 
-    /// Whether the offsets of both point somewhere.
+    /// Whether both offsets are long enough to give a direction.
     fn is_long(&self, pair: [usize; 2]) -> bool {
         pair.iter()
             .all(|child| self.offset(*child).length() >= SHORTEST * self.longest)

@@ -2,7 +2,8 @@
 
 use glam::DVec2;
 
-/// A curve with continuous speed and acceleration, which goes on straight beyond its ends. It is linear in its points.
+/// A curve with continuous speed and acceleration, which continues straight beyond its ends. It depends linearly on its
+/// points.
 pub struct Spline {
     times: Vec<f64>,
     points: Vec<DVec2>,
@@ -11,11 +12,12 @@ pub struct Spline {
 }
 
 impl Spline {
-    /// Through `points` at `times`, which increase. There is at least one.
+    /// The spline through `points` at `times`, which increase. There must be at least one point.
     pub fn new(times: &[f64], points: &[DVec2]) -> Self {
         let count = points.len();
         let mut bends = vec![DVec2::ZERO; count];
-        // The tridiagonal system of the second derivatives, which are 0 at both ends: forwards, and backwards.
+        // Solves the tridiagonal system of the second derivatives, which are 0 at both ends, forwards and then
+        // backwards.
         let mut over = vec![0.0; count];
         for index in 1..count.saturating_sub(1) {
             let (before, after) = (times[index] - times[index - 1], times[index + 1] - times[index]);
@@ -35,7 +37,7 @@ impl Spline {
         }
     }
 
-    /// The piece of a time, its length, and the weights of its two ends.
+    /// The index of the piece at a time, its length, and the weights of its two ends.
     fn piece(&self, time: f64) -> (usize, f64, f64, f64) {
         let last = self.times.len() - 2;
         let index = self
