@@ -99,7 +99,7 @@ impl fmt::Display for BlendReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames; shifted in time by {:.2} s at most to align the two",
+            "{} frames; aligned by time shifts of at most {:.2} s",
             self.frames, self.largest_time_shift,
         )?;
         let Some(apart) = self.apart else { return Ok(()) };
@@ -109,7 +109,7 @@ impl fmt::Display for BlendReport {
         ] {
             write!(
                 f,
-                "; at the {part}, without {:.2} s of the first and {:.2} s of the second, they are {} apart",
+                "; at the {part}, {:.2} s of the first and {:.2} s of the second were dropped, and joints are {} apart",
                 left_out[0],
                 left_out[1],
                 centimetres(apart),
@@ -275,7 +275,7 @@ fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Blen
     }
     let warning = fit.warning(
         Blend::NAME,
-        "let them begin and end where they are alike with within=0.5 or longer, turn one to look where the other looks, or choose \
+        "search for similar frames with within=0.5 or longer, turn one to the facing of the other, or choose more similar \
          motions that are alike",
     );
     let mut mixed = first.with_rows(rows);

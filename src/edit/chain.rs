@@ -125,7 +125,7 @@ fn only_end(scene: &Scene, start: NodeId) -> Result<NodeId> {
     match ends[..] {
         [end] => Ok(end),
         [] => refused(format!(
-            "no joint is below {}, which is to be the start of a chain",
+            "a chain cannot start at {}: no joint is below it",
             name(&start)
         )),
         _ => {

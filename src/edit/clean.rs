@@ -96,7 +96,7 @@ impl Step for Clean {
             if self.has(part) {
                 self.do_part(part, (&mut work, &mut meetings), input.animation, &mut report)?;
             } else {
-                report.leave_out(part, "not asked for");
+                report.leave_out(part, "not requested");
             }
         }
         let frames = work.frames;
@@ -240,7 +240,7 @@ impl Clean {
             CleanPart::Noise => do_noise(work, meetings, report),
             CleanPart::Lengths => match lengths::hold(work) {
                 0 => String::new(),
-                held => format!("{} that breathed got one length", counted(held, "bone")),
+                held => format!("{} got a constant length", counted(held, "bone")),
             },
             CleanPart::Floor => {
                 let depth = depth::still(work);

@@ -95,7 +95,7 @@ impl fmt::Display for ConcatReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames, the seam at frame {}; {} faded out after it at most; the second motion was moved by {}",
+            "{} frames, seam at frame {}; rotations changed by {} at most after it; the second motion was moved by {}",
             self.frames,
             self.seam,
             degrees(self.largest_rotation),
@@ -105,7 +105,7 @@ impl fmt::Display for ConcatReport {
             None => Ok(()),
             Some(apart) => write!(
                 f,
-                "; without {:.2} s of the end of the first and {:.2} s of the beginning of the second they are {} apart",
+                "; {:.2} s of the end of the first and {:.2} s of the beginning of the second were dropped; joints are {} apart",
                 self.left_out[0],
                 self.left_out[1],
                 centimetres(apart),
@@ -153,7 +153,7 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     }
     let warning = fit.warning(
         Concat::NAME,
-        "look for a better moment with within=0.5 or longer, or cut either with the step trim where they are alike",
+        "search for similar frames with within=0.5 or longer, or cut either motion with the step trim",
     );
     let seam = Seam::new([&rows[last], &onward(before)], [&added[0], next]);
     report.largest_rotation = seam.largest_rotation();

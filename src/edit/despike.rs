@@ -55,7 +55,7 @@ step! {
 
 impl Step for Despike {
     const NAME: &'static str = "despike";
-    const HELP: &'static str = "take out what jumps away and back";
+    const HELP: &'static str = "remove spikes, which jump away and back";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     type Report = DespikeReport;
 

@@ -81,7 +81,7 @@ impl fmt::Display for FootLockReport {
         )?;
         write!(
             f,
-            "; feet at most {:.2} times as fast and {:.2} times as much accelerated as without",
+            "; foot speed at most {:.2} times and acceleration at most {:.2} times that without the lock",
             self.speed_ratio, self.acceleration_ratio
         )?;
         if let given_way @ 1.. = self.given_way.iter().sum::<usize>() {
@@ -91,7 +91,7 @@ impl fmt::Display for FootLockReport {
             let by = centimetres(self.largest_other_change);
             write!(
                 f,
-                "; of the other joints {} moved most, by {by}",
+                "; largest change of another joint: {}, by {by}",
                 self.largest_other_joint
             )?;
         }

@@ -35,7 +35,7 @@ step! {
 
 impl Step for Ground {
     const NAME: &'static str = "ground";
-    const HELP: &'static str = "put on the floor: take out its height and slope, and the drift of the body";
+    const HELP: &'static str = "put on the floor: remove its height and slope, and the drift of the body";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     const TAKES_BONES: bool = true;
     type Report = GroundReport;
@@ -65,12 +65,12 @@ pub struct GroundReport {
 impl fmt::Display for GroundReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(height) = self.height else {
-            return f.write_str("nothing: no foot is ever slow, so that nothing says where the floor is");
+            return f.write_str("nothing: no foot is slow enough to show the floor");
         };
         let of = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
         write!(
             f,
-            "the floor was at {}; slope taken out: {}; drift taken out: {}",
+            "the floor was at {}; removed slope: {}; removed drift: {}",
             centimetres(height),
             of(self.slope.map(degrees)),
             of(self.drift.map(centimetres))

@@ -44,7 +44,7 @@ impl std::fmt::Display for LimbReport {
         match self.out_of_reach {
             0 => write!(
                 f,
-                "reached in all {} frames, to {:.2} mm",
+                "reached in all {} frames, within {:.2} mm",
                 self.frames,
                 1e3 * self.farthest
             )?,

@@ -31,7 +31,7 @@ step! {
 
 impl Step for InPlace {
     const NAME: &'static str = "in-place";
-    const HELP: &'static str = "take the motion of the root over the ground out";
+    const HELP: &'static str = "remove the motion of the root over the ground";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     type Report = FramesReport;
 

@@ -119,7 +119,7 @@ impl LimbChain {
             let bone = bone.on(limb.side());
             let message = || {
                 format!(
-                    "{} cannot be moved: no joint is the bone {}",
+                    "{} cannot be moved: no joint has the bone {}",
                     limb.as_str(),
                     bone.as_str()
                 )

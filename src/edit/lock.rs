@@ -177,7 +177,7 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     // A floor below the feet is accepted: it moves no foot.
     if !floor.is_finite() || floor - rests > leg {
         let message = format!(
-            "floor must be finite and at most {leg:.3} m, the length of a leg, above where the feet rest, {rests:.3} m, got {floor}"
+            "floor must be finite and at most {leg:.3} m (the length of a leg) above the resting height of the feet, {rests:.3} m, got {floor}"
         );
         return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }

@@ -239,7 +239,7 @@ struct GazeSample {
 impl Gaze {
     fn new(body: &Body) -> Result<Self> {
         let Some(head) = body.joint(Bone::Head) else {
-            return Err(Diagnostic::new(Code::NotHumanoid, "no joint is the bone head").into());
+            return Err(Diagnostic::new(Code::NotHumanoid, "no joint has the bone head").into());
         };
         let forward = |bone: Bone, joint: NodeId| body.frame_to_joint(bone, joint).inverse() * Vec3::Z;
         let trunk = [Bone::UpperChest, Bone::Chest, Bone::Spine, Bone::Hips]
@@ -343,7 +343,7 @@ impl fmt::Display for LookAtReport {
         let [first, last] = self.range;
         write!(f, "frames {first} to {last}: ")?;
         match self.beyond {
-            0 => write!(f, "it looks at the target, to {}", centimetres(self.farthest))?,
+            0 => write!(f, "it looks at the target within {}", centimetres(self.farthest))?,
             beyond => {
                 let angle = degrees(self.largest_angle);
                 write!(

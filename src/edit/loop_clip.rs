@@ -86,11 +86,11 @@ impl fmt::Display for LoopReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let feet = match self.contacts_agree {
             true => "the same feet are",
-            false => "not the same feet are",
+            false => "different feet are",
         };
         write!(
             f,
-            "from frame {} to frame {}; {} faded out after the seam at most; {} over the ground a cycle; {feet} on the \
+            "from frame {} to frame {}; rotations changed by {} at most after the seam; {} over the ground per cycle; {feet} on the \
              ground at both ends",
             self.first,
             self.last,

@@ -268,12 +268,12 @@ impl fmt::Display for PinReport {
         if self.contacts.is_empty() && self.left > 0 {
             return write!(
                 f,
-                "{} left as it was: the limb is too short there",
+                "{} not pinned: the limb is too short there",
                 counted(self.left, "contact")
             );
         }
         if self.contacts.is_empty() {
-            return f.write_str("nothing: it is never near and slow; name the part, range=1..2, or a larger distance");
+            return f.write_str("nothing: the limb is never near and slow; give the part, range=1..2, or a larger distance");
         }
         let of = |[first, last]: &[usize; 2]| format!("{first} to {last}");
         let contacts: Vec<String> = self.contacts.iter().take(8).map(of).collect();
@@ -293,7 +293,7 @@ impl fmt::Display for PinReport {
             0 => Ok(()),
             left => write!(
                 f,
-                "; {} left as it was, where the limb is too short",
+                "; {} not pinned, because the limb is too short there",
                 counted(left, "contact")
             ),
         }

@@ -80,7 +80,7 @@ impl EditStep {
         let is_pose = scene.animations.iter().all(|clip| clip.frame_count() == 1);
         match moved && !is_pose && !scene.moves() {
             true => Err(
-                Diagnostic::new(Code::NoMotion, "nothing moves after the steps, and it moved before")
+                Diagnostic::new(Code::NoMotion, "the steps stop the motion: nothing moves any more")
                     .help("leave out the step that stops it")
                     .into(),
             ),
@@ -122,16 +122,15 @@ impl EditStep {
             let given = step.with().unwrap_or(next);
             if !(2..=count).contains(&given) {
                 let name = step.name();
-                return refuse(format!("the step {name} takes motion {given}, and there are {count}"));
+                return refuse(format!(
+                    "the step {name} takes motion {given}, but there are only {count}"
+                ));
             }
             taken.push(Some(given - 2));
             next = given + 1;
         }
         match (0..others.len()).find(|given| !taken.contains(&Some(*given))) {
-            Some(given) => refuse(format!(
-                "{} would do nothing: no step takes it; leave it out",
-                others[given]
-            )),
+            Some(given) => refuse(format!("{} is unused: no step takes it; leave it out", others[given])),
             None => Ok(taken),
         }
     }

@@ -76,7 +76,8 @@ impl ReachTarget {
         {
             Some(moved) => {
                 let moved = &scene.nodes[moved.index()].name;
-                let message = format!("{name:?} cannot be the target: it moves with {moved:?}, which is to go there");
+                let message =
+                    format!("{name:?} cannot be the target: it moves with {moved:?}, which the step moves to it");
                 Err(Diagnostic::new(Code::InvalidValue, message).into())
             }
             None => Ok(TargetJoint::Node(node)),
@@ -115,8 +116,8 @@ pub(super) fn node_named(scene: &Scene, name: &str, joint: impl Fn(HumanoidBone)
         return Ok(node);
     }
     let unknown = match bone() {
-        Some(bone) => format!("no joint is the bone {}", bone.as_str()),
-        None => format!("no node is called {name:?}, and no bone is"),
+        Some(bone) => format!("no joint has the bone {}", bone.as_str()),
+        None => format!("no node or bone is called {name:?}"),
     };
     let names = scene.nodes.iter().map(|node| node.name.as_str());
     let bones = HumanoidBone::ALL.iter().filter(|bone| joint(**bone).is_some());

@@ -92,7 +92,7 @@ fn looks(scene: &Scene, frames: &Frames, input: &StepInput<'_>, up: Vec3) -> Res
     ];
     let left: Vec3 = lines.into_iter().filter_map(line).sum();
     let forward = left.cross(up);
-    let nowhere = "the figure does not stand in the first frame, so that nothing says where it looks";
+    let nowhere = "the figure does not stand in the first frame, so its facing is undefined";
     (forward.length() > 0.1).then_some(forward).ok_or_else(|| {
         Diagnostic::new(Code::NotHumanoid, nowhere)
             .help("turn it by an angle: by=90")

@@ -55,7 +55,7 @@ impl fmt::Display for WalkReport {
             write!(f, "; {path}")?;
         }
         match &self.feet {
-            None => f.write_str("; no feet were held, since the skeleton is no humanoid"),
+            None => f.write_str("; feet were not locked, because the skeleton is no humanoid"),
             Some(feet) => write!(
                 f,
                 "; feet slid {:.2} m in contact, now {:.2} m",
@@ -164,7 +164,7 @@ impl<'a> WalkClips<'a> {
         let mut nodes: Vec<NodeId> = Vec::new();
         for clip in &used {
             let Some((scene, animation)) = clips.get(*clip) else {
-                return refuse(format!("the walk has a clip {clip}, and {} are given", clips.len()));
+                return refuse(format!("the walk uses clip {clip}, but only {} are given", clips.len()));
             };
             if let Err(difference) = have_the_same_joints(clips[used[0]].0, scene) {
                 return refuse(format!("the clips of the walk have different skeletons: {difference}"));

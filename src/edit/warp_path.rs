@@ -230,7 +230,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     };
     if points.len() > was_at.len() {
         let message = format!(
-            "a path of {} points needs as many frames, and there are {}",
+            "a path of {} points needs as many frames, but there are only {}",
             points.len(),
             was_at.len()
         );

@@ -73,7 +73,7 @@ impl Body {
             Bone::RightLowerLeg,
         ] {
             if !bones.contains_key(&bone) {
-                return Err(refused(format!("no joint is the bone {}", bone.as_str())));
+                return Err(refused(format!("no joint has the bone {}", bone.as_str())));
             }
         }
         let rest: Vec<Trs> = scene

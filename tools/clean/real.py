@@ -55,7 +55,7 @@ def row(program, folder, name, what):
         words = ["-" if value is None else f"{factor * value + 0.0:.{digits}f}" for value in values]
         cells.append(" → ".join(words) if words[0] != words[1] else words[0])
     parts = [f"{part['part']}: {part['about']}" for part in did["parts"] if part["outcome"] == "changed"]
-    back = [f"{part['part']} taken back" for part in did["parts"] if part["outcome"] == "taken-back"]
+    back = [f"{part['part']} undone" for part in did["parts"] if part["outcome"] == "taken-back"]
     cells.append("; ".join(parts + back + did["doubts"]) or "nothing")
     return "| " + " | ".join(cells) + " |"
 

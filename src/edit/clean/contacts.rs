@@ -30,7 +30,7 @@ pub(super) fn lock(work: &mut Work<'_>, animation: usize, is_changed: bool, skat
     work.frames = Frames::new(&scene, animation, work.frames.nodes())?;
     Ok(match report.contacts {
         0 => String::new(),
-        contacts => format!("{} of the feet held", counted(contacts, "contact")),
+        contacts => format!("{} of the feet locked", counted(contacts, "contact")),
     })
 }
 

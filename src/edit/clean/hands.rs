@@ -207,7 +207,7 @@ impl Meetings {
             work.frames = old;
             return String::new();
         }
-        format!("hands kept where they meet in {}", counted(frames, "frame"))
+        format!("hand contacts restored in {}", counted(frames, "frame"))
     }
 
     /// Moves the arms of a smoothed motion so that their hands are in contact. Returns the number of changed frames.

@@ -262,7 +262,7 @@ impl Measured {
         let words = if off > WALK_RATIO_OFF { "slow" } else { "fast" };
         (!(1.0 / WALK_RATIO_OFF..WALK_RATIO_OFF).contains(&off)).then(|| {
             format!(
-                "the walk looks {:.1} times too {words}: steps of {length:.2} m, {:.1} a second; a rate of {:.0} frames a second would suit it, not {rate:.0}",
+                "the walk looks {:.1} times too {words}: steps of {length:.2} m at {:.1} a second; {:.0} frames a second would fit, not {rate:.0}",
                 off.max(1.0 / off),
                 1.0 / time,
                 rate * off

@@ -194,12 +194,12 @@ impl CleanReport {
             CleanPart::Floor => match now.floor_height {
                 Some(0.0) => "the soles are on a floor at height 0".to_owned(),
                 Some(height) => format!("the floor is kept at {}", centimetres(height)),
-                None => "no foot is ever slow".to_owned(),
+                None => "no foot is slow enough to show the floor".to_owned(),
             },
             CleanPart::Contacts => now.skate.map_or(String::new(), |skate| {
                 let least = 100.0 * work.weights.least_skate;
                 format!(
-                    "feet in contact slide at {:.0} cm/s, and {least:.0} is much",
+                    "feet in contact slide at {:.0} cm/s, and {least:.0} is the limit",
                     100.0 * skate
                 )
             }),
@@ -217,7 +217,7 @@ impl CleanReport {
                 .is_some_and(|(before, after)| more(before, after, 0.1, least))
         };
         if part != CleanPart::Time && after.held_frames > before.held_frames {
-            return Some("frames would be held".to_owned());
+            return Some("frames would repeat".to_owned());
         }
         // Noise hides jumps.
         if part != CleanPart::Noise && after.jumps > before.jumps {
@@ -250,10 +250,10 @@ impl CleanReport {
             return Some("the feet would slide more".to_owned());
         }
         if moves_feet && before.skate.is_some() && after.skate.is_none() {
-            return Some("the feet would not stand any more".to_owned());
+            return Some("the feet would lose their contacts".to_owned());
         }
         if part == CleanPart::Contacts && optional(before.uneven, after.uneven, 0.003) {
-            return Some("the feet would be farther off their level".to_owned());
+            return Some("the feet would be farther from their level".to_owned());
         }
         None
     }
@@ -263,8 +263,8 @@ impl fmt::Display for TimeRepair {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds = [
             (self.filled, "held frame", "filled"),
-            (self.removed, "doubled frame", "taken out"),
-            (self.inserted, "dropped frame", "put in"),
+            (self.removed, "duplicate frame", "removed"),
+            (self.inserted, "dropped frame", "inserted"),
         ];
         let kinds = listed(&kinds);
         f.write_str(&kinds)?;
@@ -285,7 +285,7 @@ impl fmt::Display for Flips {
         }
         if self.runs > 0 {
             done.push(format!(
-                "{} of {} turned back or replaced",
+                "{} of {} rotated back or interpolated",
                 counted(self.runs, "run"),
                 counted(self.joints, "joint")
             ));
@@ -307,7 +307,7 @@ impl fmt::Display for SmoothingOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(depth) = self.depth {
             let comma = if self.rotations + self.positions > 0 { ", " } else { "" };
-            write!(f, "a depth with noise of {} steadied{comma}", centimetres(depth))?;
+            write!(f, "depth with noise of {} smoothed{comma}", centimetres(depth))?;
         }
         if self.rotations > 0 {
             let noise = degrees(self.angle);
@@ -330,13 +330,13 @@ impl fmt::Display for FloorOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = [
             self.depth
-                .map(|depth| format!("a wavering depth of {} taken out", centimetres(depth))),
+                .map(|depth| format!("wavering of the depth by {} removed", centimetres(depth))),
             self.slope
-                .map(|slope| format!("a slope of {} levelled", degrees(slope))),
+                .map(|slope| format!("slope of {} removed", degrees(slope))),
             self.drift
-                .map(|drift| format!("a drift of {} taken out", centimetres(drift))),
+                .map(|drift| format!("drift of {} removed", centimetres(drift))),
             self.height
-                .map(|height| format!("the floor brought from {} to 0", centimetres(height))),
+                .map(|height| format!("floor moved from height {} to 0", centimetres(height))),
         ];
         f.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
     }
@@ -358,13 +358,13 @@ impl fmt::Display for CleanReport {
             match part.outcome {
                 CleanOutcome::Nothing if part.about.is_empty() => write!(f, "\n  {name:<9} nothing to do")?,
                 CleanOutcome::Nothing => write!(f, "\n  {name:<9} nothing to do: {}", part.about)?,
-                CleanOutcome::LeftOut => write!(f, "\n  {name:<9} left out: {}", part.about)?,
-                CleanOutcome::TakenBack => write!(f, "\n  {name:<9} taken back: {}", part.about)?,
+                CleanOutcome::LeftOut => write!(f, "\n  {name:<9} skipped: {}", part.about)?,
+                CleanOutcome::TakenBack => write!(f, "\n  {name:<9} undone: {}", part.about)?,
                 CleanOutcome::Changed => write!(f, "\n  {name:<9} {}", part.about)?,
             }
         }
         for doubt in &self.doubts {
-            write!(f, "\n  look at   {doubt}")?;
+            write!(f, "\n  check     {doubt}")?;
         }
         write!(f, "\n{:>24}{:>12}{:>12}", "", "before", "after")?;
         let (before, after) = (&self.before, &self.after);
@@ -386,9 +386,9 @@ impl fmt::Display for CleanReport {
                 2,
                 1.0,
             ),
-            ("skate cm/s", before.skate, after.skate, 2, 100.0),
-            ("feet off level cm", before.uneven, after.uneven, 2, 100.0),
-            ("hands that meet cm", before.hands, after.hands, 2, 100.0),
+            ("foot sliding cm/s", before.skate, after.skate, 2, 100.0),
+            ("feet from level cm", before.uneven, after.uneven, 2, 100.0),
+            ("hand distance cm", before.hands, after.hands, 2, 100.0),
             ("floor height cm", before.floor_height, after.floor_height, 1, 100.0),
             ("floor slope degrees", before.floor_slope, after.floor_slope, 2, 1.0),
         ];

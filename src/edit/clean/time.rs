@@ -64,7 +64,7 @@ pub(super) fn mend(work: &mut Work<'_>) -> (TimeRepair, Option<String>) {
         Some(RateEvidence::Is { rate, flights, fall }) => {
             work.frames.rate = rate;
             let and = if done.tells.is_empty() { "" } else { ", " };
-            done.tells += &format!("{and}{flights} jumps fall by {fall:.2} of gravity");
+            done.tells += &format!("{and}{flights} jumps fall with {fall:.2} times gravity");
         }
         Some(RateEvidence::Perhaps(words)) => doubt = Some(words),
         None => {}
@@ -87,7 +87,7 @@ fn without_repeated(work: &mut Work<'_>) -> Option<String> {
     work.frames.rate *= pattern.fraction_of_own();
     let repeated = pattern.is_held.iter().filter(|held| **held).count();
     Some(format!(
-        "{repeated} of {} frames repeat the one before",
+        "{repeated} of {} frames repeat the frame before",
         pattern.is_held.len()
     ))
 }

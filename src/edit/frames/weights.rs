@@ -102,8 +102,7 @@ pub(crate) fn lost_weights(scene: &Scene, second: &Scene) -> Option<Diagnostic> 
     let curves = second.weight_curves();
     let is_alike = scene.weights_in(0).count() == second.weights_in(0).count();
     (curves > 0 && !is_alike).then(|| {
-        let message =
-            format!("the second motion moves other morph targets than the first has; curves left out: {curves}");
+        let message = format!("the second motion moves morph targets that the first lacks; curves dropped: {curves}");
         Diagnostic::new(Code::Unrepresentable, message).help("take both motions from one character")
     })
 }

@@ -193,7 +193,7 @@ impl GraphBuilder {
         let parts = component::largest(&graph);
         if parts.iter().all(Option::is_none) {
             let message = format!(
-                "no two moments are within {} m of each other so that a walk could go on without an end",
+                "no two moments within {} m of each other allow an endless walk",
                 self.options.threshold
             );
             let diagnostic = Diagnostic::new(Code::InvalidValue, message);
@@ -220,7 +220,7 @@ impl GraphBuilder {
     pub fn network(&self, graph: &MotionGraph) -> Result<Network<'_>> {
         let names = |points: &[(String, f32)]| Vec::from_iter(points.iter().map(|(name, _)| name.clone()));
         if names(&graph.points) != names(&self.points()) {
-            let message = "the clips have other joints than those that the graph compares";
+            let message = "the joints of the clips differ from the joints of the graph";
             return Err(Diagnostic::new(Code::InvalidGraph, message).into());
         }
         Network::new(self.space()?, &self.window, (&self.clips, &self.clouds), graph)
@@ -256,10 +256,10 @@ impl Skeleton {
     /// Refuses a scene with other joints, or with bones of another length.
     fn require_same(&self, scene: &Scene) -> Result<()> {
         let refuse = |difference: String| {
-            let message = format!("its skeleton is not that of {}: {difference}", self.file);
+            let message = format!("its skeleton differs from {}: {difference}", self.file);
             let diagnostic = Diagnostic::new(Code::InvalidValue, message);
             Err(diagnostic
-                .help("put all clips on one body first: {character} BODY")
+                .help("retarget all clips to one character: {character} BODY")
                 .into())
         };
         if let Err(difference) = have_the_same_joints(&self.scene, scene) {

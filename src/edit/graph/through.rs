@@ -66,7 +66,7 @@ impl Network<'_> {
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         };
         part.ok_or_else(|| {
-            let message = format!("{file} has no part in the graph: nothing leads to it and back");
+            let message = format!("{file} has no part in the graph: no transitions lead to it and back");
             Diagnostic::new(Code::InvalidValue, message).into()
         })
     }
@@ -78,7 +78,7 @@ impl Network<'_> {
         }
         let [first, last] = part.map(|frame| frame as f64 / self.rate);
         let file = &self.clips[clip].file;
-        let message = format!("{file} is in the graph from {first:.2} s to {last:.2} s, and {seconds} s is not");
+        let message = format!("{file} is in the graph from {first:.2} s to {last:.2} s, not at {seconds} s");
         Err(Diagnostic::new(Code::InvalidValue, message).into())
     }
 

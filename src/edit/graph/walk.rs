@@ -85,13 +85,13 @@ impl fmt::Display for WalkPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{:.2} m from the path in the mean and {:.2} m at most, {:.0} degrees and {:.0}",
+            "mean distance from the path {:.2} m, largest {:.2} m; mean angle {:.0} degrees, largest {:.0}",
             self.mean_distance, self.largest_distance, self.mean_angle, self.largest_angle
         )?;
         match self.largest_distance <= FOLLOWED.0 && self.largest_angle <= FOLLOWED.1 {
             true => Ok(()),
             false => f.write_str(
-                ": the clips have no moves that follow it nearer; add clips that turn as the path does, mirror them, or \
+                ": no moves of the clips follow it more closely; add clips that turn as the path does, mirror them, or \
                  raise the threshold",
             ),
         }

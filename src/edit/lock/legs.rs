@@ -127,7 +127,7 @@ impl<'a> Legs<'a> {
         if contacts.frames == self.frames.len() {
             return Ok(());
         }
-        let message = "the known contacts are those of another number of frames";
+        let message = "the known contacts have another number of frames";
         Err(Diagnostic::new(Code::InvalidValue, message)
             .expected_found(self.frames.len().to_string(), contacts.frames.to_string())
             .into())

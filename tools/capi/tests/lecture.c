@@ -232,7 +232,7 @@ static void check_edits(const mocap_scene *scene)
     CHECK(mocap_edit(scene, "[\"mirror\"]", NULL, 0) == NULL);
     CHECK(strstr(mocap_error_text(), "the skeleton is not a humanoid") != NULL);
     CHECK(mocap_edit(scene, "[\"concat\"]", NULL, 0) == NULL);
-    CHECK(strstr(mocap_error_text(), "takes motion 2, and there are 1") != NULL);
+    CHECK(strstr(mocap_error_text(), "takes motion 2, but there are only 1") != NULL);
     CHECK(mocap_edit(scene, "mirror", NULL, 0) == NULL);
     CHECK(strstr(mocap_error_text(), "steps must be a JSON list") != NULL);
     CHECK(mocap_edit(scene, "[\"concat\"]", NULL, 1) == NULL);

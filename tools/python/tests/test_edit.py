@@ -124,7 +124,7 @@ def test_two_motions(clip: mocap.Scene) -> None:
     assert joined.frames == report["frames"] == 2 * clip.frames - 1
     arms, report = edit.layer(clip, other, "arms")
     assert report["joints"] > 4 and arms.frames == clip.frames
-    with pytest.raises(mocap.MocapError, match="the step concat takes motion 2, and there are 1"):
+    with pytest.raises(mocap.MocapError, match="the step concat takes motion 2, but there are only 1"):
         edit.apply(clip, "concat")
     same = {"step": "smooth", "cut_off": np.float32(8)}
     assert edit.apply(clip, same).report == edit.apply(clip, "smooth:cut-off=8").report

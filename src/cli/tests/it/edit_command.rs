@@ -115,7 +115,7 @@ fn motions_are_joined_in_the_order_of_the_inputs() {
     );
 
     for (step, message) in [
-        ("concat:with=3", "the step concat takes motion 3, and there are 1"),
+        ("concat:with=3", "the step concat takes motion 3, but there are only 1"),
         ("shake", "there is no step \"shake\"; the steps are foot-lock, mirror,"),
         ("smoth", "there is no step \"smoth\"; did you mean smooth?"),
         ("smooth:cutoff=8", "has no key \"cutoff\"; did you mean cut-off?"),

@@ -132,7 +132,7 @@ fn a_frame_that_was_dropped_is_put_in() {
         }
         scene.animations[0].duration -= 1.0;
         let report = only(CleanPart::Time, &mut scene);
-        assert!(report.to_string().contains("1 dropped frame put in"), "{report}");
+        assert!(report.to_string().contains("1 dropped frame inserted"), "{report}");
         assert_eq!(scene.animations[0].frame_count(), truth.animations[0].frame_count());
         // Another frame would be off by a step of the walk, which is a centimetre and more.
         assert!(
@@ -370,7 +370,7 @@ fn a_part_that_makes_a_measure_worse_is_taken_back() {
     let report = only(CleanPart::Time, &mut after);
     assert_eq!(outcome(&report, CleanPart::Time), CleanOutcome::TakenBack, "{report}");
     assert!(
-        report.to_string().contains("taken back: ") && report.to_string().contains(", but "),
+        report.to_string().contains("undone: ") && report.to_string().contains(", but "),
         "{report}"
     );
     assert_eq!((before.animations, report.before), (after.animations, report.after));
@@ -522,7 +522,7 @@ fn without_a_body_the_report_says_what_was_left_out() {
     for part in [CleanPart::Lengths, CleanPart::Floor, CleanPart::Contacts] {
         assert_eq!(outcome(&report, part), CleanOutcome::LeftOut);
     }
-    assert!(report.to_string().contains("left out: the skeleton is not a humanoid"));
+    assert!(report.to_string().contains("skipped: the skeleton is not a humanoid"));
 }
 
 /// What comes in frame by frame comes back half a second later, with hardly more noise than when all is known.

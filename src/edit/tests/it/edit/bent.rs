@@ -183,7 +183,7 @@ fn points_that_cannot_be_are_refused() {
     let error = bend(&mut one, points, PathFacing::Along).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
-        "a path of 2 points needs as many frames, and there are 1"
+        "a path of 2 points needs as many frames, but there are only 1"
     );
     // All points at one place: the figure walks on the spot, and looks where it looked.
     let mut scene = walk.clone();

@@ -220,7 +220,7 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
     let other_frames = FootLockOptions::new().known(Some(known));
     assert_eq!(
         refused(&mut walk, 0, other_frames),
-        "the known contacts are those of another number of frames"
+        "the known contacts have another number of frames"
     );
     assert_eq!(
         refused(&mut walk, 7, FootLockOptions::default()),
@@ -235,7 +235,7 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
     for floor in [1e30, f32::INFINITY, f32::NAN, 1.5] {
         let refused = refused(&mut walk, 0, high(floor));
         assert!(
-            refused.ends_with(&format!("above where the feet rest, 0.000 m, got {floor}")),
+            refused.ends_with(&format!("above the resting height of the feet, 0.000 m, got {floor}")),
             "{refused}"
         );
     }
