@@ -45,8 +45,8 @@ use super::{rules, turn, turned, write};
 /// The number of frames for calibration. The time of an iteration grows with it.
 const CALIBRATED: usize = 40;
 
-/// Frames per second that are solved first, each from the previous one. The limbs of a runner turn by less than 45
-/// degrees between two of these frames.
+/// The rate at which frames are solved first, each from the previous one, in frames per second. Between two of these
+/// frames, the limbs of a runner turn by less than 45 degrees.
 const COARSE_RATE: f64 = 30.0;
 
 /// What the caller knows about markers in addition to their labels.
@@ -79,7 +79,7 @@ impl Known {
         Ok(self)
     }
 
-    /// Refuses labels that are in no file.
+    /// Refuses labels that are not in the file.
     fn check(&self, takes: &[Option<&Take>]) -> Result<()> {
         let is_there = |key: &String| takes.iter().flatten().any(|take| take.has_label(key));
         let mut missing: Vec<&str> = self
@@ -222,7 +222,7 @@ fn moving_root(set: &JointSet, roots: &[glam::DVec3], metres: f32) -> Points {
     }
 }
 
-/// Sets the root height of the rest pose so that its lowest joint is on the ground.
+/// Sets the root height of the rest pose so that the lowest joint of the pose is on the ground.
 fn on_the_ground(rest: &mut Rest, set: &JointSet) {
     let mut heights = vec![0.0_f32; set.joints.len()];
     for joint in set.depth_first() {
@@ -245,8 +245,8 @@ struct FrameChoice {
     spread: Option<Vec<usize>>,
 }
 
-/// The frame with the most markers from each of [`CALIBRATED`] equal intervals of the take. `None` if the gaps between
-/// chosen frames are at most two intervals long.
+/// The frame with the most markers from each of [`CALIBRATED`] equal intervals of the take. `None` if no gap between
+/// chosen frames is longer than two intervals.
 fn spread(chosen: &[usize], clean: &Take) -> Option<Vec<usize>> {
     let (count, frames) = (CALIBRATED.min(clean.frames), clean.frames);
     let mut ends = vec![0];
@@ -260,7 +260,7 @@ fn spread(chosen: &[usize], clean: &Take) -> Option<Vec<usize>> {
     (longest * count > 2 * frames).then(|| (0..count).filter_map(fullest).collect())
 }
 
-/// Frames over the whole take. In each, every joint is known that is known in any frame.
+/// Chooses frames over the whole take. Every chosen frame has all joints that any frame has.
 fn chosen(take: &Take, standing: Option<&Take>) -> Result<FrameChoice> {
     let all: Vec<usize> = (0..take.frames).step_by((take.frames / 1000).max(1)).collect();
     // A reflection must not affect the calibration.

@@ -16,7 +16,7 @@ pub(super) struct Points {
     pub(super) tracks: Vec<Vec<Vec3>>,
     /// The positions of each point of the set.
     pub(super) all: Vec<Vec<Vec3>>,
-    /// The up direction of the pelvis in each frame, if markers give more than joint centres; else empty.
+    /// The up direction of the pelvis in each frame, if markers give more than joint centres; otherwise empty.
     pub(super) pelvis_up: Vec<Vec3>,
     pub(super) warnings: Vec<Diagnostic>,
 }
@@ -59,7 +59,7 @@ impl Points {
                     .into());
             }
             let (track, filled) = fill(&ticks, values, frames);
-            // A constant track has one key, which is not a gap.
+            // The key of a constant track holds in all frames, so it leaves no gap.
             if filled > 0 && keys.is_some_and(|keys| !keys.is_seen_throughout(frames)) {
                 let message = format!(
                     "the point was not seen in {filled} of {frames} frames: positions were interpolated \

@@ -7,10 +7,10 @@ use glam::{Quat, Vec3};
 use mocap_scene::math::directions::arc;
 
 /// The bend in degrees below which a hinge does not show the roll. Noise of the points, or a knee that bends slightly
-/// backwards, would turn the limb over.
+/// backwards, would roll the limb by half a turn.
 const TELLS: f32 = 20.0;
 
-/// The bend in degrees from which on a frame shows the roll if no frame is bent by [`TELLS`].
+/// The bend in degrees from which on a frame shows the roll, if no frame has a bend of [`TELLS`].
 const TELLS_LITTLE: f32 = 6.0;
 
 /// The fastest change of roll from one frame to the next, in degrees, in addition to the rotation of the limb itself.
@@ -42,7 +42,7 @@ pub(super) fn axes(limbs: &[Limb], direction: Vec3, axis: Vec3) -> Vec<Vec3> {
         .filter(|bend| *bend < 175.0)
         .fold(0.0, f32::max);
     let tells = if most >= TELLS { TELLS } else { TELLS_LITTLE };
-    // A limb that is folded back onto itself has no axis either.
+    // A limb that is folded back onto itself also has no axis.
     let angle = |frame: usize| {
         let (hinge, bend) = limbs[frame].hinge();
         (bend >= tells && bend <= 180.0 - TELLS_LITTLE).then(|| {

@@ -43,7 +43,7 @@ pub(super) enum Rule {
 #[derive(Debug)]
 pub(super) struct Rules {
     pub(super) of: Vec<Rule>,
-    /// The hips joint, or else the root.
+    /// The hips joint, or otherwise the root.
     pub(super) hips: usize,
 }
 
@@ -124,7 +124,7 @@ fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Opt
     let up = match (above.filter(is_far), set.joints[joint].parent) {
         (_, None) if !points.pelvis_up.is_empty() => Up::Pelvis,
         (Some(above), _) => Up::Line(joint, above),
-        // Shoulders far above the joint turn with it. Joints lower down may not.
+        // Shoulders far above the joint rotate with it. If the joint is lower down, they may not.
         (None, Some(_)) if to_middle > FAR => Up::ToMiddle,
         (None, Some(parent)) => Up::Line(parent, joint),
         // Hips that are higher than the leg joints show the up direction, however the spine bends.

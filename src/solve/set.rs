@@ -213,7 +213,7 @@ impl JointSet {
         let table = match name {
             "smpl22" => return Some(Self::of_table(name, joint_tables::smpl(22)?, |_| true)),
             "smpl24" => return Some(Self::of_table(name, joint_tables::smpl(24)?, |_| true)),
-            // The first joint of the rig is the origin, and twist helpers have no position of their own.
+            // The first joint of the rig is the origin. Twist helpers have no position of their own. Both are left out.
             "mhr127" => {
                 let is_joint = |name: &str| name != "body_world" && !name.ends_with("_proc");
                 return Some(Self::of_table(name, joint_tables::mhr(), is_joint));

@@ -20,7 +20,7 @@ pub(super) fn turn(set: &JointSet, rules: &Rules, points: &Points) -> (Rest, Vec
         // The T-pose direction to the only child, for joints whose rule sets it.
         directions: vec![None; count],
     };
-    // Hips and chest depend on no other joint.
+    // Hips and chest are solved first, because they depend on no other joint.
     for joint in 0..count {
         if let Rule::Trunk { left, right, up } = rules.of[joint] {
             solver.world[joint] = solver.trunk(joint, left, right, up);

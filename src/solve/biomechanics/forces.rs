@@ -9,8 +9,8 @@ use mocap_scene::scene::{AnalogChannel, ForcePlate, Recording, Scene};
 use super::TimeSeries;
 use super::series::recorded;
 
-/// The vertical force in newtons below which a plate has no centre of pressure: noise of some newtons would put it
-/// anywhere.
+/// The vertical force in newtons below which a plate has no centre of pressure. There, noise of some newtons would move
+/// the centre anywhere.
 const LEAST_FORCE: f64 = 10.0;
 
 /// The names of a plate's columns, as OpenSim's C3D script `osimC3D.m` writes them. `*` is the plate number.
@@ -54,7 +54,7 @@ impl TimeSeries {
                     .into(),
             );
         }
-        // Nobody pulls at the ground. If the forces point down, they are the forces of the body on the plates.
+        // A foot never pulls at the ground. So forces that point down are the forces of the body on the plates.
         let up: f64 = plates
             .iter()
             .flat_map(|(_, wrenches)| wrenches)

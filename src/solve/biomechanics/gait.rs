@@ -27,13 +27,13 @@ use super::segments::Segments;
 /// both sides.
 const DIRECTION_OVER: f64 = 1.0;
 
-/// The smallest swing of a foot from behind the pelvis to before it, as a fraction of the leg length.
+/// The smallest swing of a foot from behind the pelvis to its front, as a fraction of the leg length.
 const LEAST_SWING: f64 = 0.25;
 
 /// The smallest movement between two events, as a fraction of the foot's usual swing.
 const TURN: f64 = 0.4;
 
-/// The longest stride in seconds. Between heel strikes that are farther apart the body stood still.
+/// The longest stride in seconds. If heel strikes are farther apart, the body stood still between them.
 const LONGEST_STRIDE: f64 = 2.5;
 
 /// The pelvis speed in metres per second below which the motion is in place, or on a treadmill.
@@ -43,8 +43,8 @@ const STAYS: f64 = 0.15;
 /// walk. The foot also descends once earlier in the swing, after its toes passed over the ground.
 const STRIKES_WITHIN: f64 = 0.15;
 
-/// Half of the time in seconds over which foot heights are averaged, twice. This passes 7 Hz, as the filter of O'Connor
-/// and others (2007) does.
+/// Half of the time over which foot heights are averaged, in seconds. They are averaged twice, which passes 7 Hz, as
+/// the filter of O'Connor and others (2007) does.
 const HEIGHTS_OVER: f64 = 0.025;
 
 /// The time in seconds before the rearmost position within which the toes leave the ground: the flight phase of a run
@@ -105,19 +105,19 @@ pub struct SideOfGait {
     pub heel_strikes: Vec<f64>,
     /// The times of toe-offs, in seconds from the first frame.
     pub toe_offs: Vec<f64>,
-    /// In seconds.
+    /// The duration of a stride, in seconds.
     pub stride_time: Option<MeanAndDeviation>,
-    /// In metres.
+    /// The length of a stride, in metres.
     pub stride_length: Option<MeanAndDeviation>,
     /// The time from the other foot's heel strike to this foot's heel strike, in seconds.
     pub step_time: Option<MeanAndDeviation>,
-    /// In metres.
+    /// The length of a step, in metres.
     pub step_length: Option<MeanAndDeviation>,
-    /// In metres.
+    /// The width of a step, in metres.
     pub step_width: Option<MeanAndDeviation>,
     /// The duration of ground contact, in per cent of the stride.
     pub stance: Option<MeanAndDeviation>,
-    /// In metres per second.
+    /// The mean speed over a stride, in metres per second.
     pub speed: Option<MeanAndDeviation>,
 }
 
@@ -358,8 +358,8 @@ fn forward(segments: &Segments) -> Option<Vec<DVec2>> {
     Some((0..rotations.len()).map(mean).collect())
 }
 
-/// The frames in which the foot descends fastest. Each is soon after a frame of `farthest`, the foremost position
-/// relative to the pelvis. If the foot does not descend there, the result is the frame of `farthest`.
+/// The frames in which the foot descends fastest, each soon after a frame of `farthest`. `farthest` has the foremost
+/// positions relative to the pelvis. If the foot does not descend there, the result is the frame of `farthest`.
 pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> Vec<usize> {
     for _ in 0..2 {
         heights = averaged(&heights, (HEIGHTS_OVER * frame_rate).round() as usize);
@@ -378,9 +378,9 @@ pub fn landings(mut heights: Vec<f64>, farthest: &[usize], frame_rate: f64) -> V
     farthest.iter().map(landing).collect()
 }
 
-/// The frames in which a foot leaves the ground: the last one in which the ball of the foot is slow, soon before each
-/// frame of `behind`. `behind` has the rearmost positions relative to the pelvis. If the ball is not slow there, the
-/// result is the frame of `behind`.
+/// The frames in which a foot leaves the ground, each soon before a frame of `behind`. Each is the last frame in which
+/// the ball of the foot is slow. `behind` has the rearmost positions relative to the pelvis. If the ball is not slow
+/// there, the result is the frame of `behind`.
 pub fn leavings(ball: &[DVec3], behind: &[usize], frame_rate: f64) -> Vec<usize> {
     let is_slow = |frame: &usize| {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(ball.len() - 1));
@@ -404,8 +404,8 @@ fn averaged(values: &[f64], half: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-/// The frames in which the values turn from rising to falling, and from falling to rising. A turn needs a change of at
-/// least `TURN` of the usual range on both sides. Empty if that change is less than `least`.
+/// The frames in which the values turn from rising to falling, and from falling to rising. On both sides of a turn, the
+/// values must change by at least `TURN` of their usual range. Empty if that change is less than `least`.
 pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -416,7 +416,7 @@ pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
         return (highest, lowest);
     }
     let change = TURN * range;
-    // The extremes since the last turn. `rises` is set after the first change in one direction.
+    // The extremes since the last turn. `rises` is `None` until the values change enough in one direction.
     let (mut top, mut bottom) = (0, 0);
     let mut rises: Option<bool> = None;
     for (frame, value) in values.iter().enumerate() {
@@ -427,7 +427,7 @@ pub fn turns(values: &[f64], least: f64) -> (Vec<usize>, Vec<usize>) {
             bottom = frame;
         }
         if rises != Some(false) && values[top] - value >= change {
-            // Before the first turn, the foot may not have risen there.
+            // The first extreme may be the start of the motion, so it is no turn.
             if rises.is_some() {
                 highest.push(top);
             }

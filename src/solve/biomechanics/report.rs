@@ -1,4 +1,4 @@
-//! The data of a gait report, and of the comparison with the file's angles.
+//! The data of a gait report, and of the comparison with the angles in the file.
 
 pub use super::beside::OutputDifference;
 pub use super::gait::{MeanAndDeviation, SideOfGait, Stride};

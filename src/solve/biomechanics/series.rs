@@ -87,8 +87,8 @@ impl From<JointAngles> for TimeSeries {
     }
 }
 
-/// The file's data in addition to the motion, if `has` finds the requested data. `what` names the data in the plural,
-/// for the error.
+/// The file's recorded data besides the motion, if `has` finds the requested kind. `what` names this kind in the
+/// plural, for the error.
 pub(super) fn recorded<'a>(scene: &'a Scene, has: impl Fn(&Recording) -> bool, what: &str) -> Result<&'a Recording> {
     let recorded = scene.metadata.recorded.as_deref().filter(|recorded| has(recorded));
     recorded.ok_or_else(|| {

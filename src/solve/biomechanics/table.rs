@@ -69,7 +69,8 @@ struct Rows<'a> {
     frame_rate: f64,
     columns: &'a [String],
     values: &'a [f64],
-    /// Whether values have any unit, in single precision. Otherwise they are angles and lengths with six decimals.
+    /// Whether the values are measured: they have any unit and single precision. Otherwise they are angles and lengths,
+    /// printed with six decimals.
     is_measured: bool,
 }
 

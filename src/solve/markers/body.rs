@@ -168,8 +168,8 @@ pub(super) fn model(
         });
         let mut offset = median_vector(offsets);
         if stands_on_axis(&landmark.name, take) {
-            // The axes of knees, ankles and elbows are at right angles to +Z of the T-pose. The centres of the limbs
-            // have Z = 0 there.
+            // The axes of knees, ankles and elbows are at right angles to +Z of the T-pose. In the T-pose, the centres
+            // of the limbs have Z = 0.
             offset.z = 0.0;
         }
         markers.push(Marker {
@@ -199,8 +199,8 @@ pub(super) fn model(
     (Model::new(joints, markers, weights), poses)
 }
 
-/// Whether a marker is beside a joint, on its bending axis, and the other side has no marker. The first centres are
-/// then off that axis, before or behind it: they are inward of the marker, along the normal of a nearly straight limb.
+/// Whether a marker is beside a joint, on its bending axis, and the other side has no marker. Then the first centres
+/// are off this axis, in front of it or behind, because they lie along the normal of a nearly straight limb.
 fn stands_on_axis(landmark: &str, take: &Take) -> bool {
     let Some((side, name)) = landmark.split_at_checked(1) else {
         return false;

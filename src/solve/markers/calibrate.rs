@@ -63,7 +63,7 @@ impl Unknowns {
     }
 }
 
-/// How well the offset of a joint is known.
+/// The uncertainty of a joint's offset.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Certainty {
     /// The standard deviation in metres from the covariance. `before` is the deviation from the regression alone.
@@ -71,15 +71,15 @@ pub(super) struct Certainty {
     pub(super) before: f64,
 }
 
-/// The weight of a frame relative to an independent frame. It grows with the share of noise in the marker residuals:
-/// camera noise is independent in every frame, and sliding skin is not.
+/// The weight of a frame relative to an independent frame. It grows with the share of noise in the marker residuals.
+/// Camera noise is independent in every frame, but skin sliding is not.
 fn independence(model: &Model, noise: f64) -> f64 {
     let all = model.slides * model.slides;
     let noise = f64::min(noise * noise, all);
     (all / (noise + (all - noise) / model.weights.independent_slide)).min(MOST_INDEPENDENT)
 }
 
-/// Refines the body and the poses, and returns how well each joint is known. `first` has the regressions. `noise` is
+/// Refines the body and the poses, and returns the uncertainty of each joint. `first` has the regressions. `noise` is
 /// the noise of a marker coordinate, in metres.
 pub(super) fn calibrate(model: &mut Model, first: &Model, frames: &mut [Frame], noise: f64) -> Vec<Option<Certainty>> {
     model.slides = model.weights.slide;
@@ -160,7 +160,7 @@ fn eliminated(
     let (poses, bodies) = (model.unknowns, unknowns.count);
     let mut own = vec![0.0; poses * poses];
     let mut own_right = vec![0.0; poses];
-    // A column of the body's unknowns is a row here.
+    // Each column of the body's unknowns is stored as a row here.
     let mut mixed = vec![0.0; bodies * poses];
     let (mut moves, mut grows) = (Vec::new(), Vec::new());
     for (marker, seen) in frame.seen.iter().enumerate() {

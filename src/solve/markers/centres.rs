@@ -1,4 +1,5 @@
-//! Joint centres from landmarks, for each frame. The refinement starts from them. Joints that do not move keep them.
+//! Joint centres from landmarks, for each frame. The refinement starts from these centres, and joints that do not move
+//! keep them.
 
 use glam::{DMat3, DQuat, DVec3};
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
@@ -131,7 +132,7 @@ fn size(at: &impl Fn(&str) -> Option<DVec3>) -> f64 {
     }
 }
 
-/// Positive to the left.
+/// The sign of a side: positive on the left.
 pub(super) fn sign(side: Side) -> f64 {
     if side == Side::Left { 1.0 } else { -1.0 }
 }

@@ -1,4 +1,4 @@
-//! Unnamed markers, and which of them keep their distances.
+//! Unnamed markers, and the pairs of markers whose distance stays constant.
 
 use glam::DVec3;
 
@@ -78,7 +78,8 @@ impl Cloud {
         Some(cloud)
     }
 
-    /// Whether two other markers keep their distances to this one. A stationary reflection in the room has none.
+    /// Whether two other markers keep their distances to this marker. A stationary reflection in the room has no such
+    /// markers.
     fn is_of_body(&self, marker: usize) -> bool {
         /// The largest variation of such a distance, as a fraction of the body height.
         const LOOSE: f64 = 0.02;
@@ -144,7 +145,8 @@ impl Cloud {
 
     /// The distances of all pairs.
     fn compare(&mut self) {
-        /// Standard deviations from the 10th to the 90th percentile of a normal distribution: 2 times 1.28.
+        /// The number of standard deviations between the 10th and the 90th percentile of a normal distribution: 2 times
+        /// 1.28.
         const DEVIATIONS: f64 = 2.56;
         let count = self.count();
         self.spread = vec![0.0; count * count];

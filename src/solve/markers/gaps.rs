@@ -6,15 +6,15 @@ use glam::{DQuat, DVec3};
 use super::fit::Fit;
 use super::model::{Model, Pose};
 
-/// The standard deviation of a joint above which other frames determine it too, as a factor of its deviation with all
-/// markers.
+/// The standard deviation of a joint above which other frames also determine the joint, as a factor of its deviation
+/// with all markers.
 const LOOSE: f64 = 2.5;
 
-/// The standard deviation in radians below which markers determine a joint well enough: a degree.
+/// The standard deviation below which markers determine a joint well enough, in radians: one degree.
 const TOLD: f64 = 0.017;
 
-/// The standard deviation of a joint from the curve in a gap of [`OVER`], in radians. Interpolation errors grow with
-/// the square of the time: the arms of a walk swing by 0.5 rad within half a second.
+/// The standard deviation of a joint from the curve in a gap that lasts [`OVER`], in radians. Interpolation errors grow
+/// with the square of the time. The arms of a walk swing by 0.5 rad within half a second.
 const OFF: f64 = 0.05;
 
 /// The gap length for which [`OFF`] is stated, in seconds: half a swing.
@@ -107,7 +107,7 @@ impl Gaps {
     }
 }
 
-/// The intervals of loose frames, as first and last frame.
+/// The runs of loose frames, each as first and last frame.
 fn runs(loose: &[bool]) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for frame in (0..loose.len()).filter(|frame| loose[*frame]) {

@@ -1,5 +1,5 @@
-//! Guesses landmarks from marker positions if the labels are unknown: by constant distances, and by positions while the
-//! body stands.
+//! Guesses landmarks from marker positions if the labels are unknown. It uses constant distances, and positions while
+//! the body stands.
 //!
 //! 1. Markers of one bone keep their distances. Markers beside a joint keep their distances to both bones. The tree of
 //!    these links (single linkage) has each leg as a chain from its foot, and the rest of the body around the head.

@@ -104,7 +104,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
     let median = median(&mut distances).unwrap_or_default();
     let possible = (take.frames * take.tracks.len()).max(1);
     let text = format!(
-        "{:.1} mm RMS and {:.1} mm in the median from their bodies; seen in {:.2} % of frames",
+        "residual {:.1} mm RMS, {:.1} mm median; visible in {:.2} % of frames",
         mean * 1000.0,
         median * 1000.0,
         100.0 * seen as f64 / possible as f64,
@@ -146,7 +146,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
         }
         if own.rms > LOOSE || own.far > 0 {
             let message = format!(
-                "the marker is {:.0} mm RMS from its body, and in {} frames it is so far that it has little weight",
+                "the marker has a residual of {:.0} mm RMS; in {} frames it is so far from its body that it has little weight",
                 own.rms * 1000.0,
                 own.far
             );
@@ -156,7 +156,7 @@ pub(super) fn say(scene: &mut Scene, take: &Take, solved: &MarkerSolution, track
     for swap in tracked.swaps.iter().take(NAMED) {
         let (a, b) = swap.markers;
         let message = format!(
-            "had the label of {} in frames {} to {}: exchanged",
+            "had the label of {} in frames {} to {}; the labels were exchanged",
             label(b),
             swap.first,
             swap.last

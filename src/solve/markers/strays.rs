@@ -1,5 +1,5 @@
-//! Removes markers that are out of place for a moment: reflections, or markers with the label of another. The distances
-//! to their rigid neighbours reveal them.
+//! Removes markers that are out of place for a moment: reflections, or markers with the label of another marker. Their
+//! distances to rigid neighbours reveal them.
 
 use glam::DVec3;
 use mocap_scene::math::median::median;
@@ -21,7 +21,7 @@ const KEEPS: f64 = 0.03;
 /// The deviation of a distance in metres above which it is wrong: twice as far as the skin of one bone slides.
 const WRONG: f64 = 0.04;
 
-/// A wrong distance exceeds its usual deviation by this factor: normal noise does so once in a billion.
+/// The factor by which a wrong distance exceeds its usual deviation. Normal noise exceeds it once in a billion.
 const TIMES: f64 = 6.0;
 
 /// A marker whose distance to another one stays constant.

@@ -45,7 +45,7 @@ const PELVIS: std::ops::Range<f64> = 0.05..1.0;
 
 impl Take {
     /// The landmarks of a scene's first animation, by their labels. If the labels are unknown and `may_guess` is set,
-    /// by constant distances.
+    /// landmarks are guessed from constant distances.
     pub(super) fn of_scene(scene: &Scene, asked: &Labels, may_guess: bool) -> Result<Self> {
         let Some(animation) = scene.animations.first() else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion to solve").into());
@@ -93,7 +93,7 @@ impl Take {
         Ok(take)
     }
 
-    /// Adds the markers that are landmarks. If two markers are one landmark, adds the first.
+    /// Adds the markers that are landmarks. If two markers are the same landmark, adds only the first.
     fn name(&mut self, markers: impl Iterator<Item = ((String, Track), Option<Landmark>)>) {
         for ((label, track), landmark) in markers {
             let Some(landmark) = landmark.filter(|landmark| !self.by_name.contains_key(&landmark.name)) else {
@@ -107,7 +107,7 @@ impl Take {
         }
     }
 
-    /// Converts positions to metres. A stated unit is doubted if no pelvis would have the resulting width.
+    /// Converts positions to metres. A stated unit is not used if no pelvis has the width that it would give.
     fn in_metres(&mut self, stated: Option<f64>) {
         let width = self.width_of_pelvis();
         let is_width = |unit: &f64| width.is_none_or(|width| PELVIS.contains(&(width * unit)));
@@ -260,9 +260,9 @@ pub(super) fn rigid(pairs: &[(DVec3, DVec3)], least: usize) -> Option<DAffine3> 
     Some(DAffine3::from_rotation_translation(rotation, to - rotation * from))
 }
 
-/// The rotation that brings points nearest to others (B. Horn, J. Opt. Soc. Am. A 4, 1987), by power iteration for the
-/// largest eigenvector of Horn's matrix. `sums` has sums of products with the points, a column for each coordinate of
-/// the others.
+/// The rotation that brings points nearest to other points (B. Horn, J. Opt. Soc. Am. A 4, 1987), by power iteration
+/// for the largest eigenvector of Horn's matrix. `sums` has the sums of products of their coordinates: a column for
+/// each coordinate of the other points.
 fn best_rotation(sums: &DMat3) -> DQuat {
     /// The number of iterations of the power method, which bounds the time. Each multiplies the error by the ratio of
     /// the two largest eigenvalues.
@@ -270,7 +270,7 @@ fn best_rotation(sums: &DMat3) -> DQuat {
     let s = |row: usize, column: usize| sums.col(column)[row];
     let delta = DVec3::new(s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0));
     let trace = s(0, 0) + s(1, 1) + s(2, 2);
-    // A shift makes the largest eigenvalue the one with the largest absolute value.
+    // The shift makes all eigenvalues positive, so the largest one also has the largest absolute value.
     let shift = 2.0 * (0..9).map(|cell| s(cell / 3, cell % 3).abs()).sum::<f64>();
     let apply = |q: DQuat| {
         let v = q.xyz();

@@ -118,8 +118,8 @@ impl<'t> Tracker<'t> {
         }
     }
 
-    /// Solves from `start` to the last frame and then to the first, only frames for which `is_on_way` holds. Calls
-    /// `tell` for each.
+    /// Solves from `start` to the last frame and then to the first, but only frames for which `is_on_way` holds. Calls
+    /// `tell` for each solved frame.
     fn follow(
         &mut self,
         start: (usize, &Pose),
