@@ -67,8 +67,8 @@ impl ArrayLayout {
         })
     }
 
-    /// Whether its values keep the unit and the axes of the motion. Other layouts are in metres, and each has an up
-    /// axis.
+    /// Whether its values keep the unit and the axes of the motion. The other layouts are in metres, each with its own
+    /// up axis.
     pub(super) fn keeps_units(self) -> bool {
         matches!(self, Self::Npz | Self::Csv | Self::Parquet)
     }

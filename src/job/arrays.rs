@@ -130,7 +130,7 @@ impl Arrays {
         Ok(())
     }
 
-    /// Frames x joints: the rows of a table with one row for each.
+    /// The number of rows of a table with a row for each frame and joint.
     pub fn rows(&self) -> usize {
         self.frames * self.header.joints.len()
     }
@@ -273,7 +273,7 @@ impl Arrays {
     }
 }
 
-/// The caller's frame rate determines the memory, so the size is checked like a count in a file.
+/// The caller's frame rate determines the memory. So the size is checked as if a file stated it.
 fn check_size(timeline: &timeline::Timeline, values_per_frame: usize) -> Result<()> {
     let values = |frames: usize| (frames as u64).saturating_mul(values_per_frame as u64);
     let limit = Limits::default().expanded_values(values(timeline.frames_in_file));

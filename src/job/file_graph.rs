@@ -40,7 +40,7 @@ pub struct FileGraph {
     body: Option<Body>,
 }
 
-/// The files of a graph on a disk.
+/// The files of a graph that are all on a disk.
 const ON_DISK: Files<'static> = Files {
     given: &[],
     has_disk: true,
@@ -184,7 +184,7 @@ impl<'a> Clips<'a> {
         let found = walking.search(&self.builder.network(graph)?, graph)?;
         let scenes = self.scenes_of(&found, graph)?;
         let used = |clip: usize| scenes.iter().find(|(path, _)| *path == graph.clips[clip].file);
-        // The walk does not use a clip without a piece.
+        // A clip that no piece of the walk uses is not read.
         let clips = (0..graph.clips.len()).filter_map(|clip| {
             let (_, scene) = used(clip).or(scenes.first())?;
             Some((scene, graph.clips[clip].animation))

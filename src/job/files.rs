@@ -27,7 +27,7 @@ impl<'a> Files<'a> {
         match (self.find(path), self.has_disk) {
             (None, true) => importer.import(path),
             (None, false) => Err(missing(path)),
-            // Standard input: its skeleton file, if needed, is on the disk.
+            // The file is standard input. If it needs a skeleton file, that file is on the disk.
             (Some(file), true) => importer.read(file.bytes, path),
             (Some(file), false) => importer.read_among(file, &self.others(path)),
         }

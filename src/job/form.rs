@@ -37,7 +37,7 @@ impl Form {
     pub(super) fn of_motion(writing: &OutputOptions, is_of_robot: bool) -> Result<Self> {
         let name = writing.extension();
         let form = match (RobotFormat::named(&name), ArrayLayout::named(&name)) {
-            // For a VRM input. The reader detects VRM.
+            // The extension of a VRM input. The glTF writer is used, because its reader detects VRM.
             _ if name == VRM => Self::Scene(FormatInfo::of(Format::Gltf)),
             (Some(format), _) if is_of_robot => Self::Robot(format),
             (_, Some(layout)) => Self::Arrays(layout),
@@ -169,11 +169,11 @@ impl Form {
             Self::Character if OF_KEYS.contains(&option) => return None,
             Self::Character if option == WriteOption::Embed && OF_TEXT.contains(&extension) => return None,
             Self::Character if !gltf.takes(option) => return gltf.refusal(option, extension),
-            // Onto an existing node of the file.
+            // Root motion is written to an existing node of the character.
             Self::Character if option == WriteOption::RootMotion => return None,
             Self::Character if option == WriteOption::BoneAxis => {
-                let message = "{bone-axis} would turn the frames in which a glTF or VRM character has its meshes and \
-                               extensions, which stay as they are; write .fbx, or leave it out";
+                let message = "{bone-axis} would rotate the joints' axes, but the meshes and extensions of a glTF or VRM \
+                               character stay unchanged; write .fbx, or leave it out";
                 return Some(Diagnostic::new(Code::InvalidValue, message));
             }
             Self::Character => "a character, whose file is passed through",
@@ -302,9 +302,9 @@ fn check_beside(writing: &OutputOptions, file: &Path, beside: &str) -> Result<()
 /// Reports a largest error that the format cannot guarantee, or a shell distance without a largest error.
 fn problem_of_bound(writing: &OutputOptions, row: &FormatInfo) -> Option<String> {
     let smaller = &writing.smaller;
-    // A format without a choice of key storage always has a largest error, or does not support one.
+    // A format whose key storage cannot be chosen either always has a largest error or does not support one.
     let chooses = row.takes(WriteOption::Compress);
-    // Only 32-bit floats are lossless.
+    // Only 32-bit floats keep every key exactly.
     let is_exact = chooses && smaller.compress == Some(Compression::None);
     if smaller.max_error.is_some_and(|length| length.to_metres() == 0.0) && !is_exact {
         let exact = match chooses {

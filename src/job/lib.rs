@@ -157,7 +157,7 @@ impl Job {
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let keys: BTreeMap<String, IgnoredAny> = parsed(text, &Wording::of_job("a job has"))?;
-        // A walk may have a graph too.
+        // A walk job may also have `graph`, so `walk` is looked for first.
         let kind = ["walk", "graph", "survey"]
             .into_iter()
             .find(|key| keys.contains_key(*key));
@@ -356,7 +356,7 @@ fn parsed<T: DeserializeOwned>(text: &str, wording: &Wording<'_>) -> Result<T> {
     })
 }
 
-/// A JSON Pointer as it is written in a script: `source.joints[2]`.
+/// Writes a JSON Pointer as a script writes a path: `source.joints[2]`.
 fn dotted(pointer: &str) -> String {
     let mut path = String::new();
     for segment in pointer.split('/').skip(1) {
@@ -390,7 +390,7 @@ fn wrong_value(what: &str) -> String {
     }
 }
 
-/// The unknown word in serde's message about this `kind` of word, and the known words.
+/// The unknown word in serde's message, and the known words of this `kind`.
 fn unknown<'a>(said: &'a str, kind: &str) -> Option<(&'a str, String)> {
     let (word, known) = said
         .strip_prefix("unknown ")?

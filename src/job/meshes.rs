@@ -17,7 +17,7 @@ pub(super) fn shown(job: &MotionJob, row: Option<&FormatInfo>) -> SkeletonMesh {
     job.write.mesh.map_or_else(of_format, SkeletonMesh::from)
 }
 
-/// Redraws a skeleton that this crate drew in a glTF input: the steps may change the rest pose.
+/// Redraws the skeleton of a glTF input if this crate drew it, because the steps may change the rest pose.
 pub(super) fn draw_anew(job: &MotionJob, row: Option<&FormatInfo>, scene: &mut Scene) {
     let kind = shown(job, row);
     let is_drawn = scene.metadata.format == Some(Format::Gltf) && scene.own_meshes().next().is_none();

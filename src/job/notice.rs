@@ -39,7 +39,7 @@ pub enum Notice<'a> {
 /// The receiver of notices.
 pub(super) type Listener<'a> = &'a mut dyn FnMut(Notice<'_>);
 
-/// Reports notices about a skeleton that motions are retargeted to. The skeleton needs no motion.
+/// Reports the notices about a target skeleton, which needs no motion.
 pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Listener<'_>) {
     let warnings = scene.warnings.iter().filter(|warning| warning.code != Code::NoMotion);
     hear(Notice::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));

@@ -423,7 +423,7 @@ impl OutputOptions {
         }
     }
 
-    /// Whether the output is standard output, which cannot have a second file.
+    /// Whether the output is standard output, which can hold only one file.
     pub fn is_stream(&self) -> bool {
         self.output == Path::new("-")
     }

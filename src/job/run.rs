@@ -38,7 +38,7 @@ impl MotionJob {
         if self.verify {
             let verification = self.verify_output(scene, output)?;
             if !verification.is_within(self.write.smaller.tolerance()) {
-                report.problem = Some("the output is farther from its source than allowed".to_owned());
+                report.problem = Some("the output deviates from its source by more than allowed".to_owned());
             }
             report.verification = Some(verification);
         }

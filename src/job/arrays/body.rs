@@ -328,8 +328,8 @@ impl BodyArrays {
     }
 }
 
-/// The rest positions of the joints. A joint that the body lacks is at its parent. The pelvis is at its position in
-/// SMPL's template.
+/// The rest positions of the joints. A joint that the body lacks is at its parent. The pelvis is where SMPL's template
+/// has it.
 fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<usize>) -> Vec<Vec3> {
     let mut positions: Vec<Vec3> = Vec::with_capacity(joints.len());
     let neck = joints
@@ -340,7 +340,7 @@ fn rest_joints(joints: &[Joint], rest: &Pose, node: &dyn Fn(&Joint) -> Option<us
     for joint in joints {
         let own = node(joint).map(|node| rest.node_to_world[node].w_axis.truncate());
         let above = joint.parent.map_or(Vec3::ZERO, |parent| positions[parent]);
-        // A spine with fewer joints: halfway from here to the neck.
+        // If the spine has fewer joints, a missing joint is halfway from its parent to the neck.
         let is_spine = matches!(joint.bone, Some(Bone::Spine | Bone::Chest | Bone::UpperChest));
         let lacking = || {
             if is_spine {

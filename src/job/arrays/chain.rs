@@ -113,12 +113,12 @@ impl<'a> Chain<'a> {
         );
     }
 
-    /// Node to world.
+    /// The transforms from the node to the world.
     pub(super) fn to_world(&self, index: usize) -> &Transforms {
         &self.to_world[index]
     }
 
-    /// Node to its parent in the scene.
+    /// The transforms from the node to its parent in the scene.
     pub(super) fn to_parent(&self, index: usize) -> &Transforms {
         &self.links[index].to_parent
     }
@@ -129,7 +129,7 @@ impl<'a> Chain<'a> {
         self.links[index].rotation.get(frame)
     }
 
-    /// Node to an ancestor, through the nodes between them.
+    /// The transform from the node to an ancestor, through the nodes between them.
     pub(super) fn to_ancestor(&self, index: usize, ancestor: usize, frame: usize) -> Mat4 {
         let mut matrix = self.to_parent(index).matrix(frame);
         let mut above = self.links[index].parent;

@@ -58,7 +58,7 @@ impl Feet {
         })
     }
 
-    /// Frames x joints.
+    /// The contacts of the feet: frames x joints.
     pub(super) fn contacts(&self, frame: &Frame, frame_rate: f64) -> Option<Vec<bool>> {
         let thresholds = self.thresholds.as_ref()?;
         let rule = ContactRule {

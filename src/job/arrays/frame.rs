@@ -19,7 +19,7 @@ pub(super) struct Frame {
     pub(super) turn: Option<Mat4>,
     /// Metres per unit of the output, if stated by the file or the caller, or needed and guessed.
     pub(super) metres_per_unit: Option<f64>,
-    /// The up axis of the output, under the same conditions.
+    /// The up axis of the output, if stated by the file or the caller, or needed and guessed.
     pub(super) up: Option<UpAxis>,
     /// The figure, if any guess needs it.
     pub(super) figure: Option<Figure>,

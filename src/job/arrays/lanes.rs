@@ -10,7 +10,7 @@ use mocap_scene::math::soa::{Matrices, single};
 /// Frames of a block. The transforms of about 40 nodes stay in the processor's second cache.
 pub(super) const LANES: usize = PARTS * single::LANES;
 
-/// Structures of arrays in a block: enough that the work on a node outweighs the loop over its tracks.
+/// The number of structures of arrays in a block. With so many, the work on a node outweighs the loop over its tracks.
 const PARTS: usize = 4;
 
 /// A rotation in every frame.

@@ -237,7 +237,7 @@ impl Archive {
 }
 
 fn npy_header(dtype: &str, shape: &[usize]) -> Vec<u8> {
-    // A Python tuple, with a comma after every element: a tuple of one element needs the comma.
+    // The shape is a Python tuple with a comma after every element, because a tuple of one element needs the comma.
     let shape: String = shape.iter().map(|length| format!("{length},")).collect();
     let mut header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': ({shape}), }}");
     let before = b"\x93NUMPY\x01\x00".len() + 2;

@@ -9,7 +9,7 @@ impl Pickle {
     /// A dictionary with the entries that `fill` adds: for each the key as text, then the value.
     pub(super) fn dictionary(fill: impl FnOnce(&mut Self)) -> Vec<u8> {
         let mut pickle = Self(vec![0x80, 4]);
-        // A text that is popped at once: it records the writer in the file.
+        // A text that is pushed and popped again. It names the writer in the file.
         pickle.text(ARRAY_MARK);
         pickle.0.push(b'0');
         pickle.0.extend(b"}(");
@@ -71,9 +71,9 @@ impl Pickle {
         self.0.extend((bytes.len() as u64).to_le_bytes());
         self.0.extend(bytes);
         self.text(dtype);
-        // Tuple of two, call; tuple of one, call.
+        // Opcodes: make a tuple of two, call, make a tuple of one, call.
         self.0.extend([0x86, b'R', 0x85, b'R']);
-        // Mark, the lengths, tuple of everything after the mark; tuple of two, call.
+        // Opcodes: mark, push the lengths, make a tuple of everything after the mark, make a tuple of two, call.
         self.0.push(b'(');
         for length in shape {
             self.0.push(b'J');

@@ -6,10 +6,10 @@ use mocap_retarget::robot::{Robot, RobotMotion};
 
 use super::pickle::Pickle;
 
-/// Decimals of a row: a micrometre.
+/// The number of decimals of a value in a row: a micrometre.
 const DECIMALS: usize = 6;
 
-/// The smallest step of these decimals: rounding moves a value by one step to keep it within its limit.
+/// The step of the last decimal. Rounding moves a value by one step to keep it within its limit.
 const LAST_DECIMAL: f64 = 1e-6;
 
 /// The motion of a robot as CSV without a header, as in the LAFAN1 dataset for Unitree's robots. Each frame is a row:

@@ -152,7 +152,7 @@ impl Arrays {
 /// [`Code::LimitExceeded`].
 #[doc(hidden)]
 pub fn check_row(motion: &Arrays) -> Result<()> {
-    /// Half a gigabyte.
+    /// The largest number of values: half a gigabyte.
     const MOST: usize = 1 << 27;
     let numbers = motion.positions.len() + motion.rotations.len();
     if numbers <= MOST {
@@ -309,7 +309,7 @@ fn skeleton_hash(joints: &[Joint]) -> String {
         hash.update(joint.name.as_bytes());
         hash.update(joint.parent.map_or(-1, |parent| parent as i64).to_le_bytes());
         for length in joint.offset.to_array() {
-            // Minus zero is zero.
+            // Adding 0 turns minus zero into zero.
             hash.update((length + 0.0).to_le_bytes());
         }
     }

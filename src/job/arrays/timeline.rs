@@ -59,7 +59,7 @@ impl Timeline {
             }
             None => (old_rate, 1.0, Vec::new()),
         };
-        // As `Animation::frame_count`. `Scene::resample` drops less than a frame at the end.
+        // The same count as `Animation::frame_count`. `Scene::resample` drops less than a frame at the end.
         let frames_in_file = ((last - first).round() as usize).saturating_add(1);
         let frames = match options.frames_per_second {
             Some(_) => (((last - first) / step + SAME_TICK).floor() as usize).saturating_add(1),

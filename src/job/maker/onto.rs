@@ -133,7 +133,7 @@ impl Maker<'_> {
                 return Ok((written.unwrap_or_default(), None));
             }
             Form::Scene(row) => row,
-            // Only for a motion that keeps its skeleton.
+            // Arrays are only written for a motion that keeps its skeleton.
             Form::Arrays(layout) => layout.row(),
         };
         if row.has_one_clip && target.clips().len() > 1 {
@@ -189,7 +189,7 @@ pub(super) fn import_onto(
         .source_bones(job.source.map.bones()?)
         .conversion(match named {
             JobTarget::Robot(_) => frames.conversion(),
-            // The clips on the body, after foot lock.
+            // For other targets, the root motion changes in the clips on the body, after the foot lock.
             _ => frames.conversion().root(RootMotion::Keep),
         })
         .root(frames.root)

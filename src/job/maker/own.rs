@@ -113,7 +113,7 @@ pub(super) fn robot_of_inputs(job: &MotionJob, files: Files<'_>) -> Result<Optio
     match job.read.body.as_ref().filter(|_| has_joints) {
         None => Ok(None),
         Some(body) => match files.import_robot(body) {
-            // The body is not a robot.
+            // The file of the body is not a robot.
             Err(error) if error.code() == Code::UnknownFormat => Ok(None),
             robot => robot.map(Some),
         },

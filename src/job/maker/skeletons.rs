@@ -25,7 +25,7 @@ pub(super) struct Skeleton {
     up: Axis,
     /// Whether the up axis of one of the motions is certain.
     up_is_sure: bool,
-    /// The number of motions with the skeleton. The frames of every n-th motion are kept; this is n.
+    /// The number of motions with the skeleton, and the distance between motions whose frames are kept.
     motions: usize,
     stride: usize,
     figure: Figure,

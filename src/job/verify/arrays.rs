@@ -57,10 +57,10 @@ impl Header {
     /// Parses a header from JSON.
     pub(super) fn from_json(json: &str) -> Result<Self> {
         let header: Self =
-            serde_json::from_str(json).map_err(|error| invalid(format!("the header is not as expected: {error}")))?;
+            serde_json::from_str(json).map_err(|error| invalid(format!("the header is invalid: {error}")))?;
         let misplaced = |(joint, found): (usize, &Joint)| found.parent.is_some_and(|parent| parent >= joint);
         match header.joints.iter().enumerate().any(misplaced) {
-            true => Err(invalid("a parent in the header does not stand before its child")),
+            true => Err(invalid("a joint in the header precedes its parent")),
             false => Ok(header),
         }
     }

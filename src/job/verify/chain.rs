@@ -16,8 +16,8 @@ const SAME_PLACE: f64 = 1e-5;
 /// Two rotations are equal if the cosine of half their angle differs from 1 by at most this.
 const SAME_ROTATION: f64 = 1e-9;
 
-/// A component of a track is constant if it changes by less: the rounding of programs. In units of length, or as a
-/// fraction of the value.
+/// The largest change of a constant component of a track, in units of length or as a fraction of the value. Rounding by
+/// programs causes it.
 const STAYS: f32 = 1e-5;
 
 /// The number of collected times from which equal times are dropped.
@@ -419,7 +419,8 @@ impl<'a, T: Clone> Track<'a, T> {
     /// The index of the first key after `seconds`; there may be no such key.
     fn after(&self, seconds: f64) -> usize {
         match &self.times {
-            // A whole tick that comes from a division may be off by a rounding. Its neighbour is as good then.
+            // Rounding may move a whole tick slightly if it comes from a division. Then the neighbouring key gives the
+            // same result.
             Times::EveryTick(rate) => ((seconds * rate).floor() + 1.0).max(0.0) as usize,
             Times::Ticks(ticks, rate) => ticks.partition_point(|tick| tick / rate <= seconds),
             Times::Seconds(times) => times.partition_point(|time| f64::from(*time) <= seconds),

@@ -33,7 +33,7 @@ pub(super) fn import_source(provenance: &Provenance, mut importer: Importer, sou
     let Some(recorded) = provenance.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
         return importer.import(source);
     };
-    // In files of earlier versions, only this time records that the user set a frame rate for all clips of the source.
+    // In files of earlier versions, only this time shows that the user set a frame rate for all clips of the source.
     let found = importer.import(source);
     let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
     match &found {

@@ -125,7 +125,7 @@ impl<'a> Comparison<'a> {
             None => pairs,
         };
         if self.is_of_character && !output.has_rest_of(source, &change) {
-            let message = "the file has no rest pose of the body, and its motion is that of another file";
+            let message = "the file has no rest pose of the body, and its motion comes from another file";
             return Err(Diagnostic::new(Code::Unrepresentable, message)
                 .help("write the motion as .glb too, and compare that with the body")
                 .into());

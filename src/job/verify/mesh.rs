@@ -83,7 +83,7 @@ pub(super) fn find(
         let has_weights = |a: u32, b: u32| has_weights(here.weights(a), there.weights(b), &their_joint);
         for (ours, theirs) in std::iter::zip(&here.faces, &there.faces) {
             let is_same = |check: &dyn Fn(u32, u32) -> bool| {
-                // A face that points inwards is flipped.
+                // A writer may flip a face that points inwards, so both directions count as equal.
                 let [a, b, c] = *theirs;
                 [[a, b, c], [a, c, b]]
                     .iter()

@@ -37,7 +37,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
     let joints = || header.joints.iter();
     let as_header = |is_same: bool, name: &str| match is_same {
         true => Ok(()),
-        false => Err(invalid(format!("`{name}` is not that of the header"))),
+        false => Err(invalid(format!("`{name}` differs from the header"))),
     };
     as_header(
         array("names")?.strings()?.iter().eq(joints().map(|joint| &joint.name)),
@@ -135,7 +135,7 @@ impl Array {
 
     fn wrong(&self, expected: &str) -> Error {
         let found = format!("{} of shape {:?}, {} bytes", self.dtype, self.shape, self.bytes.len());
-        let message = format!("the array `{}` is not as expected", self.name);
+        let message = format!("the array `{}` has an unexpected type or shape", self.name);
         let diagnostic = Diagnostic::new(Code::InvalidArrays, message).expected_found(expected, found);
         diagnostic.help(HELP).into()
     }

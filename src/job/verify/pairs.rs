@@ -11,8 +11,8 @@ use super::{Finding, FindingKind};
 /// The most names in a finding.
 const MOST_NAMES: usize = 8;
 
-/// The most joints of one name among which the right parent is searched, which limits the time for files in which all
-/// joints share one name.
+/// The largest number of joints of one name among which the right parent is searched. It limits the time for files in
+/// which all joints share one name.
 const MOST_CANDIDATES: usize = 256;
 
 /// The joints that two skeletons have in common.
@@ -163,7 +163,7 @@ impl Pairs {
 
     /// Joints of pairs whose parents are not a pair.
     fn moved(&self, ours: &Skeleton, theirs: &Skeleton) -> Vec<String> {
-        // Expressions stand anywhere.
+        // The node of an expression may have any parent.
         let is_moved = |(a, b): &&(usize, usize)| {
             ours.joints[*a].face.is_none()
                 && self.above(ours, &self.of_ours, *a) != self.above(theirs, &self.of_theirs, *b)
@@ -267,13 +267,13 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         for (index, key) in keys.iter().enumerate() {
             let Some(found) = candidates.get_mut(key) else { continue };
             let count = counts[key];
-            // Many formats omit groups. The remaining node of this name is then the joint, not the group.
+            // Many formats omit groups. Then the only node with this name is the joint.
             let is_left_out = ours.joints[index].kind == NodeKind::Group && count < wanted[key];
             if is_left_out || matching.of_ours[index].is_some() {
                 continue;
             }
             let is_only_one = count == 1 && wanted[key] == 1;
-            // Only its parent identifies a joint without a name.
+            // A joint without a name can only be identified by its parent.
             let needs_parent = !is_only_one && (by_parent || key.0.is_empty());
             matching.pair_first(index, found, needs_parent);
         }

@@ -46,8 +46,8 @@ pub(super) fn read(
 }
 
 /// Finds joints of `output`, which this crate wrote, whose bind pose is not the rest pose of the source. Some outputs
-/// have another rest pose on purpose. Their bind pose may also be the file's rest pose, its first frame, or the bind
-/// pose of the source after all steps, which `with_meshes` makes.
+/// have another rest pose on purpose. In these outputs, the bind pose may also be the file's rest pose, its first
+/// frame, or the bind pose of the source after all steps, which `with_meshes` makes.
 pub(super) fn find(
     source: &Scene,
     output: &Scene,

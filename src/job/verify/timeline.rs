@@ -162,8 +162,8 @@ impl Timeline {
         (tick - self.first) / self.file_rate
     }
 
-    /// Further moments for the comparison: halfway between two keys of the file if one of the keys is not at a frame,
-    /// as in samples of cubic curves. Halfway, because a jump is at a key.
+    /// Further moments for the comparison: halfway between two keys of the file, if one of the keys is not at a frame.
+    /// Samples of cubic curves have such keys. The middle is used, because a jump is always at a key.
     pub(super) fn between(&self, theirs: &Skeleton) -> Vec<f64> {
         let near = NEAR_FRAME * self.frame;
         let is_frame = |tick: f64| {
@@ -205,8 +205,8 @@ impl Timeline {
         self.first + frame as f64 * self.frame
     }
 
-    /// The number of evenly spaced frames. At the rate of the source, the last frame is the nearest to the end; at
-    /// another rate, as in [`Scene::resample`].
+    /// The number of evenly spaced frames. At the rate of the source, the last frame is the frame nearest to the end.
+    /// At another rate, the number is that of [`Scene::resample`].
     pub(super) fn whole_frames(&self) -> usize {
         let frames = (self.last - self.first) / self.frame;
         let last = match self.is_resampled {

@@ -147,7 +147,7 @@ impl DatasetWriter {
         let mut folder = path.parent();
         for depth in (0..parts.len()).rev() {
             let Some(found) = folder else { break };
-            // A file name without a folder is in the current folder.
+            // The folder of a file name without a folder is the current folder.
             let found = if found.as_os_str().is_empty() {
                 Path::new(".")
             } else {
@@ -169,7 +169,7 @@ impl DatasetWriter {
         if !self.seen.insert(folder.to_owned()) {
             return Ok(());
         }
-        // If a folder cannot be listed, the user named its clips one by one.
+        // A folder that cannot be listed gives no licence files. Its clips were named one by one.
         for entry in folder.read_dir().into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
             if !is_license(&name) || !entry.file_type().is_ok_and(|kind| kind.is_file()) {

@@ -157,10 +157,7 @@ fn arrays_that_are_not_those_of_the_header_are_an_error() {
     let mut changed = whole.clone();
     changed[at..at + to.len()].copy_from_slice(&to);
     let error = verified("lecture_Test.bvh", &with_sums(&changed)).unwrap_err();
-    assert!(
-        error.to_string().contains("`names` is not that of the header"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("`names` differs from the header"), "{error}");
 }
 
 /// The archive with the sums of its entries set anew.
