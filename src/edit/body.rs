@@ -43,8 +43,8 @@ impl Leg {
     }
 }
 
-/// The length of the hinge axis that the rest pose gives, beside the axes that bends in the motion give. A bend's axis
-/// has the length of the sine of its angle.
+/// The length of the hinge axis that the rest pose gives. It is small, so that bends in the motion count more: each
+/// adds an axis whose length is the sine of its angle.
 const HINGE_AT_REST: f32 = 0.05;
 
 /// The hinge axis of a knee from the rest pose, in the frame of the thigh: it points to the left of the figure. The

@@ -181,7 +181,7 @@ fn spikes(
             let from = frame.saturating_sub(AROUND);
             let mut around = offs[from..(frame + AROUND + 1).min(offs.len())].to_vec();
             let usual = median(&mut around).unwrap_or(0.0);
-            // A frame beside a spike is half as far from the middle of its own neighbours, so only the peak counts.
+            // A frame next to a spike is off by half as much, so only the highest value counts.
             let highest = offs[frame - span..=frame + span].iter().copied().fold(0.0, f32::max);
             let is_peak = offs[frame] >= 0.75 * highest;
             // A spike comes back: the values before and after are nearer to each other than to the spike.

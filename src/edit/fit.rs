@@ -16,7 +16,7 @@ const FAR_ROTATION: f32 = 45.0;
 /// The largest distance between two joints that still fit, in metres.
 const FAR_POSITION: f32 = 0.3;
 
-/// The largest difference of speed that still fits, in m/s. A walk that stops at once differs by as much.
+/// The largest difference of speed that still fits, in m/s. A walk that stops abruptly has this difference.
 const FAR_SPEED: f32 = 1.0;
 
 /// The largest difference between two poses, and its joint and frame.

@@ -91,8 +91,8 @@ const CARRIED: [f32; 2] = [1.0, 2.0];
 /// to frame.
 const FAR: f32 = 0.3;
 
-/// The weight of the hinge of the T-pose beside the bends in the motion. A bend has the weight of the sine of its
-/// angle.
+/// The length of the hinge axis of the T-pose, as `HINGE_AT_REST` of the knee. It is small beside the axes of bends,
+/// whose length is the sine of their angle.
 const HINGE_OF_T_POSE: f32 = 0.05;
 
 /// The joints of a limb, and the axes about which it bends.

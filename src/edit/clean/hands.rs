@@ -62,8 +62,8 @@ struct HandFrame {
 enum With {
     /// The other hand. Both hands move.
     Hand(Palm),
-    /// A joint of the body, whose frame gives the position of the hand, and the end of its bone in that frame, in units
-    /// of the scene.
+    /// A joint of the body, and the end of its bone in units of the scene. The position of the hand is relative to the
+    /// joint's frame.
     Body(NodeId, Vec3),
 }
 

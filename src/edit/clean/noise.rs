@@ -77,7 +77,7 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
     let level = |(column, node): (usize, &NodeId)| {
         let rotations = work.frames.rotations(column);
         let values: Vec<DQuat> = rotations.map(|rotation| rotation.as_dquat().normalize()).collect();
-        // Most tracks are motions, whose noise counts as 0, so it is measured only for white noise.
+        // Noise of a motion counts as 0, and most tracks are motions. So the noise is measured only for white noise.
         let level = |curve: Sampled| Spans::new(&curve, work.frames.rate).level(true).noise(false);
         let noise = curve::<Rotations>(&values, 1).map(level);
         (*node, noise.unwrap_or_default() * f64::from(work.reach(*node)))

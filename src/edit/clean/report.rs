@@ -223,9 +223,10 @@ impl CleanReport {
         if part != CleanPart::Noise && after.jumps > before.jumps {
             return Some("rotations would jump".to_owned());
         }
-        // A motion that was in slow motion has more of it at its own rate.
+        // If slow motion was corrected to its true rate, the jitter grows with the cube of the rate.
         let jitter = before.jitter * (after.frame_rate / before.frame_rate).max(1.0).powi(3);
-        // A foot that comes to rest has more of it than one that was smoothed to a stop, which is little beside noise.
+        // A foot that comes to rest suddenly adds jitter, compared with a foot that was smoothed to a stop. This
+        // addition is small beside the removed noise.
         let (by, least) = match part {
             CleanPart::Contacts => (1.0, (OF_NOISE * came.jitter).max(5.0)),
             CleanPart::Noise => (0.0, 0.0),
@@ -244,7 +245,8 @@ impl CleanReport {
         if part == CleanPart::Floor && optional(before.floor_slope, after.floor_slope, 0.3) {
             return Some("the floor would be steeper".to_owned());
         }
-        // Beside the floor of before, feet in contact were not all seen: what these slide tells nothing of a new one.
+        // When the floor moves, other feet are in contact than before, so the sliding before and after cannot be
+        // compared.
         let moves_feet = matches!(part, CleanPart::Lengths | CleanPart::Contacts);
         if moves_feet && optional(before.skate, after.skate, 0.01) {
             return Some("the feet would slide more".to_owned());

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[non_exhaustive]
 pub struct GraphClip {
-    /// Its file, as it was named.
+    /// The path of its file, as given to the graph.
     pub file: String,
     /// The SHA-256 of the file in hexadecimal digits; empty if unknown.
     pub sha256: String,

@@ -27,8 +27,8 @@ enum Step {
 impl Network<'_> {
     /// The cheapest walk that begins in the first of some clips and passes through the others in order. Each entry is a
     /// clip of the graph and an optional time in the clip, in seconds. Without a time, the walk begins at the start of
-    /// the first clip's part, passes the middle of each clip between, and ends at the end of the last clip's part. The
-    /// cost of a transition is its distance.
+    /// the first clip's part and ends at the end of the last clip's part. It passes the middle of the other clips'
+    /// parts. The cost of a transition is its distance.
     ///
     /// # Errors
     /// - [`Code::InvalidValue`] for fewer than two clips, a clip that the graph lacks, or a time outside its part of

@@ -195,7 +195,7 @@ impl Foot for Hold {
             let resting = self.resting(frame);
             resting.map_or(Vec3::ZERO, |point| -point.step(frame, up))
         };
-        // The shift is measured from the middle of the contact's shifts, so that the largest shift is the least
+        // Measures the shift from the middle of all shifts of the contact, which makes the largest shift as small as
         // possible.
         self.leg.shifts_of_runs(is_low, change, shift::middle)
     }

@@ -1,8 +1,8 @@
 //! Compares the speed of a foot with and without the lock, and relaxes the lock where it adds speed.
 //!
-//! A locked foot has to catch up with its swing, and a leg that is too short pulls at it. Neither may be visible. If a
-//! joint of the foot is faster than without the lock, or accelerates more, the correction around this frame is reduced,
-//! round by round, until the joint stays within the limits.
+//! A locked foot has to catch up with its swing, and a leg that is too short pulls at it. Neither may be visible. A
+//! joint of the foot may exceed its speed or acceleration without the lock. Then the correction around this frame is
+//! reduced, round by round, until the joint stays within its limits.
 
 use glam::Vec3;
 use mocap_scene::pose::Pose;

@@ -12,7 +12,7 @@ const NEAR: f64 = 0.7;
 /// The sine of the least angle of a knee or elbow at rest that shows the axis of its bend.
 const BENT: f64 = 0.2;
 
-/// The largest distance of a bone from the mirror image of its partner in a symmetric rest pose, as a fraction of the
+/// The largest distance of a bone from its partner's mirror image in a symmetric rest pose, as a fraction of the
 /// distance from the hips to the farthest bone. Arms of the CMU skeleton have 4 %.
 const ALIKE: f64 = 0.05;
 
