@@ -1,4 +1,4 @@
-//! `clean`: planted defects on cut fixtures, each part alone, and what is clean stays.
+//! Tests of `clean`: it repairs defects planted in cut fixtures, part by part, and leaves clean motions unchanged.
 
 mod gaps;
 mod rates;
@@ -29,7 +29,7 @@ fn rotations<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Vec<Quat> {
     &mut scene.animations[0].channels[channel].rotation_keys.values
 }
 
-/// Only one part.
+/// Runs only one part of the cleaning.
 fn only(part: CleanPart, scene: &mut Scene) -> CleanReport {
     let all = CleanPart::ALL.into_iter();
     let step = all.fold(Clean::new(), |step, other| step.part(other, other == part));
@@ -59,7 +59,7 @@ fn distance(a: &Scene, b: &Scene) -> f32 {
     sum / frames as f32
 }
 
-/// Numbers that are alike on every machine, between -1 and 1: a linear congruential generator (Knuth's MMIX).
+/// Random numbers between -1 and 1 that are equal on every machine: a linear congruential generator (Knuth's MMIX).
 struct Dice(u64);
 
 impl Dice {
@@ -71,7 +71,7 @@ impl Dice {
         (self.0 >> 40) as f32 / (1u64 << 23) as f32 - 1.0
     }
 
-    /// Nearly normal, of variance 1: the sum of twelve, less their mean.
+    /// An almost normal number of variance 1: the sum of twelve numbers, less their mean.
     fn normal(&mut self) -> f32 {
         (0..12).map(|_| self.roll()).sum::<f32>() / 2.0
     }
@@ -134,7 +134,7 @@ fn a_frame_that_was_dropped_is_put_in() {
         let report = only(CleanPart::Time, &mut scene);
         assert!(report.to_string().contains("1 dropped frame inserted"), "{report}");
         assert_eq!(scene.animations[0].frame_count(), truth.animations[0].frame_count());
-        // Another frame would be off by a step of the walk, which is a centimetre and more.
+        // An inserted frame at the wrong place would be off by a step of the walk, at least a centimetre.
         assert!(
             distance(&truth, &scene) < 1e-3,
             "{report}: {}",
@@ -143,7 +143,7 @@ fn a_frame_that_was_dropped_is_put_in() {
     }
 }
 
-/// Calls `change` with all keys of each channel, of which a constant has one.
+/// Calls `change` with all keys of each channel. A constant channel has one key.
 fn with_keys(scene: &mut Scene, change: impl Fn(&mut Vec<Quat>), moves: impl Fn(&mut Vec<Vec3>)) {
     for channel in &mut scene.animations[0].channels {
         change(&mut channel.rotation_keys.values);
@@ -151,7 +151,7 @@ fn with_keys(scene: &mut Scene, change: impl Fn(&mut Vec<Quat>), moves: impl Fn(
     }
 }
 
-/// A film of 24 frames a second in a file of 30 repeats each fourth frame.
+/// A film of 24 frames per second in a file of 30 repeats each fourth frame.
 #[test]
 fn frames_that_repeat_in_a_pattern_are_taken_out_with_their_rate() {
     let truth = walk();
@@ -183,7 +183,7 @@ fn frames_that_repeat_in_a_pattern_are_taken_out_with_their_rate() {
     );
 }
 
-/// Who jumps falls by gravity: a file that states half the rate is in slow motion.
+/// A jump falls by gravity: a file that states half of the true rate shows slow motion.
 #[test]
 fn jumps_tell_of_a_rate_that_the_file_does_not_have() {
     let jumps = mocap::import("../../fixtures/real/cmu_01_01.bvh").unwrap();
@@ -213,7 +213,7 @@ fn a_walk_in_slow_motion_is_pointed_out_and_stays() {
     }
 }
 
-/// Turns the left shin by half a turn about itself in frames 60 to 94: it points along the offset of its child.
+/// Rolls the left shin by half a turn in frames 60 to 94. The roll axis is the offset of its child.
 fn flip_left_shin(scene: &mut Scene) {
     let shin = scene.nodes.iter().position(|node| node.name == "LeftLeg").unwrap();
     let child = scene
@@ -227,7 +227,7 @@ fn flip_left_shin(scene: &mut Scene) {
     }
 }
 
-/// A held frame where a flip begins is no half of a flip.
+/// A held frame where a flip begins does not belong to the flip.
 #[test]
 fn a_flip_stays_a_flip_where_frames_are_held() {
     let truth = walk();
@@ -289,7 +289,7 @@ fn add_noise(scene: &mut Scene, seed: u64) {
     }
 }
 
-/// The mean speed over the ground, in units a second, of the slower ankle where it is slow in the truth.
+/// The mean speed over the ground of the slower ankle, in units per second, in frames in which it is slow in the truth.
 fn slide(scene: &Scene, truth: &Scene) -> f32 {
     let ankles = ["LeftFoot", "RightFoot"]
         .map(|name| NodeId::new(scene.nodes.iter().position(|node| node.name == name).unwrap()));
@@ -301,7 +301,7 @@ fn slide(scene: &Scene, truth: &Scene) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
     for frame in 0..truth.animations[0].frame_count() - 1 {
         for ankle in ankles {
-            // In CMU's units of 5.6 cm, a second.
+            // The speed is in CMU's units of 5.6 cm per second.
             if step(truth, frame, ankle) < 1.5 {
                 sum += step(scene, frame, ankle);
                 count += 1.0;
@@ -326,7 +326,8 @@ fn feet_that_stand_slide_no_more_than_before_they_were_spoiled() {
     );
 }
 
-/// How far the ankles are above or below their mean height where they are slow in the truth, in units of the scene.
+/// The mean deviation of the ankles from their mean height, in units of the scene, in frames in which they are slow in
+/// the truth.
 fn off_level(scene: &Scene, truth: &Scene) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
     for name in ["LeftFoot", "RightFoot"] {
@@ -343,7 +344,7 @@ fn off_level(scene: &Scene, truth: &Scene) -> f32 {
     sum / count
 }
 
-/// A body that goes up and down as a whole stands on air: its feet come to one level.
+/// If a body moves up and down as a whole, its feet leave the ground. Cleaning brings them to one level.
 #[test]
 fn feet_in_contact_come_to_one_level() {
     let truth = walk();
@@ -352,7 +353,7 @@ fn feet_in_contact_come_to_one_level() {
     let (rate, hips) = (truth.animations[0].ticks_per_second as f32, channel(&scene, "Hips"));
     let positions = &mut scene.animations[0].channels[hips].position_keys.values;
     for (frame, position) in positions.iter_mut().enumerate() {
-        // By 2.5 cm, in CMU's units.
+        // The motion is 2.5 cm, in CMU's units.
         position.y += 2.5 * 0.45 / 2.54 * (frame as f32 / rate * 3.0).sin();
     }
     let [(without, _), (with, report)] = without_and_with_contacts(&scene);
@@ -362,7 +363,7 @@ fn feet_in_contact_come_to_one_level() {
     assert!(after < 0.7 * before, "{report}");
 }
 
-/// The sensors of this take jump, and a frame in between would jump more.
+/// The sensors of this take jump, and an inserted frame would add a jump.
 #[test]
 fn a_part_that_makes_a_measure_worse_is_taken_back() {
     let before = mocap::import("../../fixtures/real/mocopi_jump_six_channels.bvh").unwrap();
@@ -376,7 +377,7 @@ fn a_part_that_makes_a_measure_worse_is_taken_back() {
     assert_eq!((before.animations, report.before), (after.animations, report.after));
 }
 
-/// The clock of the program that made this take runs unevenly, and nothing turns by 20 degrees a second up to here.
+/// The clock of the recording program runs unevenly. Up to this frame, no joint rotates by 20 degrees per second.
 #[test]
 fn no_frame_is_put_into_a_body_at_rest() {
     let mut before = mocap::import("../../fixtures/skeletons/rosemotion_robin.bvh").unwrap();
@@ -388,8 +389,8 @@ fn no_frame_is_put_into_a_body_at_rest() {
     assert_eq!(before.animations, after.animations);
 }
 
-/// The spine of the first moves as it was recorded, and without that its feet slide; the second runs on the spot, where
-/// a foot that is held is nowhere.
+/// The spine of the first take moves as recorded; without this motion its feet slide. The second take runs on the spot,
+/// so a locked foot would have no place.
 #[test]
 fn feet_slide_no_more_and_stand_as_before() {
     for (file, part) in [
@@ -412,7 +413,7 @@ fn arms(scene: &Scene) -> [[NodeId; 3]; 2] {
     ["Left", "Right"].map(|side| ["Arm", "ForeArm", "Hand"].map(|part| node(format!("{side}{part}"))))
 }
 
-/// Brings both hands in front of the chest, `apart` units from each other in each frame.
+/// Moves both hands in front of the chest, `apart` units from each other in each frame.
 fn join_hands(scene: &mut Scene, apart: impl Fn(usize) -> f32) {
     let arms = arms(scene);
     let chest = NodeId::new(scene.nodes.iter().position(|node| node.name == "Spine1").unwrap());
@@ -436,7 +437,7 @@ fn join_hands(scene: &mut Scene, apart: impl Fn(usize) -> f32) {
     }
 }
 
-/// How far, on the average, one hand is off from the other in these frames.
+/// The mean deviation of one hand from the other in these frames.
 fn hands_off(scene: &Scene, truth: &Scene, frames: &[usize]) -> f32 {
     let hands = arms(truth).map(|arm| arm[2]);
     let apart = |scene: &Scene, frame: usize| {
@@ -449,7 +450,7 @@ fn hands_off(scene: &Scene, truth: &Scene, frames: &[usize]) -> f32 {
     off.sum::<f32>() / frames.len() as f32
 }
 
-/// The parts before the contacts, and all of them.
+/// Runs the parts before the contacts, and then all parts.
 fn without_and_with_contacts(scene: &Scene) -> [(Scene, CleanReport); 2] {
     [false, true].map(|contacts| {
         let mut scene = scene.clone();
@@ -459,7 +460,7 @@ fn without_and_with_contacts(scene: &Scene) -> [(Scene, CleanReport); 2] {
     })
 }
 
-/// Hands that clap come as near as they did.
+/// Clapping hands stay as near as they were.
 #[test]
 fn a_clap_stays_a_clap() {
     let mut truth = walk();
@@ -479,7 +480,7 @@ fn a_clap_stays_a_clap() {
     assert!((after / before - 1.0).abs() < 0.1, "{report}");
 }
 
-/// An estimate from one camera trembles and wavers along its axis.
+/// An estimate from one camera jitters and wavers along the camera's axis.
 #[test]
 fn the_depth_of_one_camera_is_steadied() {
     let truth = walk();
@@ -505,7 +506,7 @@ fn the_depth_of_one_camera_is_steadied() {
         let steps: Vec<f32> = frames
             .map(|f| (place(scene, f as f64) - place(&truth, f as f64)).dot(axis))
             .collect();
-        // Where the body is as a whole, no foot tells.
+        // No foot shows the position of the whole body.
         let mean = steps.iter().sum::<f32>() / steps.len() as f32;
         steps.iter().map(|step| (step - mean).abs()).sum::<f32>() / steps.len() as f32
     };
@@ -525,7 +526,7 @@ fn without_a_body_the_report_says_what_was_left_out() {
     assert!(report.to_string().contains("skipped: the skeleton is not a humanoid"));
 }
 
-/// What comes in frame by frame comes back half a second later, with hardly more noise than when all is known.
+/// Live cleaning returns each frame half a second later, with hardly more noise than the cleaning of the whole motion.
 #[test]
 fn a_live_motion_loses_its_noise_with_a_delay() {
     let truth = |frame: usize| Quat::from_rotation_x((0.05 * frame as f32).sin());

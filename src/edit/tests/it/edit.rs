@@ -1,4 +1,4 @@
-//! Changes of a motion: the laws that every step keeps, and what each does to real files.
+//! Tests of steps: the laws that every step keeps, and the effect of each step on real files.
 
 mod alike;
 mod bent;

@@ -1,10 +1,10 @@
-//! Gaps of markers through steps: what was not seen is not seen afterwards, until it is filled.
+//! Tests of marker gaps through steps: an unseen marker stays unseen until the gap is filled.
 
 use mocap::convert::RootMotion;
 use mocap::edit::{Concat, ExtractRoot, Fill, Resample, Reverse, Smooth, Step, StepInput, Warp};
 use mocap::{Code, Conversion, Importer, Scene};
 
-/// Two markers in ten frames: A moves evenly, and B in the frames `seen`.
+/// Two markers in ten frames: A moves evenly, and B is visible in the frames `seen`.
 fn take(seen: &[usize]) -> Scene {
     let rows: String = (0..10)
         .map(|frame| {
@@ -22,7 +22,7 @@ fn take(seen: &[usize]) -> Scene {
     Importer::new().read(text.as_bytes(), "a.trc").unwrap()
 }
 
-/// The frames in which B is seen.
+/// The frames in which B is visible.
 fn seen(scene: &Scene) -> Vec<usize> {
     assert_eq!(scene.validate(), []);
     let animation = &scene.animations[0];
@@ -45,7 +45,7 @@ fn gaps_go_through_steps() {
         let reversed: Vec<usize> = frames.iter().rev().map(|frame| 9 - frame).collect();
         assert_eq!(after(&Reverse::new(), &frames), reversed);
         assert_eq!(after(&Smooth::new().cut_off(2.0), &frames), frames);
-        // Frames of 20 a second: between two that are seen.
+        // At 20 frames per second, the new frames are between two visible ones.
         let doubled: Vec<usize> = (0..19_usize)
             .filter(|frame| [frame / 2, frame.div_ceil(2)].iter().all(|old| frames.contains(old)))
             .collect();
@@ -58,7 +58,7 @@ fn gaps_go_through_steps() {
         let later = frames.iter().filter(|frame| **frame > 0).map(|frame| frame + 9);
         assert_eq!(seen(&scene), frames.iter().copied().chain(later).collect::<Vec<_>>());
     }
-    // Twice as fast: of the frames 0, 2, 4, 6 and 8.
+    // At double speed, the motion has the frames 0, 2, 4, 6 and 8.
     let fast = Warp::Speed(2.0);
     assert_eq!(after(&fast, &[0, 1, 2, 5, 6, 9]), [0, 1, 3]);
 }
@@ -80,7 +80,7 @@ fn gaps_are_filled_where_that_is_asked_for_and_listed() {
         report.to_string(),
         "1 gaps of 1 points filled in frames B 3..4; 2 gaps unchanged: B 0..0 8..9"
     );
-    // The Hermite curve from 4 to 25 over three frames, whose speeds are 4 - 1 and 36 - 25.
+    // The Hermite curve from 4 to 25 over three frames, with the speeds 4 - 1 and 36 - 25.
     let heights = [1.0, 4.0, 25.0 / 3.0, 46.0 / 3.0, 25.0, 36.0, 49.0];
     let keys = &scene.animations[0].channels[1].position_keys;
     for ((frame, position), height) in (1..8).zip(&keys.values).zip(heights) {
@@ -92,7 +92,7 @@ fn gaps_are_filled_where_that_is_asked_for_and_listed() {
     assert_eq!((seen(&long), report.filled_points.len()), (vec![0, 9], 0));
 }
 
-/// Points have no root: a joint above them would make a skeleton of them, and fill their gaps.
+/// Points have no root. A joint above them would turn them into a skeleton and fill their gaps.
 #[test]
 fn the_path_of_points_is_refused() {
     for root in [RootMotion::Extract, RootMotion::InPlace] {
@@ -107,7 +107,7 @@ fn the_path_of_points_is_refused() {
     assert_eq!(refused.code(), Code::Unrepresentable);
 }
 
-/// A step whose frames are its own cannot keep gaps, and says so.
+/// A step that makes new frames cannot keep gaps, and warns.
 #[test]
 fn steps_that_fill_gaps_say_so() {
     let mut scene = take(&[0, 1, 5, 9]);

@@ -1,5 +1,5 @@
-//! Motion graphs: distances of moments, transitions, the largest component, and walks. `tools/graph/check` judges them
-//! by NumPy and SciPy.
+//! Tests of motion graphs: distances of moments, transitions, the largest component, and walks. `tools/graph/check`
+//! verifies them with NumPy and SciPy.
 
 mod bound;
 mod near;
@@ -45,7 +45,7 @@ fn where_a_figure_stands_and_looks_makes_no_distance() {
     for row in 0..own.rows {
         for column in 0..own.columns {
             let [a, b] = [&own, &other].map(|matrix| matrix.at(row, column));
-            // Positions are 32-bit numbers of a figure that is 20 m from the origin, in units of 5.6 cm.
+            // Positions are 32-bit numbers. The figure is 20 m from the origin, in units of 5.6 cm.
             assert!((a - b).abs() < 2e-5, "{row} {column}: {a} {b}");
             assert!((a - own.at(column, row)).abs() < 1e-6, "{row} {column}: not symmetric");
         }
@@ -53,7 +53,7 @@ fn where_a_figure_stands_and_looks_makes_no_distance() {
     assert!((0..own.rows).all(|row| own.at(row, row) < 1e-6));
 }
 
-/// What can be reached from a frame, forwards or backwards, where every frame leads to the next.
+/// The frames that can be reached from a frame, forwards or backwards. Every frame leads to the next.
 fn reached(graph: &MotionGraph, from: [usize; 2], is_forwards: bool) -> BTreeSet<[usize; 2]> {
     let mut reached = BTreeSet::new();
     let mut open = vec![from];
@@ -132,7 +132,7 @@ fn made(found: &Walk, scene: &Scene) -> Scene {
         own < 1.05 * most,
         "a joint steps by {own} m, and in the clip by {most} m"
     );
-    // Rounding adds no channels: only the joint that moves in the clip moves in the walk.
+    // Rounding adds no channels: a joint moves in the walk only if it moves in the clip.
     assert_eq!(moving(&made), moving(scene));
     made
 }
@@ -185,7 +185,7 @@ fn a_walk_follows_a_path() {
     let metres = 0.0254 / 0.45;
     let at = |frame: usize| Pose::at_tick(&made, 0, frame as f64).unwrap().position(NodeId::new(0)) * metres;
     let frames = made.animations[0].frame_count();
-    // The hips sway beside the path, which is that of the mean of the body.
+    // The hips sway beside the path, which is the path of the body's mean.
     for frame in 0..frames {
         assert!((at(frame).x - 2.0).abs() < 0.25, "frame {frame} is at {}", at(frame));
     }
@@ -203,7 +203,7 @@ fn a_walk_follows_a_path() {
     ] {
         assert!(network.along(&path).is_err(), "{path:?}");
     }
-    // A walk straight on cannot turn, and says where it ends.
+    // A straight walk cannot turn, and the error says where it ends.
     let error = network.along(&[[0.0, 0.0], [4.0, 0.0], [4.0, 5.0]]).unwrap_err();
     assert!(
         error

@@ -1,4 +1,4 @@
-//! Shifts that are completed between contacts, and envelopes.
+//! Tests of shifts that are completed between contacts, and of envelopes.
 
 use mocap::glam::Vec3;
 use mocap_edit::internals::{complete, envelope, filled};
@@ -47,14 +47,15 @@ fn near_contacts_join_without_a_detour() {
 
 #[test]
 fn the_speed_does_not_jump() {
-    // It grows by 1 in each frame in which it is known.
+    // The shift grows by 1 in each frame in which it is known.
     let known: Vec<_> = (0..60)
         .map(|frame: u16| (frame < 20).then(|| f32::from(frame)))
         .collect();
     let shifts = complete(&x(&known), 20);
     for triple in shifts.windows(3) {
         let change = (triple[2] - 2.0 * triple[1] + triple[0]).length();
-        // A cubic from slope 1 and value 19 to 0 within 20 frames bends by at most (6 * 19 + 4 * 20) / 20^2.
+        // A cubic from slope 1 and value 19 to 0 within 20 frames has a second derivative of at most (6 * 19 + 4 * 20)
+        // / 20^2.
         assert!(change < 0.5, "{change}");
     }
 }

@@ -1,10 +1,10 @@
-//! Positions of all nodes of a scene, and what a change of the motion does to them.
+//! The positions of all nodes of a scene, and how a change of the motion affects them.
 
 use mocap::glam::{DMat4, DVec3, Vec3};
 use mocap::scene::NodeId;
 use mocap::{Binding, Conversion, Pose, Scene};
 
-/// A real file in metres with +Y up, without the rest pose that some begin with.
+/// A real file in metres with +Y up, without the rest pose at the beginning of some files.
 pub(crate) fn import(file: &str) -> Scene {
     let mut scene = mocap::import(format!("../../fixtures/real/{file}")).unwrap();
     Conversion::new()
@@ -29,7 +29,7 @@ pub(crate) fn positions(scene: &Scene) -> Vec<Vec<Vec3>> {
         .collect()
 }
 
-/// The same in double precision, from the keys as they are: a quaternion that is not of unit length stretches.
+/// The positions in double precision, from unchanged keys: a quaternion that is not of unit length stretches.
 pub(crate) fn exact_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
     let animation = &scene.animations[0];
     let binding = Binding::new(scene, animation);
@@ -52,12 +52,12 @@ pub(crate) fn exact_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
     (0..animation.frame_count()).map(frame).collect()
 }
 
-/// Every bone is as long after as before, in every frame, to a micrometre. Where the frames are others, it is compared
-/// with the first one.
+/// Every bone keeps its length in every frame, to a micrometre. If the frames change, the bone is compared with the
+/// first frame.
 #[track_caller]
 pub(crate) fn assert_bones_keep_their_lengths(before: &Scene, after: &Scene) {
     let (before_at, after_at) = (exact_positions(before), exact_positions(after));
-    // A node that moves carries the figure, or has a bone of changing length in the file itself.
+    // A moving node carries the figure, or its bone changes length in the file itself.
     let moving = before.animations[0]
         .channels
         .iter()
@@ -86,8 +86,8 @@ pub(crate) fn assert_bones_keep_their_lengths(before: &Scene, after: &Scene) {
     }
 }
 
-/// The largest ratio of `values` to those of `free` within a quarter of a second; less than `still`, or than a quarter
-/// of the fastest moment, is no movement.
+/// The largest ratio of `values` to the values of `free` within a quarter of a second. A value below `still`, or below
+/// a quarter of the fastest moment, is no movement.
 fn ratio(values: &[f32], free: &[f32], around: usize, still: f32) -> f32 {
     let most = |values: &[f32]| values.iter().copied().fold(0.0, f32::max);
     let floor = still.max(0.25 * most(free));
@@ -98,7 +98,7 @@ fn ratio(values: &[f32], free: &[f32], around: usize, still: f32) -> f32 {
     most(&values.iter().enumerate().map(ratio).collect::<Vec<_>>())
 }
 
-/// The largest ratios of speeds and of accelerations of the joints of both feet, with a lock to without.
+/// The largest ratios of speeds and of accelerations of the joints of both feet, with and without a lock.
 pub(crate) fn ratios(locked: &[Vec<Vec3>], free: &[Vec<Vec3>], joints: &[NodeId], rate: f32) -> [f32; 2] {
     let around = (0.25 * rate).round() as usize;
     let mut found = [0.0_f32; 2];

@@ -1,4 +1,4 @@
-//! The spline of a path.
+//! Tests of the spline of a path.
 
 use mocap::glam::DVec2;
 use mocap_edit::internals::Spline;

@@ -1,9 +1,9 @@
-//! Joints that never rotate, by the text of a BVH file.
+//! Joints that never rotate, found in the text of a BVH file.
 
 use std::collections::BTreeMap;
 use std::fs;
 
-/// The joints of a file of `fixtures` whose rotation channels have the same number in every row.
+/// The joints of a file of `fixtures` whose rotation channels have one value in all rows.
 pub(crate) fn still_joints(file: &str) -> Vec<String> {
     let text = fs::read_to_string(format!("../../fixtures/{file}")).unwrap();
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();

@@ -1,10 +1,10 @@
-//! Steps as text and as JSON.
+//! Tests of steps as text and as JSON.
 
 use mocap::edit::EditStep;
 use mocap::{Code, Error, Result};
 use serde_json::json;
 
-/// Texts, and what they print as: every option, in the order of the names.
+/// Texts, and their printed form: every option, in the order of the names.
 const TEXTS: &[(&str, &str)] = &[
     (
         "foot-lock",
@@ -109,7 +109,7 @@ fn a_step_is_the_same_as_text_and_as_a_value() {
         assert_eq!(serde_json::from_value::<EditStep>(value).unwrap(), step, "{text}");
         assert_eq!(serde_json::from_value::<EditStep>(json!(text)).unwrap(), step, "{text}");
     }
-    // Every step is among them.
+    // The texts contain every step.
     for step in EditStep::ALL {
         assert!(
             TEXTS.iter().any(|(text, _)| text.starts_with(step.name)),
@@ -182,7 +182,7 @@ fn names_that_do_not_exist_find_their_neighbour() {
         assert_eq!((code, found.as_str()), (Code::UnknownOption, message));
         let hint = hint.unwrap();
         assert!(hint.starts_with(help), "{text}: {hint}");
-        // What is said to be an example is one.
+        // Every example in a message is valid.
         if let Some((_, example)) = hint.split_once("; such as ") {
             assert!(example.parse::<EditStep>().is_ok(), "{text}: {hint}");
         }
@@ -194,12 +194,12 @@ fn names_that_do_not_exist_find_their_neighbour() {
     assert!(hint.starts_with("did you mean cut-off?"), "{hint}");
 }
 
-/// Of the example that a message gives for an option, the value is one that the option takes.
+/// The example that a message gives for an option has a valid value.
 #[test]
 fn every_example_is_taken() {
     for step in EditStep::ALL {
         for key in step.keys {
-            // Some options need another.
+            // Some options need another option.
             let others = step.keys.iter().map(|other| format!(",{}", other.example()));
             let mut texts = std::iter::once(String::new())
                 .chain(others)

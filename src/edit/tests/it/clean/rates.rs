@@ -20,7 +20,7 @@ fn walk_at(rate: f64) -> Scene {
     at_rate(&scene, rate)
 }
 
-/// An estimate at 30 frames a second has no noise of its own between its frames, whatever the rate of its file.
+/// An estimate at 30 frames per second has no noise between its own frames, whatever the rate of its file.
 #[test]
 fn noise_is_taken_out_of_an_interpolated_take() {
     let truth = walk_at(30.0);
@@ -36,7 +36,7 @@ fn noise_is_taken_out_of_an_interpolated_take() {
     }
 }
 
-/// Noise of Ornstein and Uhlenbeck over 120 ms, as estimators have it, shows a third of its size from frame to frame.
+/// Ornstein-Uhlenbeck noise over 120 ms, as estimators have, shows a third of its size from frame to frame.
 #[test]
 fn correlated_noise_is_taken_out_at_every_rate() {
     for rate in [24.0, 30.0, 60.0, 120.0] {
@@ -70,7 +70,7 @@ fn no_frame_is_put_into_an_interpolated_take() {
     }
 }
 
-/// A root that is 43 cm elsewhere for one frame comes back; the units of the file are 5.6 cm.
+/// A root that is displaced by 43 cm for one frame is moved back. The units of the file are 5.6 cm.
 #[test]
 fn a_root_that_is_elsewhere_for_a_frame_comes_back() {
     let truth = walk_at(60.0);

@@ -1,4 +1,4 @@
-//! Two motions that meet where they are most alike.
+//! Tests of joining two motions where they are most alike.
 
 use glam::Vec3;
 use mocap::Scene;
@@ -21,8 +21,8 @@ fn farthest(a: &[Vec<Vec3>], b: &[Vec<Vec3>]) -> f32 {
     joints.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
 }
 
-/// Two parts of one walk that overlap. The end of the first and the beginning of the second are alike in no pose. But
-/// both share a part, so that the whole walk is restored.
+/// Joins two parts of one walk that overlap. The end of the first part and the beginning of the second are not alike.
+/// But both parts share frames, so the whole walk is restored.
 #[test]
 fn parts_that_overlap_become_the_whole() {
     let walk = import(WALK);
@@ -42,7 +42,7 @@ fn parts_that_overlap_become_the_whole() {
     assert!(farthest(&positions(&walk), &positions(&first)) < 1e-4);
     assert!(first.warnings.is_empty(), "{:?}", first.warnings);
 
-    // Without a search the figure goes back by 50 frames at the seam.
+    // Without a search, the figure jumps back by 50 frames at the seam.
     let mut plain = part(&walk, 0, 300);
     let report = Concat::new().apply(&mut plain, &input.other(&second)).unwrap();
     assert_eq!(
@@ -63,7 +63,7 @@ fn a_mix_begins_and_ends_where_both_are_alike() {
     let seconds = 24.0 / walk.animations[0].ticks_per_second;
     assert_eq!(report.left_out_before, [seconds, 0.0]);
     assert_eq!(report.left_out_after, [0.0, seconds]);
-    // Of both the same part is left, so that the mix is that part.
+    // The same part of both motions remains, so the mix equals this part.
     assert!(farthest(&positions(&part(&walk, 24, 400)), &positions(&first)) < 1e-3);
 }
 

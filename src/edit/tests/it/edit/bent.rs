@@ -1,4 +1,4 @@
-//! Paths bent to points.
+//! Tests of paths that are bent to points.
 
 use mocap::edit::report::{WarpPathReport, WarpReport};
 use mocap::edit::{PathFacing, PathPoint, Step, StepInput, Warp};
@@ -68,7 +68,8 @@ fn a_figure_turns_with_its_path_or_looks_where_it_looked() {
         ahead.z.atan2(ahead.x).to_degrees()
     };
     let before = exact_positions(&scene);
-    // The same way at the same speed, in the direction of +X, and then another quarter turn to the right, to +Z.
+    // The figure walks the same distance at the same speed in the direction of +X, and then turns right by a quarter
+    // turn, to +Z.
     let last = before.len() - 1;
     let way = |frame: usize| {
         let step = before[frame][joint(HumanoidBone::Hips)] - before[0][joint(HumanoidBone::Hips)];
@@ -85,7 +86,7 @@ fn a_figure_turns_with_its_path_or_looks_where_it_looked() {
         assert!((report.length - report.length_before).abs() < 1e-3, "{report:?}");
         assert_bones_keep_their_lengths(&scene, &bent);
         for (old, new) in before.iter().zip(exact_positions(&bent)) {
-            // Heights stay, and so does the place of all joints to one another.
+            // Heights stay, and so do the positions of joints relative to each other.
             for (old, new) in old.iter().zip(&new) {
                 assert!((old.y - new.y).abs() < 1e-5);
             }
@@ -185,7 +186,7 @@ fn points_that_cannot_be_are_refused() {
         error.diagnostic().message,
         "a path of 2 points needs as many frames, but there are only 1"
     );
-    // All points at one place: the figure walks on the spot, and looks where it looked.
+    // All points are at one place: the figure walks on the spot and keeps its facing.
     let mut scene = walk.clone();
     let points = [0.0, 1.0, 2.0].map(|seconds| point(seconds, 3.0, 3.0)).to_vec();
     let report = bend(&mut scene, points, PathFacing::Along).unwrap();

@@ -1,4 +1,4 @@
-//! Frames of joints along their bones.
+//! Tests of joint axes along bones.
 
 use mocap::convert::AlongBone;
 use mocap::edit::{BoneAxis, Step, StepInput};
@@ -17,7 +17,7 @@ const CLIPS: [&str; 5] = [
     "makehuman_zombie_walk.bvh",
 ];
 
-/// The matrices of the nodes at rest to the world, by products of the nodes' own.
+/// The matrices of nodes at rest to the world, as products of the nodes' own matrices.
 fn at_rest(scene: &Scene) -> Vec<Mat4> {
     let mut to_world: Vec<Mat4> = Vec::new();
     for node in &scene.nodes {
@@ -29,8 +29,8 @@ fn at_rest(scene: &Scene) -> Vec<Mat4> {
     to_world
 }
 
-/// The largest angle in degrees between the axis of a joint and the line to its child, of joints with one child; and
-/// how many there are.
+/// The largest angle in degrees between the axis of a joint and the line to its child, for joints with one child. Also
+/// returns the number of these joints.
 fn farthest_from_child(scene: &Scene, axis: AlongBone) -> (f32, usize) {
     let rest = at_rest(scene);
     let is_of_skeleton = |index: usize| scene.nodes[index].kind != NodeKind::Group;
@@ -53,8 +53,8 @@ fn farthest_from_child(scene: &Scene, axis: AlongBone) -> (f32, usize) {
     (farthest, joints)
 }
 
-/// The axis points to the child, in the scene and in the files that are written; every joint is where it was, at rest
-/// and in every frame.
+/// The axis points to the child, in the scene and in written files. Every joint keeps its position, at rest and in
+/// every frame.
 #[test]
 fn bones_lie_along_their_axis_and_nothing_moves() {
     for file in CLIPS {
@@ -92,7 +92,7 @@ fn bones_lie_along_their_axis_and_nothing_moves() {
 }
 
 /// Knees and elbows bend about one axis of their frame. The positions of hip, knee and ankle show the axis of the
-/// shin's rotation from the thigh. In a clip in which they bend, it is the axis of the frame.
+/// shin's rotation relative to the thigh. In a clip with bends, it is this axis of the frame.
 #[test]
 fn hinges_bend_about_an_axis_of_the_frame() {
     use mocap::figure::{Humanoid, HumanoidBone as Bone};
@@ -132,7 +132,7 @@ fn hinges_bend_about_an_axis_of_the_frame() {
     }
 }
 
-/// A joint whose bone lies along the axis about which the joint above bends has a frame along its bone too.
+/// A bone may lie along the bending axis of the joint above. Its joint also gets an axis along the bone.
 #[test]
 fn a_bone_along_the_axis_of_bending_has_a_frame_along_it() {
     let text = "HIERARCHY\nROOT hips\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n\

@@ -1,4 +1,4 @@
-//! Smoothing, spikes and gaps.
+//! Tests of smoothing, spikes and gaps.
 
 use mocap::edit::{Despike, Fill, Smooth, SmoothFilter, Step, StepInput};
 use mocap::glam::Quat;
@@ -30,7 +30,7 @@ fn an_oscillation_keeps_the_share_that_the_filter_states() {
         let mut scene = import(WALK);
         let channel = &mut scene.animations[0].channels[3];
         let axis = Vec3::new(0.6, 0.8, 0.0);
-        // 12 Hz at 120 frames a second about an axis, on a base far from the identity.
+        // An oscillation of 12 Hz at 120 frames per second about an axis, added to a rotation far from the identity.
         let base = Quat::from_rotation_z(2.0);
         let angle = |frame: usize| 0.2 * (std::f32::consts::TAU * frame as f32 / 10.0).sin();
         let wave = (0..523).map(|frame| base * Quat::from_axis_angle(axis, angle(frame)));
@@ -91,7 +91,7 @@ fn rotations(scene: &Scene) -> Vec<(String, Vec<Quat>)> {
         .collect()
 }
 
-/// In radians.
+/// The angle is in radians.
 fn farthest(a: &[Quat], b: &[Quat]) -> f32 {
     let angles = a.iter().zip(b).map(|(a, b)| a.angle_between(*b));
     angles.fold(0.0, f32::max)
@@ -126,7 +126,7 @@ fn a_part_alone_is_smoothed_in_a_range_alone() {
                 assert!(old == new, "{step}: {name}");
                 continue;
             }
-            // 0.2 s are 24 frames: the filter comes and goes within them.
+            // 0.2 s are 24 frames, in which the filter eases in and out.
             assert!(farthest(&old[..95], &new[..95]) < 1e-3, "{step}: {name}");
             assert!(farthest(&old[266..], &new[266..]) < 1e-3, "{step}: {name}");
             assert!(new[120..=240] == all[120..=240], "{step}: {name}");
@@ -182,7 +182,7 @@ fn largest_step(scene: &Scene, first: usize) -> f32 {
     steps.fold(0.0, f32::max)
 }
 
-/// As where a camera loses how an arm is turned: it is turned about itself from a frame on, and the forearm back.
+/// Plants a roll as a camera produces it: the upper arm rolls from a frame on, and the forearm rolls back.
 #[test]
 fn a_bone_that_is_turned_about_itself_from_a_frame_on_turns_slowly() {
     let mut scene = import(WALK);
@@ -203,14 +203,14 @@ fn a_bone_that_is_turned_about_itself_from_a_frame_on_turns_slowly() {
     assert!(largest_step(&scene, 0) > 80.0);
     let report = Despike::new().apply(&mut scene, &StepInput::new()).unwrap();
     assert_eq!(report.joints, ["LeftArm", "LeftForeArm"]);
-    // 86 degrees over 0.4 s in 48 frames are 2.7 a frame where it is fastest.
+    // 86 degrees over 0.4 s in 48 frames are 2.7 degrees per frame at the fastest frame.
     assert!(largest_step(&scene, 0) < largest_step(&walk, 0) + 2.7);
     for (before, after) in before.iter().flatten().zip(positions(&scene).iter().flatten()) {
         assert!(before.distance(*after) < 1e-3, "{before} {after}");
     }
 }
 
-/// 19 steps of this take are larger than 60 degrees; the first leaves the rest pose in which it begins.
+/// 19 steps of this take are larger than 60 degrees. The first step leaves the rest pose at the beginning.
 #[test]
 fn arms_of_a_depth_camera_turn_about_themselves_no_more() {
     let mut scene = import("kinect_openni.bvh");
@@ -223,7 +223,7 @@ fn arms_of_a_depth_camera_turn_about_themselves_no_more() {
 #[test]
 fn gaps_are_filled_as_the_motion_went() {
     let mut clean = import(WALK);
-    // Without the noise, which nobody can know in a gap.
+    // The truth has no noise, because no algorithm could restore noise in a gap.
     Smooth::new().apply(&mut clean, &StepInput::new()).unwrap();
     let mut scene = clean.clone();
     for channel in &mut scene.animations[0].channels {
@@ -255,7 +255,7 @@ fn gaps_are_filled_as_the_motion_went() {
     );
     assert!(off < 0.35 * off_held, "{off} of {off_held} degrees");
     assert_bones_keep_their_lengths(&held, &scene);
-    // What was not held is as it was, and so is the gap that is too long.
+    // Frames that were not held stay unchanged, and so does the gap that is too long.
     let (old, new) = (positions(&held), positions(&scene));
     for frame in (0..old.len()).filter(|frame| !(100..=112).contains(frame) && !(250..=255).contains(frame)) {
         assert_eq!(old[frame], new[frame], "{frame}");

@@ -1,5 +1,5 @@
-//! Laws of keys for every step. A track with one key keeps one key, unless the step moves it. A motion of constant
-//! speed keeps its speed where a step interpolates.
+//! Laws of keys for every step. A track with one key keeps one key, unless the step moves its joint. A motion of
+//! constant speed keeps its speed if a step interpolates it.
 
 use std::fs;
 
@@ -14,10 +14,10 @@ use super::laws::{apply, steps};
 use crate::sample::Sample;
 use crate::still::still_joints;
 
-/// Frames of each fixture: enough for every step to do something.
+/// The frames of each fixture. They suffice for every step to change something.
 const FRAMES: f64 = 60.0;
 
-/// A joint moves where its positions differ by more, in parts of the longest offset of its skeleton.
+/// The least difference of positions of a moving joint, as a fraction of the longest offset of its skeleton.
 const MOVES: f32 = 1e-4;
 
 /// The files of motion that are read here, by their names.
@@ -33,7 +33,7 @@ fn fixtures() -> Vec<(String, Scene)> {
     files.into_iter().filter_map(read).collect()
 }
 
-/// Whether a track had one key, and has more that are one value.
+/// Whether a track had one key and now has more keys with one value.
 fn is_blurred<T: Copy>(before: &Keys<T>, after: &Keys<T>, distance: impl Fn(T, T) -> f32, least: f32) -> bool {
     let [first, others @ ..] = after.values.as_slice() else {
         return false;
@@ -42,7 +42,7 @@ fn is_blurred<T: Copy>(before: &Keys<T>, after: &Keys<T>, distance: impl Fn(T, T
     before.len() <= 1 && !others.is_empty() && is_still
 }
 
-/// The tracks that had one key, and have more that are one value.
+/// The tracks that had one key and now have more keys with one value.
 fn blurred(before: &Scene, after: &Scene) -> Vec<String> {
     let offsets = after
         .nodes
@@ -125,10 +125,10 @@ fn a_track_with_one_key_has_one_key_after_every_step() {
     );
 }
 
-/// Steps that rotate single joints: to a target, as their partners rotate, or from a T-pose to the motion.
+/// Steps that rotate single joints: to a target, by their partners' rotations, or from a T-pose to the motion.
 const ROTATING: [&str; 6] = ["foot-lock", "look-at", "mirror", "pin", "reach", "t-pose-first"];
 
-/// The text of a file says which joints are still.
+/// The text of a file shows which joints are still.
 #[test]
 fn a_joint_that_is_still_in_the_text_of_a_file_has_one_rotation_key_after_every_step() {
     let mut tried = 0;
@@ -170,7 +170,7 @@ fn a_joint_that_is_still_in_the_text_of_a_file_has_one_rotation_key_after_every_
     assert!(tried > 300, "{tried} joints are still");
 }
 
-/// In a file an end site has no channels, and nothing hangs on its rotation.
+/// End sites have no channels in a file, and their rotation moves nothing.
 #[test]
 fn no_step_gives_an_end_site_a_channel() {
     let chains = [
@@ -197,7 +197,7 @@ fn no_step_gives_an_end_site_a_channel() {
     assert_eq!(bent, chains.len());
 }
 
-/// The columns of a motion are those that move.
+/// The columns of a motion are the nodes that move.
 #[test]
 fn a_motion_of_key_frames_has_the_columns_of_its_source() {
     let mut scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -224,7 +224,7 @@ fn a_motion_of_key_frames_has_the_columns_of_its_source() {
     assert_eq!(moving, ["Hips"]);
 }
 
-/// Degrees of a channel of the lecture's arm, all of whose rotations are about Z, frame by frame.
+/// The degrees of a channel of the lecture's arm, frame by frame. All rotations of the arm are about Z.
 fn degrees(scene: &Scene, channel: usize) -> Vec<f32> {
     let rotations = &scene.animations[0].channels[channel].rotation_keys.values;
     rotations
@@ -253,10 +253,10 @@ fn largest_bend(scene: &Scene) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// Steps that change speeds on purpose: two join motions, and one bends a path.
+/// Steps that change speeds on purpose: two of them join motions, and one bends a path.
 const BENDING: [&str; 3] = ["loop", "concat", "warp:path"];
 
-/// Every angle and the position of the lecture's arm go at constant speeds.
+/// Every angle and the position of the lecture's arm have constant speeds.
 #[test]
 fn a_motion_of_constant_speed_keeps_it_in_every_step() {
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -289,7 +289,7 @@ fn a_motion_of_constant_speed_keeps_it_in_every_step() {
     );
 }
 
-/// The elbow of the file goes from 10 to 100 degrees, 10 in each frame.
+/// The elbow of the file rotates from 10 to 100 degrees, 10 degrees in each frame.
 #[test]
 fn a_straight_line_between_two_keys_is_that_of_the_file() {
     let mut arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -332,7 +332,7 @@ fn reports_state_the_frames_and_the_seconds_that_are_there() {
     }
 }
 
-/// What is before the first pair of times begins with the motion, and no pose is repeated.
+/// The time before the first pair begins with the motion, and no pose is repeated.
 #[test]
 fn a_warp_from_its_first_moment_on_repeats_no_pose() {
     let arm = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -341,7 +341,7 @@ fn a_warp_from_its_first_moment_on_repeats_no_pose() {
         apply(step, &mut scene, &Scene::default()).unwrap();
         degrees(&scene, 1)
     };
-    // Half the speed up to 0.3 s, and the old speed after it.
+    // Half of the speed up to 0.3 s, and the old speed afterwards.
     let expected = [
         10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0, 100.0,
     ];
@@ -354,7 +354,7 @@ fn a_warp_from_its_first_moment_on_repeats_no_pose() {
         "{found:?}"
     );
     assert_eq!(found.len(), expected.len());
-    // The inverse, and a cut.
+    // The inverse warp, and a cut.
     assert_eq!(elbow("warp:0.6=0.3").len(), 7);
     let cut = elbow("warp:0.3=0");
     assert!((cut[0] - 40.0).abs() < 1e-3 && cut.len() == 7, "{cut:?}");

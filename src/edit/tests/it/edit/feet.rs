@@ -1,4 +1,4 @@
-//! Contacts and foot lock.
+//! Tests of contacts and the foot lock.
 
 use mocap::edit::{ContactOptions, FootLockOptions, foot_lock};
 use mocap::figure::HumanoidBone;
@@ -7,7 +7,7 @@ use mocap::scene::UpAxis;
 
 use super::*;
 
-/// Clips of seven programs in which somebody stands, walks or dances.
+/// Clips of seven programs in which a person stands, walks or dances.
 const CLIPS: [&str; 7] = [
     "cmu_12_01_walk.bvh",
     "motionbuilder_vicon_walk.bvh",
@@ -28,7 +28,7 @@ fn feet_of_real_clips_hold_still_and_stay_above_the_floor() {
         assert_bones_keep_their_lengths(&before, &scene);
         assert_eq!(scene.validate(), [], "{file}");
 
-        // Measured here from the positions alone: the ball, in frames in which it rests.
+        // The slide is measured here from positions alone: the ball's, in frames in which it rests.
         let at = positions(&scene);
         let (mut slid, mut slid_before) = (0.0, 0.0);
         let was_at = positions(&before);
@@ -64,7 +64,7 @@ fn feet_of_real_clips_hold_still_and_stay_above_the_floor() {
     }
 }
 
-/// In the clips whose feet slide farthest other joints move by more than 2 cm, and by no more where that is asked for.
+/// In the clips with the most foot sliding, other joints move by more than 2 cm. With a limit, they move by no more.
 #[test]
 fn other_joints_stay_within_a_limit() {
     for (file, mut largest) in [
@@ -103,7 +103,7 @@ fn other_joints_stay_within_a_limit() {
     }
 }
 
-/// Joints accelerate no more than in the motion before: knees do not pop, toes do not jump.
+/// Joints accelerate no more than before: knees do not pop, toes do not jump.
 #[test]
 fn no_joint_is_jerked() {
     for file in [
@@ -133,7 +133,7 @@ fn no_joint_is_jerked() {
     }
 }
 
-/// A lock is never worse than none: no foot is much faster with it, or jerks.
+/// Locking never adds speed spikes: no foot is much faster with the lock, or accelerates much more.
 #[test]
 fn locked_feet_are_no_faster_than_free_ones() {
     for file in CLIPS {
@@ -151,7 +151,7 @@ fn locked_feet_are_no_faster_than_free_ones() {
     }
 }
 
-/// Of all joints, frame by frame.
+/// The values of all joints, frame by frame.
 fn accelerations(at: &[Vec<Vec3>]) -> Vec<Vec<f32>> {
     let of_frame = |frames: &[Vec<Vec3>]| {
         let nodes = 0..frames[0].len();
@@ -167,7 +167,7 @@ fn what_holds_still_already_does_not_change() {
     let first = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
     let once = positions(&scene);
     let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
-    // The contacts of the locked motion may begin a frame earlier, and end one later.
+    // The contacts of the locked motion may begin a frame earlier and end a frame later.
     assert!(report.slide_before < 0.1 * first.slide_before, "{report:?}");
     let moved = once
         .iter()
@@ -190,7 +190,7 @@ fn the_unit_of_the_scene_changes_nothing() {
     );
     assert_eq!((a.frames, a.points.len(), b.points.len()), (b.frames, 6, 6));
     for (a, b) in a.points.iter().zip(&b.points) {
-        // One frame may be on a threshold.
+        // One frame may be exactly on a threshold.
         let differ = a.at_rest.iter().zip(&b.at_rest).filter(|(a, b)| a != b).count();
         assert!(differ <= 1, "{}: {differ}", a.name);
         assert!((a.height - b.height).abs() < 1e-5);
@@ -241,12 +241,12 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
     }
     assert_eq!(walk, before);
 }
-/// Clean clips in which the whole figure slides: when that is found, and what is left of it.
+/// Clean clips in which the whole figure slides. Tests that the drift is found, and how much of it remains.
 #[test]
 fn a_known_slide_is_found_and_taken_back() {
     for file in ["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "z_up_dab.bvh"] {
         let mut clean = import(file);
-        // The contacts of a locked motion begin a little earlier, and end later: twice.
+        // The contacts of a locked motion begin a little earlier and end later, twice in this clip.
         for _ in 0..2 {
             foot_lock(&mut clean, 0, &FootLockOptions::default()).unwrap();
         }
@@ -284,7 +284,7 @@ fn a_known_slide_is_found_and_taken_back() {
                 recall > if speed < 0.2 { 0.95 } else { 0.85 },
                 "{file} at {speed}: {recall}"
             );
-            // A foot that stands for five seconds at 0.2 m/s is a metre away in the end, and gives way.
+            // A foot that stands for five seconds at 0.2 m/s would end a metre away, so its lock is relaxed.
             let largest = if speed < 0.2 { 0.1 } else { 0.25 };
             assert!(
                 report.slide_after < largest * report.slide_before,

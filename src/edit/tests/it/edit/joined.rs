@@ -1,4 +1,4 @@
-//! Loops, and motions made of two.
+//! Tests of loops, and of motions that are made of two.
 
 use glam::Quat;
 use mocap::edit::report::{BlendReport, ConcatReport, WarpReport, WarpTimeReport};
@@ -67,7 +67,7 @@ proptest! {
         let scene = import(WALK);
         let mut warped = scene.clone();
         let rate = scene.animations[0].ticks_per_second;
-        // Whole frames come to stand on whole frames.
+        // Whole frames stay whole frames.
         let moment = |frame: u32, to: u32| (f64::from(frame) / rate, f64::from(to) / rate);
         let middle = 100 * middle;
         let moments = [moment(0, 0), moment(middle, middle), moment(522, middle + factor * (522 - middle))];
@@ -88,7 +88,7 @@ fn another_motion_begins_where_the_first_ends() {
     let report = concat(&mut scene, &other).unwrap();
     assert!(report.largest_rotation > 1.0 && report.frames == 401, "{report:?}");
     let at = positions(&scene);
-    // No node jumps farther at the seam than it goes from frame to frame elsewhere.
+    // No node jumps farther at the seam than it moves from frame to frame elsewhere.
     let step = |frame: usize, node: usize| at[frame][node].distance(at[frame + 1][node]);
     for node in 0..scene.nodes.len() {
         let fastest = (0..190).map(|frame| step(frame, node)).fold(0.0, f32::max);
@@ -109,7 +109,7 @@ fn another_motion_begins_where_the_first_ends() {
     );
 }
 
-/// What animsmith asks of a loop: joints leave the first frame as fast as they come to the last, within 0.1 m/s.
+/// The condition of animsmith for a loop: the speeds of joints at the first and last frame differ by at most 0.1 m/s.
 #[test]
 fn a_loop_goes_on_as_fast_as_it_ends() {
     for file in [
@@ -143,7 +143,7 @@ fn a_loop_ends_as_it_begins() {
         ("rokoko_dance.bvh", false),
     ] {
         let mut scene = import(file);
-        // Without its noise, in which no single frame shows a speed.
+        // The noise is removed first, because it hides the speed of a single frame.
         Smooth::new().apply(&mut scene, &StepInput::new()).unwrap();
         let report = Loop::new()
             .in_place(in_place)
@@ -156,8 +156,8 @@ fn a_loop_ends_as_it_begins() {
         let seconds = last as f64 / scene.animations[0].ticks_per_second;
         assert!((0.59..4.01).contains(&seconds), "{file}: {seconds} s");
         assert!(report.contacts_agree, "{file}: {report:?}");
-        // From the hips, in the directions of the body over the ground, so that the way and the turn of a cycle do not
-        // count.
+        // Positions are relative to the hips, along the directions of the body over the ground. So the distance and the
+        // turn of a cycle do not count.
         let found = Humanoid::of(&scene);
         let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
         let seen = |frame: usize| {
@@ -173,7 +173,8 @@ fn a_loop_ends_as_it_begins() {
                 .collect::<Vec<_>>()
         };
         let (start, end) = (seen(0), seen(last));
-        // Velocities at both ends, one-sided and of the second order: an acceleration does not count as a jump.
+        // The velocities at both ends are one-sided and of the second order, so that an acceleration does not count as
+        // a jump.
         let (out, into) = ([seen(1), seen(2)], [seen(last - 1), seen(last - 2)]);
         let fastest = (1..=last).flat_map(|frame| {
             let (a, b) = (seen(frame - 1), seen(frame));
@@ -225,7 +226,7 @@ fn a_blend_without_weight_is_the_first_and_with_all_weight_the_second() {
     assert_eq!(report.frames, 281);
     assert_bones_keep_their_lengths(&part(&first, 0, 0), &part(&scene, 0, 0));
     assert_eq!(scene.validate(), []);
-    // A motion that is blended with itself, slower, is itself at a speed between.
+    // A motion that is blended with a slower copy of itself gives itself at a speed between both.
     let mut slow = first.clone();
     warp_time(&mut slow, &[(0.0, 0.0), (300.0 / 120.0, 600.0 / 120.0)]).unwrap();
     let mut scene = first.clone();
@@ -244,7 +245,8 @@ fn a_weight_may_change_over_time() {
     let first = part(&walk, 0, 300);
     let mut second = part(&walk, 0, 300);
     Mirror::new().apply(&mut second, &StepInput::new()).unwrap();
-    // Up to 0.5 s the first alone. The two are equally long and look alike, but a step is one of the other foot.
+    // Up to 0.5 s only the first motion counts. Both motions are equally long and look alike, but their steps use
+    // opposite feet.
     let curve = |points: &[(f64, f64)]| BlendWeight::Curve(points.to_vec());
     let mut scene = first.clone();
     blend(&mut scene, &second, curve(&[(0.5, 0.0), (1.5, 1.0)])).unwrap();
@@ -259,7 +261,7 @@ fn a_weight_may_change_over_time() {
             .fold(0.0, f32::max);
         assert!(off < 1e-5, "{off} in frame {frame}");
     }
-    // At the end the second alone, wherever the steps have led.
+    // At the end only the second motion counts, wherever the steps have led.
     let (end, expected) = (positions(&scene), positions(&second));
     let (end, expected) = (end.last().unwrap(), expected.last().unwrap());
     for (place, expected_place) in end.iter().zip(expected) {
@@ -267,7 +269,7 @@ fn a_weight_may_change_over_time() {
         assert!((from_hips - expected).abs() < 0.02, "{from_hips} {expected}");
         assert!((place.y - expected_place.y).abs() < 0.02, "{place} {expected_place}");
     }
-    // A curve that does not change is a constant weight.
+    // A curve with one value equals a constant weight.
     let (mut flat, mut constant) = (first.clone(), first.clone());
     blend(&mut flat, &second, curve(&[(0.0, 0.25), (9.0, 0.25)])).unwrap();
     blend(&mut constant, &second, 0.25).unwrap();
@@ -291,8 +293,8 @@ fn a_weight_may_change_over_time() {
     }
 }
 
-/// One walk in two directions is that walk in a direction between, as fast, and without a jump. At 180 degrees the mean
-/// of the positions would not move at all.
+/// One walk in two directions gives this walk in a direction between both, as fast and without a jump. At 180 degrees,
+/// a mean of the positions would not move at all.
 #[test]
 fn walks_in_different_directions_are_mixed_as_each_figure_sees_them() {
     let first = part(&import(WALK), 0, 300);
@@ -324,7 +326,7 @@ fn walks_in_different_directions_are_mixed_as_each_figure_sees_them() {
     }
 }
 
-/// The warning of two motions that do not fit, as text; empty without one.
+/// The warning about two motions that do not fit, as text; empty if they fit.
 fn unfit(scene: &Scene) -> String {
     let warnings = scene.warnings.iter();
     let of_fit = warnings.filter(|warning| warning.code == mocap::Code::PosesApart);
@@ -334,7 +336,7 @@ fn unfit(scene: &Scene) -> String {
 #[test]
 fn motions_that_do_not_fit_are_warned_of() {
     let walk = import(WALK);
-    // A clip that is cut in two fits.
+    // The two parts of a cut clip fit.
     let mut whole = part(&walk, 0, 260);
     concat(&mut whole, &part(&walk, 260, 522)).unwrap();
     assert_eq!(unfit(&whole), "");
@@ -342,7 +344,7 @@ fn motions_that_do_not_fit_are_warned_of() {
     blend(&mut both, &walk, 0.5).unwrap();
     assert_eq!(unfit(&both), "");
 
-    // 60 degrees at one joint, and nothing else.
+    // One joint differs by 60 degrees, and nothing else differs.
     let mut bent = walk.clone();
     let mut channels = bent.animations[0].channels.iter_mut();
     let forearm = channels.find(|channel| channel.node_name == "LeftForeArm").unwrap();
@@ -360,12 +362,12 @@ fn motions_that_do_not_fit_are_warned_of() {
     let mut mixed = walk.clone();
     blend(&mut mixed, &bent, 0.5).unwrap();
     assert!(unfit(&mixed).contains("degrees"), "{}", unfit(&mixed));
-    // What is not mixed need not fit.
+    // Parts that are not mixed need not fit.
     let mut first = walk.clone();
     blend(&mut first, &bent, 0.0).unwrap();
     assert_eq!(unfit(&first), "");
 
-    // Without alignment the second begins elsewhere: the walk goes 4 m in 4.3 s.
+    // Without alignment, the second motion begins elsewhere: the walk covers 4 m in 4.3 s.
     let mut apart = part(&walk, 0, 520);
     let options = Concat::new().align(false);
     options
@@ -377,7 +379,7 @@ fn motions_that_do_not_fit_are_warned_of() {
         unfit(&apart)
     );
 
-    // The speed alone: the second stands.
+    // Only the speed differs: the second motion stands.
     let mut still = part(&walk, 260, 522);
     for channel in &mut still.animations[0].channels {
         let (position, rotation) = (channel.position_keys.values[0], channel.rotation_keys.values[0]);
@@ -435,7 +437,7 @@ fn keys_stay_and_what_lies_between_is_smooth() {
             );
         }
     }
-    // At a key the speed jumps with slerp, and hardly with squad.
+    // At a key, the speed jumps with slerp, and hardly with squad.
     let jump = |interpolation| {
         let mut scene = walk.clone();
         InBetween::new()
@@ -454,7 +456,8 @@ fn keys_stay_and_what_lies_between_is_smooth() {
     assert!(jump(KeyInterpolation::Squad) < 0.3 * jump(KeyInterpolation::Slerp));
 }
 
-/// The second motion is played at the frame rate of the first, which both files state: an hour at a million.
+/// The second motion is played at the frame rate of the first. Files may state any rates, so an hour could have a
+/// million frames per second.
 #[test]
 fn a_second_motion_that_would_have_too_many_frames_is_refused() {
     let mut fast = import(WALK);

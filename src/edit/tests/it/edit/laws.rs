@@ -1,10 +1,10 @@
-//! What every step keeps, and what each refuses.
+//! Tests of the laws that every step keeps, and of the inputs that each refuses.
 
 use mocap::edit::{EditStep, Mirror, Step, StepInput};
 
 use super::*;
 
-/// Steps with parameters that change something. What has no row is tried with its defaults.
+/// Steps with parameters that change something. A step without a row is tried with its defaults.
 const STEPS: [&str; 30] = [
     "foot-lock",
     "mirror",
@@ -57,7 +57,7 @@ fn no_step_changes_the_length_of_a_bone() {
         before.trim(0.0, 2.5 * rate);
         let mut other = before.clone();
         Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
-        // `root-motion` adds a joint, so that nodes cannot be compared by their index.
+        // `root-motion` adds a joint, so nodes cannot be compared by index.
         for step in steps().into_iter().filter(|step| *step != "root-motion") {
             let mut scene = before.clone();
             apply(step, &mut scene, &other).unwrap_or_else(|error| panic!("{file}: {step}: {error}"));
@@ -67,8 +67,8 @@ fn no_step_changes_the_length_of_a_bone() {
     }
 }
 
-/// Odd motions: of one frame, of two, with a useless rate, of a skeleton that is no figure, and without joints. Each
-/// step does something valid, or gives a reason and leaves the scene unchanged.
+/// Odd motions: of one frame, of two frames, with a useless rate, of a skeleton that is no figure, and without joints.
+/// Each step gives a valid result, or gives a reason and leaves the scene unchanged.
 #[test]
 fn odd_motions_are_changed_or_refused() {
     let walk = import("cmu_12_01_walk.bvh");

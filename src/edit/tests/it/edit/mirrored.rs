@@ -1,4 +1,4 @@
-//! Left and right exchanged.
+//! Tests of mirroring.
 
 use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{Humanoid, HumanoidBone, Side};
@@ -6,7 +6,7 @@ use mocap::glam::DMat3;
 
 use super::*;
 
-/// Skeletons with other names, rest poses and offsets on both sides.
+/// Skeletons with different names, rest poses and offsets on both sides.
 const CLIPS: [&str; 8] = [
     "cmu_12_01_walk.bvh",
     "motionbuilder_vicon_walk.bvh",
@@ -41,11 +41,12 @@ fn twice_is_the_identity_and_once_keeps_the_bones() {
     }
 }
 
-/// The distances between joints of both sides say it without a plane; and a heap of four joints turns inside out.
+/// The distances between joints of both sides show the mirror image without a plane. A heap of four joints turns inside
+/// out.
 #[test]
 fn each_side_does_what_the_other_did() {
     use HumanoidBone::*;
-    // Its left and right side are equal to a micrometre, which those of CMU's skeletons are not.
+    // The left and right sides of this skeleton are equal within a micrometre, unlike those of CMU's skeletons.
     let scene = import("motionbuilder_vicon_walk.bvh");
     let mut other = scene.clone();
     Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
@@ -85,9 +86,9 @@ fn a_walk_goes_on_the_same_way() {
     assert!(way(&before).dot(way(&after)) > 0.95, "{} {}", way(&before), way(&after));
 }
 
-/// The distances between all bones of a figure and of its mirror image differ by no more than its sides do. Rokoko's
-/// hands are turned by half a turn against each other. The run's rest pose has one leg ahead, and hangs the legs askew
-/// on the spine, 2.4 cm off.
+/// The distances between all bones of a figure and of its mirror image differ by no more than its sides differ.
+/// Rokoko's hands are rotated by half a turn relative to each other. The run's rest pose has one leg ahead, and its
+/// legs are attached to the spine off-centre, by 2.4 cm.
 #[test]
 fn sides_may_be_turned_and_bent_differently_at_rest() {
     for (file, most) in [
@@ -117,15 +118,15 @@ fn sides_may_be_turned_and_bent_differently_at_rest() {
     }
 }
 
-/// Positions do not show how a bone is turned about itself. The frames of both sides stand to each other as the
-/// offsets, and by NumPy the mean posture, of the files say: reflected along an axis.
+/// Positions do not show the roll of a bone. The offsets and, computed by NumPy, the mean posture of the files show how
+/// the frames of both sides relate: reflected along an axis.
 #[test]
 fn each_bone_is_turned_about_itself_as_its_partner_was() {
     use HumanoidBone::*;
     let (x, z) = ([-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]);
     let arm = [[LeftUpperArm, LeftLowerArm], [LeftLowerArm, LeftHand]];
     let leg = [[LeftUpperLeg, LeftLowerLeg], [LeftLowerLeg, LeftFoot]];
-    // The sides of the last body differ: with them so do the directions of its bones, by as many degrees.
+    // The sides of the last body differ, so the directions of its bones differ by as many degrees.
     for (file, arms, legs, degrees) in [
         ("real/motionbuilder_vicon_walk.bvh", x, x, 0.1),
         ("real/cmu_12_01_walk.bvh", x, x, 0.1),

@@ -1,4 +1,4 @@
-//! Limbs that go to a target: kinematics of the tests' own in double precision say whether they are there.
+//! Tests of limbs that move to a target. Separate kinematics in double precision check whether they arrive.
 
 use mocap::edit::report::{EditReport, StepReport};
 use mocap::edit::{EditStep, StepInput};
@@ -15,8 +15,8 @@ fn joint(scene: &Scene, bone: &str) -> usize {
     Humanoid::of(scene).joint(bone).unwrap().index()
 }
 
-/// The hand is at the head within the part, the foot at a point; nothing moves beside the limb, and nothing before and
-/// after.
+/// The hand is at the head within the part, and the foot is at a point. Only the limb moves, and nothing moves before
+/// and after the part.
 #[test]
 fn a_limb_reaches_its_target() {
     for file in ["cmu_12_01_walk.bvh", "rokoko_dance.bvh", "z_up_dab.bvh"] {
@@ -66,8 +66,8 @@ fn a_limb_reaches_its_target() {
     }
 }
 
-/// An elbow or a knee is not swung about. That holds if the limb is far from its place, or near to it for a moment, and
-/// if the body jumps in one frame. Its acceleration is at most 1.3 times the largest of the source.
+/// An elbow or a knee does not swing around, even if the limb is far from its place, near to it for a moment, or the
+/// body jumps in one frame. Its acceleration is at most 1.3 times the largest of the source.
 #[test]
 fn the_middle_of_a_limb_is_not_swung_about() {
     let arm = ["leftLowerArm", "leftHand", "head"];
@@ -106,7 +106,7 @@ fn the_middle_of_a_limb_is_not_swung_about() {
     }
 }
 
-/// What is left is said, and the limb is straight towards its target.
+/// The remaining distance is reported, and the limb is straight towards its target.
 #[test]
 fn a_target_out_of_reach_is_said() {
     let mut scene = import("cmu_12_01_walk.bvh");
@@ -169,7 +169,7 @@ fn what_cannot_be_a_target_is_refused() {
     assert_eq!(error.diagnostic().help.as_deref(), Some("did you mean LeftHand?"));
 }
 
-/// A hand that is held before the swaying head is pinned to the hips: in the frame of the hips it stays where it is.
+/// A hand in front of the swaying head is pinned to the hips: it stays at one place in the frame of the hips.
 #[test]
 fn what_touches_keeps_touching() {
     let mut scene = import("cmu_12_01_walk.bvh");
@@ -195,7 +195,7 @@ fn what_touches_keeps_touching() {
     let farthest = at.iter().map(|here| here.distance(at[0])).fold(0.0, f32::max);
     assert!(farthest < 1e-4 && pin.slide_before > 0.02, "{farthest}: {report}");
 
-    // Hands that meet for a second are found, and none slides more than it did.
+    // Contacts of hands that last for a second are found, and no hand slides more than before.
     let mut scene = import("cmu_12_01_walk.bvh");
     apply(&mut scene, "reach:limb=left-hand,to=hips,offset=0/0.2/0.3,range=1..2").unwrap();
     apply(&mut scene, "reach:limb=right-hand,to=hips,offset=0/0.2/0.3,range=1..2").unwrap();
@@ -209,7 +209,7 @@ fn what_touches_keeps_touching() {
     );
 }
 
-/// The line of sight goes through the target, or the report says by how much it does not.
+/// The line of sight goes through the target, or the report states the distance.
 #[test]
 fn the_head_turns_to_its_target() {
     for file in ["cmu_12_01_walk.bvh", "rokoko_dance.bvh", "z_up_dab.bvh"] {
@@ -225,7 +225,7 @@ fn the_head_turns_to_its_target() {
         let shoulder = joint(&before, "leftUpperArm");
         assert!((0..was.len()).all(|frame| was[frame][shoulder].distance(is[frame][shoulder]) < 1e-5));
     }
-    // The back of the head is no limit that is passed with a jump.
+    // The head does not jump when the target passes behind it.
     let mut scene = import("cmu_12_01_walk.bvh");
     let report = apply(&mut scene, "look-at:at=0/1.5/-50").unwrap();
     let StepReport::LookAt(look) = &report.changed else {
@@ -234,8 +234,8 @@ fn the_head_turns_to_its_target() {
     assert!(look.beyond == look.frames && look.largest_angle > 60.0, "{report}");
 }
 
-/// A walk passes a point beside its head. The turn that is added is never faster than a head, and the frames in which it
-/// is late are counted.
+/// A walk passes a point beside its head. The added rotation is never faster than a head, and the frames in which it is
+/// late are counted.
 #[test]
 fn the_head_follows_a_target_that_passes_no_faster_than_heads_turn() {
     let before = import("cmu_12_01_walk.bvh");
@@ -260,11 +260,11 @@ fn the_head_follows_a_target_that_passes_no_faster_than_heads_turn() {
         .windows(2)
         .map(|pair| pair[0].angle_between(pair[1]).to_degrees() * rate);
     let fastest = fastest.fold(0.0, f64::max);
-    // The motion of the head itself moves the axis of the turn of the neck.
+    // The motion of the head itself moves the rotation axis of the neck.
     assert!(fastest < 1.1 * 400.0, "{fastest} degrees a second");
 }
 
-/// A motion that was turned and lifted comes back.
+/// A motion that was turned and lifted is restored.
 #[test]
 fn turned_about_the_vertical_the_figure_looks_elsewhere() {
     let before = import("cmu_12_01_walk.bvh");
@@ -276,7 +276,7 @@ fn turned_about_the_vertical_the_figure_looks_elsewhere() {
     for (now, was) in exact_positions(&scene).iter().zip(&at) {
         for (now, was) in now.iter().zip(was) {
             let from = *was - pivot;
-            // +Z goes to +X about +Y.
+            // A rotation about +Y moves +Z to +X.
             let turned = pivot + DVec3::new(from.z, from.y, -from.x);
             assert!(now.distance(turned) < 1e-5, "{now} {turned}");
         }
@@ -296,7 +296,7 @@ fn turned_about_the_vertical_the_figure_looks_elsewhere() {
     }
 }
 
-/// A walk that is lifted by 30 cm, and one on a slope of 3 degrees, stand on the floor afterwards.
+/// A walk that is lifted by 30 cm, and a walk on a slope of 3 degrees, stand on the floor afterwards.
 #[test]
 fn a_motion_is_put_on_the_floor() {
     let before = import("cmu_12_01_walk.bvh");
@@ -321,8 +321,8 @@ fn a_motion_is_put_on_the_floor() {
     assert!(off.abs() < 0.02, "{off} {report}");
 }
 
-/// The tip of the hand of the lecture's arm, which is no humanoid, goes to a point in frames 3 to 5. So does the tip of
-/// a humanoid's hand, with all joints of its arm. Joints keep their distances, and nothing else moves.
+/// The tip of the hand of the lecture's arm, which is no humanoid, moves to a point in frames 3 to 5. The tip of a
+/// humanoid's hand does the same, with all joints of its arm. Joints keep their distances, and nothing else moves.
 #[test]
 fn the_tip_of_any_chain_reaches_its_target() {
     for (file, step, start, tip, range) in [
@@ -388,7 +388,7 @@ fn the_tip_of_any_chain_reaches_its_target() {
     }
 }
 
-/// A chain that a moving shoulder carries away stays where it was.
+/// The tip of a chain stays at its place although a moving shoulder carries the chain.
 #[test]
 fn the_tip_of_any_chain_is_pinned() {
     let mut scene = import("lecture_Test.bvh");
@@ -406,7 +406,7 @@ fn the_tip_of_any_chain_is_pinned() {
     assert!(farthest < 1e-4 && pin.slide_before > 1.0, "{farthest}: {report}");
 }
 
-/// A skeleton without limbs says how it is brought to a target.
+/// For a skeleton without limbs, the message says how to move it to a target.
 #[test]
 fn without_limbs_a_chain_is_offered() {
     let error = apply(&mut import("lecture_Test.bvh"), "reach:to=1/1/0").unwrap_err();

@@ -1,11 +1,11 @@
-//! What the filters of `smooth` leave of an oscillation.
+//! Tests of the amplitude that the filters of `smooth` leave of an oscillation.
 
 use mocap::edit::{Despike, FootLock, Smooth, SmoothFilter, Step, StepInput};
 use mocap::glam::Quat;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId};
 use mocap::{Code, Scene};
 
-/// How much of an oscillation of `frequency` the filter leaves, from its weights.
+/// The fraction of an oscillation of `frequency` that the filter leaves, computed from its weights.
 fn response(filter: SmoothFilter, frequency: f64) -> f64 {
     let kernel = filter.kernel(6.0, 240.0, usize::MAX);
     let phase = |frame: usize| (std::f64::consts::TAU * frequency * frame as f64 / 240.0).cos();
@@ -38,7 +38,7 @@ fn the_filters_have_the_responses_that_define_them() {
     }
 }
 
-/// A node that turns to and fro from frame to frame.
+/// A node that rotates back and forth from frame to frame.
 fn trembling(rate: f64, frames: usize) -> Scene {
     let mut scene = Scene::default();
     scene.nodes.push(Node::default());
@@ -57,7 +57,7 @@ fn trembling(rate: f64, frames: usize) -> Scene {
     scene
 }
 
-/// A rate that a file states gave two thousand million weights, and each was used in each frame.
+/// The rate in a file once led to two thousand million weights, each used in every frame.
 #[test]
 fn averages_of_too_many_frames_are_refused() {
     let slow = Smooth::new().cut_off(1e-3);
@@ -74,7 +74,7 @@ fn averages_of_too_many_frames_are_refused() {
     assert_eq!(refusal.code(), Code::LimitExceeded);
 }
 
-/// What a step averages of a walk is refused where the rate makes it too much, and not where the walk is short.
+/// A step refuses to average too many frames of a walk at an extreme rate, but accepts a short walk.
 #[test]
 fn a_foot_lock_of_too_many_frames_at_once_is_refused() {
     let walk = |seconds: f64, rate: f64| {

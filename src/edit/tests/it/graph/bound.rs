@@ -1,9 +1,9 @@
-//! Numbers of windows, whose distance bounds that of the windows.
+//! Tests of the numbers of windows, whose distance bounds the distance of the windows.
 
 use mocap::figure::Figure;
 use mocap_edit::internals::{Bound, CloudSpace, Clouds, SLACK, Window};
 
-/// A bound above the distance would lose transitions; one far below it would be of no use.
+/// A bound above the distance would lose transitions. A bound far below would be useless.
 #[test]
 fn no_distance_is_below_its_bound() {
     for (file, frames) in [

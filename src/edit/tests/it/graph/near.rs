@@ -1,8 +1,8 @@
-//! The search for near windows.
+//! Tests of the search for near windows.
 
 use mocap_edit::internals::{LANES, NUMBERS, NeighbourIndex, Numbers};
 
-/// No pair may be left out, and each is found once.
+/// No pair is missing, and each is found once.
 #[test]
 fn all_pairs_are_found_once() {
     let mut state = 1_u32;
@@ -31,7 +31,7 @@ fn all_pairs_are_found_once() {
         }
     }
     own.sort_unstable();
-    // Of a block with itself both orders are found.
+    // Two windows of the same block are found in both orders.
     own.dedup();
     let all = || (0..clips.len()).flat_map(|clip| (0..clips[clip].len()).map(move |window| (clip, window)));
     let mut truth = Vec::new();
