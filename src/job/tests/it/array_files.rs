@@ -1,5 +1,5 @@
-//! Arrays of other programs, read: against joints that NumPy has posed (`tools/arrays/make_fixtures.py`), against the
-//! positions that stand in the files themselves, and against what a hostile file may hold.
+//! Tests of reading arrays of other programs. They are compared with joints that NumPy has posed
+//! (`tools/arrays/make_fixtures.py`) and with the positions in the files. Hostile files are refused.
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
@@ -21,7 +21,7 @@ fn import(name: &str) -> Scene {
     mocap::import(path(name)).unwrap()
 }
 
-/// What NumPy makes of a file: frames x joints x 3, in the order of the layout, with +Y up.
+/// The joint positions that NumPy computes from a file: frames x joints x 3, in the order of the layout, with +Y up.
 #[derive(Deserialize)]
 struct Expected {
     frame_rate: f64,
@@ -32,8 +32,8 @@ fn expected() -> BTreeMap<String, Expected> {
     serde_json::from_str(&fs::read_to_string(path("expected.json")).unwrap()).unwrap()
 }
 
-/// The largest distance of a joint from where it is expected. The scene is depth-first and the layout is not, so the
-/// joints are found by their names, which stand in the order of the layout.
+/// The largest distance of a joint from its expected position. The scene is depth-first but the layout is not, so
+/// joints are found by name.
 fn farthest(scene: &Scene, names: &[&str], positions: &[Vec<[f32; 3]>]) -> f32 {
     let nodes: Vec<NodeId> = names
         .iter()
@@ -73,7 +73,7 @@ fn smpl_names(count: usize) -> Vec<String> {
     names
 }
 
-/// Models that state their vertices as SMPL's do, one with a sparse matrix, and the coefficients of the motion.
+/// Models that store vertices as SMPL does, one with a sparse matrix, and the coefficients of the motion.
 #[test]
 fn a_model_gives_lengths_and_shape() {
     let text = fs::read_to_string(path("expected_bodies.json")).unwrap();
@@ -146,7 +146,7 @@ fn a_body_that_cannot_be_used_is_an_error() {
         Code::NotHumanoid
     );
     assert!(on("nosuch.npz", &shaped).to_string().contains("nosuch.npz"));
-    // A model without a part that it needs, and one that is cut.
+    // A model that lacks a necessary part, and a truncated model.
     let bytes = fs::read(path("body_smpl.pkl")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let cut = folder.path().join("cut.pkl");
@@ -176,8 +176,8 @@ fn joints_are_where_numpy_poses_them() {
     }
 }
 
-/// One motion in six files: dictionaries in three protocols, tensors, and rows without names, which have no lengths,
-/// so that rotations alone can be compared.
+/// One motion in six files: dictionaries in three protocols, tensors, and rows without names. These files have no
+/// lengths, so only rotations are compared.
 #[test]
 fn one_motion_is_equal_in_every_file() {
     let options = ArrayOptions::new().rotation_space(RotationSpace::World);
@@ -205,12 +205,12 @@ fn one_motion_is_equal_in_every_file() {
     }
 }
 
-/// The positions of Kimodo's file are beside its rotations.
+/// Kimodo's file has positions in addition to its rotations.
 #[test]
 fn kimodo_poses_its_own_positions() {
     let scene = import("kimodo_soma_01.npz");
     assert_eq!((scene.nodes.len(), scene.animations[0].frame_count()), (30, 150));
-    // What `numpy.load` prints of posed_joints: Hips, Neck1 and RightToeBase, the joints 0, 4 and 29.
+    // The values that `numpy.load` prints of posed_joints: Hips, Neck1 and RightToeBase, the joints 0, 4 and 29.
     let names = ["Hips", "Neck1"];
     let positions = vec![vec![
         [0.0, 1.000_736_7, 0.056_332_9],
@@ -222,7 +222,7 @@ fn kimodo_poses_its_own_positions() {
     assert_eq!(bone("Neck2"), None);
 }
 
-/// Our own arrays, in each form of rotations, are read back to a scene of which the arrays are equal.
+/// Our own arrays, in each form of rotations, are read back to a scene that gives equal arrays.
 #[test]
 fn own_arrays_come_back() {
     for name in [
@@ -262,7 +262,8 @@ fn own_arrays_come_back() {
     }
 }
 
-/// CSV and Parquet have the numbers of the `.npz`, bit by bit, so their scenes are equal, and `fk` of them too.
+/// CSV and Parquet have the numbers of the `.npz`, bit by bit. So their scenes are equal, and so are the outputs of
+/// `fk`.
 #[test]
 fn tables_come_back_as_the_archive_does() {
     for name in [
@@ -271,7 +272,7 @@ fn tables_come_back_as_the_archive_does() {
         "real/perception_neuron_moving_positions.bvh",
     ] {
         let mut scene = mocap::import(format!("../../fixtures/{name}")).unwrap();
-        // What a table must quote, and what a spreadsheet would calculate.
+        // Names that a table must quote, and a name that a spreadsheet would calculate.
         scene.nodes[1].name = "=a,\"b\"".to_owned();
         for rotation in [Rotation::Quaternion, Rotation::SixD, Rotation::Matrix, Rotation::Euler] {
             let options = ArrayOptions::new().rotation(rotation).velocities(true);
@@ -301,7 +302,7 @@ fn tables_come_back_as_the_archive_does() {
     }
 }
 
-/// Joints of several trees, and a choice of joints, have no common root; a list may have parents first in any order.
+/// Joints of several trees, and a selection of joints, have no common root. A list may have parents first in any order.
 #[test]
 fn arrays_of_several_roots_have_one_parent() {
     let scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -359,7 +360,7 @@ fn tables_that_are_no_motion_or_are_damaged_say_where() {
     }
 }
 
-/// A table that ends inside a frame has the frames before it; the capture has 10.
+/// A table that ends inside a frame keeps the frames before it. The capture has 10 frames.
 #[test]
 fn a_table_that_is_cut_off_has_its_whole_frames() {
     let scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
@@ -379,7 +380,7 @@ fn a_table_that_is_cut_off_has_its_whole_frames() {
     }
 }
 
-/// Names, gaps and the rate of tables of points, as a person reads them.
+/// The names, gaps and rate of tables of points, as a person reads them.
 #[test]
 fn tables_of_positions_are_points() {
     let wide = "Time;Hip_X;Hip_Y;Hip_Z;Knee.x;Knee.y;Knee.z;x_Toe;y_Toe;z_Toe;note\r\n\
@@ -405,7 +406,7 @@ fn tables_of_positions_are_points() {
     }));
 }
 
-/// Sizes of pages and counts of values are claims. Of a small file every third byte is changed.
+/// Page sizes and value counts may be wrong. Every third byte of a small file is changed.
 #[cfg(feature = "parquet")]
 #[test]
 fn a_parquet_file_with_changed_bytes_is_an_error_or_a_scene() {
@@ -431,8 +432,8 @@ fn a_parquet_file_with_changed_bytes_is_an_error_or_a_scene() {
     assert!(read > 100 && refused > 100, "{read} read, {refused} refused");
 }
 
-/// What is written in a layout is read back: joints within 0.1 mm and rotations within 0.01 degrees of those of a VRM
-/// animation, which knows nothing of SMPL.
+/// Every written layout is read back. Joints are within 0.1 mm, and rotations within 0.01 degrees, of a VRM animation,
+/// whose code does not know SMPL.
 #[test]
 fn layouts_that_are_written_come_back() {
     let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -460,7 +461,7 @@ fn layouts_that_are_written_come_back() {
                         .distance(poses[1].position(NodeId::new(index))),
                 );
                 let [a, b] = [poses[0].node_to_world[own], poses[1].node_to_world[index]];
-                // Of small angles the cosine is too coarse: the chord between the axes is not.
+                // The cosine of a small angle is too coarse, so the chord between the axes is used.
                 turned = turned.max(
                     (a.x_axis - b.x_axis)
                         .length()
@@ -478,7 +479,7 @@ fn layouts_that_are_written_come_back() {
     }
 }
 
-/// The joints of HumanML3D's numbers are those from which they were made, moved and turned as a whole.
+/// The joints of HumanML3D's numbers equal the source joints, up to a motion of the whole body.
 #[test]
 fn humanml3d_comes_back() {
     let scene = import("points_smpl22.npy");
@@ -522,7 +523,7 @@ fn positions_alone_are_points() {
     assert!(last.distance(Vec3::from(LAST_POINT)) < 1e-6, "{last}");
 }
 
-/// What NumPy prints of the last point of `points_fortran.npy`.
+/// The values that NumPy prints of the last point of `points_fortran.npy`.
 const LAST_POINT: [f32; 3] = [0.691_847_86, 2.555_667, 0.434_677_8];
 
 fn error(bytes: &[u8], name: &str) -> mocap::Error {
@@ -581,7 +582,7 @@ fn what_is_wrong_is_named_with_its_array_and_its_shape() {
         assert_eq!(error.code(), code, "{error}");
         assert!(error.to_string().contains(words), "{error} has no {words}");
     }
-    // A frame or none is a motion, too.
+    // A motion may have one frame or none.
     for (frames, keys) in [(0, 0), (1, 1)] {
         let scene = Importer::new()
             .read(&npy(&format!("({frames}, 5, 3)"), frames * 120), "a.npy")
@@ -594,7 +595,7 @@ fn what_is_wrong_is_named_with_its_array_and_its_shape() {
     }
 }
 
-/// Every prefix of a file is an error or a scene, and never more.
+/// Every prefix of a file gives an error or a scene, but never more frames.
 #[test]
 fn cut_files_are_refused() {
     for name in [
@@ -614,7 +615,7 @@ fn cut_files_are_refused() {
     }
 }
 
-/// A table is several times as large as the arrays: Parquet gets it in parts, which a reader does not see.
+/// A table is several times as large as the arrays. So Parquet gets it in parts, which a reader does not notice.
 #[cfg(feature = "parquet")]
 #[test]
 fn a_long_table_is_made_in_parts() {

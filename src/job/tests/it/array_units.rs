@@ -1,4 +1,4 @@
-//! Arrays whose numbers are not what their layouts say: angles in degrees, and numbers that were normalized.
+//! Tests of arrays whose numbers do not match their layout: angles in degrees, and normalized numbers.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -6,7 +6,7 @@ use std::fs;
 use mocap::arrays::{BodyArrays, BodyLayout};
 use mocap::{Code, Importer};
 
-/// A `.npy` of rows of 64-bit numbers.
+/// A `.npy` file of rows of 64-bit numbers.
 fn npy(rows: &[Vec<f64>]) -> Vec<u8> {
     let (frames, width) = (rows.len(), rows[0].len());
     let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({frames}, {width}), }}\n");
@@ -19,14 +19,15 @@ fn npy(rows: &[Vec<f64>]) -> Vec<u8> {
         .collect()
 }
 
-/// PHUMA's rows of a body whose hips and knees bend by 0.3 and 0.6 rad, times `unit`, and that turns by `spin` a frame.
+/// PHUMA's rows of a body whose hips and knees bend by 0.3 and 0.6 rad, multiplied by `unit`. The body turns by `spin`
+/// per frame.
 fn bending(unit: f64, spin: f64) -> Vec<Vec<f64>> {
     let row = |frame: usize| {
         let mut row = vec![0.0; 69];
         row[2] = 0.9;
         row[4] = spin * frame as f64;
         let bent = (0.3 * frame as f64).sin().abs();
-        // Hips are the first and second joint below the root, knees the fourth and fifth.
+        // Hips are the first and second joints below the root, knees the fourth and fifth.
         for (joint, angle) in [(1, -0.3), (2, -0.3), (4, 0.6), (5, 0.6)] {
             row[3 + 3 * joint] = unit * angle * bent;
         }
@@ -39,7 +40,7 @@ fn bending(unit: f64, spin: f64) -> Vec<Vec<f64>> {
 fn rotations_in_degrees_are_refused() {
     let read = |rows: &[Vec<f64>]| Importer::new().read(&npy(rows), "a.npy");
     assert!(read(&bending(1.0, 0.0)).is_ok());
-    // Six turns and more: one joint, that turns on.
+    // More than six turns: one joint that keeps rotating.
     assert!(read(&bending(1.0, 1.0)).is_ok());
     let error = read(&bending(1.0_f64.to_degrees(), 0.0)).unwrap_err();
     assert_eq!(error.code(), Code::NumberRange);
@@ -70,9 +71,9 @@ fn joints_of_a_robot_in_degrees_are_refused() {
     }
 }
 
-/// Less the mean of each column, by its deviation, as networks are trained.
+/// Normalized as for training networks: less the mean of each column, divided by its deviation.
 fn normalized(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    /// A deviation that is taken for none: the data set has no such column.
+    /// A deviation that counts as 0: the dataset has no such column.
     const STILL: f64 = 1e-3;
     let count = rows.len() as f64;
     let columns = (0..rows[0].len()).map(|column| {
@@ -100,7 +101,7 @@ fn normalized_numbers_of_humanml3d_are_refused() {
         .collect();
     let rows: Vec<Vec<f64>> = numbers.chunks_exact(263).map(<[f64]>::to_vec).collect();
     let read = |rows: &[Vec<f64>]| Importer::new().read(&npy(rows), "a.npy");
-    // A network's numbers are a little off.
+    // A network's numbers have small errors.
     let noisy = rows.iter().enumerate().map(|(frame, row)| {
         let noise = |column: usize| 0.1 * (1e3 * (frame * 263 + column) as f64).sin();
         row.iter()

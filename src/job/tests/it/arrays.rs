@@ -1,4 +1,4 @@
-//! Arrays against the independent kinematics, closed forms, and what the files say.
+//! Tests of arrays against separate kinematics, closed forms, and facts in the files.
 
 mod converted;
 mod robot;
@@ -11,11 +11,11 @@ use mocap::glam::{Quat, Vec3};
 use mocap::scene::{Keys, NodeKind, RotationOrder, UpAxis};
 use mocap::{Binding, Code, Importer, Pose, Scene, SkeletonMesh, Trs};
 
-/// As a share of the skeleton's height.
+/// The tolerance as a fraction of the skeleton's height.
 const TOLERANCE: f64 = 1e-5;
 
-/// Five dialects: a plain file, a root that adds to its OFFSET, six moving channels on a joint, joints with different
-/// rotation orders, and NaN among the values.
+/// Five dialects: a plain file, a root that adds to its OFFSET, a joint with six moving channels, joints with different
+/// rotation orders, and NaN values.
 const DIALECTS: [(&str, Root); 5] = [
     ("cmu_12_01_walk", Root::Replace),
     ("additive_root_walk", Root::Add),
@@ -42,7 +42,7 @@ fn point(values: &[f32], row: usize) -> [f64; 3] {
     std::array::from_fn(|axis| f64::from(values[3 * row + axis]))
 }
 
-/// The largest distance of `positions`, frames x joints x 3, from where the text of the file puts the joints.
+/// The largest distance of `positions`, frames x joints x 3, from the joint positions by the text of the file.
 fn largest_error(positions: &[f32], capture: &Capture, root: Root) -> f64 {
     let joints = capture.nodes.len();
     assert_eq!(positions.len(), 3 * joints * capture.rows.len());
@@ -52,7 +52,7 @@ fn largest_error(positions: &[f32], capture: &Capture, root: Root) -> f64 {
         rows.map(move |(joint, placement)| distance(point(positions, frame * joints + joint), placement.position))
             .collect::<Vec<_>>()
     });
-    // NaN would lose every comparison.
+    // NaN would make every comparison false.
     errors.fold(0.0, |largest, error| if error <= largest { largest } else { error })
 }
 
@@ -93,7 +93,7 @@ fn the_csv_holds_the_same_positions() {
     }
 }
 
-/// The values of an array of 32-bit floats in an archive without compression, found by the name of its file.
+/// The values of an array of 32-bit floats in an uncompressed archive, found by file name.
 fn floats_in(archive: &[u8], name: &str) -> Vec<f32> {
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).unwrap();
     let mut file = archive.by_name(&format!("{name}.npy")).unwrap();
@@ -142,7 +142,7 @@ fn every_form_of_rotation_is_that_of_the_kinematics() {
             let columns = [0, 3, 6, 1, 4, 7].map(|place| expected[place]);
             assert!(six.rotations[6 * row..][..6].iter().zip(&columns).all(is_close));
 
-            // A quaternion's matrix, element by element.
+            // The matrix of a quaternion, element by element.
             let [x, y, z, w]: [f64; 4] = std::array::from_fn(|i| f64::from(quaternions.rotations[4 * row + i]));
             let first_column = [
                 1.0 - 2.0 * (y * y + z * z),
@@ -169,7 +169,7 @@ fn euler_angles_are_those_of_the_file() {
             let angles = point(&motion.rotations, frame * joints + joint);
             for driven in &node.columns {
                 if let Column::Rotation(axis) = *driven {
-                    // The file keeps the middle angle within a quarter turn, so there is one way to write each.
+                    // The file keeps the middle angle within a quarter turn, so its angles are unique.
                     let turns = (angles[axis] - row[column]) / 360.0;
                     assert!(
                         (turns - turns.round()).abs() * 360.0 < 1e-2,
@@ -223,7 +223,7 @@ fn what_is_left_out_does_not_break_the_chain() {
     let index = |name: &str| world.joints().iter().position(|joint| joint.name == name).unwrap();
     let (foot, toe) = (index("LeftFoot"), index("LeftToeBase"));
     for frame in 0..world.frames {
-        // Down the listed chain: each position is turned by the rotations above it.
+        // Follows the listed chain down: each position is rotated by the rotations above.
         let mut position = [0.0; 3];
         let mut rotation = turn(0, 0.0);
         for (joint, everywhere) in [(0, 0), (1, foot), (2, toe)] {
@@ -255,15 +255,15 @@ fn unit_axes_frames_and_length_are_those_asked_for() {
         .last(Moment::Frame(5))
         .velocities(true);
     let motion = Arrays::of(&scene, &options).unwrap();
-    // Ten frames a second, the fourth is frame 2 + 4 / 2.
+    // At ten frames per second, the fourth is frame 2 + 4 / 2.
     assert_eq!((motion.frames, motion.frame_rate()), (7, 20.0));
-    // The shoulder is at (0.1 (n + 1), 0.02 n, 0): what was y is z now, and a metre 100 units.
+    // The shoulder is at (0.1 (n + 1), 0.02 n, 0). The old y becomes z, and a metre becomes 100 units.
     let joints = motion.joints().len();
     for frame in 0..7 {
         let n = 2.0 + f64::from(frame as u8) / 2.0;
         let expected = [10.0 * (n + 1.0), 0.0, 2.0 * n];
         assert!(distance(point(&motion.positions, frame * joints), expected) < 1e-4);
-        // (0.1, 0.02) metres a tick at ten ticks a second.
+        // (0.1, 0.02) metres per tick, at ten ticks per second.
         let velocity = point(motion.velocities.as_ref().unwrap(), frame * joints);
         assert!(distance(velocity, [100.0, 0.0, 20.0]) < 1e-2, "{velocity:?}");
     }
@@ -295,7 +295,7 @@ fn a_quarter_of_a_rounded_rate_is_every_fourth_frame() {
 
 #[test]
 fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
-    // One joint that stands for five frames, rises by a metre a frame for two, and stands up there.
+    // One joint that stands for five frames, rises by a metre per frame for two frames, and stands up there.
     let heights = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0];
     let rows: String = heights.iter().map(|height| format!("0 {height} 0\n")).collect();
     let text = format!(
@@ -311,7 +311,7 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
             .up(UpAxis::Y)
     };
     let contacts = |height| Arrays::of(&scene, &options(height)).unwrap().contacts.unwrap();
-    // Frame 4 is low, but its central difference is 5 m/s already.
+    // In frame 4 it is low, but its central difference is already 5 m/s.
     assert_eq!(
         contacts(0.05),
         [true, true, true, true, false, false, false, false, false]
@@ -330,7 +330,7 @@ fn a_walk_stands_on_one_foot_or_both_although_a_rest_pose_comes_first() {
         let frames = contacts.chunks(motion.joints().len());
         frames.filter(|frame| test(frame[left], frame[right])).count() as f64 / motion.frames as f64
     };
-    // Of a cycle of walking a foot stands for about 60 % and swings for 40 %: Perry, Gait Analysis, 1992.
+    // In a walking cycle, a foot stands for about 60 % and swings for 40 %: Perry, Gait Analysis, 1992.
     for stance in [count(|left, _| left), count(|_, right| right)] {
         assert!((0.4..0.75).contains(&stance), "{stance}");
     }
@@ -381,8 +381,8 @@ fn options_without_a_meaning_are_refused() {
     assert_eq!(Arrays::of(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
 }
 
-/// Blocks of frames against one frame after the other. The independent kinematics does not read these cases: formats
-/// with groups and scales, frames between frames, and a number of frames that two threads share.
+/// Compares blocks of frames with single frames. The separate kinematics does not read these cases: formats with groups
+/// and scales, times between frames, and frames that two threads share.
 #[test]
 fn blocks_of_frames_are_as_good_as_single_poses() {
     let files = [
@@ -416,7 +416,7 @@ fn blocks_of_frames_are_as_good_as_single_poses() {
             let binding = Binding::new(scene, animation);
             let mut pose = Pose::rest(scene);
             let cuts = scene.cuts(0);
-            // A marker that was not seen has no position.
+            // A hidden marker has no position.
             let gaps = scene.points_with_gaps(animation);
             for frame in 0..motion.frames {
                 let tick = frame as f64 * animation.ticks_per_second / motion.frame_rate();

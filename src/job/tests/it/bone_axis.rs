@@ -1,4 +1,4 @@
-//! `--bone-axis`: frames along bones, in what jobs write.
+//! Tests of `--bone-axis`: joint axes along bones in the outputs of jobs.
 
 use mocap::glam::{Mat4, Vec3};
 use mocap::job::Job;
@@ -34,7 +34,7 @@ fn off_child(scene: &Scene) -> f32 {
     farthest
 }
 
-/// The vertices of all skins at a tick, by the sum of the matrices of their bones.
+/// The vertices of all skins at a tick, by the weighted sum of the matrices of their bones.
 fn vertices(scene: &Scene, tick: f64) -> Vec<Vec3> {
     let animation = &scene.animations[0];
     let mut pose = Pose::rest(scene);
@@ -73,7 +73,8 @@ fn a_motion_is_written_with_bones_along_y() {
     }
 }
 
-/// The frames of a skinned character follow, its bind pose with them: every vertex is where it is without the option.
+/// The joint frames of a skinned character change, and its bind pose changes with them. Every vertex keeps its
+/// position.
 #[test]
 fn a_skin_deforms_as_without_it() {
     let onto = |axis: &str| {

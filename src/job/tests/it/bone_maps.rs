@@ -1,9 +1,9 @@
-//! Maps of bones, as files and in jobs.
+//! Tests of maps of bones, in files and in jobs.
 
 use mocap::figure::{HumanoidBone, HumanoidMap};
 use mocap::job::BoneMap;
 
-/// The map of a file with this text.
+/// The map in a file with this text.
 fn of_file(text: &str) -> mocap::Result<HumanoidMap> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.json");

@@ -1,4 +1,4 @@
-//! A `Conversion` says the same as the arrays, and what it writes is verified.
+//! Tests that a `Conversion` agrees with the arrays, and that its output is verified.
 
 use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::figure::{Humanoid, HumanoidBone, HumanoidMap};
@@ -20,7 +20,7 @@ fn a_map_of_the_bones_decides_the_unit() {
     for (index, node) in numbered.nodes.iter_mut().enumerate() {
         node.name = format!("J{index}");
     }
-    // The head is at the neck: the body is shorter, and its unit greater.
+    // The head is at the neck, so the body is shorter and its unit larger.
     let neck = source
         .nodes
         .iter()
@@ -42,7 +42,7 @@ fn a_map_of_the_bones_decides_the_unit() {
     assert_ne!(reason(HumanoidMap::new()), reason(map));
 }
 
-/// A writer that counts the rows of pictures from above: the figure stands on its feet after the conversion.
+/// A writer that counts the rows of pictures from above. The figure stands on its feet after the conversion.
 #[test]
 fn what_stands_with_y_down_is_turned() {
     let mut scene = mocap::import("../../fixtures/skeletons/animics_all_along_z.bvh").unwrap();

@@ -1,8 +1,8 @@
-//! One act finds the bones of a skeleton once, counted.
+//! Tests that a command searches the bones of a skeleton only once.
 
 use mocap_figure::found::searches;
 
-/// Runs a job on a file of `fixtures/real` with these further keys, and counts.
+/// Runs a job on a file of `fixtures/real` with these further keys, and counts the searches.
 fn searches_of(keys: &str, output: &str) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join(output);
@@ -44,7 +44,7 @@ fn one_edit_finds_its_source_once() {
     assert_eq!(searches_of("", "out.glb"), 1);
 }
 
-/// As `mocap view` puts a file on a page, and on a robot beside it.
+/// Works as `mocap view` does for a page with a file, and a robot beside it.
 #[cfg(feature = "render")]
 #[test]
 fn one_page_finds_its_source_once() {

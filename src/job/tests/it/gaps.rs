@@ -1,9 +1,9 @@
-//! Gaps of markers in arrays: not a number where a marker was not seen, there and back.
+//! Tests of marker gaps in arrays: NaN stands for a hidden marker, in written and read arrays.
 
 use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::{Format, Importer, Scene};
 
-/// B is seen in frames 1 and 3 at one place, and C in no frame.
+/// B is visible in frames 1 and 3 at one place, and C in no frame.
 const TAKE: &str = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n10\t5\t3\tm\n\
     Frame#\tTime\tA\t\t\tB\t\t\tC\t\t\n\
     1\t0.0\t1\t2\t3\t\t\t\t0\t0\t0\n2\t0.1\t1\t2\t4\t7\t8\t9\t0\t0\t0\n3\t0.2\t1\t2\t5\t\t\t\t0\t0\t0\n\

@@ -1,4 +1,4 @@
-//! Jobs of motion graphs and walks.
+//! Tests of jobs for motion graphs and walks.
 
 use mocap::job::Job;
 

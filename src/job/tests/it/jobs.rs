@@ -1,4 +1,4 @@
-//! Jobs, run by the library: what it refuses, and that a job in memory is the job on a disk.
+//! Tests of jobs that the library runs: refused jobs, and equal results in memory and on a disk.
 
 use std::fs;
 
@@ -87,7 +87,7 @@ fn a_wrong_job_says_where() {
             r#"{"matrix": "a.png", "write": {"output": "a.glb"}}"#,
             "the job: matrix: a motion job has no matrix",
         ),
-        // And below one.
+        // A file below an input folder.
         (
             r#"{"survey": {}, "source": {"frames": {"fps": 30}}}"#,
             "the job: source.frames: a survey job has no frames in source, but inputs",
@@ -130,7 +130,7 @@ fn a_misspelled_word_of_a_job_has_a_near_one() {
     }
 }
 
-/// The keys of an object tell the kind of its job, whatever their order.
+/// The keys of an object determine the kind of its job, whatever their order.
 #[test]
 fn the_keys_of_a_job_tell_its_kind() {
     let kind = |json: &str| match Job::from_json(json).unwrap() {
@@ -242,7 +242,7 @@ fn a_job_refuses_what_would_do_nothing() {
             "h1.urdf: error[invalid-value]: the target is a robot, not a character",
         );
     }
-    // The file of the character is not passed through: there are no animations to replace.
+    // The file of the character is not passed through, so there are no animations to replace.
     let replacing = hero.replace(r#".gltf""#, r#".gltf", "replace-animations": true"#);
     refused(
         &format!(r#"{replacing}, "write": {{"output": "a.fbx"}}"#),
@@ -253,7 +253,7 @@ fn a_job_refuses_what_would_do_nothing() {
         "steps": ["concat"], "write": {"output": "../../fixtures/real/cmu_short.bvh", "force": true}}"#;
     let error = Job::from_json(with).unwrap().run().unwrap_err();
     assert_eq!(error.code().as_str(), "output-is-input");
-    // Numbers of one motion only: none is dropped in silence.
+    // These formats hold one motion only, and no motion is dropped silently.
     let two = format!(
         r#"{{"source": {{"inputs": ["../../fixtures/real/cmu_short.bvh", "../../fixtures/real/cmu_short.bvh"],
         "frames": {{"trim": "0..0.1"}}}}, {robot}, "write": {{"output": "two.csv"}}}}"#
@@ -262,7 +262,7 @@ fn a_job_refuses_what_would_do_nothing() {
     assert!(error.to_string().contains("has one motion; name one"), "{error}");
 }
 
-/// A robot's T-pose is looked for with the rest pose that the motion begins with, whatever part of it is taken.
+/// The search for a robot's T-pose uses the rest pose at the beginning of the motion, whatever part is used.
 #[test]
 fn a_part_of_a_motion_on_a_robot_is_that_part_of_the_whole() {
     let robot = mocap::Importer::new()
@@ -275,7 +275,7 @@ fn a_part_of_a_motion_on_a_robot_is_that_part_of_the_whole() {
             .first_frame(first)
             .apply(&mut walk)
             .unwrap();
-        // Frame by frame, so that a frame does not depend on those after it.
+        // The solver works frame by frame, so that a frame does not depend on later frames.
         let options = RetargetOptions::new().lock_feet(false).passes(1).conversion(conversion);
         let moved = Retargeter::new(walk, robot.clone(), options).unwrap();
         moved.clips()[0].robot_motion.clone().unwrap()
@@ -288,7 +288,7 @@ fn a_part_of_a_motion_on_a_robot_is_that_part_of_the_whole() {
         pairs.map(|(a, b)| (a - b).abs().to_degrees()).fold(0.0, f64::max)
     };
     assert!(apart(&part) < 0.01, "{} degrees", apart(&part));
-    // Without that frame the ground is the same, since nobody stands on it in a rest pose.
+    // Without this frame the ground is the same, because nobody stands on it in a rest pose.
     let without = moved(Conversion::new(), FirstFrame::Drop);
     assert!(apart(&without) < 0.01, "{} degrees", apart(&without));
 }
@@ -343,7 +343,8 @@ fn a_job_runs_in_memory_as_on_a_disk() {
     assert_eq!(job.run_in_memory(&files).unwrap_err().code().as_str(), "missing-file");
 }
 
-/// A clip whose name is a number, or the word for all clips, is reached by `name:`; what a job says of it is read back.
+/// A clip whose name is a number, or the word for all clips, is selected by `name:`. The name in a job's report can be
+/// used again.
 #[test]
 fn a_clip_with_the_name_of_a_number_is_reached() {
     let mut scene = mocap::import("../../fixtures/dialects/plain.bvh").unwrap();

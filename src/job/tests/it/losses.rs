@@ -1,4 +1,4 @@
-//! What a job loses beside what its formats cannot hold: joints and faces that the output has no place for.
+//! Tests of losses that the format does not cause: joints and faces without a place in the output.
 
 use mocap::Code;
 use mocap::job::Job;
@@ -13,7 +13,7 @@ fn job(input: &str, onto: &Value, output: &str, strict: bool) -> mocap::Result<V
     if !onto.is_null() {
         job["target"] = onto.clone();
     }
-    // A VMD has no other rate, which is a loss of its own.
+    // A VMD file has a fixed rate, which is a loss of its own.
     if output.ends_with(".vmd") {
         job["read"]["retime"] = json!(30);
     }
@@ -25,8 +25,8 @@ fn losses(job: &Value) -> mocap::Result<Vec<DataLoss>> {
     Ok(report.losses)
 }
 
-/// What a user chooses, and a rate that a format fixes, are losses too: strict jobs refuse them. In the columns of the
-/// first file the positions of `JOINTS` joints below the root change; of the frames of the second every fourth stays.
+/// Choices of the user, and a rate that a format fixes, are losses too: strict jobs refuse them. In the columns of the
+/// first file, the positions of `JOINTS` joints below the root change. Of the second file, every fourth frame remains.
 #[test]
 fn positions_and_frames_that_are_left_out_are_counted() {
     const JOINTS: u64 = 20;
@@ -34,7 +34,7 @@ fn positions_and_frames_that_are_left_out_are_counted() {
     const WALK: &str = "../../fixtures/real/cmu_short.bvh";
     let three = json!({"output": "a.bvh", "bvh": {"channels": "3"}});
     let positions = [DataLoss::new(DataKind::PositionCurves, JOINTS)];
-    // 75 frames at 120 a second; the joints of hands have no bones of MMD.
+    // 75 frames at 120 per second. The joints of hands have no bones in MMD.
     let times = [
         DataLoss::new(DataKind::Frames, 56),
         DataLoss::new(DataKind::FrameRates, 1),
@@ -52,8 +52,8 @@ fn positions_and_frames_that_are_left_out_are_counted() {
     }
 }
 
-/// Of a performer with fingers on bodies without any. The columns of the file show that 17 of the 30 joints of fingers
-/// move in these frames.
+/// A performer with fingers is retargeted to bodies without fingers. The columns of the file show that 17 of the 30
+/// finger joints move in these frames.
 #[test]
 fn joints_without_a_place_are_counted_and_strict_jobs_refuse_them() {
     let without_fingers = json!({"skeleton": {"file": "../../fixtures/skeletons/accad_run_turn.bvh"}});
@@ -79,7 +79,7 @@ fn joints_without_a_place_are_counted_and_strict_jobs_refuse_them() {
     }
 }
 
-/// The joints of a palm turn the fingers below them; those of CMU's hands below the wrist have no bone below them.
+/// The joints of a palm rotate the fingers below them. Those of CMU's hands have no bone below.
 #[test]
 fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
     const HANDS: &str = "../../fixtures/real/cmu_12_01_walk.bvh";
@@ -92,7 +92,7 @@ fn a_format_of_certain_bones_counts_the_joints_that_are_none() {
     }
 }
 
-/// Gaps of markers are no fault of a file: a strict job refuses what would fill them.
+/// Marker gaps are no fault of a file, but a strict job refuses an output that would fill them.
 #[test]
 fn a_strict_job_keeps_gaps_of_markers() {
     const HAND: &str = "../../fixtures/real/hand_take.c3d";
@@ -116,7 +116,7 @@ fn a_strict_job_keeps_gaps_of_markers() {
     assert_eq!(arrays.unwrap(), []);
 }
 
-/// An array has joints alone.
+/// Arrays only hold joints.
 #[test]
 fn a_face_alone_is_no_array() {
     const FACE: &str = "../../fixtures/made/face_alone.gltf";

@@ -1,5 +1,5 @@
-//! Names of joints in outputs: `--names vrm|mixamo|...|FILE`. Which joint is which bone is what
-//! `fixtures/skeletons/truth.json` says, and the names are spelled out here.
+//! Tests of joint names in outputs: `--names vrm|mixamo|...|FILE`. `fixtures/skeletons/truth.json` assigns joints to
+//! bones, and the expected names are listed here.
 
 use std::fs;
 
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::truth::truth;
 
-/// What Mixamo, Unreal, CMU, Godot and Unity, MHR and SOMA call bones.
+/// The names of bones in Mixamo, Unreal, CMU, Godot and Unity, MHR and SOMA.
 const SPELLED: [(&str, [&str; 6]); 14] = [
     ("hips", ["mixamorig:Hips", "pelvis", "Hips", "Hips", "root", "Hips"]),
     ("head", ["mixamorig:Head", "head", "Head", "Head", "c_head", "Head"]),
@@ -152,7 +152,7 @@ const SPELLED: [(&str, [&str; 6]); 14] = [
     ),
 ];
 
-/// The name that a bone is to have.
+/// The expected name of a bone.
 fn spelled(names: BoneNames, bone: &str) -> Option<&str> {
     let (bone, others) = SPELLED.iter().find(|(known, _)| *known == bone)?;
     match names {
@@ -166,7 +166,7 @@ fn spelled(names: BoneNames, bone: &str) -> Option<&str> {
     }
 }
 
-/// The joints of a BVH file in their order, read without the library.
+/// The joints of a BVH file in order, read without the library.
 fn joints_of_bvh(text: &str) -> Vec<&str> {
     let lines = text.lines().map(str::trim);
     let named = lines.filter_map(|line| line.strip_prefix("ROOT ").or_else(|| line.strip_prefix("JOINT ")));
@@ -189,7 +189,7 @@ fn job(source: &str, output: &std::path::Path, names: &Value) -> Job {
     Job::from_json(&job.to_string()).unwrap()
 }
 
-/// In every format the joints that are bones have their new names, and a reader finds these bones by them.
+/// In every format, the joints of bones have their new names, and a reader finds the bones by these names.
 #[test]
 fn joints_have_their_names_in_every_format_and_are_found_again() {
     let truth = truth();
@@ -198,7 +198,7 @@ fn joints_have_their_names_in_every_format_and_are_found_again() {
         let path = format!("../../fixtures/{source}");
         let text = fs::read_to_string(&path).unwrap();
         for names in BoneNames::ALL {
-            // SOMA's name of the neck is that of another joint there, which is refused.
+            // SOMA's name of the neck belongs to another joint there, so it is refused.
             if names == BoneNames::Soma && text.contains("JOINT Neck1") {
                 continue;
             }
@@ -212,7 +212,7 @@ fn joints_have_their_names_in_every_format_and_are_found_again() {
                 let context = format!("{source} {names:?} {extension}");
                 assert_eq!(report.problem, None, "{context}");
                 let asked_for = report.renamed.iter().filter(|renamed| renamed.is_asked_for);
-                // Some files have the names of CMU or SOMA already, but for the spine and the thumbs.
+                // Some files already have the names of CMU or SOMA, except for the spine and the thumbs.
                 let is_known = matches!(names, BoneNames::Cmu | BoneNames::Soma);
                 let least = if is_known { 0 } else { SPELLED.len() };
                 assert!(asked_for.count() >= least, "{context}");
@@ -244,7 +244,7 @@ fn joints_have_their_names_in_every_format_and_are_found_again() {
     }
 }
 
-/// A skeleton that has the names of a program already keeps them all: the tables are those of real files.
+/// A skeleton with the names of a program keeps all its names. The tables come from real files.
 #[test]
 fn tables_are_those_of_files() {
     let truth = truth();
@@ -281,7 +281,7 @@ fn named(scene: &mut Scene, names: &Value) -> Result<mocap::figure::report::Nami
     mocap::figure::name_joints(scene, &bones, &names)
 }
 
-/// Nothing but names changes; meshes, channels and end sites follow; joints without a name keep theirs.
+/// Only names change. Meshes, channels and end sites follow; joints without a name stay unnamed.
 #[test]
 fn nothing_moves_and_all_that_has_the_name_follows() {
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned);
@@ -321,7 +321,7 @@ fn nothing_moves_and_all_that_has_the_name_follows() {
     assert_eq!(joints.len(), 2);
 }
 
-/// What cannot be done is refused, and the scene is as before.
+/// An impossible request is refused, and the scene stays unchanged.
 #[test]
 fn bad_names_are_refused_and_say_which() {
     let before = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -351,13 +351,13 @@ fn bad_names_are_refused_and_say_which() {
     assert_eq!(error.code().as_str(), "not-humanoid");
 }
 
-/// A joint that shares its name with another keeps its motion, and the other its name.
+/// A joint that shares its name with another joint keeps its motion, and the other joint keeps its name.
 #[test]
 fn of_two_nodes_of_one_name_the_bone_is_renamed() {
     let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
     let bones = Humanoid::of(&scene);
     let head = bones.joint(HumanoidBone::Head).unwrap();
-    // A helper that stands before the head is called as it is.
+    // A helper joint before the head keeps its name.
     let other = scene.nodes.iter().position(|node| node.name == "LHipJoint").unwrap();
     for channel in &mut scene.animations[0].channels {
         if channel.node_name == "LHipJoint" {

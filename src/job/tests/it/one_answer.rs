@@ -1,4 +1,5 @@
-//! What is asked of one file twice is answered alike, whatever is asked: bones, T-pose, ground and contacts.
+//! Tests that repeated questions about a file get the same answer from every command: bones, T-pose, ground and
+//! contacts.
 
 use mocap::arrays::{ArrayOptions, Arrays, Contacts};
 use mocap::edit::ContactOptions;
@@ -24,14 +25,14 @@ const FILES: [&str; 8] = [
     "real/cmu_02_01.amc",
 ];
 
-/// Frames of each file that are tried.
+/// The frames of each file that are tried.
 const FRAMES: usize = 200;
 
 fn import(file: &str) -> Scene {
     mocap::import(format!("../../fixtures/{file}")).unwrap()
 }
 
-/// Some frames of a file, from anywhere.
+/// Some frames from anywhere in a file.
 fn part(random: &mut Sample, file: &str) -> Scene {
     let mut scene = import(file);
     let frames = scene.animations[0].frame_count();
@@ -42,7 +43,7 @@ fn part(random: &mut Sample, file: &str) -> Scene {
     scene
 }
 
-/// The contacts of `edit` and those of the arrays, of the same joints in the same frames; and one rest height.
+/// Compares the contacts of `edit` and of the arrays for the same joints and frames, and the rest height.
 #[test]
 fn a_foot_is_on_the_ground_or_is_not() {
     let (mut seen, mut random) = (0, Sample::new());
@@ -71,7 +72,7 @@ fn a_foot_is_on_the_ground_or_is_not() {
     assert!(seen > 300, "{seen}");
 }
 
-/// The bones and the T-pose of the figure, and those of the VRM animation that is made of it.
+/// Compares the bones and the T-pose of the figure with those of its VRM animation.
 #[test]
 fn bones_and_t_pose_are_those_of_the_vrm_animation() {
     let mut random = Sample::new();
@@ -92,7 +93,7 @@ fn bones_and_t_pose_are_those_of_the_vrm_animation() {
         assert!(left.x > 0.1, "{file}: {left}");
         let shoulders = |bone: Bone| t_pose.pose.position(t_pose.bones[&bone].joint);
         let across = shoulders(Bone::LeftUpperArm) - shoulders(Bone::RightUpperArm);
-        // From where the figure looks in its file to +Z.
+        // The rotation from the facing in the file to +Z.
         let turn = mocap::glam::Quat::from_rotation_y((across.z).atan2(across.x) - left.z.atan2(left.x));
         for (bone, found) in &t_pose.bones {
             let Some(index) = node(*bone) else { continue };
@@ -115,7 +116,7 @@ fn bones_and_t_pose_are_those_of_the_vrm_animation() {
     }
 }
 
-/// The joints of both feet at rest, as a robot is told: a side is where one of its points is.
+/// The joints of both feet at rest, as a robot gets them: a side rests if one of its points rests.
 fn sides_at_rest(found: &DetectedContacts) -> Vec<[bool; 2]> {
     let rests = |side: Side, frame: usize| {
         let mut points = found.points.iter().filter(|point| point.bone.side() == Some(side));
@@ -126,10 +127,10 @@ fn sides_at_rest(found: &DetectedContacts) -> Vec<[bool; 2]> {
         .collect()
 }
 
-/// The contacts by which `retarget` and `robot` hold feet, and in which they measure how far these slide.
+/// The contacts in which `retarget` and `robot` lock feet, and in which they measure foot sliding.
 #[test]
 fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
-    /// Files that are put on a robot too.
+    /// Files that are also retargeted to a robot.
     const WITH_ROBOT: usize = 3;
     let mut random = Sample::new();
     let with_robot = random.some(FILES, WITH_ROBOT);
@@ -150,7 +151,7 @@ fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
         let expected = held([Bone::LeftFoot, Bone::LeftToes]) + held([Bone::RightFoot, Bone::RightToes]);
         let feet = retargeting.clips()[0].report.body().unwrap().feet.unwrap();
         assert_eq!(feet.contact_frames, expected, "{file}");
-        // A robot takes longest.
+        // The robot takes longest.
         if !with_robot.contains(&file) {
             continue;
         }

@@ -1,4 +1,4 @@
-//! Motions on characters: in place, with root motion, several in one file.
+//! Tests of motions on characters: in place, with root motion, and several in one file.
 
 use mocap::convert::RootMotion;
 use mocap::gltf::GltfOptions;
@@ -35,7 +35,7 @@ fn walk(root: &str) -> Scene {
     made(&source, &json!({"file": HERO}), "hero.glb")
 }
 
-/// With root motion every joint below the hips is where it is without, and the node above has what was over the ground.
+/// With root motion, every joint below the hips stays at its place, and the node above has the motion over the ground.
 #[test]
 fn root_motion_goes_to_the_uppermost_node_and_nothing_moves() {
     let (plain, moved) = (walk("keep"), walk("extract"));
@@ -51,7 +51,7 @@ fn root_motion_goes_to_the_uppermost_node_and_nothing_moves() {
                 assert!(distance < 1e-5, "{}: {distance}", plain.nodes[index].name);
             }
         }
-        // Where the node stands at rest, it stands below the hips.
+        // The rest position of the node is below the hips.
         let rest = Pose::rest(&moved);
         let beside = rest.position(hips) - rest.position(top);
         let heading = b.node_to_world[top.index()] * rest.node_to_world[top.index()].inverse();
@@ -62,7 +62,7 @@ fn root_motion_goes_to_the_uppermost_node_and_nothing_moves() {
     assert!(travelled > 1.0, "{travelled}");
 }
 
-/// A character whose hips are its root gets a node above them; all else in its file is as before.
+/// A character whose hips are its root gets a node above them. The rest of its file is unchanged.
 #[test]
 fn root_motion_of_a_character_whose_hips_are_its_root_goes_to_a_node_above_them() {
     let folder = tempfile::tempdir().unwrap();
@@ -132,7 +132,7 @@ fn in_place_keeps_the_hips_over_one_point_at_their_height() {
     assert!(pose(&plain, last).position(hips).distance(start) > 1.0);
 }
 
-/// Clips get the names that are asked for; as many as there are.
+/// Clips get the requested names, as many as there are.
 #[test]
 fn clips_have_the_names_that_are_asked_for() {
     let source = json!({"inputs": [WALK, "../../fixtures/real/cmu_short.bvh"]});
@@ -148,7 +148,7 @@ fn clips_have_the_names_that_are_asked_for() {
     );
 }
 
-/// A file that is no motion is left out and said; the others are in the output.
+/// A file without a motion is skipped and reported. The other motions are in the output.
 #[test]
 fn a_bad_file_among_several_is_left_out() {
     let job = json!({
@@ -165,7 +165,7 @@ fn a_bad_file_among_several_is_left_out() {
     );
 }
 
-/// A file of FBX has one rate: that of the fastest clip, at which no key of the slower is lost.
+/// An FBX file has one rate: the rate of the fastest clip, at which no key of a slower clip is lost.
 #[test]
 fn fbx_with_clips_of_two_rates_has_that_of_the_fastest() {
     let source = json!({"inputs": ["../../fixtures/real/z_up_dab.bvh", WALK]});
@@ -178,7 +178,7 @@ fn fbx_with_clips_of_two_rates_has_that_of_the_fastest() {
     }
 }
 
-/// The motion of a file that has no name for it is called after the file.
+/// A motion without a name gets the name of its file.
 #[test]
 fn a_converted_motion_is_called_after_its_file() {
     for output in ["a.glb", "a.fbx"] {
@@ -189,7 +189,7 @@ fn a_converted_motion_is_called_after_its_file() {
     }
 }
 
-/// The ground is that of the world: `arm.usda` has a group above its root, which is rotated and scaled.
+/// The ground is horizontal in the world: `arm.usda` has a group above its root, which is rotated and scaled.
 #[test]
 fn the_ground_is_level_below_a_group_that_is_rotated() {
     let converted = |root: RootMotion| {
@@ -220,8 +220,8 @@ fn the_ground_is_level_below_a_group_that_is_rotated() {
     assert!(travelled > 0.05, "{travelled}");
 }
 
-/// The soles of a skin are seen, whatever is written: the file in which the skin is kept, one to which it is carried
-/// over, or one without.
+/// The soles of a skin are used for every output: a file that keeps the skin, a file that gets it, and a file without
+/// one.
 #[test]
 fn the_ground_under_a_skin_is_the_same_in_every_format() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,8 @@
-//! The descriptions of a published schema.
+//! Tests of the descriptions in a published schema.
 
 use serde_json::Value;
 
-/// Descriptions are the documentation of the types; a schema needs the first paragraph of each, without examples.
+/// Descriptions come from the documentation of types. A schema needs the first paragraph of each, without examples.
 pub(crate) fn shorten(value: &mut Value) {
     match value {
         Value::Object(entries) => {

@@ -1,5 +1,5 @@
-//! The T-pose as the rest pose of an output, and as its first frame. The poses of BVH are read here from its text: the
-//! sums of OFFSETs are the joints where all rotations are zero.
+//! Tests of the T-pose as the rest pose of an output, and as its first frame. The poses of BVH are read here from its
+//! text: if all rotations are zero, joints are at the sums of their OFFSETs.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use mocap::{Code, Conversion, Exporter, Importer, Pose, Scene};
 use crate::cut;
 use crate::sample::Sample;
 
-/// Rest poses that do not stand, along +X and along other axes; one that does; one with +Z up; CMU's.
+/// Rest poses along +X and along other axes, which do not stand; a standing rest pose; one with +Z up; and CMU's.
 const FILES: [(&str, [&str; 6]); 4] = [
     (
         "real/rokoko_dance.bvh",
@@ -34,7 +34,7 @@ const FILES: [(&str, [&str; 6]); 4] = [
     ),
 ];
 
-/// Frames of each file that are tried: a second and more, in which hinges show how limbs are rolled.
+/// The frames of each file that are tried: more than a second, in which hinges show the roll of limbs.
 const FRAMES: usize = 150;
 
 fn converted(bytes: &[u8], conversion: &Conversion) -> Scene {
@@ -43,7 +43,7 @@ fn converted(bytes: &[u8], conversion: &Conversion) -> Scene {
     scene
 }
 
-/// A scene as BVH text: the joints where every rotation is zero, and the rotations of its first frame.
+/// A scene as BVH text: the joint positions if every rotation is zero, and the rotations of the first frame.
 fn zero_pose(scene: &Scene) -> (HashMap<String, Vec3>, Vec<f32>) {
     let written = Exporter::new().write(scene, Format::Bvh).unwrap();
     let text = String::from_utf8(written.files[0].bytes().into_owned()).unwrap();
@@ -135,7 +135,7 @@ fn the_first_frame_has_no_rotation_and_stands() {
     }
 }
 
-/// `verify` has kinematics of its own.
+/// `verify` has separate kinematics.
 #[test]
 fn the_motion_is_unchanged_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
@@ -162,7 +162,7 @@ fn the_motion_is_unchanged_in_every_format() {
                     "{name} {extension}: {found:?}"
                 );
                 assert!(found.findings.is_empty(), "{name} {extension}: {:?}", found.findings);
-                // A BVH file alone does not say that its joints have other axes.
+                // A BVH file alone does not record that its joints have other axes.
                 if extension == "bvh" && !is_first {
                     let found = Verifier::new().files(&source, &path).unwrap();
                     assert!(found.is_within(1e-4), "{name} {rest:?}: {found:?}");

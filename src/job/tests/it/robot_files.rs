@@ -1,4 +1,4 @@
-//! The motion of a robot in files for training, read again with its robot.
+//! Tests of robot motion in files for training, read again with the robot.
 
 use mocap::arrays::{robot_npz, robot_pickle, robot_qpos_npz};
 use mocap::glam::Vec3;
@@ -18,7 +18,7 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
         std::fs::write(&path, bytes).unwrap();
         let scene = importer.import(&path).unwrap();
         assert_eq!(scene.animations[0].ticks_per_second, 30.0);
-        // The links are where they were.
+        // The links keep their positions.
         let hand = scene
             .nodes
             .iter()
@@ -35,7 +35,7 @@ fn the_motion_of_a_robot_is_read_with_its_robot() {
     let (again, report) = on(&robot, &scene);
     let apart = motion.dof_pos.iter().zip(&again.dof_pos).map(|(a, b)| (a - b).abs());
     let mean = apart.sum::<f64>() / motion.dof_pos.len() as f64;
-    // Its own steps and limbs again.
+    // The steps and limbs of the robot itself are the same.
     assert!((report.scale - 1.0).abs() < 0.01, "{}", report.scale);
     assert!(report.mean_degrees < 5.0, "{mean} rad, {} degrees", report.mean_degrees);
     let without = Importer::new().import(&path).unwrap_err();

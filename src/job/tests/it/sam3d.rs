@@ -1,4 +1,4 @@
-//! Outputs of SAM 3D Body, read: against the joints that NumPy has in the axes of the root
+//! Tests of reading outputs of SAM 3D Body, compared with joints that NumPy computes in the axes of the root
 //! (`tools/arrays/make_mhr.py`).
 
 use std::fs;
@@ -12,10 +12,10 @@ use mocap::{Clips, Code, Importer, Pose, Scene};
 const BODY: &str = "../../fixtures/arrays/sam3d_body.npz";
 const TAKE: &str = "../../fixtures/arrays/sam3d_take.npz";
 
-/// Metres that a joint may be from where NumPy has it.
+/// The largest distance of a joint from NumPy's position, in metres.
 const NEAR: f32 = 1e-3;
 
-/// The largest distance of a joint in a frame from where NumPy has it, from the root and in its axes.
+/// The largest distance of a joint in a frame from NumPy's position, relative to the root and in its axes.
 fn farthest(scene: &Scene, tick: f64) -> f32 {
     let expected = fs::read_to_string("../../fixtures/arrays/expected_mhr.json").unwrap();
     let expected: Vec<[f32; 3]> = serde_json::from_str(&expected).unwrap();
@@ -30,7 +30,7 @@ fn farthest(scene: &Scene, tick: f64) -> f32 {
             found += 1;
         }
     }
-    // The face of a take does not move, and is left out.
+    // The face of a take does not move, so it is dropped.
     assert!(found >= 110, "{found} joints");
     farthest
 }
@@ -45,7 +45,7 @@ fn a_frame_is_read_with_its_hands_and_stands_upright() {
     let feet = at(HumanoidBone::LeftToes).min(at(HumanoidBone::RightToes));
     assert!((0.0..0.15).contains(&feet.y), "{feet}");
     assert!(at(HumanoidBone::Head).y > 1.2);
-    // The rest pose is a T-pose: arms to the sides, and fingers on.
+    // The rest pose is a T-pose: the arms point sideways, and the fingers continue them.
     let rest = Pose::rest(&scene);
     let arm = rest.position(humanoid.joint(HumanoidBone::LeftMiddleDistal).unwrap())
         - rest.position(humanoid.joint(HumanoidBone::LeftUpperArm).unwrap());
@@ -67,25 +67,25 @@ fn a_take_keeps_its_lengths_and_is_levelled() {
             .count(),
         1
     );
-    // The frame that is not finite is interpolated.
+    // A frame with NaN is interpolated.
     for frame in [0, 1, 3, 4] {
         let farthest = farthest(&scene, f64::from(frame));
         assert!(farthest < NEAR, "{farthest} in {frame}");
     }
-    // The camera looks down by 20 degrees; the person of the frame leans a little.
+    // The camera looks down by 20 degrees, and the person in this frame leans a little.
     let root = scene.nodes.iter().position(|node| node.name == "root").unwrap();
     let pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
     let up = pose.node_to_world[root] * Vec4::Y;
     assert!(up.y > 20_f32.to_radians().cos(), "{up}");
     let up = scene.metadata.assumptions.iter().find(|found| found.topic == Topic::Up);
     assert!(up.is_some() && scene.metadata.up == Some(UpAxis::Y));
-    // From left to right by 20 cm a frame.
+    // The person moves from left to right by 20 cm per frame.
     let last = Pose::at_tick(&scene, 0, 4.0).unwrap();
     let moved = last.position(NodeId::new(root)) - pose.position(NodeId::new(root));
     assert!((moved.length() - 0.8).abs() < NEAR, "{moved}");
 }
 
-/// What the vertices below a foot say is up, from the axes of the root.
+/// The up direction that the vertices below a foot show, relative to the axes of the root.
 #[test]
 fn a_sole_is_where_its_vertices_are() {
     let scene = mocap::import(BODY).unwrap();
@@ -98,7 +98,7 @@ fn a_sole_is_where_its_vertices_are() {
         pose.node_to_world[joint.index()].to_scale_rotation_translation().1
     };
     let to_root = turn(HumanoidBone::Hips).inverse();
-    // The left foot stands; the right one hangs, and bends.
+    // The left foot stands. The right foot hangs and bends.
     for (bones, up) in [
         ([HumanoidBone::LeftFoot, HumanoidBone::LeftToes], expected[0]),
         ([HumanoidBone::RightFoot, HumanoidBone::RightToes], expected[1]),
@@ -112,7 +112,7 @@ fn a_sole_is_where_its_vertices_are() {
     }
 }
 
-/// The rotations of the left hand of the file contradict its positions.
+/// The rotations of the left hand in the file contradict its positions.
 #[test]
 fn a_hand_that_contradicts_its_positions_is_said() {
     let scene = mocap::import(BODY).unwrap();
@@ -123,7 +123,7 @@ fn a_hand_that_contradicts_its_positions_is_said() {
     );
 }
 
-/// Steps of the root over the ground from frame to frame, in metres.
+/// The steps of the root over the ground from frame to frame, in metres.
 fn steps(scene: &Scene) -> Vec<f32> {
     let root = scene.nodes.iter().position(|node| node.name == "root").unwrap();
     let frames = scene.animations[0].frame_count();
@@ -136,8 +136,8 @@ fn steps(scene: &Scene) -> Vec<f32> {
         .collect()
 }
 
-/// Two persons walk past each other, each by 40 cm a frame. They are in lists whose order changes: the second is
-/// missing in one frame, and both in another. Then they are along a first axis.
+/// Two persons walk past each other, each by 40 cm per frame. They are in lists whose order changes. The second person
+/// is missing in one frame, and both are missing in another. Then the persons are along a first axis.
 #[test]
 fn persons_who_cross_are_followed() {
     for (file, clip, frames, gap) in [
@@ -165,7 +165,7 @@ fn persons_who_cross_are_followed() {
     assert_eq!(error.code(), Code::InvalidValue);
 }
 
-/// Numbers order the files of a folder, and say which frames are missing; a person has a number of its own.
+/// Numbers in file names order the files of a folder and show missing frames. A person has a separate number.
 #[test]
 fn a_folder_of_frames_is_one_take() {
     let folder = tempfile::tempdir().unwrap();
@@ -184,7 +184,7 @@ fn a_folder_of_frames_is_one_take() {
     assert_eq!(scene.animations[0].frame_count(), 4);
     assert!(farthest(&scene, 0.0) < NEAR && farthest(&scene, 3.0) < NEAR);
     let codes: Vec<Code> = scene.warnings.iter().map(|warning| warning.code).collect();
-    // The same body twice in a frame: who is who cannot be told.
+    // The same body occurs twice in a frame, so the persons cannot be distinguished.
     assert_eq!(codes, [Code::NotCarriedOver, Code::Gap, Code::NotCarriedOver]);
     fs::copy(TAKE, folder.path().join("shot2_11.npz")).unwrap();
     let error = Importer::new().retime(30.0).import(folder.path()).unwrap_err();
@@ -194,7 +194,7 @@ fn a_folder_of_frames_is_one_take() {
     );
 }
 
-/// A file of keypoints alone is solved by their names, upright.
+/// A file of keypoints alone is solved by their names, and stands upright.
 #[test]
 fn keypoints_are_solved() {
     let scene = mocap::import("../../fixtures/arrays/sam3d_keypoints.npz").unwrap();
@@ -207,7 +207,7 @@ fn keypoints_are_solved() {
     assert!(scene.warnings.iter().all(|warning| warning.code != Code::NotHumanoid));
 }
 
-/// The number of a person may have no word before it: the number with the most values is that of the frame.
+/// The number of a person may have no word before it. The number with the most values is the frame number.
 #[test]
 fn the_number_of_the_frame_is_the_one_with_the_most_values() {
     let folder = tempfile::tempdir().unwrap();
@@ -220,7 +220,7 @@ fn the_number_of_the_frame_is_the_one_with_the_most_values() {
     assert_eq!(scene.animations[0].frame_count(), 3);
 }
 
-/// Clips in a folder are motions, each of its own, and frames beside a motion are not read without it.
+/// Clips in a folder are separate motions. Frames in the folder of a motion are not read without the motion.
 #[test]
 fn a_folder_of_clips_is_no_take() {
     let folder = tempfile::tempdir().unwrap();

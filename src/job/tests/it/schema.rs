@@ -1,4 +1,4 @@
-//! The published JSON Schema of jobs: `src/job/job.schema.json` is what the types say.
+//! Tests that the published JSON Schema of jobs, `src/job/job.schema.json`, matches the types.
 
 use mocap::job::Job;
 

@@ -1,4 +1,4 @@
-//! Values of options as text and as JSON.
+//! Tests of option values as text and as JSON.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use mocap::convert::{RestPoseSource, TimeRange};
 use mocap::job::{Angle, Length, UnitChoice, UpChoice};
 use mocap::retarget::Scale;
 
-/// What is printed is read as the value that was printed.
+/// A printed value is read as the same value.
 fn round_trips<T: FromStr<Err = String> + fmt::Display + PartialEq + fmt::Debug>(texts: &[&str]) {
     for text in texts {
         let value: T = text.parse().unwrap();

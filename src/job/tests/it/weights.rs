@@ -1,4 +1,4 @@
-//! The weights of solvers in a job.
+//! Tests of the weights of solvers in a job.
 
 use mocap::job::{Job, JobWeights, MotionJob};
 
@@ -12,7 +12,7 @@ fn job(rest: &str) -> MotionJob {
     }
 }
 
-/// The bytes of the output, which a job writes into a folder of its own.
+/// The bytes of the output. The job writes it into a folder of its own.
 fn output(rest: &str, extension: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(rest);
@@ -63,7 +63,7 @@ fn an_output_is_verified_with_the_weights_of_its_steps() {
     );
 }
 
-/// The step's own weights come before those of the job.
+/// The step's own weights take precedence over the job's weights.
 #[test]
 fn a_step_has_its_weights_as_text_and_as_json() {
     let text = "foot-lock:weights=acceleration-ratio:0.2+aim:0.9";

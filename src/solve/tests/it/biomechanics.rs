@@ -1,4 +1,4 @@
-//! Joint angles of poses that are bent by known angles, and the steps of walks.
+//! Tests of joint angles in poses with known angles, and of the steps of walks.
 
 mod events;
 mod gait;
@@ -11,7 +11,7 @@ use mocap::figure::{Humanoid, HumanoidBone as Bone, Side};
 use mocap::scene::{AnalogChannel, Recording};
 use mocap::{Code, Conversion, Format, Importer, Pose, Scene};
 
-/// Joints of a body in T-pose that faces +Z, its left at +X: name, parent, OFFSET in centimetres.
+/// The joints of a body in T-pose that faces +Z, with its left at +X: name, parent, and OFFSET in centimetres.
 const JOINTS: [(&str, &str, [f32; 3]); 19] = [
     ("Hips", "", [0.0, 96.0, 0.0]),
     ("LeftUpLeg", "Hips", [10.0, -4.0, 0.0]),
@@ -34,8 +34,8 @@ const JOINTS: [(&str, &str, [f32; 3]); 19] = [
     ("Head", "Neck", [0.0, 10.0, 0.0]),
 ];
 
-/// The body, with a frame of the T-pose and one in which the named joints are turned. The angles are about Z, X and Y,
-/// in this order, in the axes of the T-pose.
+/// The body with two frames: the T-pose, and a pose in which the named joints are rotated. The angles are about Z, X
+/// and Y, in this order, in the axes of the T-pose.
 fn bent(turned: &[(&str, [f32; 3])]) -> Scene {
     fn add(text: &mut String, joint: usize) {
         let (name, _, [x, y, z]) = JOINTS[joint];
@@ -66,7 +66,7 @@ fn bent(turned: &[(&str, [f32; 3])]) -> Scene {
     Importer::new().read(text.as_bytes(), "bent.bvh").unwrap()
 }
 
-/// The angles of the last frame.
+/// The angles in the last frame.
 fn angle(angles: &JointAngles, column: &str) -> f64 {
     let mut column = angles.column(column).unwrap_or_else(|| panic!("{column} is missing"));
     column.by_ref().last().unwrap()
@@ -74,13 +74,13 @@ fn angle(angles: &JointAngles, column: &str) -> f64 {
 
 #[test]
 fn angles_are_those_by_which_joints_were_turned() {
-    // A positive angle about +X brings a leg that hangs to the back.
+    // A positive angle about +X moves a hanging leg backwards.
     let scene = bent(&[
         ("LeftUpLeg", [0.0, -30.0, 0.0]),
         ("LeftLeg", [0.0, 60.0, 0.0]),
         ("LeftFoot", [0.0, -10.0, 0.0]),
         ("RightUpLeg", [0.0, 20.0, 0.0]),
-        // From the left over the head to the right: the right arm is lifted by a negative angle.
+        // The rotation goes from the left over the head to the right, so the right arm is lifted by a negative angle.
         ("RightArm", [-40.0, 0.0, 0.0]),
         ("LeftForeArm", [0.0, 0.0, -50.0]),
         ("Spine1", [0.0, 25.0, 0.0]),
@@ -94,13 +94,13 @@ fn angles_are_those_by_which_joints_were_turned() {
         ("ankle_angle_l", 10.0),
         ("hip_flexion_r", -20.0),
         ("knee_angle_r", 0.0),
-        // From 90 degrees of the T-pose.
+        // The angle is relative to 90 degrees of the T-pose.
         ("shoulder_elevation_r", 130.0),
         ("shoulder_plane_r", 0.0),
         ("shoulder_elevation_l", 90.0),
         ("elbow_flex_l", 50.0),
         ("elbow_flex_r", 0.0),
-        // The palms of a T-pose look down.
+        // The palms of a T-pose face down.
         ("pro_sup_r", 90.0),
         ("lumbar_extension", -25.0),
         ("neck_rotation", 35.0),
@@ -122,7 +122,7 @@ fn angles_are_those_by_which_joints_were_turned() {
     assert_eq!(angles.to_csv().lines().count(), 1 + 3);
 }
 
-/// OpenSim's coordinates of a body that stands, with a bent knee, as its older models have it: a negative angle.
+/// OpenSim's coordinates of a standing body with a bent knee. In older models, this knee angle is negative.
 const COORDINATES: &str = "Coordinates\nversion=1\nnRows=3\nnColumns=8\ninDegrees=yes\n\nendheader\n\
     time\tpelvis_tx\tpelvis_ty\tpelvis_tilt\thip_flexion_r\thip_flexion_l\tknee_angle_r\tknee_angle_l\tmtp_angle_r\n\
     0.0\t0\t0.95\t0\t0\t0\t0\t0\t0\n0.5\t0.5\t0.95\t0\t40\t0\t-60\t0\t0\n1.0\t1\t0.95\t0\t40\t0\t-60\t0\t0\n";
@@ -146,12 +146,12 @@ fn motion_files_of_opensim_are_read() {
     );
     let pose = Pose::at_tick(&scene, 0, 1.0).unwrap();
     let position = |bone: Bone| pose.position(Humanoid::of(&scene).joint(bone).unwrap());
-    // Forward is +Z. The thigh is flexed by 40 degrees, and the shin hangs back from it by 20.
+    // Forward is +Z. The thigh is flexed by 40 degrees, and the shin hangs 20 degrees behind it.
     let [hip, knee, ankle] = [Bone::RightUpperLeg, Bone::RightLowerLeg, Bone::RightFoot].map(position);
     let degrees = |bone: mocap::glam::Vec3| bone.z.atan2(-bone.y).to_degrees();
     assert!((degrees(knee - hip) - 40.0).abs() < 0.01 && (degrees(ankle - knee) + 20.0).abs() < 0.01);
     assert!((position(Bone::Hips).z - 0.5).abs() < 1e-5);
-    // Arms hang.
+    // The arms hang.
     let arm = position(Bone::LeftLowerArm) - position(Bone::LeftUpperArm);
     assert!(arm.normalize().y < -0.999);
     let radians = COORDINATES
@@ -176,7 +176,7 @@ fn motion_files_say_what_is_no_number_and_what_is_not_there() {
         (Code::FrameTime, Some("a single row"))
     );
 
-    // The flexion of the right hip in the last frame: what it was in the frame before is used.
+    // The flexion of the right hip is missing in the last frame, so the value of the frame before is used.
     let broken = COORDINATES.replace("1.0\t1\t0.95\t0\t40", "1.0\t1\t0.95\t0\tNaN");
     let scene = of_mot(&broken).unwrap();
     let said: Vec<_> = scene
@@ -214,7 +214,7 @@ fn written_angles_are_read_again() {
         .cycle()
         .zip(angles.values.iter().zip(&again.values))
     {
-        // Near the ends of their ranges two sets of angles are one rotation.
+        // Near the ends of their ranges, two sets of angles are the same rotation.
         let apart = (before - after + 180.0).rem_euclid(360.0) - 180.0;
         assert!(
             apart.abs() < 0.02 || column.starts_with("arm_") || column.starts_with("shoulder_"),
@@ -236,7 +236,7 @@ fn broken_motion_files_of_opensim_are_errors() {
         let text = COORDINATES.replacen(from, to, 1);
         assert_eq!(of_mot(&text).unwrap_err().code(), code, "{from:?}");
     }
-    // A value beyond all bodies and none at all are warned of, and the one before is kept.
+    // An impossible value and a missing value give a warning, and the value before is kept.
     for value in ["1e39", "nan", ""] {
         let scene = of_mot(&COORDINATES.replace("-60", value));
         assert!(
@@ -277,7 +277,7 @@ fn angles_are_compared_with_those_of_the_file() {
             .unwrap();
         [found.mean, found.deviation, found.correlation]
     };
-    // Means of 15 and 17, from which both are 15 and 16 off; and a whole revolution, which is none.
+    // The means are 15 and 17, with deviations of 15 and 16. A difference of a whole revolution counts as none.
     for (output, expected) in [("Anna:LHipAnglesV", [-2.0, 1.0, 1.0]), ("LHipAngles", [0.0, 0.0, 1.0])] {
         let off = std::iter::zip(of(output), expected).map(|(own, expected)| (own - expected).abs());
         assert!(off.fold(0.0, f64::max) < 0.01, "{output}: {:?}", of(output));
@@ -285,7 +285,7 @@ fn angles_are_compared_with_those_of_the_file() {
     assert!(found.iter().all(|found| found.output != "RKneePower"));
     let tilt = found.iter().find(|found| found.column == "pelvis_tilt").unwrap();
     assert!((tilt.mean + 3.0).abs() < 0.01, "{tilt:?}");
-    // Frames that were cut are not compared.
+    // Frames that were cut off are not compared.
     Conversion::new().frame_rate(50.0).apply(&mut scene).unwrap();
     let angles = JointAngles::of(&scene).unwrap();
     assert_eq!(angles.beside_outputs(&scene), []);
@@ -312,13 +312,13 @@ fn both_sides_have_one_sign() {
         let pair = [angle(&left, column), angle(&right, &other)];
         assert!((pair[0] - pair[1]).abs() < 0.01, "{column}: {pair:?}");
     }
-    // A thigh that is brought to the middle is adducted, and one whose toes turn to the middle is turned inward.
+    // A thigh that moves to the middle is adducted. A thigh whose toes turn to the middle is rotated inward.
     assert!(angle(&left, "hip_adduction_l") > 5.0 && angle(&left, "hip_rotation_l") < 0.0);
-    // The left hand goes down with its palm, which faces down: it is flexed.
+    // The left hand moves down towards its palm, which faces down, so it is flexed.
     assert!(angle(&left, "wrist_flex_l") > 10.0);
 }
 
-/// When the feet come to rest, in seconds: by height and speed, which have no part in the events of a walk.
+/// The times at which the feet come to rest, in seconds, by height and speed. The events of a walk do not use these.
 fn landings(scene: &Scene, side: Side) -> Vec<f64> {
     let foot = match side {
         Side::Left => Bone::LeftFoot,
@@ -347,8 +347,8 @@ fn heels_strike_just_before_feet_come_to_rest() {
             gait.cadence
         );
         assert!(gait.alternates && !gait.in_place);
-        // The foot is flat on the ground when 12 % of the stride are over (Perry, Gait Analysis, 1992), and is said to
-        // rest in a whole frame.
+        // The foot is flat on the ground after 12 % of the stride (Perry, Gait Analysis, 1992). It is reported to rest
+        // at a whole frame.
         let frame = 1.0 / scene.animations[0].ticks_per_second;
         for (side, feet) in [(Side::Left, &gait.left), (Side::Right, &gait.right)] {
             let flat = 0.12 * feet.stride_time.unwrap().mean + 1.5 * frame;

@@ -1,5 +1,5 @@
-//! Markers into a skeleton: CMU's markers beside the joints of its AMC, which CMU's own system made of them.
-//! `tools/markers` judges more, with kinematics of its own.
+//! Tests of solving a skeleton from markers. CMU's markers are compared with the joints of the AMC file that CMU's
+//! system made of them. `tools/markers` has further checks, with separate kinematics.
 
 mod clusters;
 mod gaps;
@@ -18,7 +18,7 @@ use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 
 const TAKE: &str = "../../fixtures/markers/cmu_01_01.c3d";
 
-/// Every so many frames of the take are kept, which are still a motion at a lower rate.
+/// Every so many frames of the take are kept. They are still a motion at a lower rate.
 const EVERY: usize = 20;
 const FRAMES: usize = 30;
 
@@ -37,19 +37,19 @@ fn trc() -> String {
     String::from_utf8(text).unwrap()
 }
 
-/// What is solved of the take, of which `change` makes another text.
+/// The solution of the take after `change` has changed its text.
 fn solved(change: impl Fn(String) -> String) -> mocap::Result<Scene> {
     let text = change(trc());
     Importer::new().markers("auto").read(text.as_bytes(), "take.trc")
 }
 
-/// The skeleton that is solved from the unchanged take. It is solved once for all tests, since solving is slow.
+/// The skeleton solved from the unchanged take. All tests share it, because solving is slow.
 fn taken() -> &'static Scene {
     static TAKEN: OnceLock<Scene> = OnceLock::new();
     TAKEN.get_or_init(|| solved(|text| text).unwrap())
 }
 
-/// The skeleton that is solved from the take with two labels exchanged in frames 10 to 19, once for all tests.
+/// The skeleton solved from the take with two labels exchanged in frames 10 to 19. All tests share it.
 fn taken_with_exchange() -> &'static Scene {
     static TAKEN: OnceLock<Scene> = OnceLock::new();
     TAKEN.get_or_init(|| solved(|text| exchanged(&text, ["LELB", "LKNE"], 10..20)).unwrap())
@@ -89,11 +89,11 @@ fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_n
         swap.is_some_and(|swap| swap.message.contains("in frames 10 to 19")),
         "{swap:?}"
     );
-    // What a VRM avatar must have.
+    // The bones that a VRM avatar must have.
     let found = Humanoid::of(scene);
     assert!(found.found, "{found:?}");
     let amc = mocap::import("../../fixtures/real/cmu_01_01.amc").unwrap();
-    // AMC: inches times 0.45; its X is the laboratory's y.
+    // AMC positions are inches times 0.45. The X of AMC is the laboratory's y.
     let millimetres = 25.4 / 0.45;
     let pairs = [
         ("leftLowerLeg", "ltibia"),
@@ -119,7 +119,7 @@ fn joints_are_where_the_amc_of_the_same_take_has_them_and_exchanged_labels_are_n
 
 #[test]
 fn without_labels_the_same_body_is_guessed_and_said_to_be_a_guess() {
-    /// The line of a TRC file that has the labels.
+    /// The line of a TRC file with the labels.
     const LABELS: usize = 3;
     let unlabelled = |text: String| {
         let rename = |(index, line): (usize, &str)| match index {
@@ -150,7 +150,7 @@ fn without_labels_the_same_body_is_guessed_and_said_to_be_a_guess() {
     for bone in ["hips", "leftFoot", "rightLowerLeg", "leftHand", "rightLowerArm", "head"] {
         for frame in [0, FRAMES / 2, FRAMES - 1] {
             let off = position(&guessed, bone, frame).distance(position(labelled, bone, frame));
-            // Millimetres.
+            // The positions are in millimetres.
             assert!(off < 30.0, "{bone} in frame {frame}: {off}");
         }
     }
@@ -163,7 +163,7 @@ fn the_report_has_markers_joints_and_swaps() {
     assert_eq!(solved.swaps.len(), 1);
     assert_eq!((solved.swaps[0].first, solved.swaps[0].last), (10, 19));
     assert_eq!(solved.markers.len(), 41);
-    // At 6 Hz a second has six of the frames.
+    // At 6 Hz, a second has six of the frames.
     assert_eq!(solved.rms_of_seconds.len(), FRAMES / 6);
     let knee = solved.joints.iter().find(|joint| joint.name == "leftLowerLeg").unwrap();
     // The left thigh of CMU's own skeleton of this person: 7.1578 inches / 0.45, fixtures/real/cmu_01.asf.
@@ -179,7 +179,7 @@ fn what_is_no_body_is_refused() {
     assert!(refused(auto(), "../../fixtures/real/lecture_Test.bvh").contains("no markers"));
     assert!(refused(Importer::new().markers("nosuch.json"), TAKE).contains("nosuch.json"));
     assert!(refused(auto().static_trial("../../fixtures/real/lecture_Test.bvh"), TAKE).contains("no markers"));
-    // A standing trial alone means that markers are solved.
+    // A standing trial alone also requests a solution from markers.
     assert!(
         refused(
             Importer::new().static_trial(TAKE),
@@ -206,7 +206,7 @@ fn a_file_names_labels() {
     assert!(read(r#"{"nobody has it": "LASI"}"#).contains("not in the file"));
 }
 
-/// The text of a TRC file with a second person, who walks 1.5 m beside the first and has one marker more.
+/// The text of a TRC file with a second person, who walks 1.5 m beside the first and has one more marker.
 fn two_people(text: &str) -> String {
     let row = |(index, line): (usize, &str)| {
         let cells: Vec<String> = line.split('\t').map(str::to_owned).collect();
@@ -238,7 +238,7 @@ fn of_two_people_one_is_solved_and_the_other_by_name() {
     let alone = taken();
     let bert = of("auto:bert").unwrap();
     let beside = position(&bert, "hips", 0) - position(alone, "hips", 0);
-    // Millimetres; numbers of the text have their digits.
+    // Positions are in millimetres, and numbers keep the digits of the text.
     assert!(beside.distance(Vec3::X * 1500.0) < 1.0, "{beside}");
     let said = |scene: &Scene, words: &str| scene.warnings.iter().any(|warning| warning.message.contains(words));
     assert!(
@@ -262,7 +262,7 @@ fn of_two_people_one_is_solved_and_the_other_by_name() {
 #[test]
 fn a_unit_by_which_nobody_is_so_large_is_doubted() {
     let alone = taken();
-    // Numbers are millimetres.
+    // Numbers are in millimetres.
     let doubted = solved(|text| text.replacen("\tmm\t", "\tm\t", 1)).unwrap();
     let warning = doubted
         .warnings
@@ -276,7 +276,7 @@ fn a_unit_by_which_nobody_is_so_large_is_doubted() {
 
 #[test]
 fn a_file_that_is_cut_before_its_first_frame_is_said_to_be() {
-    /// Bytes before the first frame, of 672 bytes, of which one is missing.
+    /// The bytes before the first frame. A frame has 672 bytes, and one frame is missing.
     const WITHOUT: usize = 6144 + 671;
     let bytes = std::fs::read(TAKE).unwrap();
     let read = |length: usize| Importer::new().markers("auto").read(&bytes[..length], "cut.c3d");

@@ -1,4 +1,4 @@
-//! Positions into rotations: the positions come back, and bones are turned about themselves as the file has them.
+//! Tests of solving rotations from positions: the positions are restored, and bones have the roll of the file.
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
@@ -13,7 +13,7 @@ use mocap::{Code, Conversion, Importer, Pose, Scene};
 
 use crate::sample::Sample;
 
-/// An `.npy` of 32-bit numbers, as NumPy 1.0 of the format has it.
+/// An `.npy` file of 32-bit numbers, in NumPy's format version 1.0.
 fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
     let shape: String = shape.iter().map(|length| format!("{length},")).collect();
     let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}\n");
@@ -22,7 +22,7 @@ fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
     [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &values].concat()
 }
 
-/// Where bones are, and how they are turned in the frames of the T-pose: bone, then frame.
+/// The positions of bones, and their rotations from the T-pose, indexed by bone, then frame.
 struct Truth {
     bones: Vec<Bone>,
     places: Vec<Vec<Vec3>>,
@@ -31,7 +31,7 @@ struct Truth {
 }
 
 impl Truth {
-    /// The motion of a humanoid; rotations are those of a VRM animation, which have no part in solving.
+    /// The motion of a humanoid. Its rotations are those of a VRM animation, and solving does not use them.
     fn of(mut scene: Scene, frames: usize) -> Option<Self> {
         Conversion::new().apply(&mut scene).ok()?;
         let found = Humanoid::of(&scene);
@@ -63,7 +63,7 @@ impl Truth {
         })
     }
 
-    /// The joints as a file says them: each bone on the nearest above it that there is.
+    /// The joints as a JSON set: the parent of each bone is the nearest existing bone above.
     fn joints(&self) -> String {
         let parent = |bone: &Bone| {
             std::iter::successors(bone.parent(), |above| above.parent()).find(|above| self.bones.contains(above))
@@ -79,8 +79,8 @@ impl Truth {
         format!("[{}]", self.bones.iter().map(joint).collect::<Vec<_>>().join(","))
     }
 
-    /// By how much distances change that are constant where parts are rigid: of a bone from that above it, and of two
-    /// bones on one.
+    /// The changes of distances that would be constant in rigid parts: from a bone to the bone above, and between two
+    /// bones on one parent.
     fn stretch(&self) -> f32 {
         let place = |bone: Bone| self.bones.iter().position(|own| *own == bone);
         let parent = |bone: &Bone| std::iter::successors(bone.parent(), |above| above.parent()).find_map(place);
@@ -112,7 +112,7 @@ impl Truth {
     }
 }
 
-/// Adds the rotations to the world of the bones of a scene without rotations at rest.
+/// Adds the world rotations of the bones of a scene whose rest pose has no rotations.
 fn rotations_at(scene: &Scene, frame: usize, rotations: &mut BTreeMap<Bone, Vec<Quat>>) {
     let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
     for (index, node) in scene.nodes.iter().enumerate() {
@@ -123,24 +123,26 @@ fn rotations_at(scene: &Scene, frame: usize, rotations: &mut BTreeMap<Bone, Vec<
     }
 }
 
-/// What was measured of a file.
+/// The measures of a file.
 #[derive(Debug, Default)]
 struct Found {
     /// The largest distance of a joint, in metres.
     off: f32,
     stretch: f32,
-    /// Frames of bent limbs, and of those the ones whose roll is within 10 degrees.
+    /// The number of frames with bent limbs, and the number of these whose roll is within 10 degrees.
     bent: usize,
     near: usize,
-    /// The same, but for an angle that is constant for the limb: hinges of some files are not where a T-pose has them.
+    /// The same number, up to an angle that is constant for the limb, because the hinges of some files differ from a
+    /// T-pose.
     near_constant: usize,
-    /// Which bone is off most, and in which frame.
+    /// The bone with the largest error, and its frame.
     worst: Option<(Bone, usize)>,
-    /// The largest change of a limb's roll from one frame to the next, in degrees, and that of the file itself.
+    /// The largest change of a limb's roll from one frame to the next, in degrees, and the largest change in the file
+    /// itself.
     flip: f32,
 }
 
-/// Bones with a hinge between them, and the end of the second.
+/// Two bones with a hinge between them, and the end of the second bone.
 const LIMBS: [[Bone; 3]; 4] = [
     [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
     [Bone::RightUpperArm, Bone::RightLowerArm, Bone::RightHand],
@@ -196,9 +198,9 @@ fn measure(truth: &Truth) -> Found {
                     found.near += usize::from(twist.abs() <= 10.0);
                     twists.push(twist);
                 }
-                // A file may begin with a T-pose from which it jumps.
+                // A file may begin with a T-pose from which the motion jumps.
                 if let Some(before) = before.filter(|_| frame > 1) {
-                    // Beyond what the limb itself turns.
+                    // The rotation beyond the limb's own rotation.
                     let carried = Quat::from_rotation_arc(along(frame - 1), along(frame)) * before;
                     found.flip = found
                         .flip
@@ -221,7 +223,7 @@ fn twist(rotation: Quat, axis: Vec3) -> f32 {
     (angle + 180.0).rem_euclid(360.0) - 180.0
 }
 
-/// Files with a humanoid that moves.
+/// Files in which a humanoid moves.
 fn files() -> Vec<std::path::PathBuf> {
     let mut files: Vec<_> = fs::read_dir("../../fixtures/real")
         .unwrap()
@@ -238,7 +240,7 @@ fn files() -> Vec<std::path::PathBuf> {
     files
 }
 
-/// Files whose positions do not come back within 2 mm, and why.
+/// Files whose positions are not restored within 2 mm, and the reasons.
 const OPEN: [(&str, &str); 4] = [
     (
         "makehuman_fly_one_frame.bvh",
@@ -249,7 +251,7 @@ const OPEN: [(&str, &str); 4] = [
     ("hip_knee_ankle_names.bvh", "a hand, by 3.4 mm: not understood"),
 ];
 
-/// With `MOCAP_MOTIONS=FOLDER` the files of a folder, too.
+/// With `MOCAP_MOTIONS=FOLDER`, also the files of a folder.
 #[test]
 fn positions_come_back_and_limbs_are_turned_as_in_the_file() {
     let (mut bent, mut near, mut near_constant, mut bad) = (0, 0, 0, Vec::new());
@@ -303,7 +305,7 @@ fn a_figure_of_round_lengths_is_solved() {
     }
 }
 
-/// A table of positions whose bones change their lengths: joints are where the table says, in every frame.
+/// A table of positions whose bones change their lengths. Joints are at the positions of the table in every frame.
 #[test]
 fn moving_lengths_keep_every_position() {
     let joints = ["hips", "leftUpperLeg", "leftLowerLeg", "leftFoot"];
@@ -355,7 +357,7 @@ fn moving_lengths_keep_every_position() {
     );
     assert!(farthest(Some(Lengths::Median)) > 0.01);
     assert_eq!(farthest(None), farthest(Some(Lengths::Median)));
-    // A gap is said once, and filled by a straight line.
+    // A gap is reported once, and filled linearly.
     let gap: Vec<&str> = text.lines().filter(|line| !line.starts_with("5,leftFoot")).collect();
     fs::write(&table, gap.join("\n")).unwrap();
     let scene = Importer::new().joints(file.to_string_lossy()).import(&table).unwrap();
@@ -395,7 +397,7 @@ fn what_does_not_go_with_the_points_is_named() {
         "{}",
         import("nosuch")
     );
-    // A set with as many points takes them in their order, and each is needed.
+    // A set with as many points takes them in their order, and needs each of them.
     for (name, count) in [
         ("coco17", 17),
         ("h36m", 17),
@@ -417,7 +419,7 @@ fn what_does_not_go_with_the_points_is_named() {
                 .any(|node| node.humanoid_bone == Some(Bone::LeftLowerLeg)),
             "{name}"
         );
-        // Points in one place, and points that are not numbers.
+        // All points are in one place, and some are NaN.
         for value in [0.0, f32::NAN] {
             let read = Importer::new()
                 .joints(name)

@@ -1,5 +1,5 @@
-//! Arrays that a job without a target writes, read again. They are compared with the kinematics of the source's text,
-//! and with the joints of the robot that the source was made of.
+//! Tests of arrays that a job without a target writes, read again. They are compared with kinematics from the source's
+//! text, and with the joints of the source's robot.
 
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::robot_walk::{on, points, walk};
 const WALK: &str = "../../fixtures/real/cmu_short.bvh";
 const G1: &str = "../../fixtures/robots/g1_29dof_rev_1_0.urdf";
 
-/// Joints of CMU's skeleton and of SMPL's that are the same bones.
+/// Joints of CMU's and SMPL's skeletons that are the same bones.
 const SAME: [[&str; 2]; 8] = [
     ["LeftUpLeg", "left_hip"],
     ["LeftLeg", "left_knee"],
@@ -121,7 +121,7 @@ fn an_npy_has_the_lengths_of_the_source_at_20_frames_a_second() {
         distance(node.offset, [0.0; 3])
     };
     let back = Importer::new().import(&output).unwrap();
-    // 75 frames at 120 a second are 0.617 seconds: 13 frames at 20, and 12 steps between them.
+    // 75 frames at 120 per second are 0.617 seconds: 13 frames at 20 per second, with 12 steps between them.
     assert_eq!(back.animations[0].frame_count(), 12);
     for frame in 0..12 {
         let at = positions(&back, frame);
@@ -166,7 +166,7 @@ fn the_joints_of_a_robot_go_from_layout_to_layout() {
             assert!(error < 1e-5, "{to}, frame {frame}: {error} m");
         }
     }
-    // The layout that has 30 frames a second has them without being asked.
+    // The layout with 30 frames per second has this rate without a request.
     let output = folder.path().join("m.npz");
     let written = format!(r#""to": "mjlab", "output": "{}""#, output.display());
     job(&input, Some(G1), &written).run_with(&[]).unwrap();
@@ -191,7 +191,7 @@ const CRANE: &str = r#"<robot name="crane"><link name="base"/><link name="arm"/>
         <origin xyz="1 0 0" rpy="0 0.5 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
     </joint></robot>"#;
 
-/// A table without a header, as those for Unitree's robots.
+/// A table without a header, as for Unitree's robots.
 #[test]
 fn a_table_without_a_header_is_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -253,7 +253,7 @@ fn beyond_mimic_has_joints_breadth_first() {
         let joint = motion.dof_names.iter().position(|other| other == name).unwrap();
         assert!((f64::from(*found) - motion.dof_of(0)[joint]).abs() < 1e-5, "{name}");
     }
-    // Its names say the order, so that it is read again as it was written.
+    // The names in the file state the order, so it is read again as it was written.
     let back = Importer::new().body(G1).import(&output).unwrap();
     let there = points(&robot, &motion, "left_rubber_hand", &[Vec3::ZERO]);
     assert!(
@@ -264,7 +264,7 @@ fn beyond_mimic_has_joints_breadth_first() {
     );
 }
 
-/// A hinge that turns on beyond half a turn, with an origin that is turned, and a slide.
+/// A hinge that rotates by more than half a turn and has a rotated origin, and a slide joint.
 #[test]
 fn a_hinge_is_followed_beyond_half_a_turn() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Joint positions of robots as text.
+//! Tests of joint positions of robots as text.
 
 use mocap_job::internals::rounded_within;
 

@@ -1,4 +1,4 @@
-//! Events of a file.
+//! Tests of the events in a file.
 
 use mocap::scene::{Event, Side};
 use mocap_solve::internals::meaning;

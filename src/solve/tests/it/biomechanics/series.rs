@@ -1,4 +1,4 @@
-//! Names of columns.
+//! Tests of the names of columns.
 
 use mocap_solve::internals::unique;
 

@@ -1,11 +1,11 @@
-//! Clusters on thighs and shanks, as of running trials, planted on a body whose joints are known.
+//! Tests of marker clusters on thighs and shanks, as in running trials, on a body with known joints.
 
 use mocap::Scene;
 
 use super::lower_body::Markers;
 use super::planted::{Place, knee, legs, planted, walk};
 
-/// Every so many frames of the walk, which are 24 a second then.
+/// The stride between the used frames of the walk, which leaves 24 frames per second.
 const EVERY: usize = 5;
 
 const PLANTED: &[(&str, Place)] = &[
@@ -54,7 +54,7 @@ fn clusters_alone_tell_knees_and_ankles() {
         let legs = legs(&solved, &truth, EVERY, side);
         for (frame, [places, true_places]) in legs.iter().enumerate() {
             for (place, true_place) in std::iter::zip(places, true_places) {
-                // Half of the width of a knee: where it is on its axis the motion does not tell.
+                // Half of the width of a knee. The motion does not show where on its axis the knee is.
                 assert!(
                     place.distance(*true_place) < 30.0,
                     "{side}, frame {frame}: {places:?}, {true_places:?}"
@@ -64,7 +64,7 @@ fn clusters_alone_tell_knees_and_ankles() {
         let rms = knee(&legs);
         assert!(rms < 3.0, "{side} knee: {rms} degrees RMS");
     }
-    // Two markers of a thigh do not tell how it turns.
+    // Two markers on a thigh do not show its rotation.
     let mut few = clusters().1;
     let third = few.labels.iter().position(|label| label == "LTH3").unwrap();
     few.labels.remove(third);

@@ -1,4 +1,4 @@
-//! Joints whose markers are not seen for a while.
+//! Tests of joints whose markers are hidden for a while.
 
 use mocap::Pose;
 use mocap::glam::Vec3;
@@ -7,7 +7,7 @@ use super::landmarks::GUIDES;
 use super::planted::{joint, planted, walk};
 use super::sets::markers;
 
-/// Every so many frames of the walk, which are 24 a second then.
+/// The stride between the used frames of the walk, which leaves 24 frames per second.
 const EVERY: usize = 5;
 
 /// A third of a second, in which the arm swings forward.
@@ -33,7 +33,7 @@ fn an_arm_swings_on_while_its_markers_are_not_seen() {
             let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
             joint(scene, &pose, "leftHand").0
         });
-        // Millimetres.
+        // The positions are in millimetres.
         assert!(own.distance(other) < 30.0, "frame {frame}: {} mm", own.distance(other));
     }
 }

@@ -1,9 +1,9 @@
-//! Sets of markers by their guides.
+//! Tests of marker sets by their guides.
 
 use mocap_solve::internals::{by_key, keys, set_name};
 
-/// The labels of each set as its guide lists them, where `*` stands for both sides, and how many of them are no
-/// landmark here.
+/// The labels of each set as its guide lists them, and the number of labels that are no landmark here. `*` stands for
+/// both sides.
 pub(super) const GUIDES: &[(&str, &str, usize)] = &[
     (
         "CMU's set",
@@ -48,7 +48,7 @@ pub(super) const GUIDES: &[(&str, &str, usize)] = &[
          *ThighSide *KneeOut *Shin *AnkleOut *Heel *ToeOut *ToeIn *ToeTip",
         0,
     ),
-    // The glenohumeral joint has a front and a back there, which no guide tells apart.
+    // This guide has a front and a back of the glenohumeral joint, which no other guide distinguishes.
     (
         "OptiTrack's biomechanical set",
         "*AH *PH SJN SXS CV7 TV2 TV7 *HGT *IAS *IPS *CAJ *HLE *HME *UA *HM2 *USP *RSP *FTC *FLE *FME *TH *SK *TTC *FAX \
@@ -66,7 +66,7 @@ pub(super) const GUIDES: &[(&str, &str, usize)] = &[
          F*THI *ATI *HEE *MT5 *FRM FHEAD",
         0,
     ),
-    // Hips are computed there.
+    // This guide computes the hips.
     (
         "OpenCap's set",
         "r.ASIS_study L.ASIS_study r.PSIS_study L.PSIS_study *_knee_study *_mknee_study *_ankle_study *_mankle_study \

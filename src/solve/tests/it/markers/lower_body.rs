@@ -1,4 +1,4 @@
-//! A trial of the lower body, which has no shoulders to tell where the pelvis looks.
+//! Tests of a trial of the lower body, without shoulders to show the facing of the pelvis.
 
 use std::fmt::Write;
 
@@ -13,14 +13,14 @@ const LOWER: &[&str] = &[
     "LTOE", "RTOE", "LMT5", "RMT5",
 ];
 
-/// Where markers are, frame by frame, of the text of a TRC file of millimetres; NaN where they were not seen.
+/// The positions of markers in a TRC text of millimetres, frame by frame. Hidden markers have NaN.
 pub(super) struct Markers {
     pub(super) labels: Vec<String>,
     pub(super) frames: Vec<Vec<Vec3>>,
 }
 
 impl Markers {
-    /// Those of the lower body of the take, turned.
+    /// The positions of the lower body in the take, rotated.
     fn lower(turned: impl Fn(Vec3) -> Vec3) -> Self {
         let text = trc();
         let lines: Vec<&str> = text.lines().collect();
@@ -68,7 +68,7 @@ impl Markers {
     }
 }
 
-/// The angles in degrees between two lines, of all frames.
+/// The angles in degrees between two lines in all frames.
 fn angles(line: impl Fn(usize) -> (Vec3, Vec3)) -> impl Iterator<Item = f32> {
     (0..FRAMES).map(move |frame| {
         let (a, b) = line(frame);
@@ -82,7 +82,7 @@ fn most(angles: impl Iterator<Item = f32>) -> f32 {
 
 #[test]
 fn the_pelvis_looks_where_its_markers_are_however_the_laboratory_stands() {
-    // The output has +Y up: what stands up on other axes is turned there.
+    // The output has +Y up, so the take is rotated if it stands along another axis.
     type Turn = fn(Vec3) -> Vec3;
     let same: Turn = |point| point;
     let z_up: Turn = |Vec3 { x, y, z }| Vec3::new(x, -z, y);
@@ -99,21 +99,21 @@ fn the_pelvis_looks_where_its_markers_are_however_the_laboratory_stands() {
         let line = |frame: usize| at("leftUpperLeg", frame).0 - at("rightUpperLeg", frame).0;
         let off = most(angles(|frame| (hips(frame) * Vec3::X, line(frame))));
         assert!(off < 3.0, "left of the hips is {off} degrees off the line of the hips");
-        // As the markers themselves have it.
+        // The angle that the markers themselves show.
         let spines =
             |frame: usize, names: [&str; 2]| names.map(|name| markers.at(name, frame)).into_iter().sum::<Vec3>();
         let across = |frame: usize| markers.at("LFWT", frame) - markers.at("RFWT", frame);
         let off = most(angles(|frame| (hips(frame) * Vec3::X, across(frame))));
         assert!(off < 3.0, "left of the hips is {off} degrees off its front spines");
         let forward = |frame: usize| spines(frame, ["LFWT", "RFWT"]) - spines(frame, ["LBWT", "RBWT"]);
-        // The belt slides by a centimetre in some frames, which pitches it by some degrees.
+        // The belt slides by a centimetre in some frames, which pitches the pelvis by some degrees.
         let off = angles(|frame| (hips(frame) * Vec3::Z, forward(frame).reject_from(across(frame)))).sum::<f32>()
             / FRAMES as f32;
         assert!(
             off < 3.0,
             "forward of the hips is {off} degrees off its spines in the mean"
         );
-        // The rest pose is a body that looks to +Z, with its left at +X.
+        // The rest pose is a body that faces +Z, with its left at +X.
         let rest = |name: &str| {
             scene
                 .nodes
@@ -136,7 +136,7 @@ fn the_pelvis_looks_where_its_markers_are_however_the_laboratory_stands() {
 fn points_that_plug_in_gait_computes_are_no_markers() {
     let mut markers = Markers::lower(|point| point);
     let alone = markers.solved();
-    // The axes of a shank, the tip of the last of which has the name of the tip of a toe.
+    // The axes of a shank. The tip of its last axis has the same name as the tip of a toe.
     for label in ["LTIO", "LTIA", "LTIL", "LTIP", "RTIO", "RTIA", "RTIL", "RTIP"] {
         markers.labels.push(label.to_owned());
         markers
@@ -147,7 +147,7 @@ fn points_that_plug_in_gait_computes_are_no_markers() {
     let scene = markers.solved();
     assert_eq!(scene.nodes, alone.nodes);
     assert!(scene.animations == alone.animations);
-    // Without the others it is the tip of a toe.
+    // Without the other axes, the label is the tip of a toe.
     markers.labels[LOWER.len()..]
         .iter_mut()
         .for_each(|label| label.insert(1, 'X'));

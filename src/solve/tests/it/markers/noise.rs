@@ -1,9 +1,9 @@
-//! The noise of a take.
+//! Tests of the noise of a take.
 
 use mocap::glam::DVec3;
 use mocap_solve::internals::{Track, noise};
 
-/// Nearly normal numbers with a standard deviation of 1: sums of 12 even ones, less their mean.
+/// Almost normal numbers with a standard deviation of 1: sums of 12 uniform numbers, less their mean.
 fn normal(state: &mut u32) -> f64 {
     let mut even = || {
         *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -17,7 +17,7 @@ fn noise_on_a_swinging_marker_is_that_which_was_put_there() {
     const NOISE: f64 = 0.001;
     let mut state = 1;
     let mut position = |frame: usize| {
-        // A foot that swings by 30 cm once a second, at 120 frames a second.
+        // A foot that swings by 30 cm once per second, at 120 frames per second.
         let swing = 0.3 * (std::f64::consts::TAU * frame as f64 / 120.0).sin();
         let noise = DVec3::new(normal(&mut state), normal(&mut state), normal(&mut state)) * NOISE;
         DVec3::new(swing, 0.1, 0.0) + noise

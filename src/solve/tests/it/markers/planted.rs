@@ -1,14 +1,15 @@
-//! Markers that are planted on a body whose joints are known.
+//! Markers that are planted on a body with known joints.
 
 use mocap::glam::{Quat, Vec3};
 use mocap::{Pose, Scene};
 
 use super::lower_body::Markers;
 
-/// Millimetres in a unit of CMU's BVH files: an inch, scaled by 1 / 0.45.
+/// The millimetres in one unit of CMU's BVH files: an inch, scaled by 1 / 0.45.
 pub(super) const MILLIMETRES: f32 = 25.4 / 0.45;
 
-/// A place: the joint that moves it, the joint that it is beside, and millimetres from there: outwards, up, forward.
+/// A marker position: the joint that moves it, the joint that it is next to, and the offset from there in millimetres,
+/// as outward, up and forward.
 pub(super) type Place = (&'static str, &'static str, [f32; 3]);
 
 pub(super) fn sided(side: &str, joint: &str) -> String {
@@ -20,19 +21,19 @@ pub(super) fn sided(side: &str, joint: &str) -> String {
     }
 }
 
-/// Position and rotation of a joint in a pose.
+/// The position and rotation of a joint in a pose.
 pub(super) fn joint(scene: &Scene, pose: &Pose, name: &str) -> (Vec3, Quat) {
     let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
     let (_, rotation, position) = pose.node_to_world[node].to_scale_rotation_translation();
     (position, rotation)
 }
 
-/// CMU's walk, which is the truth. Its first frame is a T-pose.
+/// CMU's walk, which is the ground truth. Its first frame is a T-pose.
 pub(super) fn walk() -> Scene {
     mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap()
 }
 
-/// Markers in every `every`th frame of a motion after the first: their labels, the side of which they are, and places.
+/// Markers in every `every`th frame of a motion after the first frame: their labels, sides and positions.
 pub(super) fn planted(scene: &Scene, every: usize, markers: &[(String, &str, Place)]) -> Markers {
     let rest = Pose::rest(scene);
     let row = |frame: usize| {
@@ -52,7 +53,7 @@ pub(super) fn planted(scene: &Scene, every: usize, markers: &[(String, &str, Pla
     }
 }
 
-/// The hip, the knee and the ankle of a side in every frame, in millimetres, with the truth.
+/// The solved and the true hip, knee and ankle of a side in every frame, in millimetres.
 pub(super) fn legs(solved: &Scene, truth: &Scene, every: usize, side: &str) -> Vec<[[Vec3; 3]; 2]> {
     let frames = solved.animations[0].frame_count();
     let frame = |frame: usize| {
@@ -67,7 +68,7 @@ pub(super) fn legs(solved: &Scene, truth: &Scene, every: usize, side: &str) -> V
     (0..frames).map(frame).collect()
 }
 
-/// How far a knee is bent from the truth, RMS in degrees.
+/// The error of the bend of a knee, as RMS in degrees.
 pub(super) fn knee(legs: &[[[Vec3; 3]; 2]]) -> f32 {
     let bend = |[hip, knee, ankle]: [Vec3; 3]| (knee - hip).angle_between(ankle - knee).to_degrees();
     let squares = legs.iter().map(|[own, truth]| (bend(*own) - bend(*truth)).powi(2));

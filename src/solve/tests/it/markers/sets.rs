@@ -1,14 +1,14 @@
-//! Each set of markers, planted on a body whose joints are known.
+//! Tests of each marker set, planted on a body with known joints.
 
 use mocap_solve::internals::{by_key, keys};
 
 use super::landmarks::{GUIDES, labels};
 use super::planted::{Place, knee, legs, planted, walk};
 
-/// Every so many frames of the walk, which are 8 a second then.
+/// The stride between the used frames of the walk, which leaves 8 frames per second.
 const EVERY: usize = 15;
 
-/// Where landmarks are on the body; those of a side without its letter.
+/// The positions of landmarks on the body. A landmark of a side has no side letter.
 const PLACES: &[(&str, Place)] = &[
     ("ASI", ("Hips", "UpLeg", [30.0, 90.0, 90.0])),
     ("PSI", ("Hips", "UpLeg", [-40.0, 90.0, -110.0])),
@@ -64,7 +64,7 @@ const PLACES: &[(&str, Place)] = &[
     ("EAR", ("Head", "Head", [75.0, 100.0, 0.0])),
 ];
 
-/// The side and the place of a landmark.
+/// The side and the position of a landmark.
 fn place(landmark: &str) -> (&'static str, Place) {
     let of = |name: &str| PLACES.iter().find(|(own, _)| *own == name).map(|(_, place)| *place);
     let side = if landmark.starts_with('R') { "Right" } else { "Left" };
@@ -72,7 +72,7 @@ fn place(landmark: &str) -> (&'static str, Place) {
     (side, found.unwrap_or_else(|| panic!("{landmark} has no place")))
 }
 
-/// The markers of a guide with their places.
+/// The markers of a guide with their positions.
 pub(super) fn markers(guide: &str) -> Vec<(String, &'static str, Place)> {
     let (labels, known) = (labels(guide), by_key());
     let placed = |(label, key): (&String, String)| {
