@@ -87,7 +87,7 @@ fn a_wrong_job_says_where() {
             r#"{"matrix": "a.png", "write": {"output": "a.glb"}}"#,
             "the job: matrix: a motion job has no matrix",
         ),
-        // A file below an input folder.
+        // A nested key of another kind of job.
         (
             r#"{"survey": {}, "source": {"frames": {"fps": 30}}}"#,
             "the job: source.frames: a survey job has no frames in source, but inputs",

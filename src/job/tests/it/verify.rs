@@ -1,4 +1,4 @@
-//! That verify finds what is wrong, says where, and finds nothing where nothing is wrong.
+//! Tests that `verify` finds defects, reports their place, and finds nothing in correct files.
 
 use std::path::PathBuf;
 
@@ -30,7 +30,7 @@ fn glb(scene: &Scene) -> Vec<u8> {
     GltfOptions::default().write_glb(scene).unwrap()
 }
 
-/// `glb` without what this crate says about itself in it.
+/// The `glb` file without the record of this crate.
 fn as_of_another_program(glb: &[u8]) -> Vec<u8> {
     let place = glb.windows(7).position(|window| window == b"\"mocap\"").unwrap();
     let mut changed = glb.to_vec();
@@ -82,7 +82,7 @@ fn every_step_is_replayed_from_the_provenance() {
         let mut scene = source.clone();
         step(&mut scene);
         let verified = Verification::of(&source, &glb(&scene)).unwrap();
-        // The skeleton is 44 of the file's units tall, so this is 1e-6 of its height.
+        // The skeleton is 44 units of the file tall, so this is 1e-6 of its height.
         let tolerance = 44.0 * verified.metres_per_unit * 1e-6;
         assert!(verified.max_error < 2.0 * tolerance, "steps {index}: {verified:?}");
         let counts = (verified.frames, verified.joints, verified.end_sites);
@@ -108,7 +108,7 @@ fn a_joint_that_is_off_is_named_with_its_frame_and_distance() {
     let rotation = &mut channel.rotation_keys.values[40];
     *rotation *= Quat::from_rotation_x(0.1);
 
-    // A turn by 0.1 about X moves the tip along a chord of the circle around X on which it stands.
+    // A rotation by 0.1 about X moves the tip along a chord of its circle around X.
     let expected = 2.0 * f64::sin(0.05) * offset.y.hypot(offset.z);
     let verified = Verification::of(&source, &glb(&scene)).unwrap();
     assert!(
@@ -138,19 +138,19 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
         lost.max_error
     });
     assert!(lost[0] > 1e-5 && lost[1] > lost[0], "{lost:?}");
-    // A T-pose that was smeared over a frame of a thirtieth would be half a metre off.
+    // A T-pose that was blended over a thirtieth of a second would be half a metre off.
     assert!(lost[1] < 0.03, "{lost:?}");
 }
 
-/// The motion jumps away from the rest pose in its first frame. In files with a pose for each frame, the jump lies
-/// between two of them; a frame in the jump is one of its sides, and no mixture of both.
+/// The motion jumps away from the rest pose in its first frame. In files with a pose for each frame, the jump is
+/// between two frames. A frame within the jump equals one side, and is no mixture of both.
 #[test]
 fn a_jump_is_compared_at_the_frames_that_the_file_has() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("walk.bvh"), cut::first_frames("real/cmu_12_01_walk.bvh", 60)).unwrap();
     let source = mocap::import(path("walk.bvh")).unwrap();
-    // The frame of the source that a frame of the file is next to.
+    // The frame of the source that is nearest to a frame of the file.
     let nearest = |frame: usize, rate: f64| (frame as f64 * 120.0 / rate).round() as usize;
     for rate in [24.0, 30.0, 60.0, 100.0, 240.0, 480.0] {
         let mut scene = source.clone();
@@ -167,7 +167,7 @@ fn a_jump_is_compared_at_the_frames_that_the_file_has() {
             let allowed = if extension == "mclip" { 1e-3 } else { 2e-5 };
             assert!(verified.is_within(allowed), "{extension}, {rate}: {verified:?}");
         }
-        // Whole frames of the source, read from the text of the file, and those in the jump.
+        // Whole frames of the source, read from the text of the file, and the frames in the jump.
         Exporter::new().overwrite(true).export(&scene, path("out.bvh")).unwrap();
         let rows = |name: &str| -> Vec<Vec<f32>> {
             let text = std::fs::read_to_string(path(name)).unwrap();
@@ -187,7 +187,7 @@ fn a_jump_is_compared_at_the_frames_that_the_file_has() {
             }
         }
         assert!(compared > 10 || rate == 100.0, "{rate}: {compared}");
-        // A row that is another is found.
+        // A changed row is found.
         let mut wrong = scene.clone();
         wrong.animations[0].channels[0].position_keys.values[3].x += 0.2;
         Exporter::new().overwrite(true).export(&wrong, path("out.bvh")).unwrap();
@@ -197,7 +197,7 @@ fn a_jump_is_compared_at_the_frames_that_the_file_has() {
     }
 }
 
-/// The frame time .0083333 means 1/120, so that this changes no frame, and the time of each by a part in 250,000.
+/// The frame time .0083333 means 1/120. This changes no frame, and each frame's time only by a part in 250,000.
 #[test]
 fn the_rate_that_a_rounded_frame_time_means_loses_nothing() {
     let source = import("cmu_12_01_walk.bvh");
@@ -245,7 +245,7 @@ fn kinds(verified: &Verification) -> Vec<FindingKind> {
     verified.findings.iter().map(|finding| finding.kind).collect()
 }
 
-/// What somebody does to a scene without a word about it in the file.
+/// Changes of a scene that the file does not record.
 #[test]
 fn every_attack_is_found() {
     type Attack = fn(&mut Scene);
@@ -342,7 +342,7 @@ fn a_turn_that_moves_no_joint_is_found() {
     scene.nodes[leaf].transform *= turn;
     let verified = Verification::of(&source, &glb(&scene)).unwrap();
     assert!(verified.max_error < 1e-5, "{verified:?}");
-    // A point 3 cm from a joint that turns by 0.1 about X: the chord of its circle.
+    // A point 3 cm from a joint that rotates by 0.1 about X moves by the chord of its circle.
     let chord = 2.0 * 0.03 * f64::sin(0.05);
     assert!((verified.rotation_error.unwrap() - chord).abs() < 1e-5, "{verified:?}");
     assert!(!verified.is_within(1e-3));
@@ -385,7 +385,7 @@ fn a_file_of_another_skeleton_is_refused() {
 fn a_file_of_no_known_format_is_refused() {
     let error = Verification::of(&import("lecture_Test.bvh"), b"no motion").unwrap_err();
     assert_eq!(error.code(), Code::UnknownFormat);
-    // A file is what it is itself.
+    // A file equals itself.
     let source = fixture("lecture_Test.bvh");
     assert!(Verifier::new().files(&source, &source).unwrap().is_within(1e-9));
 }

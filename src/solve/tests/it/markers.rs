@@ -18,7 +18,7 @@ use mocap::{Code, Conversion, Exporter, Format, Importer, Pose, Scene};
 
 const TAKE: &str = "../../fixtures/markers/cmu_01_01.c3d";
 
-/// Every so many frames of the take are kept. They are still a motion at a lower rate.
+/// The stride between the kept frames of the take, which stay a motion at a lower rate.
 const EVERY: usize = 20;
 const FRAMES: usize = 30;
 

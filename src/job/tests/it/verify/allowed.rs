@@ -1,8 +1,8 @@
-//! Allowed changes: every option of a job that writes a motion, alone and in pairs, in every written format. `verify`
-//! accepts each output. A motion on another body is compared with that body. The options and their values come from the
-//! schema of jobs, so that a new option is tried or asks for values here. `docs/verification.md` has the table.
+//! Tests of allowed changes: every option of a job that writes a motion, alone and in pairs, in every written format.
+//! `verify` accepts each output. A motion on another body is compared with this body. The options and their values come
+//! from the schema of jobs, so a new option is tried or needs values here. `docs/verification.md` has the table.
 //!
-//! A sample of the pairs is tried; `MOCAP_ALL=1` tries each pair in one format and each option alone in every format.
+//! A sample of the pairs is tried. `MOCAP_ALL=1` tries each pair in one format and each option alone in every format.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -20,7 +20,7 @@ use crate::{ROOT, cut};
 
 /// Parts of the schema that are no option of a motion.
 const NO_OPTIONS: [&str; 6] = [
-    // The files and the verdict itself.
+    // The files, and the verdict itself.
     "source.inputs",
     "source.with",
     "write.force",
@@ -84,7 +84,7 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("source.space.up", r#""-y""#, ""),
     ("source.space.up", r#""z""#, ""),
     ("source.space.up", r#""-z""#, ""),
-    // Other joints lose the motion of their positions: `docs` says so.
+    // Other joints lose the motion of their positions, as `docs` says.
     ("write.bvh.channels", "", "walk.bvh"),
     ("write.bvh.digits", "5", ""),
     ("write.names", r#""mixamo""#, ""),
@@ -106,14 +106,14 @@ const VALUES: &[(&str, &str, &str)] = &[
     ("steps", "pin:to=hips,range=0.02..0.08", ""),
 ];
 
-/// The bodies that motions are put on, where an option of one is tried and no other file is.
+/// The bodies to which motions are retargeted, if an option of the body is tried and no other body is given.
 const BODIES: [(&str, &str); 3] = [
     ("character", "human.gltf"),
     ("skeleton", "run.bvh"),
     ("robot", "h1.urdf"),
 ];
 
-/// Motions of any skeleton, of which each pair takes one. The first are of humanoids.
+/// Motions of any skeleton. Each pair uses one of them. The first motions are of humanoids.
 const SOURCES: [&str; 8] = [
     "walk.bvh",
     "dance.bvh",
@@ -127,7 +127,7 @@ const SOURCES: [&str; 8] = [
 
 const HUMANOIDS: usize = 4;
 
-/// Frames of a motion.
+/// The number of frames in a motion.
 const FRAMES: usize = 16;
 
 /// One value of an option.
@@ -135,29 +135,29 @@ const FRAMES: usize = 16;
 struct Choice {
     option: String,
     value: Value,
-    /// The only source of which it is an option; empty for one of all.
+    /// The only source with this option; empty if every source has it.
     source: String,
 }
 
 impl Choice {
-    /// The kind of the body that its motion is put on, where it is one of that.
+    /// The kind of target that the option belongs to, if it is an option of a target.
     fn body(&self) -> Option<&str> {
         self.option.strip_prefix("target.")?.split('.').next()
     }
 }
 
-/// What becomes of an output.
+/// The outcome of an output.
 #[derive(Clone, Debug)]
 enum Verdict {
     /// `verify` accepts it.
     Accepted,
-    /// Nothing was written, or nothing of what was written can be compared.
+    /// Nothing was written, or the output cannot be compared.
     Refused,
-    /// `verify` does not accept it.
+    /// `verify` rejects the output.
     FalseAlarm(String),
 }
 
-/// A definition of the schema, without references and without `null`.
+/// A definition of the schema, with references resolved and without `null`.
 fn resolved<'a>(schema: &'a Value, mut value: &'a Value) -> &'a Value {
     loop {
         let list = value["anyOf"].as_array();
@@ -172,7 +172,7 @@ fn resolved<'a>(schema: &'a Value, mut value: &'a Value) -> &'a Value {
     }
 }
 
-/// The options with the values that the schema lists; none where it lists none.
+/// The options with the values that the schema lists; no values if it lists none.
 fn options(schema: &Value) -> BTreeMap<String, Vec<Value>> {
     let mut found = BTreeMap::new();
     let mut open = vec![(String::new(), &schema["$defs"]["MotionJob"])];
@@ -213,7 +213,7 @@ fn choices() -> Vec<Choice> {
     let mut all = Vec::new();
     for (option, mut listed) in options(&schema) {
         let stated = VALUES.iter().filter(|(name, ..)| *name == option);
-        // One of each solver stands for all: they reach it together.
+        // One weight of each solver stands for all, because all reach the solver in the same way.
         if option.starts_with("weights.") && stated.clone().next().is_none() {
             continue;
         }
@@ -225,7 +225,7 @@ fn choices() -> Vec<Choice> {
                 _ if text.is_empty() => None,
                 _ => Some(serde_json::from_str(text).unwrap()),
             };
-            // A format that is not that of the source is none of its options.
+            // A format other than the source's format is not a valid option.
             if option == "read.from" {
                 listed.clear();
             }
@@ -265,7 +265,7 @@ fn step_of_list(name: &str) -> String {
     texts.find(|text| text.split(':').next() == Some(name)).unwrap()
 }
 
-/// The folder of the sources, each with a few frames.
+/// The folder of the sources. Each source has a few frames.
 fn sources() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
@@ -295,11 +295,11 @@ fn sources() -> tempfile::TempDir {
     ] {
         fs::copy(format!("{ROOT}/fixtures/{file}"), path(name)).unwrap();
     }
-    // Markers of a body.
+    // The markers of a body.
     let mut markers = mocap::import(format!("{ROOT}/fixtures/markers/cmu_01_01.c3d")).unwrap();
     markers.trim(0.0, FRAMES as f64 - 1.0);
     Exporter::new().export(&markers, path("body.trc")).unwrap();
-    // Two clips at two frame rates, with a skin.
+    // Two clips with two frame rates, with a skin.
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned);
     let mut scene = importer.import(path("walk.bvh")).unwrap();
     mocap::Conversion::new().apply(&mut scene).unwrap();
@@ -359,7 +359,7 @@ impl Cell<'_> {
             job["source"]["with"] = json!(vec![folder.join("second.bvh"); seconds]);
         }
         if !steps.is_empty() {
-            // As the program's `edit` does.
+            // Works as the program's `edit` does.
             let frames = &mut job["source"]["frames"]["drop-first-frame"];
             if frames.is_null() {
                 *frames = "auto".into();
@@ -390,7 +390,7 @@ impl Cell<'_> {
                 verified.worst,
                 verified.findings
             )),
-            // Of another body a format may have nothing to compare.
+            // A format may have nothing to compare on another body.
             Err(error) if job.target.is_some() && error.code() == Code::Unrepresentable => Verdict::Refused,
             Err(error) => Verdict::FalseAlarm(error.to_string()),
         }
@@ -406,7 +406,7 @@ impl Cell<'_> {
     }
 }
 
-/// A format that cannot be compared: it has no skeleton.
+/// A format that cannot be compared, because it has no skeleton.
 const NOT_COMPARED: &str = "vmd";
 
 fn extensions() -> Vec<&'static str> {
@@ -415,16 +415,16 @@ fn extensions() -> Vec<&'static str> {
     extensions.filter(|extension| *extension != NOT_COMPARED).collect()
 }
 
-/// Options that are tried alone: a skeleton is solved from markers for seconds.
+/// Options that are tried alone, because solving a skeleton from markers takes seconds.
 const SLOW: [&str; 2] = ["read.markers", "read.static"];
 
-/// Two choices that a job can have: other options, or two steps; of one source.
+/// Two choices that a job can combine: options, or two steps, for one source.
 fn is_pair(a: &Choice, b: &Choice) -> bool {
     if [a, b].iter().any(|choice| SLOW.contains(&choice.option.as_str())) {
         return false;
     }
-    // With three channels the joint below a root that is added, and those of a second body, lose the motion of their
-    // positions, which a warning says.
+    // With three channels, the joint below an added root and the joints of a second body lose the motion of their
+    // positions. A warning says so.
     let is = |option: &str, value: Value| {
         [a, b]
             .iter()
@@ -438,7 +438,7 @@ fn is_pair(a: &Choice, b: &Choice) -> bool {
     if is("write.bvh.channels", "3".into()) && has_second_root() {
         return false;
     }
-    // A motion is put on one body, and each option of it is tried with those of reading and writing.
+    // A motion is retargeted to one body. Each option of this target is tried with the options of reading and writing.
     for (one, other) in [(a, b), (b, a)] {
         let is_beside = ["source.", "write."].iter().any(|part| other.option.starts_with(part));
         if one.body().is_some() && !is_beside {
@@ -449,7 +449,7 @@ fn is_pair(a: &Choice, b: &Choice) -> bool {
     has_one_source && (a.option != b.option || a.option == "steps")
 }
 
-/// Every option alone in every format, and every pair in one.
+/// Every option alone in every format, and every pair in one format.
 fn cells(choices: &[Choice]) -> (Vec<Cell<'_>>, Vec<Cell<'_>>) {
     let extensions = extensions();
     let source_of = |choices: &[&Choice], number: usize| {
@@ -489,7 +489,7 @@ fn cells(choices: &[Choice]) -> (Vec<Cell<'_>>, Vec<Cell<'_>>) {
     (alone, pairs)
 }
 
-/// The verdicts of cells, on all cores.
+/// The verdicts of the cells, computed on all cores.
 fn verdicts(cells: &[Cell<'_>], folder: &Path) -> Vec<Verdict> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let part = cells.len().div_ceil(threads).max(1);
@@ -508,7 +508,7 @@ const START: &str = "<!-- allowed changes -->\n";
 const END: &str = "<!-- end of allowed changes -->\n";
 const COMMAND: &str = "MOCAP_WRITE=1 MOCAP_ALL=1 cargo test -p mocap-job allowed writes it";
 
-/// The section of the document: of each option and format the outputs that were accepted, of those that were written.
+/// The section of the document: for each option and format, the accepted outputs and the written outputs.
 fn section(cells: &[Cell<'_>], verdicts: &[Verdict]) -> String {
     let mut counts: BTreeMap<(&str, &str), (usize, usize)> = BTreeMap::new();
     let (mut written, mut alarms) = (0, 0);
@@ -557,7 +557,7 @@ fn section(cells: &[Cell<'_>], verdicts: &[Verdict]) -> String {
 
 #[test]
 fn no_allowed_change_is_a_false_alarm() {
-    /// One of so many cells, where not all are tried.
+    /// The stride between the tried cells, if not all cells are tried.
     const PARTS: usize = 24;
     let folder = sources();
     let choices = choices();
@@ -609,11 +609,11 @@ fn no_allowed_change_is_a_false_alarm() {
 /// A source, the extension of an output, and options with their values.
 type Case<'a> = (&'static str, &'static str, &'a [(&'static str, Value)]);
 
-/// Right outputs that `verify` has refused, each of another kind.
+/// Correct outputs that `verify` once rejected, each of another kind.
 #[test]
 fn outputs_that_were_refused_once_are_accepted() {
     let cases: &[Case<'_>] = &[
-        // A motion in place stays where it began before it was cut.
+        // A motion in place stays at the place where it began before the cut.
         (
             "dance.bvh",
             "fbx",
@@ -622,10 +622,10 @@ fn outputs_that_were_refused_once_are_accepted() {
                 ("steps", json!(["drop-first-frame:always=true"])),
             ],
         ),
-        // The ground is that of the world, under a group that is rotated.
+        // The ground is horizontal in the world, even under a rotated group.
         ("arm.usda", "gltf", &[("source.frames.root", json!("in-place"))]),
         ("arm.usda", "glb", &[("source.frames.root", json!("extract"))]),
-        // Joints that steps add are tied to the skin where they stand.
+        // Joints that steps add are bound to the skin at their position.
         (
             "walk.bvh",
             "glb",
@@ -638,7 +638,7 @@ fn outputs_that_were_refused_once_are_accepted() {
         // End sites do not move for a T-pose.
         ("dance.bvh", "usda", &[("source.frames.rest", json!("t-pose"))]),
         ("jump.bvh", "usdz", &[("source.frames.t-pose-first", json!(true))]),
-        // Joints take other axes on purpose, and have errors within those allowed at all times.
+        // Joints intentionally get other axes, and their errors stay within the allowed error at all times.
         (
             "amass.npz",
             "mclip",
@@ -655,13 +655,13 @@ fn outputs_that_were_refused_once_are_accepted() {
                 ("write.smaller.max-error", json!("1mm")),
             ],
         ),
-        // Vertices are those of the file before its steps, and so is the rest pose that they are compared in.
+        // Vertices are compared with the file before its steps, in the rest pose of this file.
         (
             "arm.fbx",
             "glb",
             &[("source.frames.rest", json!("frame:3")), ("steps", json!(["fill"]))],
         ),
-        // A step depends on the rest pose, on the bones and on the up axis that somebody stated.
+        // A step depends on the rest pose, on the bones and on the up axis that the caller stated.
         (
             "zup.bvh",
             "fbx",
@@ -691,7 +691,7 @@ fn outputs_that_were_refused_once_are_accepted() {
                 ("steps", json!(["turn:by=90"])),
             ],
         ),
-        // A bone that the source lacks is made up, and has no pair.
+        // A bone that the source lacks is added, and has no partner.
         ("jump.bvh", "vrma", &[("source.map", json!({"head": null}))]),
         // Two frame rates, one after the other.
         (
@@ -702,7 +702,7 @@ fn outputs_that_were_refused_once_are_accepted() {
                 ("steps", json!(["resample:rate=200"])),
             ],
         ),
-        // The skin shows where the soles are, but no mesh that is drawn of a skeleton.
+        // A skin shows the position of the soles, but a mesh drawn for a skeleton does not.
         (
             "two.glb",
             "usdz",
@@ -713,7 +713,7 @@ fn outputs_that_were_refused_once_are_accepted() {
             "fbx",
             &[("read.clip", json!(1)), ("steps", json!(["ground"]))],
         ),
-        // Nodes stand in a frame of the motion where a skin keeps the rest pose.
+        // If a skin keeps the rest pose, its nodes have the pose of a frame of the motion.
         (
             "dance.bvh",
             "gltf",
@@ -724,10 +724,10 @@ fn outputs_that_were_refused_once_are_accepted() {
         ),
         // Motion below the largest error may be lost.
         ("jump.bvh", "mclip", &[("write.smaller.max-error", json!("1cm"))]),
-        // A format with one clip has the first.
+        // A format with one clip has the first clip.
         ("two.glb", "trc", &[]),
         ("two.glb", "bvh", &[]),
-        // Two clips of different frame rates in a file that has one.
+        // Two clips with different frame rates, in a file with one rate.
         ("two.glb", "fbx", &[("source.frames.fps", json!(100))]),
         ("two.glb", "fbx", &[("write.fbx.target", json!("unreal"))]),
         // Constant scales are kept.

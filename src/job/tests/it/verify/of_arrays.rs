@@ -1,4 +1,4 @@
-//! Arrays, `.npz` and `.csv`, against the motion that they were made from.
+//! Tests that compare arrays, `.npz` and `.csv`, with the motion that they were made from.
 
 use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space};
 use mocap::scene::UpAxis;
@@ -42,7 +42,7 @@ fn whatever_they_hold_is_right() {
             .last(Moment::Seconds(0.3)),
     ];
     let files = ["cmu_short.bvh", "rotation_before_position.bvh", "z_up_dab.bvh"];
-    // A third of all, with every rotation, space, option and file.
+    // A third of all combinations covers every rotation, space, option and file.
     let first = Sample::new().below(3);
     for (index, rotation) in rotations.into_iter().enumerate() {
         for (place, space) in spaces.into_iter().enumerate() {
@@ -125,7 +125,7 @@ fn what_is_wrong_is_found() {
     assert!(error.to_string().contains("is not in its source"), "{error}");
 }
 
-/// What the caller states, or a need for it, is in the header; and so are what was computed of the positions.
+/// The header has what the caller stated or the output needed, and what was computed from the positions.
 #[test]
 fn a_header_that_states_more_than_the_source_is_right() {
     let file = "cmu_short.bvh";
@@ -146,7 +146,7 @@ fn a_header_that_states_more_than_the_source_is_right() {
     }
 }
 
-/// Other readers take names and parents from the arrays beside the header, or from it.
+/// Other readers take names and parents from the arrays next to the header, or from the header itself.
 #[test]
 fn arrays_that_are_not_those_of_the_header_are_an_error() {
     let whole = bytes("lecture_Test.bvh", &ArrayOptions::default());
@@ -160,7 +160,7 @@ fn arrays_that_are_not_those_of_the_header_are_an_error() {
     assert!(error.to_string().contains("`names` differs from the header"), "{error}");
 }
 
-/// The archive with the sums of its entries set anew.
+/// The archive with the checksums of its entries updated.
 fn with_sums(archive: &[u8]) -> Vec<u8> {
     let mut archive = archive.to_vec();
     let find = |archive: &[u8], mark: &[u8]| -> Vec<usize> {
@@ -186,7 +186,7 @@ fn a_broken_archive_is_an_error() {
         let error = verified("lecture_Test.bvh", &whole[..length]).unwrap_err();
         assert_eq!(error.code().as_str(), "invalid-arrays", "{length}: {error}");
     }
-    // A flipped byte is an error or other numbers, but no panic; zip has a sum for what is stored.
+    // A flipped byte gives an error or other numbers, but no panic. Zip has a checksum for stored entries.
     for at in (4..whole.len()).step_by(31) {
         let mut broken = whole.clone();
         broken[at] ^= 0x41;

@@ -1,4 +1,4 @@
-//! What a file beside a BVH file says of it.
+//! Tests of the JSON file next to a BVH file.
 
 use mocap::bvh::BvhOptions;
 
@@ -14,7 +14,7 @@ fn a_sidecar_says_how_a_bvh_file_was_made_to_every_reader() {
         .skeleton_mesh(SkeletonMesh::None)
         .import(source)
         .unwrap();
-    // A unit that has no name, a part of the motion, and in place: nothing that the file alone could tell.
+    // An unnamed unit, a part of the motion, and a motion in place: the BVH file alone does not show these.
     scene.convert_units(0.0123, UpAxis::Y);
     scene.trim(10.0, 40.0);
     scene.put_in_place();
@@ -36,7 +36,7 @@ fn a_sidecar_says_how_a_bvh_file_was_made_to_every_reader() {
     );
     assert_eq!(mocap::import(&alone).unwrap().metadata.metres_per_unit, None);
 
-    // It is about this file and about no other; what is no such file is left alone.
+    // The JSON file belongs to this file only. A JSON file of another kind is ignored.
     let mut text = std::fs::read(&beside).unwrap();
     text.push(b'\n');
     std::fs::write(&beside, &text).unwrap();

@@ -1,8 +1,8 @@
-//! The truth matrix: each kind of corruption in each format, and what is no corruption; both verdicts.
+//! The truth matrix: each kind of corruption in each format, and changes that are no corruption, with both verdicts.
 //!
-//! `kinds` changes a scene before it is written, `planted` the bytes of a file. A kind that changes no byte of a format
-//! is not in it. `MOCAP_ALL=1 cargo test truth` tries all, and with `MOCAP_WRITE=1` and `--features parquet` it writes
-//! the table of `docs/verification-corruptions.md`.
+//! `kinds` changes a scene before it is written, `planted` changes the bytes of a file. A kind that changes no byte of
+//! a format is not in the matrix. `MOCAP_ALL=1 cargo test truth` tries all cells. With `MOCAP_WRITE=1` and `--features
+//! parquet`, it writes the table of `docs/verification-corruptions.md`.
 
 mod kinds;
 mod planted;
@@ -25,7 +25,7 @@ use self::planted::{Files, Of, Plant, plants};
 use crate::sample::{Sample, is_all};
 use crate::{ROOT, cut};
 
-/// The formats, and the name under which another program wrote the file. Parquet needs its feature.
+/// The formats, and the names of files that another program wrote. Parquet needs its feature.
 const FORMATS: &[&str] = &[
     "glb",
     "glb of another program",
@@ -51,7 +51,7 @@ const NO_ROTATIONS: &str = "Markers have only positions.";
 const BONES: &str = "A VRM animation has VRM's bone names and hierarchy, and may omit bones that VRM does not require.";
 const POSITIONS: &str = "The error bound of packed clips limits positions, and rotations that move no joint.";
 
-/// What is known not to be found in the files alone, with the reason.
+/// Corruptions that cannot be found in the files alone, with the reason.
 const MISSED: &[(&str, &str, &str)] = &[
     ("Z up for Y up", "glb of another program", UP),
     ("Z up for Y up", "bvh", UP),
@@ -80,7 +80,7 @@ const MISSED: &[(&str, &str, &str)] = &[
     ("units: another unit stated", "trc", UNIT),
 ];
 
-/// The bytes of a file that is written there; nothing where its format cannot hold the scene.
+/// The bytes of a file that is written there; empty if its format cannot hold the scene.
 fn written(scene: &Scene, path: &Path) -> Option<Vec<u8>> {
     let motion = || Arrays::of(scene, &ArrayOptions::new().velocities(true));
     let bytes = match path.extension()?.to_str()? {
@@ -142,7 +142,7 @@ impl Cell {
         }
     }
 
-    /// Why the corruption is not found in the files alone.
+    /// The reason why the corruption is not found in the files alone.
     fn reason(self) -> Option<&'static str> {
         let missed = MISSED
             .iter()
@@ -151,7 +151,7 @@ impl Cell {
     }
 }
 
-/// The sources, and what was written of them.
+/// The sources, and their outputs.
 struct Bench {
     folder: tempfile::TempDir,
     scene: Scene,
@@ -190,7 +190,7 @@ impl Bench {
         }
     }
 
-    /// The files of an output without a corruption, which `verify` accepts.
+    /// The files of an uncorrupted output, which `verify` accepts.
     fn right(&self, of: Of, format: &'static str) -> Files {
         if let Some(known) = self.right.borrow().get(&(of, format)) {
             return known.clone();
@@ -215,7 +215,7 @@ impl Bench {
         files
     }
 
-    /// What `verify` says of files; as `--verify`, which knows the steps, or of the files alone.
+    /// The verdict of `verify` about files: with the job's steps, as `--verify`, or from the files alone.
     fn verdict(&self, files: &Files, of: Of, knows_steps: bool) -> mocap::Result<Verification> {
         let folder = tempfile::tempdir().unwrap();
         files.write(folder.path());
@@ -226,7 +226,7 @@ impl Bench {
         verifier.files(self.source(of), folder.path().join(&files.main))
     }
 
-    /// The files of a cell; `None` where its format has nothing of the kind.
+    /// The files of a cell; `None` if the format has nothing of this kind.
     fn corrupted(&self, cell: Cell) -> Option<(Files, Of)> {
         match cell {
             Cell::File(plant, format) => {
@@ -298,7 +298,7 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
         let (name, format, reason) = (cell.name(), cell.format(), cell.reason());
         let verdict = bench.verdict(&files, of, false);
         let should_pass = !cell.is_wrong() || reason.is_some();
-        // What the steps tell is found by `--verify`.
+        // Defects that the steps show are found by `--verify`.
         let is_told = reason.is_some_and(|reason| reason.contains("--verify")) && !format.ends_with("program");
         let is_told_wrong = is_told && is_right(&bench.verdict(&files, of, true));
         if is_right(&verdict) != should_pass || is_told_wrong {
@@ -326,7 +326,7 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
     check_page(&table);
 }
 
-/// The number of a reason in the page.
+/// The number of a reason on the page.
 fn footnote(reason: &str) -> usize {
     let mut all: Vec<&str> = Vec::new();
     for (_, _, reason) in MISSED {
@@ -337,7 +337,7 @@ fn footnote(reason: &str) -> usize {
     all.iter().position(|known| *known == reason).unwrap() + 1
 }
 
-/// A row of the page: the formats that refuse a corruption, and those that accept it.
+/// A row of the page: the formats that reject a corruption, and the formats that accept it.
 fn row(name: &str, cells: &BTreeMap<&str, String>) -> String {
     let is_refused = |format: &&str| cells.get(format).is_some_and(|cell| cell == REFUSED);
     let refused: Vec<&str> = FORMATS.iter().copied().filter(is_refused).collect();
@@ -360,7 +360,7 @@ const ACCEPTED: &str = "accepted";
 const EVERY: &str = "every format";
 const BUT: &str = " but ";
 
-/// What a row of the page states of a format.
+/// The statement of a row of the page about a format.
 fn stated(line: &str, format: &str) -> String {
     let cells: Vec<&str> = line.split('|').map(str::trim).collect();
     let [_, _, refused, accepted, _] = cells[..] else {
@@ -380,7 +380,7 @@ fn stated(line: &str, format: &str) -> String {
     if is_refused { REFUSED.to_owned() } else { String::new() }
 }
 
-/// Holds the table of the page against what was tried, or writes it.
+/// Compares the table of the page with the results, or writes the table.
 fn check_page(table: &BTreeMap<(usize, String), BTreeMap<&str, String>>) {
     let path = format!("{ROOT}/docs/verification-corruptions.md");
     let (start, end) = ("<!-- planted corruptions -->\n", "<!-- end of planted corruptions -->");
@@ -445,7 +445,8 @@ fn a_row_of_the_page_states_each_cell() {
     holds(&cells, &row("a drift", &cells));
 }
 
-/// Whole files are accepted in every written format, and none that ends early, with the last row of numbers too.
+/// Complete files are accepted in every written format. Truncated files are rejected, even if only the last row is
+/// missing.
 #[test]
 fn a_file_that_was_cut_off_is_refused_in_every_format() {
     let folder = tempfile::tempdir().unwrap();

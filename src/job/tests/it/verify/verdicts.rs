@@ -1,4 +1,4 @@
-//! Verdicts that were wrong: right files that failed, and wrong ones that passed.
+//! Tests of verdicts that were once wrong: correct files that were rejected, and wrong files that were accepted.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 
 use super::{as_of_another_program, glb};
 
-/// A `.gltf` of these nodes; each clip is a name, frames a second, frames and the nodes that rotate in it.
+/// A `.gltf` file of these nodes. Each clip is a name, frames per second, frames, and the nodes that rotate in it.
 fn gltf(nodes: Value, clips: &[(&str, f32, usize, &[usize])]) -> Value {
     let mut file = json!({
         "asset": { "version": "2.0" }, "nodes": nodes,
@@ -66,7 +66,7 @@ fn chain() -> Value {
     ])
 }
 
-/// A source and the files that are made of it, in one folder.
+/// A source and the files made from it, in one folder.
 struct Files(tempfile::TempDir);
 
 impl Files {
@@ -112,7 +112,7 @@ fn whole(bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// As another program writes it: without what this crate says of itself.
+/// The file as another program would write it: without the record of this crate.
 fn foreign(bytes: Vec<u8>) -> Vec<u8> {
     let mut changed = bytes;
     let name = b"\"mocap\"";
@@ -142,7 +142,7 @@ fn each_clip_has_its_own_frame_rate() {
     passes(&gltf(chain(), &[fast, slow]), &["glb", "gltf", "fbx"]);
 }
 
-/// As in the sample files of CesiumMan and SimpleSkin: a group with the name of a joint, and joints without names.
+/// Nodes as in the sample files CesiumMan and SimpleSkin: a group with the name of a joint, and joints without names.
 #[test]
 fn a_group_and_a_joint_of_one_name_are_told_apart() {
     let mut source = gltf(
@@ -264,7 +264,7 @@ fn a_factor_that_is_no_unit_is_found() {
 fn a_curve_is_looked_at_between_its_keys() {
     let mut source = gltf(chain(), &[("x", 30.0, 31, &[0, 1])]);
     let files = Files::new(&source);
-    // The same keys, with tangents of 40 units a second, as a cubic curve: in and out, 0 at the keys themselves.
+    // The same keys, with tangents of 40 units per second, as a cubic curve: in-tangent, value, out-tangent.
     let count = 31;
     let accessor = source["animations"][0]["samplers"][1]["output"].as_u64().unwrap() as usize;
     let keys = (0..count).flat_map(|frame| {
@@ -288,7 +288,7 @@ fn a_curve_is_looked_at_between_its_keys() {
     std::fs::write(&path, source.to_string()).unwrap();
     let verified = Verifier::new().files(files.source(), &path).unwrap();
     assert!(verified.max_error > 0.01, "{verified:?}");
-    // A curve is what it is itself.
+    // A curve equals itself.
     assert!(Verifier::new().files(&path, &path).unwrap().is_within(1e-6));
 }
 
@@ -325,7 +325,7 @@ fn a_joint_without_children_that_turns_is_looked_at() {
             "{extension}: {verified:?}"
         );
     }
-    // Within a largest error too.
+    // The same is true within a largest error.
     for extension in ["glb", "fbx", "mclip"] {
         let path = files.0.path().join(format!("smaller.{extension}"));
         Exporter::new().max_error(0.001).export(&files.scene(), &path).unwrap();
@@ -334,13 +334,13 @@ fn a_joint_without_children_that_turns_is_looked_at() {
     }
 }
 
-/// The unit and the up axis are found in clips of one name, wherever these stand in the file.
+/// The unit and the up axis are found from clips of one name, whatever their order in the file.
 #[test]
 fn clips_in_another_order_are_those_of_their_names() {
     let files = Files::of_fixture("cmu_short.bvh");
     let mut scene = files.scene();
     let standing = scene.animations[0].clone();
-    // Somebody who lies: in it alone another up axis fits.
+    // A lying person: in this clip alone, another up axis would fit.
     let mut lying = standing.clone();
     let aside = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
     let root = &mut lying.channels[0];
@@ -362,7 +362,7 @@ fn clips_in_another_order_are_those_of_their_names() {
         let verified = Verification::of(&source, &glb(&scene)).unwrap();
         assert!(verified.is_within(1e-5), "{order:?}: {verified:?}");
     }
-    // Names that are exchanged are another matter.
+    // Exchanged names are a different case.
     scene.animations[0].name = "still".to_owned();
     scene.animations[1].name = "lying".to_owned();
     let verified = Verification::of(&source, &glb(&scene)).unwrap();
@@ -386,7 +386,7 @@ fn an_inverse_bind_matrix_that_is_wrong_is_found() {
     }
 }
 
-/// A character whose joints stand elsewhere than when it was bound, with an end that no vertex follows.
+/// A character whose joints are not at their bind positions, with an end joint that no vertex follows.
 #[test]
 fn a_joint_without_a_bone_is_bound_as_it_rests_below_the_bone_above_it() {
     let files = Files::new(&gltf(chain(), &[("walk", 30.0, 10, &[0, 1, 2])]));
@@ -407,7 +407,7 @@ fn a_joint_without_a_bone_is_bound_as_it_rests_below_the_bone_above_it() {
     exporter.export(&scene, &path).unwrap();
     let verified = Verifier::new().files(&source, &path).unwrap();
     assert!(verified.is_within(1e-3), "{verified:?}");
-    // Where the end rests is not where it was bound.
+    // The rest position of the end is not its bind position.
     let end = scene.nodes.iter().position(|node| node.name == "Head").unwrap();
     let rest = mocap::Pose::rest(&scene).node_to_world[end];
     scene.meshes[0].bones.push(Bone {
@@ -423,7 +423,7 @@ fn a_joint_without_a_bone_is_bound_as_it_rests_below_the_bone_above_it() {
     );
 }
 
-/// The meshes of one node stay in their order in USD, whose reader puts each on the node of its first bone.
+/// The meshes of one node keep their order in USD, whose reader attaches each mesh to the node of its first bone.
 #[test]
 fn meshes_are_compared_in_the_order_of_the_file() {
     let files = Files::new(&gltf(chain(), &[("walk", 30.0, 10, &[0, 1, 2])]));
@@ -456,7 +456,7 @@ fn meshes_are_compared_in_the_order_of_the_file() {
     }
 }
 
-/// The bind poses of a compressed file are decoded: the right one is accepted, and another is found.
+/// The bind poses of a compressed file are decoded: the correct pose is accepted, and a changed pose is found.
 #[test]
 fn an_inverse_bind_matrix_in_a_stream_of_meshopt_is_read() {
     let files = Files::of_fixture("cmu_short.bvh");
@@ -486,7 +486,8 @@ fn an_inverse_bind_matrix_in_a_stream_of_meshopt_is_read() {
     }
 }
 
-/// A copy says what its source says: no step lies between the two. Another motion of the same steps is not its source.
+/// A copy records the same steps as its source: no step is between both. Another motion with the same steps is not its
+/// source.
 #[test]
 fn a_copy_of_a_written_file_is_what_its_source_is() {
     let files = Files::of_fixture("cmu_short.bvh");
@@ -520,7 +521,7 @@ fn extended<T: Copy>(keys: &mut Vec<T>) {
     }
 }
 
-/// Some programs take whole frame rates alone: each frame is then a little earlier, the later the more.
+/// Some programs only accept whole frame rates. Each frame is then a little earlier, later frames by more.
 #[test]
 fn a_long_motion_at_a_whole_frame_rate_is_compared_frame_by_frame() {
     let files = Files::of_fixture("cmu_01_01.bvh");
@@ -542,7 +543,7 @@ fn a_long_motion_at_a_whole_frame_rate_is_compared_frame_by_frame() {
         let verified = Verification::of(&source, &std::fs::read(&path).unwrap()).unwrap();
         assert!(verified.is_within(2e-5), "{target:?}: {verified:?}");
     }
-    // Another rate is another motion.
+    // Another rate gives another motion.
     scene.animations[0].ticks_per_second *= 0.999;
     Exporter::new().overwrite(true).export(&scene, &path).unwrap();
     let verified = Verification::of(&source, &std::fs::read(&path).unwrap()).unwrap();
@@ -574,7 +575,7 @@ fn in_place_files_of_other_programs_are_not_their_source() {
     assert!(!files.verify(&scene, "glb", &foreign).is_within(1e-3));
 }
 
-/// An FBX file of which fuzzing had changed the kind of each joint.
+/// An FBX file in which fuzzing changed the kind of each joint.
 #[test]
 fn groups_that_move_are_compared_where_there_is_no_joint() {
     let mut scene = Importer::new().import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -592,7 +593,7 @@ fn groups_that_move_are_compared_where_there_is_no_joint() {
     assert!(!Verification::of(&scene, &written(&late)).unwrap().is_within(1e-3));
 }
 
-/// A packed clip whose duration fuzzing had changed was written with two keys at one time, which no reader takes.
+/// A packed clip whose duration was changed by fuzzing was written with two keys at one time, which no reader accepts.
 #[test]
 fn a_take_of_no_length_in_32_bits_is_one_pose() {
     let mut scene = Importer::new().import("../../fixtures/dialects/plain.bvh").unwrap();
@@ -605,7 +606,7 @@ fn a_take_of_no_length_in_32_bits_is_one_pose() {
     assert_eq!(again.animations[0].duration, 0.0);
 }
 
-/// Positions of 32 bits do not tell the direction of a shin of 40 cm that is 400 km away: its rotation does.
+/// 32-bit positions 400 km away do not determine the direction of a shin of 40 cm, but its rotation does.
 #[test]
 fn a_bone_too_short_for_its_distance_has_its_own_rotation_in_a_vrm_animation() {
     let mut source = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -632,7 +633,7 @@ fn a_bone_too_short_for_its_distance_has_its_own_rotation_in_a_vrm_animation() {
     assert!(verified.rotation_error.unwrap() < 1e-4, "{verified:?}");
 }
 
-/// The root that every FBX file has is a group, and may have the name of a joint of the source.
+/// Every FBX file has a root that is a group, and this root may have the name of a joint of the source.
 #[test]
 fn a_joint_with_the_name_of_the_root_of_fbx_is_no_other_joint() {
     let nodes = json!([
@@ -666,11 +667,11 @@ fn a_scene_without_nodes_is_one_in_gltf() {
     assert!(Verification::of(&another, &written).is_err());
 }
 
-/// Other readers of USD convert by what a file states, and those of glTF by metres and +Y up.
+/// Other readers of USD convert by the unit and axis in the file. Readers of glTF assume metres and +Y up.
 #[test]
 fn a_unit_or_an_axis_that_a_file_states_otherwise_is_found() {
     let folder = tempfile::tempdir().unwrap();
-    // BVH states neither; the other source states centimetres with +Z up.
+    // BVH states neither unit nor axis. The other source states centimetres with +Z up.
     for source in ["real/cmu_short.bvh", "made/arm.usda"] {
         let source = format!("../../fixtures/{source}");
         let mut scene = mocap::import(&source).unwrap();
@@ -683,7 +684,7 @@ fn a_unit_or_an_axis_that_a_file_states_otherwise_is_found() {
             ("metersPerUnit = 1\n", "metersPerUnit = 100\n", Some(FindingKind::Unit)),
             ("metersPerUnit = 1\n", "\n", Some(FindingKind::Unit)),
             ("upAxis = \"Y\"", "upAxis = \"Z\"", Some(FindingKind::UpAxis)),
-            // What USD means without it.
+            // The default of USD.
             ("upAxis = \"Y\"", "", None),
             ("", "", None),
         ];

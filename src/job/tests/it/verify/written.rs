@@ -1,5 +1,5 @@
-//! What a writer writes, its reader reads and `verify` accepts: the law that `tools/fuzz` holds for changed files. Here
-//! are files that broke it.
+//! Tests that a reader reads every written file and `verify` accepts it. `tools/fuzz` tests the same law with changed
+//! files. The files here once broke it.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::sample::Sample;
 
-/// The distance that a right file may be off, in metres.
+/// The largest error of a correct file, in metres.
 const CLOSE: f64 = 1e-5;
 
 /// A file of a scene in metres, which `verify` accepts.
@@ -26,13 +26,13 @@ fn accepted(source: &Scene, format: Format) -> Vec<u8> {
     bytes
 }
 
-/// Every fixture that is read, in every format that is written: a reason to refuse it, or a file that is read and
-/// accepted. A sample, unless `MOCAP_ALL` asks for all.
+/// Tries every readable fixture in every written format: the fixture is refused with a reason, or the file is read and
+/// accepted. Tries a sample, unless `MOCAP_ALL` is set.
 #[test]
 fn every_fixture_is_refused_with_a_reason_or_written_and_accepted() {
-    /// One of so many files.
+    /// The stride between the tried files.
     const PARTS: usize = 12;
-    /// Bytes of a file, and joints times frames, above which this takes too long here.
+    /// The largest number of bytes of a file, and of joints times frames. Larger files take too long here.
     const LARGEST: u64 = 1 << 20;
     const MOST_ROWS: f64 = 8000.0;
     let root = Path::new("../../fixtures");
@@ -57,7 +57,7 @@ fn every_fixture_is_refused_with_a_reason_or_written_and_accepted() {
     assert!(tried > 0, "no file was written");
 }
 
-/// Without a motion a robot is compared as every other file, in each format that takes it.
+/// Without a motion, a robot is compared like any other file, in each format that accepts it.
 #[test]
 fn a_robot_that_stands_is_written_and_accepted() {
     for file in ["h1.urdf", "g1_29dof_rev_1_0_nomesh.xml"] {
@@ -70,7 +70,7 @@ fn a_robot_that_stands_is_written_and_accepted() {
     }
 }
 
-/// Whether a scene is written; what is written is accepted.
+/// Whether a scene is written. If it is written, it must be accepted.
 fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
     let mut scene = source.clone();
     if Conversion::new().apply(&mut scene).is_err() {
@@ -89,7 +89,7 @@ fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
             return false;
         }
     };
-    // What a format cannot hold is said. Data beside the motion is not compared.
+    // Data that a format cannot hold is reported. Data besides the motion is not compared.
     let is_whole = written
         .warnings
         .iter()
@@ -100,7 +100,7 @@ fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
     assert!(again.is_ok(), "{}, {format}: {}", path.display(), again.unwrap_err());
     let mut source = source.clone();
     if matches!(format, Format::Bvh | Format::Mclip) {
-        // They have one clip.
+        // These formats have one clip.
         source.animations.truncate(1);
     }
     let verified = Verification::of(&source, &bytes).unwrap();
@@ -112,7 +112,7 @@ fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
     true
 }
 
-/// Markers that are hidden in the first frame stand in one point there, which says nothing about the unit.
+/// Markers that are hidden in the first frame are at one point there, which shows no unit.
 #[test]
 fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
     let text = "HIERARCHY\nROOT Markers\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n\
@@ -130,7 +130,7 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
         .unwrap();
     let verified = Verification::of(&source, &bytes).unwrap();
     assert!(verified.is_within(CLOSE), "{verified:?}");
-    // One that is no unit is still found.
+    // A ratio that is no unit is still found.
     scene.convert_units(1.07, UpAxis::Y);
     let bytes = Exporter::new()
         .write(&scene, Format::Bvh)
@@ -140,7 +140,7 @@ fn the_unit_is_found_in_later_frames_where_all_joints_start_in_one_point() {
     assert!(!Verification::of(&source, &bytes).unwrap().is_within(CLOSE));
 }
 
-/// A scene does not have the node of a mesh with a skin, whose transform has no meaning. It stays in the file.
+/// The node of a mesh with a skin is not part of the scene, because its transform has no meaning. It stays in the file.
 #[test]
 fn the_node_of_a_mesh_may_stand_beyond_all_positions() {
     let path = "../../fixtures/made/two_bones_textured.gltf".to_owned();
@@ -159,7 +159,7 @@ fn the_node_of_a_mesh_may_stand_beyond_all_positions() {
     assert!(Importer::new().read(&written, "a.glb").is_ok());
 }
 
-/// A single marker has no link whose length says the unit: the distance from the origin does.
+/// A single marker has no link whose length shows the unit. The distance from the origin shows it.
 #[test]
 fn the_unit_of_a_single_joint_is_found() {
     let text = "HIERARCHY\nROOT A\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n}\n\
@@ -181,7 +181,7 @@ fn the_unit_of_a_single_joint_is_found() {
     }
 }
 
-/// Joints of BVH have no rotation at rest, so that those of a file with another up axis have other axes.
+/// In BVH, joints have no rotation at rest. If the up axis of a file differs, its joints have other axes.
 #[test]
 fn another_up_axis_in_bvh_is_no_error() {
     for file in ["z_up_dab", "makehuman_zombie_walk"] {
@@ -192,10 +192,10 @@ fn another_up_axis_in_bvh_is_no_error() {
     }
 }
 
-/// A node whose transform is flat still has the rotation of its other axes.
+/// A node with a flat transform still has the rotation of its other axes.
 #[test]
 fn a_flat_transform_has_a_rotation() {
-    // Columns: -X without a length, Y doubled and turned to +Z; and one axis alone.
+    // The columns are -X without a length, Y doubled and rotated to +Z, and one axis alone.
     for (matrix, point) in [
         (
             [
@@ -273,7 +273,7 @@ fn a_scene_without_a_node_is_no_packed_clip() {
     assert_eq!(error.code(), Code::Unrepresentable, "{error}");
 }
 
-/// The rest pose of a VRM animation is the T-pose, also where its legs do not point down in it.
+/// The rest pose of a VRM animation is its T-pose, even if its legs do not point down.
 #[test]
 fn a_vrm_animation_is_written_with_the_t_pose_that_it_has() {
     let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -293,7 +293,7 @@ fn a_vrm_animation_is_written_with_the_t_pose_that_it_has() {
     accepted(&source, Format::Vrma);
 }
 
-/// BVH has no name for an end site, which is called after its parent.
+/// BVH has no name for an end site, so it is named after its parent.
 #[test]
 fn end_sites_lose_their_names_in_bvh_and_no_other_joint_does() {
     let mut source = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -308,7 +308,7 @@ fn end_sites_lose_their_names_in_bvh_and_no_other_joint_does() {
     assert!(!verified.is_within(CLOSE), "{verified:?}");
 }
 
-/// The key times of a file were changed after its frame time was stated: the motion is still there.
+/// The key times of a file were changed after its frame time was stated. The motion is still complete.
 #[test]
 fn a_frame_time_longer_than_the_motion_is_not_believed() {
     let mut scene = mocap::import("../../fixtures/real/cmu_short.bvh").unwrap();
@@ -327,7 +327,7 @@ fn a_frame_time_longer_than_the_motion_is_not_believed() {
     accepted(&source, Format::Bvh);
 }
 
-/// A VRM animation has a hand although its source has none. A joint of that name, or nearly that name, is no bone if
+/// A VRM animation has a hand although its source has none. A joint with this name, or nearly this name, is no bone if
 /// the source states its bones without it.
 #[test]
 fn a_joint_that_is_no_bone_of_a_vrm_animation_is_not_compared() {
@@ -344,7 +344,7 @@ fn a_joint_that_is_no_bone_of_a_vrm_animation_is_not_compared() {
         glb.json = serde_json::to_vec(&file).unwrap().into();
         let source = Importer::new().read(&glb.to_vec().unwrap(), "a.vrma").unwrap();
         let written = accepted(&source, Format::Vrma);
-        // A bone of the file that is lost is still found.
+        // A missing bone of the file is still found.
         let mut glb = gltf::Glb::from_slice(&written).unwrap();
         let mut file: Value = serde_json::from_slice(&glb.json).unwrap();
         let hand = file["nodes"]
@@ -376,7 +376,7 @@ fn the_armature_that_fbx_adds_above_the_skeleton_is_no_other_joint() {
     assert!(is_added(&again) && !is_added(&source));
 }
 
-/// A glTF file of two joints with a clip of keys at these seconds and frames of 0.1 s.
+/// A glTF file of two joints. Its clip has keys at these seconds and frames of 0.1 s.
 fn keyed(name: &str, seconds: &[f32]) -> Scene {
     use base64::Engine;
     let places = seconds.iter().flat_map(|second| [*second, 1.0 + second * second, 0.0]);
@@ -404,8 +404,8 @@ fn keyed(name: &str, seconds: &[f32]) -> Scene {
     Importer::new().read(file.to_string().as_bytes(), "a.gltf").unwrap()
 }
 
-/// A file that has a pose for each frame ends at the frame that is nearest to the end of its source. What the source
-/// does between two frames is not in it.
+/// A file with a pose for each frame ends at the frame nearest to the end of its source. The motion of the source
+/// between two frames is not in the file.
 #[test]
 fn a_motion_that_ends_between_two_frames_ends_at_the_nearer_one() {
     for (end, frames) in [(0.33, 4), (0.37, 5), (0.3996, 5)] {
@@ -416,7 +416,7 @@ fn a_motion_that_ends_between_two_frames_ends_at_the_nearer_one() {
             let name = format!("again.{}", FormatInfo::of(format).extensions[0]);
             let again = Importer::new().read(&bytes, name).unwrap();
             assert_eq!(again.animations[0].frame_count(), frames, "{format}: {end}");
-            // The last pose is that of the source, and is compared.
+            // The last pose equals the source's last pose, and is compared.
             let channels = &again.animations[0].channels;
             let hip = channels.iter().find(|channel| channel.node_name == "hip").unwrap();
             let last =
@@ -435,14 +435,14 @@ fn a_motion_that_ends_between_two_frames_ends_at_the_nearer_one() {
                 "{format}: {end}"
             );
         }
-        // These keep the times of keys.
+        // These formats keep the times of keys.
         for format in [Format::Gltf, Format::Usd] {
             accepted(&source, format);
         }
     }
 }
 
-/// FBX separates names by two control characters, so that its names have none.
+/// FBX separates names by two control characters, so its names cannot contain them.
 #[test]
 fn a_clip_keeps_its_name_but_for_control_characters() {
     for (name, is_renamed) in [
@@ -463,8 +463,8 @@ fn a_clip_keeps_its_name_but_for_control_characters() {
     }
 }
 
-/// A rest pose whose axes shear has a rotation by a formula that rounding chooses: in single precision another than in
-/// double, 90 degrees away.
+/// A rest pose with sheared axes has a rotation by a formula that depends on rounding. In single precision it is 90
+/// degrees from the result in double precision.
 #[test]
 fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
     let path = "../../tools/fuzz/corpus/usda/rest_that_shears_much";
@@ -480,7 +480,7 @@ fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
         assert!(verified.is_within(1e-3), "{verified:?}");
     };
     accepted(&source, &written(&source, Format::Usd));
-    // What glTF has of it is what FBX has.
+    // The data that glTF has is the data that FBX has.
     let glb = importer.read(&written(&source, Format::Gltf), "a.glb").unwrap();
     let fbx = importer.read(&written(&source, Format::Fbx), "a.fbx").unwrap();
     let of_joints = |scene: &Scene| -> Vec<(String, Mat4)> {
@@ -496,8 +496,8 @@ fn a_rest_pose_that_shears_has_one_rotation_in_every_format() {
     }
 }
 
-/// Nothing but what is below it tells a joint from the node of a mesh where neither has a name. Groups between such
-/// joints are another example.
+/// Only descendants distinguish a joint from the node of a mesh if both lack a name. Groups between such joints are
+/// another example.
 #[test]
 fn joints_without_names_between_other_nodes_are_paired_by_what_is_below_them() {
     let meshes = "../../fixtures/made/unnamed_joints_between_meshes.gltf";

@@ -1,14 +1,14 @@
-//! The kinds of corruption, and what is none.
+//! The kinds of corruption, and changes that are no corruption.
 
 use mocap::Scene;
 use mocap::glam::{Mat4, Quat, Vec3};
 
 use mocap::scene::{Animation, Channel, Node, NodeId, NodeKind, UpAxis};
 
-/// What is done to a scene whose motion was converted, without a word about it in the file.
+/// A change of a converted scene that the file does not record.
 pub(super) struct Kind {
     pub(super) name: &'static str,
-    /// Whether the motion is another afterwards.
+    /// Whether the change affects the motion.
     pub(super) is_wrong: bool,
     pub(super) change: fn(&mut Scene),
 }
@@ -368,7 +368,7 @@ pub(super) const KINDS: &[Kind] = &[
     }),
 ];
 
-/// Removes the last node, which nothing stands below.
+/// Removes the last node, which has no descendants.
 fn remove_last(scene: &mut Scene) {
     let last = scene.nodes.len() - 1;
     let name = scene.nodes.remove(last).name;
@@ -378,7 +378,7 @@ fn remove_last(scene: &mut Scene) {
     }
 }
 
-/// A step that the file does not tell.
+/// A step that the file does not record.
 fn unsaid(scene: &mut Scene, step: impl Fn(&mut Scene)) {
     let steps = scene.metadata.steps.clone();
     step(scene);

@@ -1,5 +1,5 @@
-//! Corruptions that are planted in the files themselves, by code that shares nothing with the writers, the readers or
-//! `verify`. They are in the JSON and the bytes of glTF, the elements of FBX, the lines of text, the arrays of NumPy
+//! Corruptions that are planted in the files themselves, by code that is independent of the writers, the readers and
+//! `verify`. They change the JSON and the bytes of glTF, the elements of FBX, the lines of text, the arrays of NumPy
 //! and the columns of Parquet.
 
 mod fbx;
@@ -12,7 +12,7 @@ mod tables;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The files of an output, by their names.
+/// The files of an output, by name.
 #[derive(Clone, PartialEq)]
 pub(super) struct Files {
     /// The name of the output.
@@ -50,14 +50,14 @@ impl Files {
     }
 }
 
-/// From which source the output was made.
+/// The kind of source from which the output was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Of {
     /// A motion.
     Walk,
     /// A character with a skin, a texture, a morph target and two clips.
     Character,
-    /// A motion that was put on that character, compared with the character.
+    /// A motion that was retargeted to this character, compared with the character.
     Onto,
 }
 
@@ -66,11 +66,11 @@ pub(super) struct Plant {
     pub(super) name: &'static str,
     pub(super) of: Of,
     pub(super) formats: &'static [&'static str],
-    /// `false` where the file has nothing of the kind.
+    /// Changes the files; returns `false` if the file has nothing of this kind.
     pub(super) plant: fn(&mut Files) -> bool,
 }
 
-/// All of them.
+/// All corruptions.
 pub(super) fn plants() -> Vec<&'static Plant> {
     let mut all: Vec<&Plant> = Vec::new();
     all.extend(gltf::PLANTS);

@@ -1,4 +1,4 @@
-//! Corruptions of binary FBX: of its elements, their values and their arrays.
+//! Corruptions of binary FBX: of elements, values and arrays.
 
 use super::{Files, Plant, of_character, of_walk, onto};
 
@@ -9,9 +9,9 @@ const HEADER: usize = 27;
 
 #[derive(Clone)]
 enum Value {
-    /// Its code, and its bytes without the code.
+    /// The type code of a value, and its bytes without the code.
     Plain(u8, Vec<u8>),
-    /// The code of an array, and its numbers in bytes.
+    /// The type code of an array, and the bytes of its numbers.
     Array(u8, Vec<u8>),
 }
 
@@ -84,7 +84,7 @@ impl Fbx {
         self.objects(kind, class).iter().map(|object| object.long(0)).collect()
     }
 
-    /// The property of an object, or of the settings.
+    /// A property of an object, or of the settings.
     fn setting(&mut self, name: &str) -> &mut Element {
         let settings = self.section("GlobalSettings").iter_mut();
         property(
@@ -170,7 +170,7 @@ impl Element {
         self.values[value] = Value::Plain(b'L', number.to_le_bytes().to_vec());
     }
 
-    /// A text, up to the mark before its class.
+    /// A text, up to the separator before its class.
     fn text(&self, value: usize) -> String {
         match self.values.get(value) {
             Some(Value::Plain(b'S', bytes)) => {
@@ -181,7 +181,7 @@ impl Element {
         }
     }
 
-    /// Changes the numbers of a property, behind its four texts.
+    /// Changes the numbers of a property, which follow its four texts.
     fn change(&mut self, change: impl Fn(f64) -> f64) {
         for value in &mut self.values[4..] {
             match value {
@@ -198,7 +198,7 @@ impl Element {
         }
     }
 
-    /// Changes the numbers of the array of a child.
+    /// Changes the numbers in the array of a child.
     fn array(&mut self, name: &str, change: impl Fn(usize, f64) -> f64) -> Option<()> {
         let Value::Array(code, bytes) = self.child(name)?.values.first_mut()? else {
             return None;
@@ -286,7 +286,7 @@ fn with(files: &mut Files, change: impl FnOnce(&mut Fbx) -> Option<()>) -> bool 
     is_there
 }
 
-/// Removes the connections of these objects to those.
+/// Removes the connections from the first objects to the second.
 fn disconnect(file: &mut Fbx, objects: &[i64], owners: &[i64]) -> Option<()> {
     let connections = file.connections();
     let before = connections.len();
@@ -512,7 +512,7 @@ pub(super) const PLANTS: &[Plant] = &[
         with(files, move_bind)
     }),
     onto("mesh: vertices scaled", FBX, |files| with(files, scale_vertices)),
-    // Where a material has a texture, that is its colour.
+    // If a material has a texture, its colour is the texture.
     onto("material: another colour", FBX, |files| {
         with(files, |file| {
             let mut materials = file.objects("Material", "");

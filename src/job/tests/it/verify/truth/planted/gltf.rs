@@ -9,15 +9,15 @@ use super::{Files, Plant, of_character, of_walk, onto};
 const NEW: &[&str] = &["glb", "gltf", "vrma"];
 const KEPT: &[&str] = &["glb", "gltf"];
 
-/// How a buffer in the JSON begins.
+/// The beginning of an embedded buffer in the JSON.
 const DATA: &str = "data:application/octet-stream;base64,";
 
-/// A file taken apart.
+/// A file, split into its parts.
 struct Gltf {
     json: Value,
     /// The first buffer.
     bin: Vec<u8>,
-    /// The chunk of a `.glb` where that is another buffer.
+    /// The binary chunk of a `.glb`, if it is another buffer.
     chunk: Vec<u8>,
 }
 
@@ -73,7 +73,7 @@ impl Gltf {
         &mut self.json["animations"][0]
     }
 
-    /// The place and the bytes of an accessor.
+    /// The offset and the bytes of an accessor.
     fn bytes(&mut self, accessor: &Value) -> &mut [u8] {
         let accessor = &self.json["accessors"][accessor.as_u64().unwrap() as usize];
         let number = |value: &Value| value.as_u64().unwrap_or_default() as usize;
@@ -104,7 +104,8 @@ impl Gltf {
         }
     }
 
-    /// The samplers of the first clip whose channels drive this path, with their nodes: those that move most first.
+    /// The samplers of the first clip whose channels animate this path, with their nodes. The nodes that move most come
+    /// first.
     fn samplers(&mut self, path: &str) -> Vec<(usize, usize)> {
         let clip = self.clip().clone();
         let channels = clip["channels"].as_array().unwrap().iter();
@@ -141,7 +142,7 @@ impl Gltf {
     }
 }
 
-/// Does something to a file.
+/// Applies a change to a file.
 fn with(files: &mut Files, change: impl FnOnce(&mut Gltf) -> Option<()>) -> bool {
     let mut file = Gltf::read(files);
     let is_there = change(&mut file).is_some();
@@ -150,7 +151,7 @@ fn with(files: &mut Files, change: impl FnOnce(&mut Gltf) -> Option<()>) -> bool
 }
 
 fn exchange_joints(file: &mut Gltf) -> Option<()> {
-    // Those stand apart.
+    // These buffers are in separate files.
     let joints = file.json["skins"][0]["joints"].as_array_mut()?;
     let last = joints.len() - 1;
     joints.swap(0, last);

@@ -1,10 +1,10 @@
-//! Corruptions of formats in text: of their lines.
+//! Corruptions of text formats: of their lines.
 
 use super::{Files, Plant, of_character, of_walk, onto};
 
 const BVH: &[&str] = &["bvh"];
 const TRC: &[&str] = &["trc"];
-/// An archive has its stage as it is, and each change keeps its length.
+/// An archive stores its stage uncompressed, and each change keeps the length.
 const USD: &[&str] = &["usda", "usdz"];
 
 /// Changes the lines of a file.
@@ -17,7 +17,7 @@ fn with(files: &mut Files, change: impl FnOnce(&mut Vec<String>) -> Option<()>) 
     is_there
 }
 
-/// The line with this beginning, but for blanks before it, from the `at`th such line on.
+/// The `at`th line with this beginning, apart from leading blanks.
 fn line<'a>(lines: &'a mut [String], start: &str, at: usize) -> Option<&'a mut String> {
     lines
         .iter_mut()
@@ -34,8 +34,8 @@ fn word(line: &mut String, index: usize, separator: char, change: impl Fn(f64) -
     Some(())
 }
 
-/// Changes the stage of USD as text; a change in an archive keeps the length, and sets the sum of its bytes, so that
-/// the archive is whole.
+/// Changes the stage of USD as text. A change in an archive keeps the length and updates the checksum, so that the
+/// archive stays valid.
 fn usd(files: &mut Files, change: impl FnOnce(&mut String) -> Option<()>) -> bool {
     let is_archive = files.extension() == "usdz";
     let bytes = files.main();
@@ -55,7 +55,7 @@ fn usd(files: &mut Files, change: impl FnOnce(&mut String) -> Option<()>) -> boo
         text.push('\n');
     }
     if text.len() > length {
-        // A longer text takes the place of its last line breaks alone.
+        // A longer text fits only if it replaces line breaks at the end.
         return false;
     }
     bytes[begin..begin + length].copy_from_slice(text.as_bytes());
@@ -66,7 +66,7 @@ fn usd(files: &mut Files, change: impl FnOnce(&mut String) -> Option<()>) -> boo
     is_there
 }
 
-/// The place of what stands between the brackets behind `name`.
+/// The range between the brackets after `name`.
 fn list(text: &str, name: &str) -> Option<std::ops::Range<usize>> {
     let start = text.find(name)? + name.len();
     let open = start + text[start..].find(['[', '('])? + 1;
@@ -74,7 +74,7 @@ fn list(text: &str, name: &str) -> Option<std::ops::Range<usize>> {
     Some(open..close)
 }
 
-/// Replaces the first `from` behind `name` by `to` of the same length.
+/// Replaces the first `from` after `name` with `to` of the same length.
 fn exchange(text: &mut String, name: &str, from: &str, to: &str) -> Option<()> {
     let place = text.find(name)?;
     let at = place + text[place..].find(from)?;
@@ -82,7 +82,7 @@ fn exchange(text: &mut String, name: &str, from: &str, to: &str) -> Option<()> {
     Some(())
 }
 
-/// Changes the numbers of a list; each is written with as many characters as it had, or three.
+/// Changes the numbers of a list. Each number is written with as many characters as before, or with three.
 fn in_list(text: &mut String, name: &str, change: impl Fn(usize, f64) -> f64) -> Option<()> {
     let range = list(text, name)?;
     let (mut made, mut index) = (String::new(), 0);
@@ -283,7 +283,7 @@ pub(super) const PLANTS: &[Plant] = &[
         })
     }),
     of_walk("file: an offset scaled", USD, |files| {
-        // In one frame.
+        // Only in one frame.
         usd(files, |text| {
             in_list(text, "translations.timeSamples", |index, value| {
                 if index > 5 { value * 0.5 } else { value }

@@ -1,4 +1,4 @@
-//! Corruptions of Parquet: of its columns, its rows and its header.
+//! Corruptions of Parquet: of columns, rows and the header.
 
 use std::collections::HashMap;
 use std::io::Write;

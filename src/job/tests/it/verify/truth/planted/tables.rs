@@ -10,7 +10,7 @@ use super::{Files, Plant, of_walk};
 const NPZ: &[&str] = &["npz"];
 const CSV: &[&str] = &["csv"];
 
-/// Changes the entries of an archive, each by its name without the extension.
+/// Changes the entries of an archive. Each is named without the extension.
 fn npz(files: &mut Files, change: impl Fn(&str, &mut Vec<u8>) -> Option<()>) -> bool {
     let bytes = files.main();
     let mut archive = ZipArchive::new(Cursor::new(bytes.clone())).unwrap();
@@ -30,7 +30,7 @@ fn npz(files: &mut Files, change: impl Fn(&str, &mut Vec<u8>) -> Option<()>) -> 
     is_there
 }
 
-/// Where the numbers of an array begin.
+/// The offset of an array's numbers.
 fn begin(array: &[u8]) -> usize {
     10 + usize::from(u16::from_le_bytes([array[8], array[9]]))
 }
@@ -50,7 +50,7 @@ fn floats(files: &mut Files, name: &str, change: impl Fn(usize, f32) -> f32) -> 
     })
 }
 
-/// Replaces a part of the header by another of the same length: its characters have four bytes each.
+/// Replaces a part of the header with another of the same length. Its characters have four bytes each.
 fn header(files: &mut Files, from: &str, to: &str) -> bool {
     assert_eq!(from.len(), to.len());
     let wide = |text: &str| -> Vec<u8> { text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect() };
@@ -64,7 +64,7 @@ fn header(files: &mut Files, from: &str, to: &str) -> bool {
     })
 }
 
-/// Changes the lines of a table: the first is the header.
+/// Changes the lines of a table; the first line is the header.
 fn csv(files: &mut Files, change: impl FnOnce(&mut Vec<String>) -> Option<()>) -> bool {
     let bytes = files.main();
     let mut lines: Vec<String> = String::from_utf8(bytes.clone())
@@ -85,7 +85,7 @@ fn cell(line: &mut String, index: usize, change: impl Fn(f64) -> f64) -> Option<
     Some(())
 }
 
-/// The last row of the first frame, which is that of an end site.
+/// The last row of the first frame, which belongs to an end site.
 fn end_site_row(lines: &[String]) -> Option<usize> {
     lines.iter().rposition(|line| line.starts_with("0,"))
 }
