@@ -136,7 +136,7 @@ fn a_part_alone_is_smoothed_in_a_range_alone() {
         assert_bones_keep_their_lengths(&before, &scene);
     }
     for (step, message) in [
-        ("smooth:joints=LeftHnad", "no node is called \"LeftHnad\""),
+        ("smooth:joints=LeftHnad", "no node or bone is called \"LeftHnad\""),
         ("smooth:range=9..10", "the part to keep begins after the last frame"),
         ("smooth:ease=-1", "ease must be"),
     ] {
