@@ -1,20 +1,20 @@
 //! The roll of bones, inferred from the motion.
 //!
-//! The positions of a bone's ends show its direction, but not its roll. A standing rest pose shows the roll. Without a
-//! standing rest pose, the motion shows it:
+//! The positions of a bone's ends show the direction of the bone, but not its roll. A standing rest pose shows the
+//! roll. Without a standing rest pose, the motion shows the roll:
 //!
 //! - An elbow and a knee are hinges. Their bending axis is at right angles to both bones, and constant in the frames of
-//!   both joints. It is the mean of the cross products of upper and lower bone, over the frames in which the limb is
-//!   bent. In a T-pose that faces +Z, a shin bends back and a forearm bends forward. So the axis is +X for a knee, -Y
-//!   for the left elbow and +Y for the right elbow. If a joint's coordinate frame lies along its bone, and the axis is
-//!   near a coordinate axis, that coordinate axis is used.
+//!   both joints. The axis is the mean of the cross products of upper and lower bone, over the frames in which the limb
+//!   is bent. In a T-pose that faces +Z, a shin bends back and a forearm bends forward. So the axis is +X for a knee,
+//!   -Y for the left elbow and +Y for the right elbow. If a joint's coordinate frame lies along its bone, and the axis
+//!   is near a coordinate axis, that coordinate axis is used.
 //! - A limb that never bends has the hinge of the other side, mirrored, if joint frames are mirrored.
 //! - Pelvis, spine, neck and head get the average heading of hips and shoulders over the frames in which the body
-//!   stands: nobody looks aside all the time. A coordinate frame that lies along the spine has the axes of the body.
+//!   stands. Nobody looks aside all the time. A coordinate frame that lies along the spine has the axes of the body.
 //! - An upper arm or a thigh that never bends gets the smallest average roll against the trunk. A hand gets the
 //!   smallest average roll against its forearm.
-//! - Feet, toes, hands and fingers get their average rotation relative to their parents; knuckles get theirs relative
-//!   to the hand.
+//! - Feet, toes, hands and fingers get their average rotation relative to their parents. Knuckles get their average
+//!   rotation relative to the hand.
 
 mod average;
 mod hinge;
@@ -34,26 +34,26 @@ use super::poses::sample;
 /// The fewest frames that show an axis or an average.
 const FEWEST: usize = 5;
 
-/// The largest angle in radians between the axis of a loose hinge and its expected axis at which the lower bone gets
-/// the roll of the upper bone.
+/// The largest angle in radians between the axis of a loose hinge and its expected axis. Up to this angle, the lower
+/// bone gets the roll of the upper bone.
 const FARTHEST: f32 = 1.05;
 
-/// The error of a hinge in radians above which it is a guess: 3 degrees.
+/// The error of a hinge in radians above which the hinge is uncertain: 3 degrees.
 const VAGUE: f32 = 0.05;
 
-/// The cosine of 25 degrees. Up to this angle the choice between quarter turns is clear. It is between an axis of the
-/// lower joint and the average axis of the hinge, in the frame of the joint.
+/// The cosine of 25 degrees. Up to this angle, the choice between quarter turns is clear. The angle is between an axis
+/// of the lower joint and the average axis of the hinge, in the frame of the joint.
 const CLEAR: f32 = 0.906;
 
-/// An angle of 34 degrees, in radians, on the average of the motion. Up to this angle from the axes of the body, a
-/// joint of the trunk whose frame is laid along it has the axes of the body.
+/// The largest average angle in radians between a joint of the trunk and the axes of the body: 34 degrees. Up to this
+/// angle, a joint whose frame lies along the trunk has the axes of the body.
 const AGREES: f32 = 0.6;
 
-/// The same angle in radians of a head, which looks around: 46 degrees.
+/// The same angle in radians for a head, which looks around: 46 degrees.
 const HEAD_AGREES: f32 = 0.8;
 
-/// The cosine of the largest angle between the line of the hip joints and an axis of a pelvis whose frame is laid along
-/// it: 8 degrees.
+/// The smallest cosine of the angle between the line of the hip joints and an axis of a pelvis that lies along this
+/// line: 8 degrees.
 const PELVIS_ALONG: f32 = 0.99;
 
 /// The evidence for a bone's roll in the motion.
@@ -328,7 +328,7 @@ pub fn angle_about(along: Vec3, from: Vec3, to: Vec3) -> Option<f32> {
     angle.is_finite().then_some(angle)
 }
 
-/// The joints of the trunk from the hips to the head, from above in the hierarchy.
+/// The joints of the trunk from the hips to the head, from the top of the hierarchy down.
 fn trunk(hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>) -> Vec<NodeId> {
     let joint = |bone: Bone| bones.get(&bone).copied();
     let (Some(hips), Some(top)) = (joint(Bone::Hips), joint(Bone::Head).or(joint(Bone::Neck))) else {

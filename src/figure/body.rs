@@ -15,11 +15,11 @@ use crate::report::{TPoseBone, TPoseReason, TPoseSource};
 use crate::t_pose::{self, limb_end};
 use crate::{Confidence, Figure, HumanoidBone as Bone, TPose};
 
-/// With fewer frames than this, all frames may show one moment of a step. Measured on motions whose rest pose does not
-/// stand: in parts of 20 to 24 frames, feet, pelvis and head deviate by up to 37 degrees from the whole motion.
+/// With fewer frames than this, all frames may show one moment of a step. On motions whose rest pose does not stand,
+/// excerpts of 20 to 24 frames were measured: feet, pelvis and head deviate by up to 37 degrees from the whole motion.
 const FEW_FRAMES: usize = 30;
 
-/// Fewer frames than this show nothing.
+/// With fewer frames than this, the motion is no evidence.
 const TOO_FEW_FRAMES: usize = 5;
 
 /// A humanoid with the coordinate frames of its T-pose.
@@ -54,7 +54,7 @@ pub struct Body {
 impl Body {
     /// The body of the figure of a scene.
     pub fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
-        // Users of the body sample its frames.
+        // Whoever uses the body samples its frames, so their number is limited here.
         FrameBudget::of_scene(&Limits::default()).check(scene)?;
         let refused = |reason: String| -> mocap_scene::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
@@ -83,7 +83,7 @@ impl Body {
             .collect();
         figure.humanoid = figure.humanoid.with_sides_of_the_body();
         let hierarchy = Hierarchy::new(scene);
-        // If the scene was rotated upright, the record has the guess.
+        // If a step rotated the scene upright, the guess is in the record of the step.
         let mut assumptions = figure
             .survey
             .assumptions()
@@ -122,7 +122,7 @@ impl Body {
         Ok(body)
     }
 
-    /// Refuses a target whose bones are not all below its hips: moving the hips would not move the body.
+    /// Refuses a target with bones that are not below its hips. Moving the hips would not move such a bone.
     fn check_target(&self, scene: &Scene) -> Result<()> {
         for (bone, &joint) in &self.bones {
             if joint != self.hips && !self.depends_on(joint, self.hips) {
@@ -173,8 +173,8 @@ impl Body {
         self.axes.inverse() * self.t_pose.reference_to_t_pose(bone) * vector
     }
 
-    /// The direction of a limb's bone in the T-pose, from its joint to its end, in its coordinate frame. If the file
-    /// states the T-pose, as a VRM animation does, limbs may not point exactly down or sideways.
+    /// The direction of a limb's bone in the T-pose, from its joint to its end, in the coordinate frame of the bone. If
+    /// the file states the T-pose, as a VRM animation does, limbs may not point exactly down or sideways.
     pub(crate) fn direction(&self, bone: Bone, joint: NodeId, end: NodeId) -> Option<Vec3> {
         let usual = t_pose::direction(bone)?;
         let is_stated = self
@@ -234,18 +234,18 @@ impl Body {
             let (is_unsure, how) = (found.confidence == Confidence::Unsure, found.reason.as_str());
             let reason = match frames < FEW_FRAMES {
                 true if is_limb || is_end || is_base => {
-                    format!("turned as on the average of {frames} frames, which are few")
+                    format!("turned to its average over only {frames} frames")
                 }
                 false if is_unsure && is_limb => {
                     format!("rolled {how}: the motion does not bend it enough")
                 }
-                false if is_unsure && is_end => format!("rolled {how}: nothing else shows it"),
+                false if is_unsure && is_end => format!("rolled {how}: the file has no other evidence"),
                 _ => return None,
             };
             Some((bone, reason))
         };
         let up = self.unsure_up.iter().map(|up| {
-            let reason = format!("turned as if {up} were up, which is not sure: state it");
+            let reason = format!("turned for the up axis {up}, which is only a guess: state the up axis");
             (Bone::Hips, reason)
         });
         let sides = self.are_sides_unsure().then(|| {
@@ -288,7 +288,7 @@ impl Body {
         let named = |bones: &[Bone]| -> Vec<NodeId> { bones.iter().filter_map(|bone| self.joint(*bone)).collect() };
         let spine = named(&[Bone::Spine, Bone::Chest, Bone::UpperChest]);
         let top = self.joint(Bone::Neck).or(self.joint(Bone::Head));
-        // From the hips upwards, unless the head is the root of the body.
+        // The path goes from the hips upwards, unless the head is the root of the skeleton.
         let trunk = top.and_then(|top| self.hierarchy.path(self.hips, top));
         let trunk = trunk.map(|path| path.into_iter().filter(is_joint).collect::<Vec<_>>());
         let trunk = trunk.filter(|path| spine.iter().all(|joint| path.contains(joint)));

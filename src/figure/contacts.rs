@@ -21,8 +21,8 @@ pub struct ContactRule {
     pub gap: f64,
 }
 
-/// The factor by which height or speed must exceed its threshold to end a contact: for contacts that are reported, and
-/// for those by which feet are held.
+/// The factor by which height or speed must exceed its threshold to end a contact. It applies to reported contacts and
+/// to contacts that hold the feet.
 const RELEASE: f64 = 1.6;
 
 impl Default for ContactRule {

@@ -10,7 +10,7 @@
 //!
 //! let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
 //! for assumption in Conversion::new().apply(&mut scene)? {
-//!     eprintln!("{assumption}"); // unit: cmu, because from ankle to head there are 20.6820 units of bone, ...
+//!     eprintln!("{assumption}"); // unit: cmu, because the bones from ankle to head measure 20.6820 units, ...
 //! }
 //! let glb = gltf::GltfOptions::default().write_glb(&scene)?; // in metres, with +Y up
 //! # let _ = glb;

@@ -21,7 +21,8 @@ const SURE_WITHIN: f64 = 1.25;
 /// The factor within which a guess is likely: children of six years, and figures in games.
 const LIKELY_WITHIN: f64 = 1.4;
 
-/// The largest variation of the floor's height, as a fraction of the figure's size: a jump, or stairs.
+/// The largest variation of the feet's height on the floor, as a fraction of the figure's size. Jumps and stairs vary
+/// the height.
 const FLOOR_SPREAD: f64 = 0.4;
 
 /// Body parts whose names indicate a whole body.
@@ -32,21 +33,21 @@ const UPPER: [Part; 2] = [Part::Head, Part::Neck];
 pub(super) struct Extent {
     /// The median over all poses of the largest extent along an axis; 0 without poses.
     size: f64,
-    /// The same of the rest pose.
+    /// The largest extent of the rest pose along an axis.
     size_at_rest: f64,
     /// Whether a node has the name of a foot or toes, and whether one has the name of a head or neck.
     has_feet: bool,
     has_head: bool,
-    /// The average vector from the feet to the head. Absent if no names identify these nodes.
+    /// The average vector from the feet to the head; `None` if no names identify these nodes.
     feet_to_head: Option<Vec3>,
-    /// The same in the rest pose.
+    /// The vector from the feet to the head in the rest pose.
     feet_to_head_at_rest: Option<Vec3>,
-    /// The range of the lowest foot along each axis. Along the up axis, it returns to the floor.
+    /// The range of the lowest foot along each axis. Along the up axis, the lowest foot returns to the floor.
     floor_spread: Vec3,
 }
 
 impl Extent {
-    /// `places` has the nodes that only place the figure. They are ignored.
+    /// `places` marks the nodes that only place the figure. These nodes are ignored.
     pub(super) fn new(scene: &Scene, places: &[bool]) -> Self {
         let poses = poses(scene);
         let body: Vec<NodeId> = (0..scene.nodes.len())
@@ -72,8 +73,8 @@ impl Extent {
 
     /// The unit in which the figure's size is nearest to a person's height.
     ///
-    /// Decimetres are rare, and less than twice CMU's unit. They are chosen only if the rest pose agrees: it does not
-    /// crouch, and has its arms spread in CMU's files.
+    /// Decimetres are rare, and less than twice the CMU unit. They are chosen only if the rest pose agrees: it does not
+    /// crouch, and in CMU files its arms are spread.
     pub(super) fn unit(&self) -> Guess<Unit> {
         let off = |size: f64, unit: &Unit| {
             let ratio = size * unit.metres() / TYPICAL_HEIGHT;
@@ -101,7 +102,7 @@ impl Extent {
         let body = if self.feet_to_head.is_some() {
             ""
         } else {
-            ", if it is a whole body"
+            ", if the skeleton is a whole body"
         };
         let metres = self.size * value.metres();
         let reason = format!(
@@ -128,12 +129,12 @@ impl Extent {
                 (false, false) => "no joint is called head or foot",
                 (true, false) => "no joint is called foot",
                 (false, true) => "no joint is called head",
-                (true, true) => "the head is where the feet are",
+                (true, true) => "the head and the feet are at one point",
             };
             return Guess {
                 value: UpAxis::Y,
                 confidence: Confidence::Unsure,
-                reason: format!("{found}, and most files have it so"),
+                reason: format!("{found}, and most files are Y up"),
             };
         };
         let moving = longer_axis(to_head);
@@ -156,11 +157,11 @@ impl Extent {
             _ => (moving, Confidence::Unsure),
         };
         let mut reason = format!(
-            "from the feet to the head it is {:.4} {:.4} {:.4} units",
+            "the vector from the feet to the head is ({:.4}, {:.4}, {:.4}) units",
             to_head.x, to_head.y, to_head.z
         );
         if let Some(rest) = self.feet_to_head_at_rest.filter(|_| resting != Some(moving)) {
-            reason += &format!(", and {:.4} {:.4} {:.4} in the rest pose", rest.x, rest.y, rest.z);
+            reason += &format!(", and ({:.4}, {:.4}, {:.4}) in the rest pose", rest.x, rest.y, rest.z);
         }
         Guess {
             value,

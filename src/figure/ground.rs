@@ -2,9 +2,9 @@
 //!
 //! Ankles, balls of the feet and toe tips each have a resting level in the motion. The level is the fifth percentile of
 //! the height of the lowest point, without feet that have sunk into the ground. A frame's weight is the distance that
-//! the feet move around it, so a long stance counts about as much as a step. Held frames have no weight, nor does a
-//! rest pose from which the motion jumps away. The soles are at the lowest of these levels, or where the skin shows
-//! them. A floor at height 0 is expected: if the soles are near 0, the ground is at 0.
+//! the feet move around it, so a long stance counts about as much as a step. Held frames have no weight. A rest pose
+//! from which the motion jumps away has no weight either. The soles are at the lowest of these levels, or where the
+//! skin shows them. A floor at height 0 is expected: if the soles are near 0, the ground is at 0.
 
 mod drift;
 mod levels;
@@ -30,20 +30,20 @@ const STANDS: f32 = 0.1;
 /// higher, the body does not stand in this motion.
 const HIGHEST: f32 = 0.2;
 
-/// How much higher than flat on the soles the level of the ankles may be in stance, as a fraction of the leg. In 153
-/// clips it is up to 0.03 higher but for runners on their toes, who have it up to 0.09 higher.
+/// The largest height of the ankles in stance above the ankles of flat feet, as a fraction of the leg. In 153 clips the
+/// height is up to 0.03. Runners on their toes have up to 0.09.
 const FLAT: f32 = 0.05;
 
 /// The height of the hips above the soles, as a fraction of the leg, below which a body lies, crawls or sits on the
-/// ground. Who crouches has them higher.
+/// ground. The hips of a crouching body are higher.
 const UPRIGHT: f32 = 0.65;
 
-/// The frames of an animation in which the hips are looked at.
+/// The number of frames of an animation in which the height of the hips is examined.
 const LOOKS: usize = 100;
 
 /// Distances of the soles from height 0, as fractions of the leg. Up to the first, the soles stand on a floor at 0.
 /// Beyond the second, they do not. In clips of fifteen makers with a floor at 0, the lowest joints of the feet rest at
-/// -0.065 to 0.065 of the leg. They are centres of joints, or markers on shoes.
+/// -0.065 to 0.065 of the leg. These joints are centres of joints, or markers on shoes.
 const ON_ZERO: [f32; 2] = [0.07, 0.17];
 
 /// The height of an ankle over the sole as a fraction of the leg (Winter, "Biomechanics and motor control", 2009).
@@ -115,7 +115,7 @@ impl Ground {
         (part * self.soles.0).min(self.joints()) + 0.0
     }
 
-    /// The distance of height 0 from the soles. In push-offs toe tips are below the soles, so the soles may be anywhere
+    /// The distance of height 0 from the soles. In push-offs, toe tips are below the soles, so the soles are somewhere
     /// between the toe tips and the joints.
     fn distance_of_zero(&self) -> f32 {
         match self.soles {
@@ -124,29 +124,29 @@ impl Ground {
         }
     }
 
-    /// The height of the floor with the reason.
+    /// The height of the floor, with the reason.
     pub(super) fn guess(&self) -> Guess<f64> {
         let (soles, shown) = self.soles;
         let shown = match shown {
             Sole::Skin => "the skin of the soles",
             Sole::Ends => "the ends of the toes",
             Sole::Joints => "the lowest joints of the feet",
-            Sole::Proportions => "the soles, as far below the ankles as those of a person,",
+            Sole::Proportions => "the soles, at a person's distance below the ankles,",
         };
         let of_leg = soles / self.leg;
         let (confidence, words) = match self.distance_of_zero() <= ON_ZERO[0] * self.leg {
-            true => (Confidence::Likely, "the feet are on a floor at height 0"),
-            false => (Confidence::Unsure, "no floor at height 0 is under the feet"),
+            true => (Confidence::Likely, "so the feet are on a floor at height 0"),
+            false => (Confidence::Unsure, "so the feet are not on a floor at height 0"),
         };
         Guess {
             value: f64::from(self.height()),
             confidence,
-            reason: format!("{shown} rest {of_leg:.2} of a leg above height 0: {words}"),
+            reason: format!("{shown} rest {of_leg:.2} of the leg length above height 0, {words}"),
         }
     }
 }
 
-/// The nodes that show where the ground is.
+/// The nodes that show the height of the ground.
 pub struct FootPoints {
     /// The ankles, the balls and the tips of the feet, with both sides together.
     pub nodes: [Vec<NodeId>; 3],
@@ -256,8 +256,8 @@ pub fn of_motion(body: &Body, scene: &Scene) -> f32 {
         .unwrap_or_else(|| of_skeleton(body))
 }
 
-/// The height of the ankles in a scene's animations, if the body stands in them. Who lies or crawls may rest on the
-/// toes, with the ankles far above them: then the soles are where the toes are.
+/// The height of the ankles in a scene's animations, if the body stands in them. A body that lies or crawls may rest on
+/// its toes, with the ankles far above the ground. The soles are then at the height of the toes.
 fn shown_by_motion(body: &Body, scene: &Scene) -> Option<f32> {
     let ground = body.figure.ground_of(scene)?;
     let usual = of_skeleton(body);
@@ -286,9 +286,9 @@ fn hips(body: &Body, scene: &Scene) -> Option<f32> {
     median(&mut heights)
 }
 
-/// The height of the ankles over the origin when the body stands: in its rest pose if that stands on the ground, else
-/// in its animations. If nothing shows the soles, they are taken from another body in its motion, times `scale`, the
-/// ratio of the sizes: their distance below the lowest joints of the feet.
+/// The height of the ankles above the origin when the body stands: in a rest pose that stands on the ground, or else in
+/// the animations. If nothing shows the soles, their distance below the lowest joints of the feet comes from another
+/// body in its motion. It is scaled by `scale`, the ratio of the sizes.
 pub fn of_character((body, scene): (&Body, &Scene), (other, motion): (&Body, &Scene), scale: f32) -> f32 {
     let soles = || {
         let floor = other.figure.ground_of(motion).map_or(0.0, Ground::height);
@@ -343,7 +343,8 @@ pub(crate) fn of_skeleton(body: &Body) -> f32 {
     }
 }
 
-/// The height of the floor in the reference pose: the ground on which it stands, else its lowest joint.
+/// The height of the floor in the reference pose: the ground on which the pose stands, or else the height of its lowest
+/// joint.
 pub fn floor(body: &Body) -> f32 {
     match of_rest(body) {
         Some(_) => 0.0,

@@ -1,10 +1,10 @@
 //! Finds the bones of a humanoid from names, from the shape of the tree, and from the lengths of its bones.
 //!
 //! Names alone mislead: the same word means different bones in different programs, and many skeletons have numbers as
-//! names. So every pair of limbs is tried as legs and as arms, and every chain of joints in every assignment that keeps
-//! the order. The assignment that fits names and lengths best wins. It depends only on the skeleton, not on the motion,
-//! so that all clips of one skeleton get the same map. The motion only decides if names and rest pose do not
-//! distinguish left from right.
+//! names. So every pair of limbs is tried as legs and as arms, with every assignment of its joints that keeps their
+//! order. The assignment that fits names and lengths best wins. It depends only on the skeleton, not on the motion, so
+//! all clips of one skeleton get the same map. The motion only decides if names and rest pose do not distinguish left
+//! from right.
 
 mod body;
 mod creature;
@@ -36,14 +36,14 @@ pub(super) use self::topology::rest_positions;
 use super::Confidence;
 use crate::rig::Rig;
 
-/// The reason of a bone that the file states, as VRM does.
-const STATED: &str = "the file says so";
+/// The reason for bones that the file states, as VRM does.
+const STATED: &str = "the file states the bones";
 
-/// The reason of a bone that a map states.
-const OF_MAP: &str = "the map says so";
+/// The reason for bones that a map states.
+const OF_MAP: &str = "the map states the bones";
 
-/// The reason of a robot's bone.
-const OF_ROBOT: &str = "the joints of the robot make it one";
+/// The reason for the bones of a robot.
+const OF_ROBOT: &str = "the joints of the robot show the bones";
 
 /// A joint that is a bone of the humanoid.
 ///
@@ -157,8 +157,8 @@ impl Humanoid {
 
     /// Applies a map. The map may state another joint for a bone, or no joint, or the joint that a joint follows. A
     /// joint can only be one bone: if the map assigns a joint to a bone, another bone that was found at this joint
-    /// loses it. A skeleton with a joint for each required bone is a humanoid. If the skeleton was refused, the bones
-    /// that the map omits are searched for around the bones that it names.
+    /// loses the joint. A skeleton with a joint for each required bone is a humanoid. If the skeleton was refused, the
+    /// bones that the map omits are searched for around the bones that the map names.
     ///
     /// # Errors
     /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) if no joint has a name of the map, two bones have the
@@ -324,8 +324,8 @@ impl Humanoid {
         humanoid
     }
 
-    /// The bones that are found in a scene whose joints are below those that they follow. With joints that a map names,
-    /// `stated`, it is not refused.
+    /// The bones in a scene whose joints are children of the joints that they follow. With joints that a map names,
+    /// `stated`, the skeleton is not refused.
     fn of_skeleton(scene: &Scene, stated: Vec<usize>) -> Humanoid {
         let is_mapped = !stated.is_empty();
         let tree = Tree::new(scene, stated);
@@ -363,11 +363,11 @@ impl Humanoid {
         let sides = Found::new(scene, &tree, &body);
         let bones = map::bones(&tree, &body, &sides);
         let reason = if is_mapped {
-            "the map names bones of a body".to_owned()
+            "the map states the bones of a body".to_owned()
         } else if named {
-            "the joints have names of a body, and its shape".to_owned()
+            "the joints have the names and the shape of a body".to_owned()
         } else {
-            "two legs, two arms and a trunk have the lengths of a body; the names do not say what they are".to_owned()
+            "two legs, two arms and a trunk have the lengths of a body; their names have no meaning".to_owned()
         };
         Humanoid {
             found: true,

@@ -171,7 +171,7 @@ impl Joint {
 impl Rotations {
     pub const PLAIN: Self = Self::Zxy([1.0, 1.0, 1.0]);
 
-    /// The rotation by three angles in degrees. An unknown angle is 0.
+    /// The rotation for three angles in degrees. An unknown angle is 0.
     pub(crate) fn back(self, degrees: [Option<f64>; 3]) -> DQuat {
         let [a, b, c] = degrees.map(|angle| angle.unwrap_or(0.0).to_radians());
         match self {
@@ -198,8 +198,9 @@ impl Rotations {
     }
 }
 
-/// Plane of elevation, elevation and rotation of an upper arm. Elevation turns about -X, which brings a hanging right
-/// arm sideways, and counts as positive; the other solution has the plane and the rotation turned by half a circle.
+/// Plane of elevation, elevation and rotation of an upper arm. The elevation is a rotation about -X, which moves a
+/// hanging right arm sideways, and counts as positive. In the other solution, the plane and the rotation differ by half
+/// a circle.
 fn elevation(rotation: DQuat) -> [f64; 3] {
     let (plane, about_x, axial) = rotation.to_euler(EulerRot::YXY);
     let half = if about_x > 0.0 { TAU / 2.0 } else { 0.0 };
@@ -225,18 +226,19 @@ pub fn mirrored(DQuat { x, y, z, w }: DQuat) -> DQuat {
     DQuat::from_xyzw(-x, -y, z, w)
 }
 
-/// A forearm whose file has no angle for it is turned so far inward that the thumb of a hanging hand points forward.
+/// The rotation of a forearm without an angle in the file, in degrees. The thumb of a hanging hand points forward.
 const RELAXED_FOREARM: f64 = 90.0;
 
-/// The rotations of a body in the T-pose whose joints have these angles, in degrees, in its axes: +X left, +Y up, +Z
-/// forward. That of the hips is to the world, the others are to the bone above. `angle` gives the value of a column of
-/// `biomechanics::JointAngles`; a joint without angles is as in a body that stands with arms hanging.
+/// The rotations of a body in the T-pose whose joints have these angles, in degrees, in the axes of the T-pose: +X
+/// left, +Y up, +Z forward. The rotation of the hips is relative to the world, other rotations are relative to the
+/// parent bone. `angle` gives the value of a column of `biomechanics::JointAngles`. A joint without angles is as in a
+/// body that stands with hanging arms.
 pub fn rotations_of(angle: &dyn Fn(&str) -> Option<f64>) -> Vec<(Bone, DQuat)> {
     let pelvis = Rotations::PLAIN.back(["pelvis_tilt", "pelvis_list", "pelvis_rotation"].map(angle));
     let mut all = vec![(Bone::Hips, to_t_pose_axes(pelvis))];
     for (segment, side) in parts().filter(|(segment, _)| *segment != Segment::Pelvis) {
         let angles_of = |joint: &Joint| joint.names.map(|name| angle(&format!("{name}{}", ending(side))));
-        // A shoulder is stated in two ways, of which a file may have either.
+        // A shoulder can be stated in two ways. A file may have either.
         let mut joints = Joint::all().filter(|joint| joint.below == segment);
         let has_angles = |joint: &&Joint| angles_of(joint).iter().any(Option::is_some);
         let Some(joint) = joints.clone().find(has_angles).or_else(|| joints.next()) else {
@@ -258,7 +260,7 @@ pub fn rotations_of(angle: &dyn Fn(&str) -> Option<f64>) -> Vec<(Bone, DQuat)> {
     all
 }
 
-/// A rotation in the axes of the International Society of Biomechanics in those of the T-pose.
+/// Converts a rotation from the axes of the International Society of Biomechanics to the axes of the T-pose.
 fn to_t_pose_axes(DQuat { x, y, z, w }: DQuat) -> DQuat {
     DQuat::from_xyzw(-z, y, x, w)
 }

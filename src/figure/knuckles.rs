@@ -1,4 +1,5 @@
-//! Where the fingers of a hand begin, also those that are no bones: end sites and tips whose names say what they are.
+//! The nodes at which the fingers of a hand begin. They may be end sites and tips with names of fingers, which are not
+//! bones.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +9,11 @@ use super::hierarchy::Hierarchy;
 use super::names::Name;
 use super::names::words::FingerKind;
 
-/// The first node of each finger, by its proximal bone.
+/// The first node of each finger, by the proximal bone of the finger.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Knuckles(BTreeMap<Bone, NodeId>);
 
-/// The first bones of a finger that may be known, and its kind.
+/// The kinds of fingers, each with the bones that may be its first known bone.
 const FINGERS: [(&[Bone], FingerKind); 5] = [
     (&[Bone::LeftThumbProximal, Bone::LeftThumbDistal], FingerKind::Thumb),
     (&[Bone::LeftIndexProximal], FingerKind::Index),
@@ -52,7 +53,7 @@ impl Knuckles {
         self.0.iter().filter_map(with_hand)
     }
 
-    /// The first node of the finger of a proximal bone.
+    /// The first node of the finger with this proximal bone.
     pub(crate) fn of(&self, proximal: Bone) -> Option<NodeId> {
         self.0.get(&proximal).copied()
     }

@@ -1,7 +1,8 @@
 //! Infers what a motion file does not state: its unit, its up axis, its exact frame rate, and whether its first frame
 //! is part of the motion. Also infers the body: the joint of each bone, the facing, and the T-pose.
 //!
-//! Every answer is a guess with a reason. [`Figure`] does not change the scene: the caller decides.
+//! Every answer is a guess with a reason. [`Figure`] does not change the scene. The caller decides whether to use a
+//! guess.
 
 // Tests may unwrap and print, but the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
@@ -136,8 +137,8 @@ pub fn up(scene: &Scene) -> Axis {
     of_body.unwrap_or_else(|| Axis::from(extent().up().value))
 }
 
-/// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
-/// used, and the guesses of [`Figure::assumptions`].
+/// Everything about `scene` that its file does not state: the assumptions of the reader, the use of the root's OFFSET,
+/// and the guesses of [`Figure::assumptions`].
 #[doc(hidden)]
 pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
     let mut assumptions = scene.metadata.assumptions.clone();
@@ -388,7 +389,7 @@ fn stated(up: UpAxis) -> Guess<UpAxis> {
     Guess {
         value: up,
         confidence: Confidence::Sure,
-        reason: "the file says so, or it was turned when it was read".to_owned(),
+        reason: "the file states it, or the reader rotated the scene to it".to_owned(),
     }
 }
 
@@ -435,7 +436,7 @@ impl Survey {
             ));
         }
         if self.first_frame_is_rest_pose {
-            let reason = "its rotations are nearly all zero, and the motion jumps away from it";
+            let reason = "nearly all rotations of the frame are zero, and the motion jumps away from it";
             let choice = "rest-pose".to_owned();
             all.push(assumption(Topic::FirstFrame, choice, reason, Confidence::Likely));
         }

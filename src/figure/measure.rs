@@ -13,22 +13,23 @@ use super::poses::poses;
 use super::unit::{Unit, family_unit, unit_of};
 use mocap_scene::scene::report::Guess;
 
-/// A skeleton is bound in a pose in which left and right mirror each other: those of the fixtures do to 6 degrees, most
-/// exactly. One that does not, by more degrees than this, is a moment of a motion, in which limbs are rolled as they
-/// happen to be.
+/// The largest asymmetry of a bind pose, in degrees: the angle between a bone and the mirrored bone of the other side.
+/// Bind poses of the fixtures differ by up to 6 degrees, most by 0. A pose with a larger asymmetry is a moment of a
+/// motion, with arbitrary roll of the limbs.
 const LOPSIDED: f32 = 18.0;
 
-/// The asymmetry in degrees beyond which a rest pose must lie along the axes of its world. Those of the fixtures do
-/// exactly; the few moments of motions that look like a T-pose, mirrored to less than 18 degrees, are 6 to 10 degrees
-/// off. The hip joints of SMPL's bodies are 7 degrees from level, and their shoulders are level.
+/// The asymmetry in degrees above which a rest pose must lie along the axes of its world. The rest poses of the
+/// fixtures lie along these axes exactly. A few moments of motions look like a T-pose, with an asymmetry below 18
+/// degrees, but are 6 to 10 degrees off the axes. The hip joints of SMPL's bodies are 7 degrees from level, and their
+/// shoulders are level.
 const SLANTING: f32 = 6.0;
 
-/// The angle in degrees between the line of hips or shoulders and an axis within which the pose lies along it: half of
-/// that.
+/// The largest angle in degrees between the line of hips or shoulders and an axis at which the pose lies along the
+/// axis: half of `SLANTING`.
 const ALONG_AN_AXIS: f32 = 3.0;
 
-/// Nor is one bound with elbows that are bent by more than this, in degrees: MakeHuman's, bent most of the fixtures,
-/// are by 46.
+/// The largest bend of an elbow in a bind pose, in degrees. The most bent elbows of the fixtures are MakeHuman's, with
+/// 46 degrees.
 const BENT_ELBOW: f32 = 60.0;
 
 /// A humanoid with the positions of its joints at rest.
@@ -105,7 +106,7 @@ impl<'a> Measures<'a> {
         length.is_finite().then_some(length)
     }
 
-    /// The unit in which the bones have the lengths of a person.
+    /// The unit at which the bones have the lengths of a person.
     pub(super) fn unit(&self) -> Option<Guess<Unit>> {
         let length = self.bone_length()?;
         Some(unit_of(length, self.leg_length()?, family_unit(self.scene)))
@@ -135,7 +136,7 @@ impl<'a> Measures<'a> {
         let lopsided = self.lopsided().unwrap_or(0.0).to_degrees();
         if lopsided > LOPSIDED || lopsided > SLANTING && self.off_axes() > Some(ALONG_AN_AXIS) {
             return Some(format!(
-                "left and right are {lopsided:.0} degrees from mirrored, as in a moment of a motion"
+                "left and right differ from a mirror image by {lopsided:.0} degrees, as in a moment of a motion"
             ));
         }
         let bend = |side: Side| {
@@ -182,10 +183,10 @@ impl<'a> Measures<'a> {
         bones.into_iter().filter_map(angle).reduce(f32::max)
     }
 
-    /// Whether no arm crosses the body, as arms may if bones lie along one axis.
+    /// Whether no arm crosses the body. Arms may cross the body if all bones lie along one axis.
     fn has_arms_outwards(&self) -> bool {
-        /// The cosine of the angle between an upper arm and the line outwards below which the arm goes across the body:
-        /// 107 degrees.
+        /// The cosine of 107 degrees, the largest angle between an upper arm and the outward line at which the arm does
+        /// not cross the body.
         const ACROSS: f32 = -0.3;
         let shoulders = self.at(Bone::LeftUpperArm).zip(self.at(Bone::RightUpperArm));
         let outwards = shoulders.and_then(|(left, right)| (left - right).try_normalize());
@@ -223,10 +224,10 @@ impl<'a> Measures<'a> {
         let (value, bone) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let bone = bone.as_str().trim_start_matches("left");
         let reason = if value < 5e-4 {
-            "left and right have arms and legs of one length".to_owned()
+            "left and right arms and legs have equal lengths".to_owned()
         } else {
             let percent = 100.0 * value;
-            format!("of arms and legs, left and right differ most in {bone}, by {percent:.1} %")
+            format!("the lengths of left and right differ most for {bone}, by {percent:.1} %")
         };
         Some(Guess {
             value,
@@ -243,7 +244,7 @@ impl<'a> Measures<'a> {
             reason: reason.to_owned(),
         };
         let Some(up) = self.rest_up() else {
-            return unknown("the rest pose is not that of a standing figure");
+            return unknown("the rest pose is not a standing figure");
         };
         let across = self.at(Bone::LeftUpperLeg).zip(self.at(Bone::RightUpperLeg));
         let Some(across) = across.and_then(|(left, right)| (left - right).try_normalize()) else {
@@ -254,14 +255,18 @@ impl<'a> Measures<'a> {
             Sides::Opposite => (
                 -by_names,
                 Confidence::Likely,
-                "feet and knees point there, although left and right are named the other way around",
+                "feet and knees point there, although the names exchange left and right",
             ),
             Sides::Agree => (
                 by_names,
                 Confidence::Sure,
-                "left, right and up at rest, and the body agrees with the names of the sides",
+                "it follows from left, right and up at rest, and the body agrees with the names of the sides",
             ),
-            Sides::Unknown => (by_names, Confidence::Likely, "left, right and up at rest"),
+            Sides::Unknown => (
+                by_names,
+                Confidence::Likely,
+                "it follows from left, right and up at rest",
+            ),
         };
         let (value, cosine) = Axis::nearest(forward);
         Guess {
@@ -292,7 +297,7 @@ impl<'a> Measures<'a> {
             } else {
                 (
                     RestPose::Collapsed,
-                    "the bones lie along axes and make no standing figure",
+                    "the bones lie along axes and do not form a standing figure",
                 )
             };
             return guess(value, Confidence::Likely, reason.to_owned());
@@ -308,7 +313,7 @@ impl<'a> Measures<'a> {
             return guess(
                 RestPose::Other,
                 Confidence::Likely,
-                "it stands, and has no arms".to_owned(),
+                "the figure stands, and has no arms".to_owned(),
             );
         };
         let bent_legs = [

@@ -14,7 +14,7 @@ use super::{Humanoid, HumanoidMap};
 /// The prefix of an unnamed end site; the name of its parent follows.
 const END_SITE: &str = "EndSite_";
 
-/// The most joints in a sentence.
+/// The largest number of joints that a message lists.
 const MOST_LISTED: usize = 8;
 
 /// The joints that were renamed, and the joints that kept their names.
@@ -55,9 +55,12 @@ pub struct NamingReport {
 /// `scene` is then unchanged.
 pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) -> Result<NamingReport> {
     if !humanoid.found {
-        let message = format!("joints are named by the bones of a humanoid, and {}", humanoid.reason);
+        let message = format!(
+            "joints get the names of humanoid bones, but the skeleton is not a humanoid: {}",
+            humanoid.reason
+        );
         return Err(Diagnostic::new(Code::NotHumanoid, message)
-            .help("name its bones in a {map}, or leave the names out")
+            .help("name its bones in a {map}, or do not rename joints")
             .into());
     }
     check(names)?;
@@ -86,7 +89,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
         let bone = bone.map_or("", |(bone, _)| bone.as_str());
         let message = format!("two joints would be called \"{name}\": {bone}, and one that keeps its name");
         return Err(Diagnostic::new(Code::InvalidValue, message)
-            .help("give the bone another name in a file of names, or say in a {map} which joint is the bone")
+            .help("give the bone another name in a file of names, or name the joint of the bone in a {map}")
             .into());
     }
     let joints = named(scene, &wanted);
@@ -104,11 +107,15 @@ fn check(names: &HumanoidMap) -> Result<()> {
         } else if name.contains(char::is_control) {
             format!("the name of {}, {name:?}, has a control character", bone.as_str())
         } else if let Some(other) = bone_of.insert(name, bone) {
-            format!("{} and {} have one name, \"{name}\"", other.as_str(), bone.as_str())
+            format!(
+                "{} and {} have the same name, \"{name}\"",
+                other.as_str(),
+                bone.as_str()
+            )
         } else {
             continue;
         };
-        let help = "give each bone a name of its own; null keeps the name of a joint";
+        let help = "give each bone a different name; null keeps the name of a joint";
         return Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
     }
     Ok(())
@@ -179,16 +186,16 @@ pub fn apply_names(scene: &mut Scene, joints: &[JointRename]) -> Vec<(NodeId, St
     renamed
 }
 
-/// A sentence for users.
+/// One line for users.
 impl fmt::Display for NamingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "names: {} nodes have another name", self.renamed.len())?;
+        write!(f, "names: {} nodes renamed", self.renamed.len())?;
         if !self.unnamed.is_empty() {
             let bones = self
                 .unnamed
                 .iter()
                 .map(|(bone, name)| format!("{} ({name})", bone.as_str()));
-            write!(f, "; no name is known for {}", listed(bones))?;
+            write!(f, "; no name for {}", listed(bones))?;
         }
         if !self.others.is_empty() {
             let names = self.others.iter().map(|name| format!("\"{name}\""));

@@ -16,7 +16,7 @@ pub struct Name {
     pub meaning: Meaning,
     /// The finger that it belongs to.
     pub finger: Option<FingerKind>,
-    /// Whether the joint helps another one, as twist joints do, or is the end of one.
+    /// Whether the joint helps another joint, as twist joints do, or is the end of another joint.
     pub is_helper: bool,
     /// Whether it is a twist joint, which takes a part of a bone's twist.
     pub is_twist: bool,
@@ -68,7 +68,7 @@ impl Name {
         let mut finger = finger_of(&joined, &letters).filter(|_| !is_of_foot);
         let mut found = meaning_of(&letters);
         if found.is_empty() && side.is_none() && finger.is_none() {
-            // `lhumerus`, `hipright`: a side glued to a word.
+            // `lhumerus`, `hipright`: a side joined to a word.
             for word in &letters {
                 if let Some((glued, meaning)) = glued_side(word) {
                     (side, found) = (Some(glued), meaning);
@@ -76,7 +76,7 @@ impl Name {
                 }
             }
         }
-        // `lthumb`: a side glued to a finger.
+        // `lthumb`: a side joined to a finger.
         if found.is_empty()
             && side.is_none()
             && let Some(first) = letters.first()
@@ -195,7 +195,7 @@ fn is_side_sign(letter: char) -> bool {
     matches!(letter, '左' | '右')
 }
 
-/// Removes the word of the side from `words`.
+/// Removes the word of the side from `words`, and returns the side.
 fn take_side(words: &mut Vec<String>) -> Option<Side> {
     for (index, word) in words.iter().enumerate() {
         let side = match word.as_str() {
@@ -233,7 +233,7 @@ fn is_twist(word: &str) -> bool {
             .is_some_and(has_part)
 }
 
-/// `lhumerus`: the side and what the rest means.
+/// The side and the meaning of a word with a joined side, such as `lhumerus`.
 fn glued_side(word: &str) -> Option<(Side, Meaning)> {
     [('l', Side::Left), ('r', Side::Right)]
         .into_iter()
@@ -244,7 +244,7 @@ fn glued_side(word: &str) -> Option<(Side, Meaning)> {
         })
 }
 
-/// The meaning of the longest sequence of words with a meaning; of two equally long, the later.
+/// The meaning of the longest sequence of words with a meaning. Of two equally long sequences, the later one.
 fn meaning_of(words: &[String]) -> Meaning {
     let whole = meaning(&words.concat());
     if !whole.is_empty() {
@@ -275,7 +275,7 @@ fn finger_of(joined: &str, words: &[String]) -> Option<FingerKind> {
             .iter()
             .find(|(_, spellings)| words.iter().any(|word| spellings.contains(&&**word)))
     };
-    // `Spine_Mid`, `MidHip`: in the middle of the body, not the middle finger.
+    // `Spine_Mid` and `MidHip` are in the middle of the body, not joints of the middle finger.
     let is_of_trunk = || {
         words
             .iter()

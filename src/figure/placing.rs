@@ -1,4 +1,4 @@
-//! The definition of ancestors of the hips that only place the figure, for lengths, sizes, ids, units and graphs.
+//! Marks ancestors of the hips that only place the figure. Lengths, sizes, ids, units and graphs ignore these nodes.
 
 use mocap_scene::scene::Scene;
 
@@ -6,8 +6,8 @@ use super::hierarchy::Hierarchy;
 use crate::{Humanoid, HumanoidBone as Bone};
 
 /// For each node, whether it only places the figure: the hips are a descendant, and the node and its other branches
-/// have no bone of the body. The line from such a joint to the next is not a bone: its length changes with where the
-/// figure is.
+/// have no bone of the body. The line from such a joint to the next joint is not a bone: its length changes with the
+/// position of the figure.
 pub(super) fn placing(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     let mut places = vec![false; scene.nodes.len()];
     let Some(hips) = humanoid.joint(Bone::Hips).filter(|_| humanoid.found) else {

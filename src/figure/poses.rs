@@ -6,7 +6,7 @@ use mocap_scene::scene::{Animation, Node, Scene};
 /// The number of frames examined, spread evenly over the motion.
 const FRAMES: usize = 16;
 
-/// The most frames of all animations that are examined for the roll of bones.
+/// The largest number of frames of all animations that are examined for the roll of bones.
 const SAMPLED: usize = 400;
 
 /// Poses spread over the first animation, or the rest pose without one.

@@ -2,11 +2,11 @@
 //!
 //! In a modelling program, constraints move such joints, but files do not store constraints. Examples: an IK control of
 //! a foot as a child of the root, an eye or a hat outside the skeleton, and a deforming spine separate from the
-//! animated spine. A motion of the skeleton would leave these joints behind, and stretch the skin. This module gives
-//! such a joint the parent that it follows, by the first rule that applies:
+//! animated spine. A motion of the skeleton would leave these joints behind, and stretch the skin. This module makes
+//! such a joint a child of the joint that it follows, by the first rule that applies:
 //!
 //! 1. It coincides with a joint without its own skin that carries other joints of the skin.
-//! 2. It shares vertices or faces with a joint far down another limb, and next to none with the top of that limb.
+//! 2. It shares vertices or faces with a joint far down another limb, and almost none with the top of that limb.
 //! 3. No ancestor has a skin, it shares no vertices, and its vertices are nearest to the vertices of a joint far down a
 //! limb.
 //! 4. Without any skin: it is at the end of a limb.
@@ -22,17 +22,19 @@ use mocap_scene::scene::{Animation, Channel, NodeId, NodeKind, Scene};
 use self::shared_skin::SharedSkin;
 use crate::ticks::{Ticks, ticks};
 
-/// Distance of two joints that stand in one place, as a fraction of the height of the skeleton.
+/// The distance between two joints at the same place, as a fraction of the height of the skeleton.
 const SAME_PLACE: f32 = 2e-4;
 
-/// Part of what a joint shares with a limb that it may share with the top of the limb and still follow a joint below.
+/// The fraction of the vertices shared with a limb that may be shared with the top of the limb. Up to this fraction,
+/// the joint follows a joint further down.
 const NEAR_PARENT: f32 = 0.05;
 
-/// Least distance to its parent of a joint that follows another whose skin is near, as the same fraction. Hips without
-/// a skin of their own are near to thighs and spine.
+/// The smallest distance from a joint to its parent at which the joint may follow another joint with a near skin, as a
+/// fraction of the height of the skeleton. Hips without a skin of their own are near to thighs and spine.
 const FAR_FROM_PARENT: f32 = 0.2;
 
-/// Distance of the skins of two joints of which one follows the other, as a fraction of the height of the skeleton.
+/// The largest distance between the skins of a joint and the joint that it follows, as a fraction of the height of the
+/// skeleton.
 const NEAR_SKIN: f32 = 0.05;
 
 /// A scene in which each joint of the skin is a child of the joint that it follows. The rest pose is that of the file.
@@ -168,8 +170,8 @@ impl Rig {
     }
 }
 
-/// An animation of a scene on the same nodes with other parents. `moved` has the nodes that get another parent, each
-/// with that parent, and `ids` the new ids of all nodes.
+/// Converts an animation of a scene to the same nodes with other parents. `moved` has the nodes with a new parent, each
+/// with this parent. `ids` has the new ids of all nodes.
 fn carry(scene: &Scene, moved: &[(NodeId, Option<NodeId>)], ids: &[NodeId], animation: &Animation) -> Animation {
     let binding = Binding::new(scene, animation);
     let stays = |node: &NodeId| !moved.iter().any(|(moved, _)| moved == node);
@@ -223,12 +225,12 @@ fn worlds(scene: &Scene) -> Vec<DMat4> {
     world
 }
 
-/// The parents of the nodes of a file, while joints get others.
+/// The parents of the nodes of a file, while some joints get a new parent.
 struct Parents<'a> {
     file: &'a Scene,
     of: Vec<Option<usize>>,
     has_changed: bool,
-    /// Where each node is at rest.
+    /// The position of each node at rest.
     at: Vec<Vec3>,
     /// The height of the skeleton, or its largest extent.
     size: f32,
@@ -268,7 +270,7 @@ impl<'a> Parents<'a> {
         parents
     }
 
-    /// Gives a node another parent, unless that is a descendant.
+    /// Gives a node a new parent, unless the new parent is a descendant.
     fn set(&mut self, node: usize, parent: usize) {
         if self.of[node] != Some(parent) && node != parent && !self.above(parent).any(|above| above == node) {
             self.of[node] = Some(parent);
@@ -290,7 +292,7 @@ impl<'a> Parents<'a> {
             self.find_ends();
             return;
         }
-        // A joint may follow one that is found later.
+        // A joint may follow another joint whose own parent is found later.
         for _ in 0..weighted.len() {
             let mut found = false;
             for &joint in weighted.iter().filter(|joint| !stated.contains(joint)) {
@@ -304,7 +306,7 @@ impl<'a> Parents<'a> {
                     .copied()
                     .filter(|node| self.is_within(*node, joint))
                     .collect();
-                // What is half of the skeleton is no limb of the other half.
+                // A part with at least half of the joints is not a limb.
                 let is_limb = 2 * limb.len() < weighted.len();
                 if carrier.is_none() && self.follow_copies(&limb, &weighted) {
                     found = true;
@@ -342,13 +344,13 @@ impl<'a> Parents<'a> {
         found
     }
 
-    /// The joint that the uppermost joint of a limb, and so the limb, follows by the skin.
+    /// The joint that the top joint of a limb, and so the whole limb, follows by the skin.
     fn neighbour(&self, limb: &[usize], top: usize, may_be_apart: bool) -> Option<usize> {
         if !self.skin.shared_by(limb).is_empty() {
             let shared = self.skin.shared_by(&[top]);
             let others = shared.keys().copied().filter(|joint| !limb.contains(joint));
             let (far, near): (Vec<usize>, Vec<usize>) = others.partition(|joint| self.is_far(*joint, top));
-            // A near joint beside the far ones may be as loose as this one.
+            // A near joint counts only as an ancestor of a far joint. Other near joints may be as loose as this joint.
             let near = near
                 .iter()
                 .filter(|near| far.iter().any(|far| self.is_within(*far, **near)));
@@ -375,7 +377,7 @@ impl<'a> Parents<'a> {
         !above.contains(&joint) && path.any(|node| self.skin.has(node))
     }
 
-    /// Puts joints below the end of a limb that is where they are.
+    /// Puts joints below the end of a limb at the same place.
     fn find_ends(&mut self) {
         let nodes = &self.file.nodes;
         let is_end = |node: &usize| {
@@ -397,7 +399,7 @@ impl<'a> Parents<'a> {
         }
     }
 
-    /// Whether a joint hangs from the root of the skeleton, far above a joint of another limb.
+    /// Whether a joint is a child of the skeleton's root, far above a joint of another limb.
     fn hangs_above(&self, joint: usize, limb: usize) -> bool {
         let Some(parent) = self.of[joint] else { return false };
         let between = self.above(limb).position(|above| above == parent);
@@ -406,7 +408,7 @@ impl<'a> Parents<'a> {
     }
 }
 
-/// The joint with the most.
+/// The joint with the largest value.
 fn most(joints: impl IntoIterator<Item = (usize, f32)>) -> Option<usize> {
     let best = joints
         .into_iter()

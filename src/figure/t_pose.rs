@@ -1,10 +1,10 @@
 //! The T-pose of a humanoid: arms sideways, legs down, facing forward. Each figure has one T-pose. All commands that
 //! show, draw, use or write it compute it here.
 //!
-//! The T-pose is made in three steps. First, the *reference pose* is a standing figure. It is the rest pose if that
-//! stands, else the first frame if it is a T-pose, else a pose computed from the bones (`standing`). Second, each bone
-//! is rotated from the reference pose to its T-pose (`builder`). Third, feet, head and shoulders are levelled by the
-//! motion (`level`). `docs/retargeting-algorithm.md` explains what each bone keeps.
+//! The T-pose is made in three steps. First, the *reference pose* is a standing figure. It is the rest pose if the rest
+//! pose stands, else the first frame if it is a T-pose, else a pose computed from the bones (`standing`). Second, each
+//! bone is rotated from the reference pose to its T-pose (`builder`). Third, feet, head and shoulders are levelled by
+//! the motion (`level`). `docs/retargeting-algorithm.md` explains what each bone keeps.
 
 mod builder;
 mod level;
@@ -38,7 +38,7 @@ use super::knuckles::Knuckles;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum TPoseSource {
-    /// The rest pose, in which the figure stands, with its arms sideways, down or between.
+    /// The rest pose, which stands with its arms sideways, down or between.
     RestPose,
     /// The first frame of the motion, which is a T-pose.
     FirstFrame,
@@ -83,20 +83,20 @@ impl TPoseReason {
     /// ```
     /// use mocap::figure::report::TPoseReason;
     ///
-    /// assert_eq!(TPoseReason::ShortestArc.as_str(), "by the shortest rotation to where it points");
+    /// assert_eq!(TPoseReason::ShortestArc.as_str(), "by the shortest rotation to its direction");
     /// ```
     pub const fn as_str(self) -> &'static str {
         match self {
-            Self::Stands => "as it stands",
-            Self::ShortestArc => "by the shortest rotation to where it points",
-            Self::OnItsSole => "as it stands on its sole, turned forward",
+            Self::Stands => "as in the reference pose",
+            Self::ShortestArc => "by the shortest rotation to its direction",
+            Self::OnItsSole => "as it stands on its sole, rotated forward",
             Self::StandsInMotion => "as it stands in the motion",
-            Self::AverageOfMotion => "as on the average of the motion",
-            Self::Knuckles => "with its palm down, by the knuckles",
-            Self::Hinge => "by the axis about which it bends in the motion",
-            Self::HingeUnlikeOtherSide => "by the axis about which it bends in the motion, unlike the other side",
-            Self::OtherSide => "by the axis about which the other side bends in the motion, mirrored",
-            Self::FollowsTheBoneAbove => "with the bone above it",
+            Self::AverageOfMotion => "as in the average of the motion",
+            Self::Knuckles => "by the knuckles, with the palm down",
+            Self::Hinge => "by its bending axis in the motion",
+            Self::HingeUnlikeOtherSide => "by its bending axis in the motion, unlike the other side",
+            Self::OtherSide => "by the mirrored bending axis of the other side",
+            Self::FollowsTheBoneAbove => "with its parent bone",
         }
     }
 }
@@ -161,7 +161,7 @@ impl TPose {
         }
         let humanoid = figure.humanoid.clone().with_sides_of_the_body();
         let rest_pose = figure.rest_pose.value;
-        // Without a motion, a standing body with other arms or knees is the best evidence.
+        // Without a motion, a standing body is the best evidence, even with other arms or knees than in a T-pose.
         let stands = match rest_pose {
             RestPose::TPose | RestPose::APose | RestPose::IPose => true,
             _ => scene.animations.is_empty() && figure.facing.value != Axis::Unknown,

@@ -1,10 +1,10 @@
-//! The ticks at which a motion has keys.
+//! The ticks of a motion's keys.
 
 use glam::Quat;
 use mocap_scene::scene::{Animation, Keys};
 
-/// The largest distance between quaternions that counts as rounding: a rotation of 4e-6 radians, 4 micrometres at the
-/// end of an arm of a metre. Products along the chain of joints round by up to 2e-6 radians, at a finger.
+/// The largest distance between quaternions that counts as rounding. It is a rotation of 4e-6 radians, or 4 micrometres
+/// at the end of an arm of a metre. Products along the chain of joints round by up to 2e-6 radians, at a finger.
 const ROUNDING: f32 = 2e-6;
 
 /// The whole ticks of an animation, and its end.
@@ -18,7 +18,7 @@ pub fn ticks(animation: &Animation) -> Vec<f64> {
 
 /// The ticks of all keys of an animation.
 pub struct Ticks<'a> {
-    /// None for 0, 1, 2, ...
+    /// The ticks of the keys; `None` for 0, 1, 2, ...
     written: Option<&'a [f64]>,
 }
 
@@ -30,7 +30,7 @@ impl<'a> Ticks<'a> {
         }
     }
 
-    /// Keys at these ticks; one where all values are the same.
+    /// Keys at these ticks; a single key if all values are the same.
     pub fn keys<T: Copy + PartialEq>(&self, mut values: Vec<T>) -> Keys<T> {
         if let Some(&first) = values.first()
             && values.iter().all(|value| *value == first)
@@ -40,7 +40,7 @@ impl<'a> Ticks<'a> {
         self.keys_or_one(values)
     }
 
-    /// Rotations at these ticks; one where all are the same but for rounding.
+    /// Rotation keys at these ticks; a single key if all rotations are the same except for rounding.
     pub fn rotation_keys(&self, mut values: Vec<Quat>) -> Keys<Quat> {
         if let Some(&first) = values.first()
             && values.iter().all(|value| (*value - first).length() <= ROUNDING)

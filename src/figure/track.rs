@@ -1,5 +1,5 @@
-//! The rotation of a bone in the frames of the T-pose, pose by pose: for one pose, or for as many at once as a vector
-//! has lanes.
+//! The rotation of a bone in the frames of the T-pose, pose by pose: for one pose, or for as many poses at once as a
+//! vector has lanes.
 
 use glam::{Quat, Vec3};
 use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
@@ -17,7 +17,7 @@ pub struct Track {
     aim: Option<Aim>,
 }
 
-/// The ends of a bone of a limb, and where it points in the T-pose.
+/// The ends of a limb's bone, and its direction in the T-pose.
 #[derive(Clone, Copy, Debug)]
 struct Aim {
     from: usize,
@@ -25,7 +25,7 @@ struct Aim {
     direction: Vec3,
 }
 
-/// The joints at the ends of a bone of a limb, and where it points in the T-pose.
+/// The joints at the ends of a limb's bone, and its direction in the T-pose.
 pub type Ends = (NodeId, NodeId, Vec3);
 
 impl Track {
@@ -41,7 +41,7 @@ impl Track {
         }
     }
 
-    /// The rotation at a pose.
+    /// The rotation in a pose.
     #[inline(always)]
     pub fn frame<const N: usize>(&self, seen: &WatchedPose<N>) -> Rotations<N> {
         let rotation = seen.rotations[self.joint] * Rotations::all(self.joint_to_frame.to_array());
@@ -55,17 +55,18 @@ impl Track {
     }
 }
 
-/// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its
-/// skin.
+/// Whether the parent of a bone does not follow the twist of the bone: the skin spreads the twist along a thigh or an
+/// upper arm.
 pub fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
 
-/// Whether two positions tell the direction from one to the other. A bone that is too short for its distance from the
-/// origin has only its rotation. Of the seven digits of 32 bits, too few remain for its direction.
+/// Whether two positions determine the direction between them. Positions have seven digits in 32 bits. For a bone that
+/// is short compared with its distance from the origin, too few digits of the direction remain, so only its rotation is
+/// used.
 fn is_told(start: Vec3, end: Vec3) -> bool {
-    /// The length of a bone below which its direction is unknown, as a fraction of the distance of its farther end from
-    /// the origin. Of seven digits, three remain.
+    /// The smallest length of a bone with a known direction, as a fraction of the distance of its farther end from the
+    /// origin. Of seven digits, three remain.
     const SHORTEST: f32 = 1e-4;
     start.distance(end) > SHORTEST * start.abs().max(end.abs()).max_element()
 }
@@ -76,14 +77,15 @@ pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let joint = from.joint(bone)?;
     let segment = from.segment(bone);
     let end = limb_end(bone).and_then(|end| from.joint(end));
-    // Several joints can share a twist. Then the last joint has the whole twist of a thigh or an upper arm. The first
-    // has no part of the twist that a shin or a forearm takes over from foot or hand.
+    // Several joints can share a twist. Then the last joint has the whole twist of a thigh or an upper arm. In a shin
+    // or a forearm, the first joint has no part of the twist that comes from the foot or hand.
     let twisted = if is_twisted_at_beginning(bone) {
         segment.last()
     } else {
         segment.first()
     };
-    // Where the bone points now, not where its joint turns it: joints in between may bend it, and its end may move.
+    // The positions show the current direction of the bone, unlike the rotation of its joint: joints in between may
+    // bend it, and its end may move.
     let end = end.filter(|end| is_told(from.position(joint), from.position(*end)));
     let direction = end.and_then(|end| from.direction(bone, joint, end));
     match (twisted, end, direction) {
@@ -92,7 +94,7 @@ pub fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     }
 }
 
-/// The track of a whole bone: where it points, and how its end is twisted.
+/// The track of a whole bone: its direction, and the twist of its end.
 pub fn whole(from: &Body, bone: Bone, watched: &mut WatchedJoints) -> Option<Track> {
     let (node, ends) = ends(from, bone)?;
     Some(Track::new(from, bone, node, ends, watched))

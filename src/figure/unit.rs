@@ -28,7 +28,7 @@ pub enum Unit {
     Centimetre,
     /// Millimetres.
     Millimetre,
-    /// No known unit: this number of micrometres, in which the bones have the lengths of an average person.
+    /// No known unit: this number of micrometres. In this unit the bones have the lengths of an average person.
     Measured(u32),
 }
 
@@ -95,32 +95,35 @@ impl Unit {
     }
 }
 
-/// The length of bone from ankle to head of an adult, in metres: 1.5 m to 2.2 m tall, without soles and skull.
+/// The summed length of an adult's bones from ankle to head, in metres, without soles and skull. Adults are 1.5 m to
+/// 2.2 m tall.
 const ADULT: [f64; 2] = [1.18, 1.75];
 
-/// The length of bone from ankle to head of any person, in metres: from a child of two years to the largest person.
+/// The summed length of any person's bones from ankle to head, in metres: from a child of two years to the largest
+/// person.
 const ANYBODY: [f64; 2] = [0.72, 2.2];
 
-/// The length of thigh plus shin of an average person, in metres, for a file without a known unit: 0.49 of 1.7 m.
+/// The length of thigh plus shin of an average person, in metres: 0.49 of a height of 1.7 m. It is used for files
+/// without a known unit.
 const USUAL_LEG: f64 = 0.833;
 
-/// The largest factor between a figure and an average person, in both directions. A giant and a doll are beyond this
-/// factor. A child is within it, and so are inches read as centimetres.
+/// The largest plausible ratio between the sizes of the figure and an average person, in both directions. Giants and
+/// dolls exceed the ratio. Children do not, nor do inches read as centimetres.
 const PLAUSIBLE: f64 = 4.0;
 
 impl Figure {
-    /// The warning about a humanoid whose size is implausible for a person with this unit.
+    /// The warning about a humanoid whose size in this unit is implausible for a person.
     pub(super) fn implausible_size(&self, metres: f64) -> Option<Diagnostic> {
         let has = |bone: Bone| self.humanoid.joint(bone).is_some();
         let is_body = has(Bone::LeftLowerLeg) && has(Bone::RightLowerLeg) && (has(Bone::Head) || has(Bone::Neck));
         let ratio = metres / self.survey.unit.value.metres();
         let is_far = ratio > PLAUSIBLE || ratio < PLAUSIBLE.recip();
         (is_body && is_far).then(|| {
-            let message = format!("by its unit the figure is {ratio:.3} times as large as a person");
+            let message = format!("in this unit, the figure is {ratio:.3} times as large as a person");
             Diagnostic::new(Code::ImplausibleSize, message)
                 .expected_found(
-                    format!("about {} m in a unit", self.survey.unit.value.metres()),
-                    format!("{metres} m"),
+                    format!("about {} m per unit", self.survey.unit.value.metres()),
+                    format!("{metres} m per unit"),
                 )
                 .help("if the file states a wrong unit, name the right one with {unit}")
         })
@@ -151,13 +154,13 @@ pub(super) fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)
     let within = |unit: &Unit, [least, most]: [f64; 2]| (least..=most).contains(&(length * unit.metres()));
     let measured = |unit: Unit| {
         let metres = length * unit.metres();
-        format!("from ankle to head there are {length:.4} units of bone, which is {metres:.2} m")
+        format!("the bones from ankle to head measure {length:.4} units, which is {metres:.2} m")
     };
     if let Some((unit, name)) = family.filter(|(unit, _)| within(unit, ANYBODY)) {
         return Guess {
             value: unit,
             confidence: Confidence::Sure,
-            reason: format!("{}, and the joints have the names of {name}", measured(unit)),
+            reason: format!("{}, and the joint names are those of {name}", measured(unit)),
         };
     }
     let known = [
@@ -181,18 +184,21 @@ pub(super) fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)
             reason: measured(unit),
         };
     }
-    // Children and giants, in the usual units.
+    // Children and giants, in the three most common units.
     if let Some(unit) = known[..3].iter().copied().find(|unit| within(unit, ANYBODY)) {
         return Guess {
             value: unit,
             confidence: Confidence::Likely,
-            reason: format!("{}, a child or a giant", measured(unit)),
+            reason: format!("{}, the size of a child or a giant", measured(unit)),
         };
     }
     let unit = Unit::measured(USUAL_LEG / leg);
     Guess {
         value: unit,
         confidence: Confidence::Unsure,
-        reason: format!("{} if it is a usual person; in no known unit it is one", measured(unit)),
+        reason: format!(
+            "{} for an average person; no known unit gives the size of a person",
+            measured(unit)
+        ),
     }
 }

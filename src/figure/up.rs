@@ -12,71 +12,74 @@ use mocap_scene::scene::report::Guess;
 /// The axes that may point up.
 const AXES: [Axis; 4] = [Axis::Y, Axis::Z, Axis::NegY, Axis::NegZ];
 
-/// The scores of an axis, as natural logarithms of likelihoods. The weights are near those of a logistic regression
-/// over 261 clips of 25 makers and 150 made motions: crawls, lies, handstands, sit-ups, walks. Each clip is rotated to
-/// all axes, and weighted by the frequency of the up axis in files.
+/// The scores of an axis, as natural logarithms of likelihoods. The weights are near the weights of a logistic
+/// regression over 261 clips of 25 makers and 150 generated motions: crawls, lies, handstands, sit-ups, walks. Each
+/// clip is rotated to all axes, and weighted by the frequency of the up axis in files.
 ///
-/// Y and -Y: more than nine of ten BVH files are Y up.
+/// The score of Y and -Y: more than nine of ten BVH files are Y up.
 const IS_Y: f32 = 2.1;
 
-/// Y and Z, against -Y and -Z: a difference of scores.
+/// The score that Y and Z have in addition, and -Y and -Z do not.
 const IS_POSITIVE: f32 = 3.5;
 
-/// The cosine of the angle to the mean direction from the feet to the head.
+/// The weight of the cosine of the angle between the axis and the mean direction from the feet to the head.
 const TO_HEAD: f32 = 3.0;
 
-/// The same cosine if it is negative: nobody stands on the head all the time.
+/// The additional weight of this cosine if it is negative: nobody stands on the head all the time.
 const UPSIDE_DOWN: f32 = 2.5;
 
-/// The vertical movement of the lowest joint, in lengths of the figure: a body on the ground stays on it.
+/// The weight of the vertical range of the lowest joint, as a fraction of the figure's size. A body on the ground stays
+/// at its height.
 const WANDER: f32 = -6.9;
 
-/// The most of that which counts, as fractions of the figure: of a body that lies along the ground, and of one that
-/// stands. Who jumps goes up and down too, and nobody climbs while lying.
+/// The largest vertical range that counts, as fractions of the figure's size: of a body that lies along the ground, and
+/// of a standing body. A standing body may jump, but a lying body does not climb.
 const MOST_WANDER: [f32; 2] = [1.5, 0.6];
 
-/// The cosines of the angle to the mean direction from the feet to the head up to which a body lies, and from which on
-/// it stands.
+/// Limits of the cosine of the angle between the axis and the mean direction from the feet to the head. A body lies up
+/// to the first limit, and stands from the second.
 const LIES_OR_STANDS: [f32; 2] = [0.3, 0.6];
 
-/// A body that lies on a floor at height 0.
+/// The score of a body that lies on a floor at height 0.
 const LIES: f32 = 5.3;
 
-/// The cosine of the angle to the trunk of a rest pose that stands.
+/// The weight of the cosine of the angle between the axis and the trunk of a standing rest pose.
 const REST: f32 = 7.7;
 
-/// The fraction of joints at the height of the lowest joint: joints on the ground lie in one plane.
+/// The weight of the fraction of joints at the height of the lowest joint. Joints on the ground lie in one plane.
 const CONTACT: f32 = 4.5;
 
-/// The height of the hips above the lowest joint, as a fraction of the figure.
+/// The weight of the height of the hips above the lowest joint, as a fraction of the figure's size.
 const HIPS: f32 = 6.4;
 
 /// The score of a ground far below 0, where the origin would be in the air.
 const BELOW: f32 = -2.5;
 
-/// The largest height above the lowest joint of a joint in contact, as a fraction of the figure.
+/// The largest height of a joint in contact above the ground, as a fraction of the figure's size.
 const TOUCHES: f32 = 0.06;
 
-/// The height below which a ground is far below 0, as a fraction of the figure.
+/// The height below which the ground is far below 0, as a fraction of the figure's size.
 const FAR_BELOW: f32 = -0.2;
 
-/// Heights of the lowest joint of a body that lies on a floor at height 0, as fractions of the figure: joints are in
-/// the middle of a lying limb.
+/// Heights of the lowest joint of a body that lies on a floor at height 0, as fractions of the figure's size. The
+/// joints of a lying limb are inside the limb, and not on the floor.
 const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.07;
 
-/// Heights of its hips, as fractions of the figure, which are above it. A body that stands above the origin has its
-/// hips at 0, and joints behind it.
+/// Heights of the hips of such a body, as fractions of the figure's size. The hips of a body that stands above the
+/// origin are at 0 along a horizontal axis, with joints behind them.
 const LYING_HIPS: std::ops::RangeInclusive<f32> = 0.02..=0.2;
 
-/// The probability of an axis, a fraction, above which it is sure: one of a hundred may be wrong.
+/// The probability of an axis above which the axis is sure: one of a hundred may be wrong.
 const SURE: f32 = 0.99;
-/// Likewise likely: no motion at all leaves Y a fraction of 0.87.
+/// The probability of an axis above which the axis is likely. Without evidence of the motion, Y has a probability of
+/// 0.87.
 const LIKELY: f32 = 0.9;
 
-/// The cosine of the largest angle between up and the mean direction from the feet to the head of a body that stands.
+/// The smallest cosine of the angle between the up axis and the mean direction from the feet to the head of a standing
+/// body.
 const UPRIGHT: f32 = 0.9;
 
-/// The joints whose heights are examined, on the left: no fingers, and no joints inside the body.
+/// The joints whose heights are examined, on the left side: without fingers, and without joints inside the body.
 const PARTS: [Bone; 10] = [
     Bone::Hips,
     Bone::Neck,
@@ -100,7 +103,7 @@ impl Measures<'_> {
             return Some(Guess {
                 value: axis,
                 confidence: Confidence::Likely,
-                reason: "the rest pose stands along it".to_owned(),
+                reason: "the rest pose stands along this axis".to_owned(),
             });
         };
         let scores = AXES.map(|axis| motion.score(axis, rest));
@@ -109,16 +112,16 @@ impl Measures<'_> {
         let probability = scores.iter().map(|score| (score - best).exp()).sum::<f32>().recip();
         let mean = motion.mean;
         let words = format!(
-            "from the feet to the head it is {:.2} {:.2} {:.2} of the distance",
+            "the feet-to-head direction is ({:.2}, {:.2}, {:.2})",
             mean.x, mean.y, mean.z
         );
         let reason = match (stands(axis), Axis::nearest(mean).0 == axis) {
-            (true, true) => format!("{words}, and the rest pose stands along it"),
-            (true, false) => format!("the rest pose stands along it; in motion {words}"),
+            (true, true) => format!("{words}, and the rest pose stands along this axis"),
+            (true, false) => format!("the rest pose stands along this axis; in the motion, {words}"),
             (false, true) => words,
-            (false, false) => format!("the body is on the ground ({words})"),
+            (false, false) => format!("the contacts with the ground show it; {words}"),
         };
-        // Only a standing body is certain.
+        // Only a standing body shows its up axis for certain.
         let is_upright = stands(axis) || mean.dot(axis.direction().unwrap_or_default()) > UPRIGHT;
         let confidence = match probability {
             probability if probability > SURE && is_upright => Confidence::Sure,
@@ -156,11 +159,11 @@ impl Measures<'_> {
     }
 }
 
-/// A few poses.
+/// A few poses of a motion.
 struct Motion {
     /// The mean of the directions from the feet to the head.
     mean: Vec3,
-    /// The hips and all parts, as fractions of the figure.
+    /// The positions of the hips and of all parts, in each pose, as fractions of the figure's size.
     frames: Vec<(Vec3, Vec<Vec3>)>,
 }
 

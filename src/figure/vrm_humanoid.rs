@@ -57,7 +57,7 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
 /// changed the skeleton.
 pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Humanoid>) -> Result<Scene> {
     if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
-        let message = "a VRM animation is in metres with +Y up, and the scene does not state to be so";
+        let message = "a VRM animation needs metres with +Y up, but the scene does not state this unit and axis";
         return Err(Diagnostic::new(Code::UnknownUnit, message)
             .help("convert the scene before: Conversion::new().apply(&mut scene)")
             .into());
@@ -65,14 +65,14 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
     let known = with_feet(scene, known.unwrap_or_else(|| Humanoid::of(scene)));
     let shows = other.filter(|other| is_at_rest_alike(other, scene)).unwrap_or(scene);
     let figure = Figure::with_bones(shows, known);
-    // Found here with the animation of `shows`; the figure keeps it.
+    // Computes the T-pose with the animation of `shows`. The figure keeps the T-pose.
     figure.t_pose(shows);
     let body = Body::of_figure(scene, figure, "source")?;
     let mut missing = body.figure.humanoid.missing();
     missing.retain(|bone| !ENDS.contains(bone) || bone.parent().is_none_or(|above| body.joint(above).is_none()));
     if !missing.is_empty() {
         let names: Vec<_> = missing.iter().map(|bone| bone.as_str()).collect();
-        let message = format!("VRM requires bones that no joint is: {}", names.join(", "));
+        let message = format!("VRM requires bones that the skeleton lacks: {}", names.join(", "));
         return Err(Diagnostic::new(Code::NotHumanoid, message)
             .help("name their joints in a map, or choose another file")
             .into());
@@ -139,7 +139,7 @@ fn name_of_lacking(bone: Bone, body: &Body) -> String {
     name
 }
 
-/// The bones with the feet that they lack: the joint between a shin and the toes is one, whatever its name.
+/// The bones, with feet for legs without feet: the joint between a shin and the toes is a foot, whatever its name.
 fn with_feet(scene: &Scene, mut bones: Humanoid) -> Humanoid {
     for [shin, foot, toes] in [
         [Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes],
@@ -153,7 +153,7 @@ fn with_feet(scene: &Scene, mut bones: Humanoid) -> Humanoid {
             let found = HumanoidJoint {
                 joint,
                 confidence: Confidence::Likely,
-                reason: "it is between the shin and the toes".to_owned(),
+                reason: "the joint is between the shin and the toes".to_owned(),
             };
             bones.bones.insert(foot, found);
         }
@@ -164,12 +164,12 @@ fn with_feet(scene: &Scene, mut bones: Humanoid) -> Humanoid {
 /// A bone in the order of nodes.
 struct Placed {
     bone: Bone,
-    /// The joint of the source; none for a bone that it lacks.
+    /// The joint of the source; `None` for a bone that the source lacks.
     joint: Option<NodeId>,
     parent: Option<Bone>,
 }
 
-/// The bones, depth-first, each on the nearest one above it in VRM's hierarchy.
+/// The bones, depth-first, each with its nearest ancestor in VRM's hierarchy.
 fn bones(body: &Body) -> Vec<Placed> {
     let is_part = |bone: &Bone| (body.joint(*bone).is_some() || ENDS.contains(bone)) && !EYES.contains(bone);
     let parent = |bone: Bone| std::iter::successors(bone.parent(), |above| above.parent()).find(is_part);
@@ -185,9 +185,10 @@ fn bones(body: &Body) -> Vec<Placed> {
     placed
 }
 
-/// Where the bones are in the T-pose, in its axes, from the hips.
+/// The positions of the bones in the T-pose, in its axes, from the hips.
 fn t_pose(body: &Body, bones: &[Placed]) -> BTreeMap<Bone, Vec3> {
-    /// A bone that the source lacks begins at another node, and turns with the bone above it.
+    /// The source of a bone's position. A bone that the source lacks begins at another node, and rotates with its
+    /// parent bone.
     #[derive(Clone, Copy)]
     struct Begin {
         node: NodeId,
@@ -224,10 +225,10 @@ fn heading(body: &Body) -> f64 {
     f64::from(-forward.x.atan2(forward.z).to_degrees().round()) + 0.0
 }
 
-/// The whole ticks of an animation, its end, and the keys between: another frame rate leaves those around a cut. A file
+/// The whole ticks of an animation, its end, and the keys between ticks: resampling leaves keys around a cut. A file
 /// with far more keys than frames is sampled at its frames.
 fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
-    /// Keys that a bone may have in a frame: curves of programs have one.
+    /// The largest number of keys per frame and bone: curves of programs have one.
     const MOST_KEYS_A_FRAME: usize = 4;
     let whole = ticks(animation);
     let mut all = whole.clone();
@@ -258,7 +259,7 @@ fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
 struct Mover<'a> {
     body: &'a Body,
     bones: &'a [Placed],
-    /// The rotation of each bone in the frames of the T-pose; none for one that the source lacks.
+    /// The rotation of each bone in the frames of the T-pose; `None` for a bone that the source lacks.
     tracks: Vec<Option<Track>>,
     watched: WatchedJoints,
     lift: f32,
@@ -287,7 +288,7 @@ impl Mover<'_> {
                     .map_or(above, |track| Quat::from_array(track.frame(&seen).lane(0)));
                 frames.insert(placed.bone, frame);
                 let rotation = (above.inverse() * frame).normalize();
-                // On the shorter arc from the key before.
+                // Use the shorter arc from the previous key.
                 let turned_away = keys.last().is_some_and(|last: &Quat| last.dot(rotation) < 0.0);
                 keys.push(if turned_away { -rotation } else { rotation });
             }

@@ -8,7 +8,7 @@ use mocap_scene::scene::NodeId;
 use super::body::Body;
 use super::rotations::{Points, Rotations};
 
-/// The joints of the source on which a pose of the target depends. Others refer to them by their index in this list.
+/// The joints of the source on which a pose of the target depends. An index into this list identifies a joint.
 #[derive(Clone, Debug, Default)]
 pub struct WatchedJoints {
     pub joints: Vec<Joint>,
@@ -50,7 +50,7 @@ impl WatchedJoints {
     }
 }
 
-/// The values in `N` poses: rotations and positions of the watched joints, in the coordinate frame of the T-pose.
+/// The values of the watched joints in `N` poses: rotations and positions, in the coordinate frame of the T-pose.
 #[derive(Clone, Debug)]
 pub struct WatchedPose<const N: usize> {
     pub rotations: Vec<Rotations<N>>,

@@ -43,7 +43,7 @@ use mocap_scene::scene::{Assumption, Format, Node, Original, Scene, Topic};
 ///
 /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?; // nobody states its unit
 /// let written = Exporter::new().write(&walk, Format::Gltf)?;
-/// println!("{}", written.warnings[0].message); // inferred unit: cmu, because from ankle to head there are ...
+/// println!("{}", written.warnings[0].message); // inferred unit: cmu, because the bones from ankle to head ...
 /// let again = mocap::Importer::new().read(&written.into_bytes()?, "walk.glb")?;
 /// let head = again.nodes.iter().position(|node| node.name == "Head").unwrap();
 /// let pose = mocap::Pose::at_tick(&again, 0, 30.0).unwrap();

@@ -41,8 +41,8 @@ impl AverageRotation {
     }
 }
 
-/// The average position of a knuckle in its hand. There may be joints in between, and a rest pose that does not stand
-/// does not show their positions.
+/// The average position of a knuckle in its hand. Joints may be in between, and a rest pose that does not stand does
+/// not show their positions.
 pub(super) struct Knuckle {
     pub(super) node: NodeId,
     pub(super) hand: NodeId,
@@ -88,8 +88,9 @@ pub(super) struct TrunkAngle {
     /// The fraction of the distance from hips to shoulders at which the trunk is sampled.
     pub(super) fraction: f32,
     /// The mean over the frames in which the body stands. Up is the world's up axis, because the trunk of a standing
-    /// body may lean. On 17 skeletons with a standing rest pose, the mean error of the pelvis is 3 degrees by the
-    /// world's up axis. By the line from hips to neck it is 5 degrees, and by the first spine joint 13.
+    /// body may lean. On 17 skeletons with a standing rest pose, the mean error of the pelvis is 3 degrees with the
+    /// world's up axis. With the line from hips to neck the error is 5 degrees, and with the first spine joint 13
+    /// degrees.
     standing: Mean,
     /// The mean over all frames, with up along the trunk.
     all: Mean,

@@ -14,10 +14,11 @@ use crate::hierarchy::Hierarchy;
 const BENT: f32 = 0.2;
 
 /// The largest deviation in radians of a hinge axis from its mean if the axis is fixed in the coordinate frame of the
-/// lower joint. The axis is not fixed if the elbow's joint also twists the forearm.
+/// lower joint. The axis is not fixed if the joint of the elbow also twists the forearm.
 const FIXED: f32 = 0.21;
 
-/// Above 52 degrees the axes are random, as for knees whose joints have a random roll.
+/// The deviation in radians above which the axes are random: 52 degrees. Knees whose joints have a random roll exceed
+/// it.
 const WIDEST: f32 = 0.9;
 
 /// The angle in radians at which an axis has half the weight in the mean.
@@ -27,11 +28,11 @@ const HALF_WEIGHT: f32 = 0.15;
 /// 18 degrees.
 const ALONG: f32 = 0.95;
 
-/// A hinge within 8 degrees of a coordinate axis of its joint is that axis; this is the cosine. In fixtures whose
-/// coordinate frames lie along the bones, knees deviate by up to 8 degrees, and elbows by up to 6.
+/// The cosine of 8 degrees. A hinge within this angle of a coordinate axis of its joint is on that axis. In fixtures
+/// whose coordinate frames lie along the bones, knees deviate by up to 8 degrees, and elbows by up to 6.
 const ON_AXIS: f32 = 0.99;
 
-/// In the lower joint, which also twists its shin or forearm, the limit is 2 degrees.
+/// The cosine of 2 degrees: the same limit for a lower joint that also twists its shin or forearm.
 const LOWER_ON_AXIS: f32 = 0.9994;
 
 /// The largest angle between a bone and the mirrored bone of the other side, in the frames of their joints, in radians.
@@ -40,7 +41,7 @@ const MIRRORED: f32 = 0.1;
 /// The largest angle in radians between the axis of one side and the mirrored axis of the other at which they agree.
 const AGREES: f32 = 0.6;
 
-/// This number of consecutive frames is one bend, and counts as one frame.
+/// The number of consecutive frames that show one bend, and together count as one frame.
 const ALIKE: f32 = 20.0;
 
 /// The axis of a hinge in the frame of a joint.
@@ -66,8 +67,8 @@ pub(super) fn is_laid_along(bone: Vec3) -> bool {
     nearest_axis(bone, ALONG).is_some()
 }
 
-/// The fraction of bones with a coordinate frame along the bone, from which a skeleton counts as written this way.
-/// Random coordinate frames lie along one bone in seven.
+/// The fraction of bones whose coordinate frame lies along the bone, from which a program counts as laying frames along
+/// bones. Random coordinate frames lie along one bone in seven.
 const LAID: f32 = 0.6;
 
 /// Whether a program aligned the coordinate frames of joints with their bones. A single joint may be aligned by chance.

@@ -9,7 +9,7 @@ use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, mo
 use crate::{Figure, TPose};
 
 impl Conversion {
-    /// Converts `scene`. Returns the assumptions that the file does not state, each with its reason.
+    /// Converts `scene`. Returns the assumptions, each with its reason: the values that the file does not state.
     ///
     /// The guesses of unit, up axis and first frame are added to
     /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions), so they become part of the output. Guesses
@@ -77,11 +77,11 @@ impl Conversion {
             moment::check_within(animation, frame as f64, message)?;
         }
         if self.t_pose_first && animation.is_none() {
-            let message = "there is no motion before which the T-pose could stand";
+            let message = "a T-pose before the motion needs a motion, and the file has none";
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         }
         if self.root != RootMotion::Keep && scene.has_points() {
-            let message = "the path over the ground is that of a root, and the motion has points without a skeleton";
+            let message = "root motion needs a skeleton, and the motion has only points without a skeleton";
             return Err(Diagnostic::new(Code::Unrepresentable, message)
                 .help("markers become a skeleton by {markers} auto, or mocap solve")
                 .into());

@@ -13,8 +13,8 @@ use crate::{Figure, TPose};
 const A_POSE: f32 = 45.0;
 
 impl Conversion {
-    /// Whether to insert the T-pose before the first frame, for programs that read BVH: on the floor of the motion,
-    /// where the motion begins.
+    /// Whether to insert the T-pose before the first frame, for programs that read BVH. The T-pose is on the floor of
+    /// the motion, where the motion begins.
     ///
     /// Default: `false`. The frames of the motion are then one later. The T-pose is inferred from the kept frames, at
     /// their rate.
@@ -70,7 +70,7 @@ impl Conversion {
     /// Inserts the T-pose before the motion, and sets a standing pose as the rest pose.
     pub(super) fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>, figure: &Figure) -> Result<()> {
         if self.t_pose_first {
-            // A reader can find the same T-pose again from the written frames.
+            // A reader can infer the same T-pose from the written frames.
             let figure = Figure::with_bones(scene, figure.humanoid.clone());
             standing = self.standing(scene, &figure)?;
             for animation in 0..scene.animations.len() {

@@ -43,7 +43,7 @@ fn is_same_unit(known: f64, stated: f64) -> bool {
 }
 
 fn otherwise(what: &str, [expected, found]: [String; 2], help: &str) -> Diagnostic {
-    let message = format!("the file states another {what} than the option; the option was used");
+    let message = format!("the file states another {what} than the option; mocap used the option");
     Diagnostic::new(Code::StatedOtherwise, message)
         .expected_found(expected, found)
         .help(help)

@@ -5,16 +5,16 @@ use std::iter::repeat_n;
 use glam::Vec3;
 use mocap_scene::math::median::median;
 
-/// The largest speed in m/s of a foot in contact with a drifting ground.
+/// The largest speed of a foot in contact with a drifting ground, in m/s.
 const SLOW: f32 = 0.4;
 
-/// Half the time window in seconds of this speed. Noise has almost no speed over this window.
+/// Half the time window of this speed, in seconds. Noise has almost no speed over this window.
 const AROUND: f64 = 0.05;
 
 /// The shortest stance in seconds, as in running.
 const SHORTEST: f64 = 0.1;
 
-/// The longest part of a stance in seconds that counts once.
+/// The longest part of a stance, in seconds. A longer stance is split into several parts.
 const PART: f64 = 0.25;
 
 /// The shortest time in seconds between two parts whose heights are compared.
@@ -23,17 +23,19 @@ const APART: f32 = 0.15;
 /// The most parts, because all pairs are compared.
 const PARTS: usize = 400;
 
-/// The largest speed in m/s of a drift: stairs rise faster.
+/// The largest speed of a drift, in m/s. Stairs rise faster.
 const FASTEST: f32 = 0.2;
 
-/// The drift speed in m/s from which a foot in contact must rise with the ground. On a hill or on stairs, it does not.
+/// The drift speed, in m/s, from which a foot in contact must rise with the ground. A foot on a hill or on stairs does
+/// not rise.
 const HILL: f32 = 0.08;
 
 /// The smallest speed of such a foot, as a fraction of the ground's speed.
 const CARRIED: f32 = 0.4;
 
 /// The height drift of the ground in metres, from the median slope between stances (Theil and Sen). `kinds` has the
-/// ankles and the balls of the feet, frame by frame; `metres` is their unit. `None` if there are too few stances.
+/// ankles and the balls of the feet, frame by frame. `metres` is the length of their unit in metres. `None` if there
+/// are too few stances.
 pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) -> Option<f64> {
     let balls = kinds.get(1).filter(|balls| !balls.is_empty());
     let (mut parts, mut speeds) = (Vec::new(), Vec::new());
@@ -41,7 +43,7 @@ pub fn height_drift<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, r
         let track = track.as_ref();
         let height = |frame: usize| track[frame].dot(up) * metres;
         for [from, to] in stances(track, metres, rate) {
-            // Before this part the foot comes to rest, after it the foot rolls off.
+            // Before this part, the foot comes to rest. After this part, the foot rolls off.
             let rolls = (to - from) / 5;
             let [from, to] = [from + rolls, to - rolls];
             let seconds = (to - from) as f64 / rate;

@@ -10,18 +10,18 @@ const FRAMES: usize = 2000;
 /// flat foot.
 const BELOW: f64 = 0.05;
 
-/// The extent in metres of the heights of feet that rest on one level.
+/// The range of the heights of feet that rest on one level, in metres.
 const NEAR_LEVEL: f32 = 0.05;
 
-/// The frequency of feet on the ground, as a fraction of that of the most frequent level. A less frequent level below
-/// the ground comes from feet that have sunk into it.
+/// The frequency of a level, as a fraction of the frequency of the most frequent level. A less frequent level below the
+/// ground comes from feet that have sunk into the ground.
 const OFTEN: f64 = 0.8;
 
 /// The largest weighted fraction of frames in which feet sink into the ground.
 const RARELY: f64 = 0.35;
 
-/// The base weight of a frame besides the feet's movement, as a speed in m/s: standing for a second counts as a short
-/// step.
+/// The base weight of a frame in addition to the movement of the feet, as a speed in m/s. Standing for a second counts
+/// as a short step.
 const STANDING: f32 = 0.3;
 
 /// The largest speed in m/s that counts: running counts no more than fast walking.
@@ -36,8 +36,8 @@ const JUMP: (f32, f32) = (3.0, 0.01);
 /// The number of neighbouring movements before and after, without held frames.
 const NEAR: usize = 3;
 
-/// The resting level of each kind of points. `kinds` has the positions of the points of each kind, frame by frame;
-/// `metres` is their unit. The lowest point of a kind counts.
+/// The resting level of each kind of points. `kinds` has the positions of the points of each kind, frame by frame.
+/// `metres` is the length of their unit in metres. The lowest point of a kind counts.
 pub fn levels<T: AsRef<[Vec3]>>(kinds: &[Vec<T>], up: Vec3, metres: f32, rate: f64) -> Vec<Option<f32>> {
     let mut rests = Rests::default();
     rests.add(kinds, up, metres, rate);
@@ -71,7 +71,7 @@ impl Rests {
     }
 }
 
-/// The weighted percentile of heights, between two of them, from the lowest level on where the feet are often.
+/// The weighted percentile of heights, interpolated, above the lowest level at which the feet often are.
 fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
     rests.retain(|(_, weight)| *weight > 0.0);
     rests.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -86,7 +86,7 @@ fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
     };
     let most = (0..rests.len()).map(near).fold(0.0, f64::max);
     let sunk = (0..rests.len()).find(|at| near(*at) >= OFTEN * most)?;
-    // Fewer frames than this are below the percentile anyway.
+    // Lower levels with fewer frames than this are below the percentile anyway.
     let [least, most] = [BELOW, RARELY].map(|fraction| fraction * sums[rests.len()]);
     if (least..=most).contains(&sums[sunk]) {
         rests.drain(..sunk);

@@ -9,17 +9,18 @@ use super::tables::{
 use super::topology::{Pair, Tree, pairs};
 use crate::names::words::Part;
 
-/// The most pairs that are tried as arms and as legs.
+/// The largest number of pairs of limbs that are tried as arms and as legs.
 const MOST_PAIRS: usize = 12;
 
-/// The most joints between hips and shoulders, and from the shoulders to the head. The longest known trunk has ten.
+/// The largest number of joints between hips and shoulders, and between shoulders and head. The longest known trunk has
+/// ten.
 const LONGEST_TRUNK: usize = 24;
 
 /// The lead in log-odds above which an assignment is clear: 2.7 to 1.
 pub(super) const CLEAR_LEAD: f32 = 1.0;
 
-/// What a trunk is worth at most, in log-odds: names of head, neck, spine and hips, a head with a face, and a neck
-/// behind the shoulders.
+/// The largest score of a trunk, in log-odds: names of head, neck, spine and hips, a head with a face, and a neck above
+/// the shoulders.
 const MOST_OF_TRUNK: f32 = HEAD.log_odds
     + FACE.log_odds
     + NECK_BEHIND_SHOULDERS.log_odds
@@ -28,10 +29,11 @@ const MOST_OF_TRUNK: f32 = HEAD.log_odds
     + weight_of_name(Part::Spine)
     + weight_of_name(Part::Hips);
 
-/// How many ratios say how well the lengths of a trunk fit: of its head, the tip of that, and the shoulders.
+/// The number of ratios that score the lengths of a trunk: to the head, to the tip of the head, and to the shoulders.
 const LENGTHS_OF_TRUNK: f32 = 3.0;
 
-/// A tip that is nearer than this, as a fraction of the leg, does not count: some writers put it a millimetre off.
+/// The smallest distance of the head's tip from the head that counts, as a fraction of the leg. Some writers place the
+/// tip a millimetre away.
 const SHORTEST_TIP: f32 = 0.03;
 
 /// The middle of a body.
@@ -45,13 +47,13 @@ pub(super) struct Trunk {
     /// The mean fit of the lengths, 0 at best.
     pub(super) lengths: f32,
     pub(super) score: f32,
-    /// Where it was read.
+    /// The path of joints on which the trunk was found.
     path: TrunkPath,
-    /// The indices of head and neck in it.
+    /// The indices of head and neck in the path.
     head_and_neck: [Option<usize>; 2],
 }
 
-/// A body as it was found.
+/// The assignment of a skeleton's joints to a body.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) legs: Fit,
@@ -61,11 +63,11 @@ pub(super) struct Body {
     pub(super) score: f32,
     /// Its lead over the best assignment with other limbs; infinite if there is none.
     pub(super) lead: f32,
-    /// The first joints of the limbs of that assignment, legs before arms, and its score.
+    /// The first joints of the limbs of the second best assignment, legs before arms, and the score of the assignment.
     pub(super) second: Option<(Vec<[usize; 2]>, f32)>,
 }
 
-/// The best assignment of the skeleton's joints to a body; none if no two limbs can be legs.
+/// The best assignment of the skeleton's joints to a body; `None` if no two limbs can be legs.
 pub(super) fn find(tree: &Tree) -> Option<Body> {
     let pairs = pairs(tree, MOST_PAIRS);
     let fits = |kind| -> Vec<Option<Fit>> {
@@ -87,7 +89,7 @@ pub(super) fn find(tree: &Tree) -> Option<Body> {
     let mut bodies: Vec<Body> = Vec::new();
     let mut best = f32::NEG_INFINITY;
     for (score, legs, arms) in limbs {
-        // No trunk makes this body the best, or one that the best has to be compared with.
+        // No trunk makes this body the best, or close enough to compare it with the best.
         if score + MOST_OF_TRUNK < best - CLEAR_LEAD {
             break;
         }
@@ -123,7 +125,7 @@ fn score_of_limbs(legs: &Fit, arms: Option<&Fit>) -> f32 {
     legs.score + arms.map_or(0.0, |arms| arms.score) + sums.sum()
 }
 
-/// Adds to `tally` how well legs and arms fit each other.
+/// Adds to `tally` the evidence of how well legs and arms fit each other.
 pub(super) fn weigh_limbs(legs: &Fit, arms: Option<&Fit>, tally: &mut impl Tally) {
     match arms {
         None => tally.sign(&NO_ARMS, 1.0),
@@ -143,13 +145,13 @@ fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
     })
 }
 
-/// Thighs may be children of the first joint of the spine, as in Biped, or legs may have a joint of their own. Then the
-/// hips are the joint above that has their name.
+/// Moves the hips up. Thighs may be children of the first joint of the spine, as in Biped, or legs may have a joint of
+/// their own. Then the hips are the joint above with the name of hips.
 pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     let trunk = &mut body.trunk;
     let pelvis = body.legs.pair.branch;
     let shoulders = body.arms.as_ref().map_or(pelvis, |arms| arms.pair.branch);
-    // Up from the joint of the legs and down again to the shoulders: where both meet.
+    // The paths from the legs up, and from the shoulders up, meet here.
     let path = tree.path(pelvis, shoulders);
     let top = path
         .iter()
@@ -178,7 +180,7 @@ fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
     trunk_but(tree, legs, arms, None)
 }
 
-/// The best assignment other than these hips, neck and head.
+/// The best assignment that differs from `but` in hips, neck or head.
 pub(super) fn trunk_but(tree: &Tree, legs: &Fit, arms: Option<&Fit>, but: Option<&Trunk>) -> Option<Trunk> {
     let roots = legs.pair.roots;
     let pelvis = legs.pair.branch;
@@ -197,7 +199,7 @@ pub(super) fn trunk_but(tree: &Tree, legs: &Fit, arms: Option<&Fit>, but: Option
     }
     let mut best: Option<Trunk> = None;
     for (index, &from) in path.iter().enumerate() {
-        // With arms, a head that leaves at the pelvis is a tail.
+        // With arms, a chain that branches off at the pelvis is a tail, not a head.
         if arms.is_some() && index == 0 && path.len() > 1 {
             continue;
         }
@@ -230,25 +232,25 @@ fn upwards(tree: &Tree, from: usize) -> Vec<usize> {
         .collect()
 }
 
-/// The joints from the pelvis to where the head's chain branches off, and that chain.
+/// The joints from the pelvis to the branch of the head's chain, and the joints of this chain.
 #[derive(Clone, Debug, Default)]
 struct TrunkPath {
     nodes: Vec<usize>,
-    /// Length of the path to each node.
+    /// The length of the path to each node.
     along: Vec<f32>,
-    /// Whether each is a joint.
+    /// Whether each node is a joint.
     are_joints: Vec<bool>,
-    /// Where the head's chain branches off.
+    /// The index at which the head's chain branches off.
     branch_at: usize,
-    /// The index of the joint that carries the arms in the path from the pelvis, 0 where there are none; the head's
-    /// chain may branch off below it.
+    /// The index of the joint that carries the arms, in the path from the pelvis; 0 without arms. The head's chain may
+    /// branch off below this joint.
     shoulders_at: usize,
-    /// Length of the path to that joint.
+    /// The length of the path to the joint that carries the arms.
     to_shoulders: f32,
 }
 
 impl TrunkPath {
-    /// `path` leads from the pelvis to the joint that carries the arms; at `index` of it, `branch` branches off.
+    /// `path` leads from the pelvis to the joint that carries the arms. `branch` branches off at `index` of `path`.
     fn new(tree: &Tree, path: &[usize], index: usize, branch: &[usize]) -> Self {
         let nodes: Vec<usize> = path[..=index].iter().chain(branch).copied().collect();
         Self {
@@ -274,7 +276,7 @@ impl TrunkPath {
         tree.names[self.nodes[index]].says(Part::Spine)
     }
 
-    /// The best assignment of these joints other than `but`.
+    /// The best assignment of these joints that differs from `but`.
     fn read(&self, tree: &Tree, legs: &Fit, but: Option<&Trunk>) -> Option<Trunk> {
         let mut best: Option<(f32, f32, [Option<usize>; 2])> = None;
         let heads = self.joints().filter(|&index| index >= self.first_head());
@@ -309,7 +311,7 @@ impl TrunkPath {
         })
     }
 
-    /// The indices of the spine. Without arms it ends at the neck.
+    /// The indices of the spine. Without arms, the spine ends at the neck.
     fn spine(&self, tree: &Tree, [head, neck]: [Option<usize>; 2]) -> Vec<usize> {
         let end = head.unwrap_or(self.nodes.len());
         let last = if self.shoulders_at > 0 {
@@ -359,7 +361,7 @@ impl TrunkPath {
                 called
             };
             tally.name(Part::Neck, self.nodes[neck], called, 1.0);
-            // The neck begins behind the shoulders, and is not the joint that carries them but by its name.
+            // The neck begins above the shoulders. The joint that carries the shoulders is a neck only by its name.
             let is_behind = neck > self.branch_at;
             tally.sign(
                 if is_behind {
@@ -378,7 +380,7 @@ impl TrunkPath {
         for &index in &spine {
             tally.name(Part::Spine, self.nodes[index], fit(index, Part::Spine), weight);
         }
-        // The remaining joints without a bone between spine and neck, or between neck and head.
+        // Joints without a bone between spine and neck, or between neck and head.
         let end = head.unwrap_or(self.nodes.len());
         let left_out =
             |index: &usize| *index > self.branch_at && *index < end && !spine.contains(index) && Some(*index) != neck;

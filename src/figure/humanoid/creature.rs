@@ -1,7 +1,7 @@
 //! Creatures with legs and a trunk that are not humanoids.
 //!
 //! The evidence is the same in all clips of a skeleton: names of parts that people do not have, a tail, and the lengths
-//! of a bird. If the limbs have the lengths of four legs, the stance is evidence too.
+//! of a bird. If the limbs have the lengths of four legs, the stance in the motion is evidence too.
 
 use glam::Vec3;
 use mocap_scene::scene::{NodeId, Scene};
@@ -43,43 +43,44 @@ impl Creature {
     }
 }
 
-/// How far the ends of four legs are from one plane at most, as a fraction of their length.
+/// The largest distance of the ends of four legs from one plane, as a fraction of the length of the legs.
 const LEVEL: f32 = 0.2;
 
-/// The least distance between the tops of front and hind legs, as a fraction of their length. A skirt or a cape begins
-/// above the legs.
+/// The smallest distance between the tops of front and hind legs, as a fraction of the length of the legs. A skirt or a
+/// cape begins above the legs.
 const LEGS_APART: f32 = 0.5;
 
-/// The length of a front or hind leg at least, as a fraction of thigh and shin of the reading: fingers are shorter.
+/// The smallest length of a front or hind leg, as a fraction of the humanoid's thigh plus shin. Fingers are shorter.
 const SHORTEST_LEG: f32 = 0.5;
 
-/// The pairs of limbs that are looked at as front and hind legs.
+/// The largest number of pairs of limbs that are examined as front and hind legs.
 const MOST_PAIRS: usize = 64;
 
-/// The joints of a tail at least: one may be a part of a coat.
+/// The smallest number of joints of a tail. A single joint may be a part of a coat.
 const TAIL_JOINTS: usize = 2;
 
-/// The length of a tail at least, as a fraction of thigh and shin: less may be a part of a coat.
+/// The smallest length of a tail, as a fraction of thigh plus shin. A shorter chain may be a part of a coat.
 const SHORTEST_TAIL: f32 = 0.3;
 
-/// From the ankle to the toes, as a fraction of the shin: 0.35 for people, and 0.27 is the spread of its logarithm in
-/// `tools/figure/fit`. A bird stands on its toes, with the ankle where people have a knee.
+/// The distance from the ankle to the toes of a bird, as a fraction of the shin. People have 0.35, with a spread of its
+/// logarithm of 0.27 in `tools/figure/fit`. A bird stands on its toes, with the ankle where people have a knee.
 const SOLE_OF_BIRD: f32 = 0.6;
 
-/// From the shoulders to the head, as a fraction of thigh and shin: 0.3 for people.
+/// The distance from the shoulders to the head of a bird, as a fraction of thigh plus shin. People have 0.3.
 const NECK_OF_BIRD: f32 = 0.6;
 
-/// The least length of upper arm and forearm that can be legs, as a fraction of thigh and shin. People have 0.6, with a
-/// spread of 0.06; dogs, cats and horses have 0.8 to 1.1.
+/// The smallest length of upper arm plus forearm that can be front legs, as a fraction of thigh plus shin. People have
+/// 0.6, with a spread of 0.06; dogs, cats and horses have 0.8 to 1.1.
 const FRONT_LEGS: f32 = 0.78;
 
-/// The same ratio where no names say that they are arms: 0.78 for a dog whose hind legs have four bones.
+/// The same ratio for limbs without names of arms. A dog whose hind legs have four bones has 0.78.
 const FRONT_LEGS_WITHOUT_NAMES: f32 = 0.7;
 
-/// Why a skeleton that stands on its limbs is an animal.
-pub(super) const ON_FOUR_LEGS: &str = "the limbs at both ends of the trunk stand below it: an animal on four legs";
+/// The reason for an animal that stands on four limbs.
+pub(super) const ON_FOUR_LEGS: &str =
+    "the limbs at both ends of the trunk stand below the trunk: an animal on four legs";
 
-/// What the best reading of a skeleton is instead of a humanoid, and why.
+/// The kind of creature that the skeleton is instead of a humanoid, with the reason.
 pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature, String)> {
     let name = |node: usize| &scene.nodes[node].name;
     if let Some((kind, node)) = named_part(tree, body) {
@@ -93,7 +94,7 @@ pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature,
         return Some((Creature::FourLegged, ON_FOUR_LEGS.to_owned()));
     }
     if has_lengths_of_bird(tree, body) {
-        let reason = "it stands on its toes, and its neck is long: a bird";
+        let reason = "the body stands on its toes, and its neck is long: a bird";
         return Some((Creature::Bird, reason.to_owned()));
     }
     let tail = tail(tree, body)?;
@@ -103,7 +104,7 @@ pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature,
     Some((Creature::Tailed, format!("{:?} begins a tail: an animal", name(tail))))
 }
 
-/// A joint with the name of a part that people do not have: of a limb, or of the face.
+/// A joint of a limb or of the face with the name of a part that people do not have.
 fn named_part(tree: &Tree, body: &Body) -> Option<(Creature, usize)> {
     let limbs = || std::iter::once(&body.legs).chain(&body.arms);
     let is_in_limb = |node: usize| limbs().any(|fit| fit.pair.roots.iter().any(|root| tree.is_within(node, *root)));
@@ -116,7 +117,7 @@ fn named_part(tree: &Tree, body: &Body) -> Option<(Creature, usize)> {
     })
 }
 
-/// The first joint of a tail that springs from the trunk below the shoulders.
+/// The first joint of a tail that branches from the trunk below the shoulders.
 fn tail(tree: &Tree, body: &Body) -> Option<usize> {
     let is_tail = |node: usize| tree.is_joint[node] && tree.names[node].animal == Some(AnimalPart::Tail);
     let trunk = &body.trunk;
@@ -133,8 +134,8 @@ fn tail(tree: &Tree, body: &Body) -> Option<usize> {
     })
 }
 
-/// Whether the legs are those of an animal that stands on its toes, and its neck is long. The neck must be longer than
-/// the trunk too, unlike in figures with large heads and short legs.
+/// Whether the body has the lengths of a bird: it stands on its toes, and its neck is long. The neck must also be
+/// longer than the trunk, unlike in figures with large heads and short legs.
 fn has_lengths_of_bird(tree: &Tree, body: &Body) -> bool {
     let stands_on_toes = body.legs.joints.iter().all(|joints| {
         let [_, Some(lower), Some(foot), Some(toes)] = *joints else {
@@ -150,8 +151,8 @@ fn has_lengths_of_bird(tree: &Tree, body: &Body) -> bool {
     stands_on_toes && neck >= trunk && neck >= NECK_OF_BIRD * body.legs.long_bones
 }
 
-/// Whether two pairs of limbs stand on one level at rest, one pair in front of the other, whichever limbs the reading
-/// takes for legs and arms. Arms that names say are no legs.
+/// Whether two pairs of limbs stand on one level at rest, one pair in front of the other. Any limbs may be the legs,
+/// except limbs with the names of arms.
 fn has_two_pairs_of_legs(tree: &Tree, body: &Body) -> bool {
     if body.arms.as_ref().is_some_and(|arms| arms.names >= NAMED) {
         return false;
@@ -167,7 +168,7 @@ fn has_two_pairs_of_legs(tree: &Tree, body: &Body) -> bool {
         let limbs = [a[0], a[1], b[0], b[1]].map(|root| (tree.at[root], tip(root)));
         let along = limbs.iter().map(|(root, tip)| *tip - *root).sum::<Vec3>();
         let length = 0.25 * along.length();
-        // Across the plane in which the ends are.
+        // The direction across the plane of the ends.
         let [left, right, other, opposite] = limbs.map(|(_, tip)| tip);
         let (one, two) = (right - left, opposite - other);
         let sideways = one + two * one.dot(two).signum();
@@ -194,7 +195,7 @@ fn has_two_pairs_of_legs(tree: &Tree, body: &Body) -> bool {
 }
 
 /// Whether the limbs at both ends of the trunk stand on the ground: they point in one direction, across the trunk, and
-/// are of nearly one length. A rest pose whose bones are laid along axes says nothing; then the motion decides alone.
+/// have similar lengths. A rest pose whose bones lie along axes is no evidence, so only the motion decides.
 fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
     let Some(arms) = &body.arms else { return false };
     let least = if arms.names >= NAMED {
@@ -226,7 +227,7 @@ fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
     if !stands_on_four(&|node| tree.at[node]) && (stands(tree, body) || scene.animations.is_empty()) {
         return false;
     }
-    // A body whose bones are laid along axes may look like it at rest, but not in motion.
+    // A body whose bones lie along axes may look like an animal at rest, but not in motion.
     let poses = poses(scene);
     let in_motion = poses
         .iter()

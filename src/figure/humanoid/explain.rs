@@ -1,5 +1,5 @@
-//! The reasons for the reading of a skeleton: the scores of each table for the chosen reading, and the second best
-//! reading.
+//! Explains the assignment of joints to bones: the scores of each table for the chosen assignment, and the second best
+//! assignment.
 
 use mocap_scene::scene::Scene;
 use serde::Serialize;
@@ -32,15 +32,15 @@ pub struct Explanation {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PartExplanation {
-    /// The part: `legs`, for one.
+    /// The part, such as `legs`.
     pub part: &'static str,
-    /// Its joints, from the body outwards, each with its bone.
+    /// The joints of the part, from the body outwards, each with its bone.
     pub joints: Vec<String>,
-    /// What the tables say; of two limbs in the mean of both.
+    /// The score of the tables. For two limbs, the mean of both.
     pub log_likelihood: f32,
     /// Each row with evidence.
     pub evidence: Vec<ExplanationRow>,
-    /// The joints of the next reading of this part, and what it scores.
+    /// The joints of the second best assignment of this part, and its score.
     pub second: Option<(Vec<String>, f32)>,
 }
 
@@ -55,19 +55,19 @@ pub struct ExplanationRow {
     pub table: &'static str,
     /// The row: a ratio of lengths, a part of the body, or a sign.
     pub row: &'static str,
-    /// The joint whose name it is.
+    /// The joint with the name, for a row about names.
     pub joint: Option<String>,
-    /// The ratio of two lengths, how well the name fits (1 at best), or how much of the sign there is.
+    /// The measured value: the ratio of two lengths, the fit of the name (1 at best), or the amount of the sign.
     pub found: f32,
-    /// The mean of a ratio.
+    /// The mean of a ratio in the table.
     pub expected: Option<f32>,
-    /// The standard deviation of its logarithm.
+    /// The standard deviation of the ratio's logarithm.
     pub spread: Option<f32>,
-    /// What it adds.
+    /// The score of the row.
     pub log_likelihood: f32,
 }
 
-/// The best reading of a scene; `None` where no two chains can be legs.
+/// The explanation of a scene's best assignment; `None` if no two chains can be legs.
 pub(super) fn explain(scene: &Scene) -> Option<Explanation> {
     let tree = Tree::new(scene, Vec::new());
     let found = body::find(&tree)?;
@@ -101,7 +101,7 @@ impl Explain<'_> {
         self.scene.nodes[node].name.clone()
     }
 
-    /// The limbs of a body, in words.
+    /// The limbs of a body, as text.
     fn roots(&self, limbs: &[[usize; 2]]) -> String {
         let pair = |roots: &[usize; 2]| format!("{:?} and {:?}", self.name(roots[0]), self.name(roots[1]));
         match limbs {
@@ -160,7 +160,7 @@ impl Explain<'_> {
     }
 }
 
-/// The part in the words of VRM, without a side.
+/// The name of the part in VRM, without a side.
 fn word(part: Part) -> &'static str {
     match part {
         Part::Hips => "hips",
@@ -181,10 +181,10 @@ fn word(part: Part) -> &'static str {
     }
 }
 
-/// Every used row, with its evidence.
+/// The evidence, row by row.
 struct Lines<'a> {
     scene: &'a Scene,
-    /// How much each counts: a half of two limbs.
+    /// The weight of each row: a half for each of two limbs.
     weight: f32,
     all: Vec<ExplanationRow>,
 }

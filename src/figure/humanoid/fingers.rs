@@ -1,4 +1,4 @@
-//! Fingers of a hand: which chain is which finger, and which of its joints are the three of a finger.
+//! Finds the fingers of a hand: the finger of each chain, and the three bones among the joints of the chain.
 
 use glam::Vec3;
 use mocap_scene::scene::HumanoidBone as Bone;
@@ -7,7 +7,7 @@ use super::topology::Tree;
 use crate::names::Name;
 use crate::names::words::{FingerKind, Part};
 
-/// The joints of one finger, from the palm outwards, and whether names say which finger it is.
+/// The joints of one finger, from the palm outwards, and whether their names show the finger.
 pub(super) struct Finger {
     pub(super) kind: FingerKind,
     pub(super) joints: [Option<usize>; 3],
@@ -15,7 +15,7 @@ pub(super) struct Finger {
 }
 
 impl Finger {
-    /// The bones of the left hand that [`joints`](Self::joints) are.
+    /// The bones of the left hand for [`joints`](Self::joints).
     pub(super) fn bones(&self) -> [Bone; 3] {
         match self.kind {
             FingerKind::Thumb => [
@@ -51,18 +51,18 @@ const KINDS: [FingerKind; 5] = [
     FingerKind::Little,
 ];
 
-/// Chains that are looked at on one hand.
+/// The largest number of chains that are examined on one hand.
 const MOST_CHAINS: usize = 16;
 
-/// How far the knuckles are from the wrist, as a fraction of the forearm.
+/// The distance of the knuckles from the wrist, as a fraction of the forearm.
 const KNUCKLES: f32 = 0.36;
 
-/// How far from the wrist joints of the palm begin at most, as a fraction of the forearm. If joints are numbered from 1
-/// and the first is farther, it is the knuckle, and a fourth is the tip, as in Mixamo. In SOMA the first belongs to the
-/// palm, and a joint `End` follows the fourth.
+/// The largest distance of the first joint of a palm from the wrist, as a fraction of the forearm. If joints are
+/// numbered from 1 and the first joint is farther, it is the knuckle, and a fourth joint is the tip, as in Mixamo. In
+/// SOMA the first joint belongs to the palm, and a joint `End` follows the fourth.
 const PALM: f32 = 0.2;
 
-/// The fingers on `hand`, whose forearm is `forearm` long.
+/// The fingers of `hand`. `forearm` is the length of the forearm.
 pub(super) fn find(tree: &Tree, hand: usize, forearm: f32) -> Vec<Finger> {
     let mut chains = Vec::new();
     gather(tree, hand, &mut chains, 0);
@@ -80,7 +80,7 @@ pub(super) fn find(tree: &Tree, hand: usize, forearm: f32) -> Vec<Finger> {
         .collect()
 }
 
-/// The chains of joints below the hand, each down to its tip. A joint of the palm carries several.
+/// Collects the chains of joints below the hand, each down to its tip. A joint of the palm carries several chains.
 fn gather(tree: &Tree, above: usize, chains: &mut Vec<Vec<usize>>, depth: usize) {
     for &child in &tree.children[above] {
         if !tree.is_joint[child] || chains.len() >= MOST_CHAINS {
@@ -90,7 +90,7 @@ fn gather(tree: &Tree, above: usize, chains: &mut Vec<Vec<usize>>, depth: usize)
         let end = chain.last().copied().unwrap_or(child);
         let goes_on = tree.children[end].iter().any(|below| tree.is_joint[*below]);
         if goes_on && depth < 3 {
-            // The joints that the chains behind have in common are of the palm.
+            // The joints that several chains have in common belong to the palm.
             gather(tree, end, chains, depth + 1);
         } else {
             chains.push(chain);
@@ -98,7 +98,7 @@ fn gather(tree: &Tree, above: usize, chains: &mut Vec<Vec<usize>>, depth: usize)
     }
 }
 
-/// The joints from `start` on, as long as each carries one.
+/// The joints from `start` on, up to the first joint with several children.
 fn unbranched(tree: &Tree, start: usize) -> Vec<usize> {
     let mut chain = vec![start];
     let mut node = start;
@@ -116,7 +116,7 @@ fn unbranched(tree: &Tree, start: usize) -> Vec<usize> {
 fn by_name(tree: &Tree, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)> {
     let mut known: Vec<(FingerKind, Vec<usize>)> = Vec::new();
     for chain in chains {
-        // `LeftFingerBase` in front of `LeftHandIndex1` stands for all fingers at once.
+        // `LeftFingerBase` above `LeftHandIndex1` stands for all fingers at once.
         let names_of_fingers = chain.iter().map(|node| &tree.names[*node]);
         let first = names_of_fingers
             .clone()
@@ -132,7 +132,7 @@ fn by_name(tree: &Tree, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)> 
     known
 }
 
-/// `Finger01` of Biped, which counts from 0, and `finger1-1` of MakeHuman, which counts from 1.
+/// Assigns fingers by number: `Finger01` of Biped counts from 0, and `finger1-1` of MakeHuman counts from 1.
 fn by_number(tree: &Tree, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)> {
     let number = |name: &Name| {
         let first = name.numbers.first()?.chars().next()?;
@@ -153,7 +153,7 @@ fn by_number(tree: &Tree, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)
             continue;
         };
         if known.iter().all(|(other, _)| *other != kind) {
-            // A joint of the palm in front has a name of another kind.
+            // A joint of the palm above the finger has a different kind of name.
             let begins = chain
                 .iter()
                 .position(|node| !tree.names[*node].numbers.is_empty() && !tree.names[*node].is_helper);
@@ -163,8 +163,8 @@ fn by_number(tree: &Tree, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)
     known
 }
 
-/// Assigns fingers by the positions of the knuckles: the thumb has one joint less, or begins nearest to the wrist; the
-/// others form a row that begins next to it. Only if all five fingers exist.
+/// Assigns fingers by the positions of the knuckles. The thumb has one joint less, or begins nearest to the wrist. The
+/// other fingers form a row that begins next to the thumb. All five fingers must exist.
 fn by_place(tree: &Tree, hand: usize, chains: &[Vec<usize>]) -> Vec<(FingerKind, Vec<usize>)> {
     let long: Vec<&Vec<usize>> = chains.iter().filter(|chain| chain.len() >= 2).collect();
     if long.len() != KINDS.len() {
@@ -183,7 +183,7 @@ fn by_place(tree: &Tree, hand: usize, chains: &[Vec<usize>]) -> Vec<(FingerKind,
         }
     };
     let mut row: Vec<&Vec<usize>> = long.iter().copied().filter(|chain| chain[0] != thumb[0]).collect();
-    // Metacarpals begin close together, so that the second joint counts too.
+    // Metacarpals begin close together, so the second joint counts too.
     let knuckle = |chain: &Vec<usize>| 0.5 * (tree.at[chain[0]] + tree.at[chain[1]]) - wrist;
     let along_hand = row.iter().map(|chain| knuckle(chain)).sum::<Vec3>().normalize_or_zero();
     let across_hand = |chain: &Vec<usize>| knuckle(chain) - knuckle(chain).dot(along_hand) * along_hand;
@@ -216,8 +216,8 @@ fn counts_from_one(tree: &Tree, joints: &[usize]) -> bool {
         .all(|(index, node)| number(node) == Some(index + 1))
 }
 
-/// The three joints of a finger in its chain. The chain may begin with a joint of the palm, and end with the finger's
-/// tip.
+/// The three bones of a finger among the joints of its chain. The chain may begin with a joint of the palm, and end
+/// with the finger's tip.
 fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain: &[usize]) -> [Option<usize>; 3] {
     let of_palm = |node: &usize| {
         let joined = &tree.names[*node].without_side;
@@ -228,7 +228,7 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
             .iter()
             .any(|word| tree.names[*node].without_side.ends_with(word))
     };
-    // The thumb has three joints with its metacarpal, which VRM calls so; other fingers have three without.
+    // In VRM, the three bones of a thumb include the metacarpal. The three bones of other fingers do not.
     let is_metacarpal_of_thumb =
         |node: &usize| kind == FingerKind::Thumb && tree.names[*node].without_side.contains("thumbmetacarpal");
     let mut joints: Vec<usize> = chain.iter().copied().filter(|node| !is_end(node)).collect();
@@ -238,19 +238,19 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
             joints.drain(..palm);
         }
     }
-    // Helpers as MakeHuman's `__Thumb1` in front of `Thumb1`.
+    // Helpers such as MakeHuman's `__Thumb1` above `Thumb1`.
     let is_helper = |node: &&usize| tree.names[**node].is_helper && !is_metacarpal_of_thumb(node);
     let helpers = joints.iter().take_while(is_helper).count();
     if helpers < joints.len() {
         joints.drain(..helpers);
     }
-    // Among joints with names of fingers, a joint with another name is a tip, or carries other joints.
+    // Among joints with names of fingers, a joint with another name is a tip or a joint of the palm.
     let says_something = |node: &usize| !tree.names[*node].meaning.is_empty() || is_metacarpal_of_thumb(node);
     if joints.iter().any(|node| tree.names[*node].says(Part::Finger)) {
         joints.retain(says_something);
     }
     let from_wrist = |node: usize| tree.between(hand, node) / forearm.max(f32::MIN_POSITIVE);
-    // Four joints: one of the palm, or a tip. The knuckle is at a third of the forearm.
+    // Of four joints, one belongs to the palm or is a tip. The knuckle is at a third of the forearm.
     let is_counted_from_knuckle = counts_from_one(tree, &joints)
         && !chain.iter().any(is_end)
         && joints.first().is_some_and(|first| from_wrist(*first) > PALM);

@@ -8,21 +8,21 @@ use super::tables::{
 use super::topology::{Pair, Tree};
 use crate::names::words::Part;
 
-/// What is behind hand or foot and shorter than this fraction of the bone before does not count as a bone: some writers
-/// put the tip a millimetre off.
+/// The smallest length of a bone after the hand or foot, as a fraction of the bone before. Shorter bones do not count:
+/// some writers place the tip a millimetre away.
 const SHORTEST_TIP: f32 = 0.05;
 
 /// The largest detour that counts, as a fraction of the bone.
 const MOST_DETOUR: f32 = 0.15;
 
-/// The cosine of the largest angle between foot and shin that counts: a foot in a T-pose is at right angles, some are
-/// drawn at 73 degrees.
+/// The cosine of the largest angle between foot and shin that counts. A foot in a T-pose is at right angles to the
+/// shin, and some are drawn at 73 degrees.
 const STANDS_OFF: f32 = 0.3;
 
-/// How far behind the wrist the joint is from which fingers spring, at most, as a fraction of the forearm.
+/// The largest distance beyond the wrist at which fingers may branch off, as a fraction of the forearm.
 const PALM: f32 = 0.35;
 
-/// The kind of limb that a chain is read as.
+/// The kind of limb that a chain is assigned to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Leg,
@@ -30,7 +30,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Its bones, from the body outwards.
+    /// The bones of the limb, from the body outwards.
     pub(super) fn parts(self) -> [Part; 4] {
         match self {
             Self::Leg => [Part::UpperLeg, Part::LowerLeg, Part::Foot, Part::Toes],
@@ -49,18 +49,18 @@ pub(super) struct Fit {
     pub(super) lengths: f32,
     /// The mean fit of the bones' names: 1 if all names agree, 0 if no name has a meaning.
     pub(super) names: f32,
-    /// The sum of both, to compare assignments.
+    /// The sum of lengths and names, to compare assignments.
     pub(super) score: f32,
-    /// Length of the two long bones.
+    /// The length of the two long bones.
     pub(super) long_bones: f32,
 }
 
-/// The best assignment of the two limbs of `pair`; none if they have too few joints.
+/// The best assignment of the two limbs of `pair`; `None` if the limbs have too few joints.
 pub(super) fn fit(tree: &Tree, pair: &Pair, kind: Kind) -> Option<Fit> {
     fit_but(tree, pair, kind, None)
 }
 
-/// The best assignment other than these joints.
+/// The best assignment that differs from the joints `but`.
 pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option<usize>; 4]; 2]>) -> Option<Fit> {
     let chains = pair.roots.map(|root| Chain::new(tree, pair.branch, root, kind));
     let [a, b] = &chains;
@@ -87,13 +87,13 @@ pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option
     })
 }
 
-/// Whether a map names a bone of such a limb.
+/// Whether a map states a bone of such a limb.
 pub(super) fn is_stated(tree: &Tree, kind: Kind) -> bool {
     let names = || tree.stated.iter().map(|node| &tree.names[*node]);
     kind.parts().into_iter().any(|part| names().any(|name| name.says(part)))
 }
 
-/// Whether each joint that a map names as a bone of such a limb is that bone.
+/// Whether the assignment has each bone of such a limb at the joint that a map states.
 pub(super) fn is_as_stated(tree: &Tree, fit: &Fit, kind: Kind) -> bool {
     tree.stated.iter().all(|node| {
         let part = kind.parts().into_iter().position(|part| tree.names[*node].says(part));
@@ -108,16 +108,16 @@ pub(super) fn weigh(tree: &Tree, fit: &Fit, side: usize, kind: Kind, tally: &mut
     chain.weigh(kind, indices, tally);
 }
 
-/// The nodes of a limb, from the first that is not of the body.
+/// The nodes of a limb, from the first node that does not belong to the trunk.
 struct Chain<'a> {
     tree: &'a Tree,
     nodes: Vec<usize>,
     are_joints: Vec<bool>,
-    /// Length of the path from the branch to each node.
+    /// The length of the path from the branch to each node.
     along: Vec<f32>,
-    /// How well the name of each node fits each of [`Kind::parts`].
+    /// The fit of each node's name to each of [`Kind::parts`].
     fits: Vec<[f32; 4]>,
-    /// The first node from which three or more chains go on: a hand with fingers.
+    /// The first node with three or more chains below it: a hand with fingers.
     fan: Option<usize>,
 }
 
@@ -147,7 +147,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// How well the names of these joints fit, in the sum.
+    /// The sum of the fits of these joints' names.
     fn names(&self, indices: [Option<usize>; 4]) -> f32 {
         let fits = indices
             .iter()
@@ -174,7 +174,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// What a reading without toes or collar bone is worth, but for the path to the upper arm.
+    /// The score of an assignment without toes or collar bone, and without the path to the upper arm.
     fn score(&self, kind: Kind, indices: [Option<usize>; 4]) -> f32 {
         let mut sums = Sums::default();
         match kind {
@@ -191,7 +191,7 @@ impl<'a> Chain<'a> {
             .sum()
     }
 
-    /// What the fourth bone adds to the score of three.
+    /// The score that the fourth bone adds to the score of three bones.
     fn fourth(&self, kind: Kind, index: usize, of_lengths: impl FnOnce(&mut Sums)) -> f32 {
         let mut sums = Sums::default();
         of_lengths(&mut sums);
@@ -203,7 +203,7 @@ impl<'a> Chain<'a> {
         self.along[to] - self.along[from]
     }
 
-    /// How much longer the path between two nodes is than the straight line, as a fraction: 0 on one bone.
+    /// The detour of the path between two nodes, relative to the straight line, as a fraction: 0 along one bone.
     fn detour(&self, from: usize, to: usize) -> f32 {
         let length = self.length(from, to);
         let straight = self.tree.at[self.nodes[from]].distance(self.tree.at[self.nodes[to]]);
@@ -214,12 +214,12 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// The detours of two bones that follow each other, as far as they count.
+    /// The detours of two consecutive bones, up to the largest that counts.
     fn detours(&self, [from, middle, to]: [usize; 3]) -> f32 {
         (self.detour(from, middle) + self.detour(middle, to)).min(MOST_DETOUR)
     }
 
-    /// The cosine of the angle by which the chain turns at `index`, between `from` and `to`.
+    /// The cosine of the angle at `index` between the directions from `from` and to `to`.
     fn turn(&self, from: usize, index: usize, to: usize) -> f32 {
         let at = |index: usize| self.tree.at[self.nodes[index]];
         let before = (at(index) - at(from)).normalize_or_zero();
@@ -237,10 +237,10 @@ struct LimbHypothesis {
     long_bones: f32,
 }
 
-/// The best assignment of similar chains.
+/// The best assignment of two similar chains.
 ///
-/// A chain of 16 joints has thousands of readings. What three of the bones cost is computed once for all positions of
-/// the fourth, and only where the fourth can still make it the best.
+/// A chain of 16 joints has thousands of assignments. The score of three bones is computed once for all positions of
+/// the fourth, and only if the fourth can still make the assignment the best.
 fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> Option<LimbHypothesis> {
     let fourth = if kind == Kind::Leg { Part::Toes } else { Part::Shoulder };
     let most_of_fourth = OPTIONAL_BONE.log_odds + weight_of_name(fourth);
@@ -367,7 +367,7 @@ fn toes_fit(chain: &Chain<'_>, lower: usize, foot: usize, toes: usize, tally: &m
     tally.ratio(&SOLE_TO_SHIN, sole / shin);
 }
 
-/// The same of an arm: upper arm and forearm.
+/// The evidence of an arm's lengths and shape. Returns the length of upper arm plus forearm.
 fn arm(chain: &Chain<'_>, indices: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     match indices {
         [Some(shoulder), Some(upper), Some(lower), _] => shoulder_fits(chain, shoulder, upper, lower, tally),
@@ -377,7 +377,7 @@ fn arm(chain: &Chain<'_>, indices: [Option<usize>; 4], tally: &mut impl Tally) -
     free_arm(chain, indices, tally)
 }
 
-/// An arm from the upper arm on.
+/// The evidence of an arm from the upper arm on.
 fn free_arm(chain: &Chain<'_>, [_, upper, lower, hand]: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     let (Some(upper), Some(lower)) = (upper, lower) else {
         return 0.0;
@@ -396,7 +396,7 @@ fn free_arm(chain: &Chain<'_>, [_, upper, lower, hand]: [Option<usize>; 4], tall
             }
         }
     }
-    // Fingers spring from the hand, or from a joint of the palm right behind it.
+    // Fingers branch from the hand, or from a joint of the palm right after the hand.
     if let Some(fan) = chain.fan {
         match hand {
             Some(hand) if fan >= hand && chain.length(hand, fan) <= PALM * forearm => tally.sign(&FINGERS_AT_HAND, 1.0),
@@ -413,7 +413,7 @@ fn shoulder_fits(chain: &Chain<'_>, shoulder: usize, upper: usize, lower: usize,
     tally.ratio(&COLLAR_TO_UPPER_ARM, collar / upper_arm);
 }
 
-/// How well the path to an upper arm without a collar bone fits.
+/// The score of the path to an upper arm without a collar bone.
 fn without_shoulder(chain: &Chain<'_>, upper: usize, lower: usize, tally: &mut impl Tally) {
     tally.ratio(&SHOULDER_TO_UPPER_ARM, chain.along[upper] / chain.length(upper, lower));
 }

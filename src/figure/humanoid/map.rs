@@ -13,12 +13,11 @@ use super::sides::Found;
 use super::topology::Tree;
 use crate::names::words::Part;
 
-/// The mean log-odds of the lengths of bones from which on they fit: each is off by one standard deviation of its
-/// table, about.
+/// The smallest mean log-odds of lengths that fit: each length deviates by about one standard deviation of its table.
 const LENGTHS_FIT: f32 = -0.45;
 
-/// The mean log-odds of the lengths of bones down to which they may be those of a body: each is off by 1.6 standard
-/// deviations of its table, about.
+/// The smallest mean log-odds of lengths that may be the lengths of a body: each length deviates by about 1.6 standard
+/// deviations of its table.
 pub(super) const LENGTHS_MAY_FIT: f32 = -1.3;
 
 /// The bones of a body.
@@ -36,7 +35,7 @@ pub(super) fn bones(tree: &Tree, body: &Body, sides: &Found) -> BTreeMap<Humanoi
     map.bones
 }
 
-/// The map as it grows.
+/// The map of bones while it is built.
 struct Map<'a> {
     tree: &'a Tree,
     body: &'a Body,
@@ -45,7 +44,7 @@ struct Map<'a> {
 }
 
 impl Map<'_> {
-    /// Enters a bone. `lengths` is how well the lengths around it fit.
+    /// Adds a bone. `lengths` is the mean score of the lengths around the bone.
     fn enter(&mut self, bone: HumanoidBone, node: Option<usize>, part: Part, lengths: f32) {
         let Some(node) = node else { return };
         let name = &self.tree.names[node];
@@ -55,33 +54,36 @@ impl Map<'_> {
         let (confidence, reason) = if fits >= 0.5 && name.says(part) || fits >= 0.6 {
             match lengths {
                 lengths if lengths >= LENGTHS_FIT && is_clear => {
-                    (Confidence::Sure, "its name says so, and the lengths agree")
+                    (Confidence::Sure, "its name means this bone, and the lengths fit")
                 }
                 lengths if lengths >= LENGTHS_MAY_FIT => (
                     Confidence::Sure,
-                    "its name says so, and the lengths do not speak against it",
+                    "its name means this bone, and the lengths are plausible",
                 ),
-                _ => (Confidence::Likely, "its name says so; the lengths are unusual"),
+                _ => (
+                    Confidence::Likely,
+                    "its name means this bone, but the lengths are unusual",
+                ),
             }
         } else if fits < -0.3 {
             (
                 Confidence::Unsure,
-                "its position and its length say so; its name says otherwise",
+                "its position and length fit, but its name means another part",
             )
         } else if !side_is_known {
             (
                 Confidence::Unsure,
-                "its position and its length say so; left and right cannot be told",
+                "its position and length fit, but nothing shows left and right",
             )
         } else if lengths >= LENGTHS_FIT && is_clear {
             (
                 Confidence::Likely,
-                "its position and its length say so; its name says nothing",
+                "its position and length fit; its name has no meaning",
             )
         } else {
             (
                 Confidence::Unsure,
-                "its position says so; the lengths are unusual, and its name says nothing",
+                "its position fits, but the lengths are unusual, and its name has no meaning",
             )
         };
         self.bones.insert(
@@ -98,7 +100,7 @@ impl Map<'_> {
         let trunk = &self.body.trunk;
         let (lengths, legs) = (trunk.lengths, self.body.legs.lengths);
         self.enter(HumanoidBone::Hips, Some(trunk.hips), Part::Hips, legs);
-        // Where some have names of the spine, the others between them are helpers.
+        // If some joints have names of the spine, the other joints between them are helpers.
         let names = &self.tree.names;
         let is_named = trunk.spine.iter().any(|node| names[*node].says(Part::Spine));
         let says_nothing = |node: &usize| is_named && names[*node].meaning.is_empty();
@@ -161,11 +163,14 @@ impl Map<'_> {
                 for (bone, joint) in finger.bones().into_iter().zip(finger.joints) {
                     let Some(joint) = joint else { continue };
                     let (confidence, reason) = if finger.is_named {
-                        (Confidence::Likely, "the name of its finger, and its position in it")
+                        (
+                            Confidence::Likely,
+                            "its name means this finger, and its position on the finger fits",
+                        )
                     } else {
                         (
                             Confidence::Unsure,
-                            "its position on the hand; names do not say which finger it is",
+                            "its position on the hand fits; its name means no finger",
                         )
                     };
                     let found = HumanoidJoint {
@@ -179,7 +184,7 @@ impl Map<'_> {
         }
     }
 
-    /// Eyes and jaw, by name.
+    /// Adds eyes and jaw, by their names.
     fn face(&mut self) {
         let Some(head) = self.body.trunk.head else { return };
         let mut open = vec![head];
@@ -202,7 +207,7 @@ impl Map<'_> {
                 self.bones.entry(bone).or_insert(HumanoidJoint {
                     joint: NodeId::new(node),
                     confidence: Confidence::Sure,
-                    reason: "its name says so, and it is below the head".to_owned(),
+                    reason: "its name means this bone, and it is below the head".to_owned(),
                 });
             }
         }

@@ -1,4 +1,4 @@
-//! Why the best reading of a skeleton is not a humanoid.
+//! Explains why the best assignment of joints to bones is not a humanoid.
 
 use mocap_scene::scene::Scene;
 
@@ -8,17 +8,17 @@ use super::map::LENGTHS_MAY_FIT;
 use super::topology::Tree;
 use crate::names::words::Part;
 
-/// The mean score of the names of the bones of limbs, from 0 to 1, from which on a body is named: half of them.
+/// The mean score of the names of the limbs' bones, from 0 to 1, from which a body counts as named.
 pub(super) const NAMED: f32 = 0.5;
 
-/// Whether the names say that it is a body.
+/// Whether the joints have the names of a body.
 pub(super) fn is_named(tree: &Tree, body: &Body) -> bool {
     let head = body.trunk.head.is_some_and(|head| tree.names[head].says(Part::Head));
     let arms = body.arms.as_ref().map_or(head, |arms| arms.names >= NAMED);
     body.legs.names >= NAMED && arms
 }
 
-/// What is there where no chains can be legs.
+/// The reason why no two chains can be legs.
 pub(super) fn why_there_are_no_legs(tree: &Tree) -> String {
     let joints = tree.is_joint.iter().filter(|is_joint| **is_joint).count();
     let root_children = tree.children.first().map_or(0, Vec::len);
@@ -26,34 +26,32 @@ pub(super) fn why_there_are_no_legs(tree: &Tree) -> String {
         0 => "there are no joints".to_owned(),
         _ if root_children * 2 > joints && joints > 8 => {
             format!(
-                "{root_children} of {joints} joints have one parent: these are markers or tracked points, not a body"
+                "{root_children} of {joints} joints share one parent: they are markers or tracked points, not a body"
             )
         }
-        _ => format!("no two of the {joints} joints begin chains that can be legs"),
+        _ => format!("no two chains among the {joints} joints can be legs"),
     }
 }
 
-/// Why the best reading is not a body.
+/// The reason why the best assignment is not a body; `None` if it is a body. A `named` body is refused only without a
+/// trunk.
 pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> Option<String> {
     let legs = &body.legs;
     let name = |node: usize| &scene.nodes[node].name;
     let limbs = |fit: &Fit| format!("{:?} and {:?}", name(fit.pair.roots[0]), name(fit.pair.roots[1]));
     let of_fingers = legs.joints.iter().flatten().flatten();
     if of_fingers.clone().any(|node| tree.names[*node].says(Part::Finger)) {
-        return Some("the longest pairs of chains are fingers: this is a hand, or two".to_owned());
+        return Some("the longest pairs of chains are fingers: the skeleton is one hand or two".to_owned());
     }
     if body.trunk.head.is_none() && body.arms.is_none() {
-        return Some(format!(
-            "nothing that can be a trunk with a head or arms is above {}",
-            limbs(legs)
-        ));
+        return Some(format!("there is no trunk with a head or arms above {}", limbs(legs)));
     }
     if named {
         return None;
     }
     let Some(arms) = &body.arms else {
         return Some(format!(
-            "there are no arms, and the names do not say that {} are legs",
+            "there are no arms, and the names of {} do not mean legs",
             limbs(legs)
         ));
     };
@@ -62,20 +60,23 @@ pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> O
         let word = if kind == Kind::Leg { "legs" } else { "arms" };
         let missing = fit.joints.iter().any(|joints| joints.iter().flatten().count() < 3);
         if says_otherwise(fit) {
-            return Some(format!("{} have names of something else than {word}", limbs(fit)));
+            return Some(format!(
+                "the joint names of {} mean other parts than {word}",
+                limbs(fit)
+            ));
         }
         if fit.names < NAMED && (fit.lengths < LENGTHS_MAY_FIT || missing && kind == Kind::Leg) {
-            return Some(format!("{} have not the lengths of {word}", limbs(fit)));
+            return Some(format!("the lengths of {} do not fit {word}", limbs(fit)));
         }
     }
     let ratio = arms.long_bones / legs.long_bones;
     if !(0.42..=1.0).contains(&ratio) {
         return Some(format!(
-            "upper arms and forearms are {ratio:.2} of thighs and shins, not about 0.67"
+            "arms without hands are {ratio:.2} times as long as legs without feet, not about 0.67 times"
         ));
     }
     if body.trunk.lengths < 2.0 * LENGTHS_MAY_FIT {
-        return Some("the trunk has not the length of one that is between such legs and arms".to_owned());
+        return Some("the length of the trunk does not fit its legs and arms".to_owned());
     }
     None
 }

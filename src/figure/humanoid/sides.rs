@@ -1,4 +1,4 @@
-//! Finds the left limbs, by names and by the body.
+//! Determines which limbs are on the left, from joint names and from the body.
 //!
 //! Feet point forward, knees bend forward, elbows backward, and the parts of a face lie in front of the head. With up
 //! and forward known, left is up x forward.
@@ -17,17 +17,17 @@ use super::topology::Tree;
 /// The log-odds from which evidence decides a side: 1.3 to 1.
 const SAYS_A_SIDE: f32 = 0.25;
 
-/// The largest cosine of the angle between legs and trunk of a standing rest pose.
+/// In a standing rest pose, the cosine of the angle between each leg and the trunk is below this.
 const STANDS: f32 = -0.6;
 
 /// The smallest distance of a knee or elbow from the straight line that counts, as a fraction of the limb.
 const BENT: f32 = 0.015;
 
-/// The cosine of 26 degrees. A foot with a smaller angle to the shin has no direction.
+/// The cosine of 26 degrees. A foot with a smaller angle to the shin shows no direction.
 const STRAIGHT_ON: f32 = 0.9;
 
-/// The cosine of 75 degrees. In a pose that shows left and right, the angle between the lines of hips and shoulders is
-/// at most this: no living trunk twists more.
+/// The cosine of 75 degrees. In a pose that shows left and right, the lines of hips and shoulders have at most this
+/// angle: no living trunk twists more.
 const WRUNG: f32 = 0.26;
 
 /// The evidence of one pose about the sides, each from -1 to 1: positive if the limb of the first root is the left
@@ -64,7 +64,7 @@ pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> 
             let tip = toes.or_else(|| chain.get(1).copied());
             if let Some(direction) = tip.map(|tip| flat(at(tip) - at(foot))) {
                 let length = direction.length();
-                // A foot that goes on as the shin does, as where only an end site is behind it, points nowhere.
+                // A foot that continues the shin shows no direction. Its only child may be an end site.
                 let shin = (at(foot) - at(lower)).normalize_or_zero();
                 let straight = tip.map_or(1.0, |tip| (at(tip) - at(foot)).normalize_or_zero().dot(shin));
                 if length > 0.05 * body.legs.long_bones && straight < STRAIGHT_ON {
@@ -88,7 +88,7 @@ pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> 
     }
 }
 
-/// The evidence of the rest pose; none if the figure does not stand in it.
+/// The evidence of the rest pose; no evidence if the figure does not stand in the rest pose.
 pub(super) fn at_rest(tree: &Tree, body: &Body) -> Evidence {
     if stands(tree, body) {
         evidence(tree, body, |node| tree.at[node])
@@ -97,7 +97,7 @@ pub(super) fn at_rest(tree: &Tree, body: &Body) -> Evidence {
     }
 }
 
-/// Whether the rest pose has its legs below its trunk, and both of them.
+/// Whether both legs are below the trunk in the rest pose.
 pub(super) fn stands(tree: &Tree, body: &Body) -> bool {
     let at = |node: usize| tree.at[node];
     let Some(axes) = Axes::new(body, &at) else {
@@ -112,11 +112,11 @@ pub(super) fn stands(tree: &Tree, body: &Body) -> bool {
     })
 }
 
-/// Up and across, of one pose.
+/// The up direction and the sideways direction of one pose.
 pub(super) struct Axes {
-    /// From the hips to the shoulders.
+    /// The direction from the hips to the shoulders.
     pub(super) up: Vec3,
-    /// From the limb of the second root to the limb of the first.
+    /// The direction from the limb of the second root to the limb of the first root.
     pub(super) across: Vec3,
 }
 
@@ -129,7 +129,7 @@ impl Axes {
             .as_ref()
             .and_then(|arms| middle(arms.joints.map(|joints| joints[1])));
         let trunk = &body.trunk;
-        // The arms of a collapsed pose are not where the shoulders are; the trunk's own joints are.
+        // In a collapsed pose the arms are not at the shoulders, but the joints of the trunk are in place.
         let above = trunk
             .neck
             .or(trunk.head)
@@ -152,14 +152,13 @@ impl Axes {
         Some(Self { up, across })
     }
 
-    /// Where the figure looks if the limb of the first root is the left one.
+    /// The facing of the figure if the limb of the first root is the left limb.
     pub(super) fn forward(&self) -> Vec3 {
         self.across.cross(self.up)
     }
 }
 
-/// The direction from the straight line between the ends of a limb to its middle joint; none where it is
-/// straight.
+/// The direction from the straight line between the ends of a limb to its middle joint; `None` for a straight limb.
 fn bend(start: Vec3, middle: Vec3, end: Vec3) -> Option<Vec3> {
     let line = (end - start).try_normalize()?;
     let off = (middle - start) - (middle - start).project_onto_normalized(line);
@@ -167,9 +166,9 @@ fn bend(start: Vec3, middle: Vec3, end: Vec3) -> Option<Vec3> {
     (off.length() > BENT * length).then(|| off.normalize_or_zero())
 }
 
-/// Eyes, jaw and the like are in front of the joint of the head.
+/// The evidence of the face: eyes, jaw and similar joints are in front of the head's joint.
 fn face(tree: &Tree, head: usize, at: &impl Fn(usize) -> Vec3, forward: Vec3) -> Option<f32> {
-    /// The joints of a face from which on they tell where it looks: both eyes and a jaw.
+    /// The smallest number of joints of a face that show its facing: both eyes and a jaw.
     const ENOUGH: usize = 3;
     let mut parts = Vec::new();
     let mut open = vec![head];
@@ -190,7 +189,7 @@ fn face(tree: &Tree, head: usize, at: &impl Fn(usize) -> Vec3, forward: Vec3) ->
     Some((direction.dot(forward) / direction.length().max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0))
 }
 
-/// The side of the first root by the names of its limb's joints: none where they say nothing or both.
+/// The side of the first root by the names of its limb's joints: `None` if the names have no side, or both sides.
 pub(super) fn by_names(tree: &Tree, joints: &[[Option<usize>; 4]; 2], roots: [usize; 2]) -> Option<Side> {
     let mut votes = 0;
     for (limb, sign) in [(0, 1), (1, -1)] {
@@ -209,9 +208,9 @@ pub(super) fn by_names(tree: &Tree, joints: &[[Option<usize>; 4]; 2], roots: [us
     }
 }
 
-/// Which root of each pair is the left one, and how well that is known.
+/// The side of each limb, with the confidence.
 pub(super) struct Found {
-    /// The sides of the limbs of both roots, of legs and of arms.
+    /// The sides of the limbs of both roots, first of the legs, then of the arms.
     pub(super) legs: [Side; 2],
     pub(super) arms: [Side; 2],
     pub(super) is_named: bool,
@@ -238,12 +237,12 @@ impl Found {
             (None, None) => (
                 Sides::Unknown,
                 Confidence::Unsure,
-                "neither names nor the body tell left from right".to_owned(),
+                "neither names nor the body distinguish left from right".to_owned(),
             ),
             (None, Some(_)) if is_arm_unclear => (
                 Sides::Unknown,
                 Confidence::Unsure,
-                "the names have no sides, and shoulders and hips are turned against each other".to_owned(),
+                "the names have no sides, and the shoulders are twisted against the hips".to_owned(),
             ),
             (None, Some(_)) => (
                 Sides::Unknown,
@@ -252,12 +251,12 @@ impl Found {
                 } else {
                     Confidence::Unsure
                 },
-                format!("the names have no sides; {shown_by} shows them"),
+                format!("the names have no sides, but {shown_by} shows left and right"),
             ),
             (Some(_), None) => (
                 Sides::Unknown,
                 Confidence::Unsure,
-                "the body does not show which side is which".to_owned(),
+                "the body does not show which side is left".to_owned(),
             ),
             (Some(named), Some(shown)) => {
                 let confidence = if sum.abs() > 0.6 {
@@ -270,10 +269,10 @@ impl Found {
                     (
                         Sides::Agree,
                         confidence,
-                        format!("{parts} of {shown_by} are as the names have it"),
+                        format!("{parts} in {shown_by} agree with the sides in the names"),
                     )
                 } else {
-                    let reason = format!("{parts} of {shown_by} show that what is named left is on the right");
+                    let reason = format!("{parts} in {shown_by} show that joints named left are on the right");
                     (Sides::Opposite, confidence, reason)
                 }
             }
@@ -330,7 +329,7 @@ fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) 
         elbows: mean(|evidence| evidence.elbows),
         face: mean(|evidence| evidence.face),
     };
-    // A pose with a twisted trunk is no evidence, even at rest.
+    // A pose with a twisted trunk is no evidence, even if it is the rest pose.
     let is_clear = says && !is_wrung(tree, body, |node| tree.at[node]);
     match is_clear && evidence.sum().abs() <= SAYS_A_SIDE {
         true => (rest, "the rest pose"),
@@ -338,7 +337,7 @@ fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) 
     }
 }
 
-/// Whether the shoulders look elsewhere than the hips, in a pose of a body whose names tell the sides of both.
+/// Whether the trunk is twisted so far that the shoulders face elsewhere than the hips. The names must have sides.
 fn is_wrung(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> bool {
     let line = |fit: &Fit, index: usize| {
         let [first, second] = [fit.joints[0][index]?, fit.joints[1][index]?];
@@ -353,7 +352,8 @@ fn is_wrung(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> bool {
     lines.is_some_and(|(hips, shoulders)| hips.dot(shoulders) < WRUNG)
 }
 
-/// The least cosine of the angle between hips and shoulders, in the mean, with which arms are clearly above their legs.
+/// The smallest mean cosine of the angle between the lines of hips and shoulders at which arms are clearly above their
+/// legs.
 const ABOVE: f32 = 0.5;
 
 /// How much the first arm is on the side of the first leg, from -1 to 1. It is measured at rest, or in the mean of the

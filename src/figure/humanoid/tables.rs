@@ -1,13 +1,13 @@
-//! The tables by which a reading of a skeleton is judged. They state how likely the lengths, the names and the shape of
-//! the joints are for the bones of the reading.
+//! The tables that score an assignment of joints to bones. They state how likely the lengths, the names and the tree of
+//! the joints are for these bones.
 //!
-//! A reading scores the sum of natural logarithms of likelihoods. The logarithm of a ratio of two lengths is assumed to
-//! be normally distributed. One mean and one spread serve all bodies: adults and the skeletons that programs ship. A
-//! name and a sign in the shape of the tree add how much likelier they are where the reading is right.
+//! An assignment scores the sum of natural logarithms of likelihoods. The logarithm of a ratio of two lengths is
+//! assumed to be normally distributed. One mean and one spread serve all bodies: adults and the skeletons that programs
+//! ship. A name or a sign in the tree adds the logarithm of its likelihood ratio between right and wrong assignments.
 //!
-//! Means are near those of the skeletons of `fixtures`, by their maps that were made by hand: `tools/figure/fit` prints
-//! them beside these. Spreads are wider than what it prints, since there are skeletons of other kinds too: children,
-//! giants, joints that somebody put by eye.
+//! The means are near the means of the skeletons in `fixtures`, whose bones were mapped by hand. `tools/figure/fit`
+//! prints both. The spreads are wider than the printed spreads, because other skeletons vary more: children, giants,
+//! joints that were placed by eye.
 
 use crate::names::words::Part;
 
@@ -20,15 +20,15 @@ pub(super) struct Ratio {
     pub(super) spread: f32,
     /// Its weight: less than 1 if it depends on other ratios of the table.
     pub(super) weight: f32,
-    /// A smaller ratio counts as this one, because some joints coincide with their parents.
+    /// The smallest ratio: a smaller one counts as this ratio, because some joints coincide with their parents.
     pub(super) least: f32,
-    /// The lowest logarithm: a length may be anything where somebody did not mind.
+    /// The lowest logarithm of the likelihood, because an author may choose any length.
     pub(super) lowest: f32,
-    /// Whether it is the ratio of an optional bone, which is no evidence about other bones.
+    /// Whether the ratio is about an optional bone, and so is no evidence about other bones.
     pub(super) is_optional: bool,
 }
 
-/// The lowest logarithm of a ratio that no table names another for: exp(-4) is once in fifty.
+/// The lowest logarithm of a ratio without its own lowest value: exp(-4) is one in fifty.
 const LOWEST: f32 = -4.0;
 
 impl Ratio {
@@ -64,7 +64,7 @@ impl Ratio {
         self
     }
 
-    /// The logarithm of the likelihood of a ratio, 0 at best.
+    /// The logarithm of the likelihood of a ratio; 0 at best.
     pub(super) fn log_likelihood(&self, ratio: f32) -> f32 {
         let ratio = ratio.max(self.least);
         if !ratio.is_finite() || ratio <= 0.0 {
@@ -76,7 +76,7 @@ impl Ratio {
 }
 
 pub(super) const THIGH_TO_SHIN: Ratio = Ratio::new("thigh to shin", 1.0, 0.16);
-/// The hip joint is a hand's breadth from the hips.
+/// The hip joint is the width of a hand away from the hips.
 pub(super) const HIP_TO_THIGH: Ratio = Ratio::new("hips to hip joint, to thigh", 0.27, 0.6)
     .weight(0.5)
     .least(0.02)
@@ -95,9 +95,9 @@ pub(super) const COLLAR_TO_UPPER_ARM: Ratio = Ratio::new("collar bone to upper a
 pub(super) const SHOULDER_TO_UPPER_ARM: Ratio = Ratio::new("chest to shoulder, to upper arm", 0.6, 0.6)
     .weight(0.5)
     .least(0.02);
-/// Upper arm and forearm are two thirds of thigh and shin. It counts for both arms.
+/// Upper arm plus forearm are two thirds of thigh plus shin. The ratio counts for both arms.
 pub(super) const ARM_TO_LEG: Ratio = Ratio::new("arm to leg", 0.67, 0.16).weight(1.5);
-/// The shoulders are where both arms begin: it counts for both.
+/// Both arms begin at the shoulders, so the ratio counts for both.
 pub(super) const SHOULDERS_TO_LEG: Ratio = Ratio::new("hips to shoulders, to leg", 0.52, 0.35).weight(1.5);
 pub(super) const HEAD_TO_LEG: Ratio = Ratio::new("hips to head, to leg", 0.82, 0.25).least(0.02);
 pub(super) const TIP_TO_LEG: Ratio = Ratio::new("head to its tip, to leg", 0.24, 0.5)
@@ -108,24 +108,24 @@ pub(super) const NECK_TO_LEG: Ratio = Ratio::new("neck to head, to leg", 0.13, 0
     .least(0.01)
     .optional();
 
-/// The score that a certain name of the part adds, and a certain name of another part subtracts: exp(2.5) is 12 to 1. A
-/// name with several meanings adds a fraction, by the weights in `names/words.rs`.
+/// The score that an unambiguous name of the part adds, and an unambiguous name of another part subtracts: exp(2.5) is
+/// 12 to 1. A name with several meanings adds a fraction, by the weights in `names/words.rs`.
 pub(super) const fn weight_of_name(part: Part) -> f32 {
     match part {
-        // In the mean over all joints of the spine.
+        // The mean over all joints of the spine counts.
         Part::Spine => 2.0,
-        // Programs call `Hips` what is above the hips, and `Root` what is the hips.
+        // Programs call a joint above the hips `Hips`, and the hips `Root`.
         Part::Hips => 1.5,
         _ => 2.5,
     }
 }
 
-/// Something in the shape of the tree, and the logarithm of how much likelier it is where the reading is right.
+/// A sign in the tree of joints, with the logarithm of its likelihood ratio between right and wrong assignments.
 #[derive(Debug)]
 pub(super) struct Sign {
     pub(super) what: &'static str,
     pub(super) log_odds: f32,
-    /// Whether it counts as evidence of lengths.
+    /// Whether the sign counts as evidence of lengths.
     pub(super) is_of_lengths: bool,
 }
 
@@ -144,46 +144,46 @@ impl Sign {
     }
 }
 
-/// Less than what one that does not fit takes away.
-pub(super) const OPTIONAL_BONE: Sign = Sign::new("a collar bone, or toes", 0.6);
+/// The score is smaller than the penalty of an optional bone that does not fit.
+pub(super) const OPTIONAL_BONE: Sign = Sign::new("an optional bone: a collar bone or toes", 0.6);
 pub(super) const NO_FOOT: Sign = Sign::new("no joint at the ankle", -3.0);
 pub(super) const NO_HAND: Sign = Sign::new("no joint at the wrist", -3.0);
-/// Times 1 less the cosine of the angle.
-pub(super) const FOOT_STANDS_OFF: Sign = Sign::new("a foot stands off from the shin", 1.0);
-/// Times the fraction by which the path is longer than the straight line.
-pub(super) const DETOUR: Sign = Sign::new("joints within a bone are beside its line", -20.0).of_lengths();
-pub(super) const FINGERS_AT_HAND: Sign = Sign::new("fingers spring from the hand", 2.0);
-pub(super) const FINGERS_ELSEWHERE: Sign = Sign::new("fingers spring from something else than the hand", -2.0);
+/// The score is multiplied by 1 less the cosine of the angle.
+pub(super) const FOOT_STANDS_OFF: Sign = Sign::new("a foot is at an angle to the shin", 1.0);
+/// The score is multiplied by the fraction by which the path is longer than the straight line.
+pub(super) const DETOUR: Sign = Sign::new("joints inside a bone are off its straight line", -20.0).of_lengths();
+pub(super) const FINGERS_AT_HAND: Sign = Sign::new("fingers branch from the hand", 2.0);
+pub(super) const FINGERS_ELSEWHERE: Sign = Sign::new("fingers branch from another joint than the hand", -2.0);
 pub(super) const NO_ARMS: Sign = Sign::new("no arms", -10.0);
 pub(super) const HEAD: Sign = Sign::new("a head", 4.0);
-/// Eyes and jaw spring from the head.
-pub(super) const FACE: Sign = Sign::new("a face springs from the head", 1.0);
-pub(super) const HEAD_BEHIND_FACE: Sign = Sign::new("the head springs from what carries a face", -2.0);
-pub(super) const NECK_BEHIND_SHOULDERS: Sign = Sign::new("the neck begins behind the shoulders", 1.2);
+/// Eyes and jaw are children of the head.
+pub(super) const FACE: Sign = Sign::new("face joints branch from the head", 1.0);
+pub(super) const HEAD_BEHIND_FACE: Sign = Sign::new("face joints branch from a joint below the head", -2.0);
+pub(super) const NECK_BEHIND_SHOULDERS: Sign = Sign::new("the neck begins above the shoulders", 1.2);
 pub(super) const NECK_AT_SHOULDERS: Sign = Sign::new("the neck carries the arms", -1.5);
-/// Times the joints.
+/// The score is multiplied by the number of such joints.
 pub(super) const LEFT_OUT_BELOW_NECK: Sign = Sign::new("a joint between spine and neck has no bone", -0.6);
 pub(super) const LEFT_OUT_ABOVE_NECK: Sign = Sign::new("a joint between neck and head has no bone", -0.1);
-/// Times the joints from there to the shoulders.
-pub(super) const HEAD_BELOW_SHOULDERS: Sign = Sign::new("the head springs from below the shoulders", -1.5);
+/// The score is multiplied by the number of joints from the branch to the shoulders.
+pub(super) const HEAD_BELOW_SHOULDERS: Sign = Sign::new("the head branches off below the shoulders", -1.5);
 
-/// Collects the score of an assignment, by part.
+/// Collects the score of an assignment, body part by body part.
 pub(super) trait Tally {
     fn ratio(&mut self, row: &'static Ratio, ratio: f32);
-    /// `times` is the count of the sign, or its amount.
+    /// `times` is the number of signs, or the amount of the sign.
     fn sign(&mut self, row: &'static Sign, times: f32);
-    /// `fit` is how well the name of `node` fits, from -1 to 1.
+    /// `fit` is the score of the name of `node`, from -1 to 1.
     fn name(&mut self, part: Part, node: usize, fit: f32, fraction: f32);
 }
 
-/// The sums.
+/// The sums of an assignment's scores.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sums {
-    /// Of the ratios that say how well the lengths fit.
+    /// The sum over the ratios of required bones.
     pub(super) lengths: f32,
-    /// Of signs and of the ratios of optional bones.
+    /// The sum over signs, and over the ratios of optional bones.
     pub(super) signs: f32,
-    /// Of names, with their weights.
+    /// The sum over names, with their weights.
     pub(super) names: f32,
 }
 

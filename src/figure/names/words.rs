@@ -446,9 +446,9 @@ pub(crate) const HELPERS: &[&str] = &[
     "carrying",
 ];
 
-/// The meaning of a word; empty where it has none.
+/// The meaning of a word; empty for a word without a meaning.
 pub(crate) fn meaning(word: &str) -> Meaning {
-    // Checkers of memory see a `HashMap` that lives to the end as a leak.
+    // Memory checkers report a `HashMap` that lives to the end as a leak.
     static MEANINGS: LazyLock<BTreeMap<&str, Meaning>> = LazyLock::new(|| {
         let rows = WORDS.iter();
         rows.flat_map(|(meaning, words)| words.iter().map(|word| (*word, *meaning)))
@@ -463,7 +463,7 @@ pub(crate) enum AnimalPart {
     Tail,
     Wing,
     Beak,
-    /// A paw, a hoof, or another word of a limb that ends in one: 3ds Max calls the third bone of a hind leg horse
+    /// A paw, a hoof, or another word for a limb with paws or hooves. 3ds Max calls the third bone of a hind leg horse
     /// link.
     Paw,
 }
@@ -482,7 +482,7 @@ impl AnimalPart {
     }
 }
 
-/// A finger, from the thumb on.
+/// A finger, starting with the thumb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FingerKind {
     Thumb,

@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, HashMap};
 use glam::Vec3;
 use mocap_scene::scene::{Mesh, Scene};
 
-/// The share of a face that two joints move. A vertex adds up to a half.
+/// The score of a face that two joints share. A vertex adds up to a half.
 const SHARED_FACE: f32 = 0.1;
 
 /// The number of a limb's vertices whose nearest neighbours are searched.
 const SAMPLES: usize = 64;
 
-/// Weights below this part are stray.
+/// Weights below this fraction are stray.
 const STRAY: f32 = 0.01;
 
 /// The parts of the skin that joints share.

@@ -1,4 +1,4 @@
-//! The T-pose while it is made: bones turned from the reference pose, one by one.
+//! Builds the T-pose: rotates the bones from the reference pose, one by one.
 
 use std::collections::BTreeMap;
 
@@ -13,23 +13,23 @@ use crate::axes::{Evidence, Shown, angle_about};
 use crate::hierarchy::Hierarchy;
 use crate::knuckles::Knuckles;
 
-/// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts
-/// as inexact. Above it the figure is turned to face along the axis.
+/// The largest angle in radians between the facing of the rest pose and the nearest axis that counts as inexact facing.
+/// A larger angle is intended, and the figure is rotated to face along the axis.
 const FACING_IS_INEXACT: f32 = 0.09;
 
 /// A foot that points further down than this, as a fraction of its length, does not stand on its sole at rest.
 const POINTED_FOOT: f32 = 0.9;
 
-/// The largest angle, in radians, of a shortest rotation from a rest pose that stands and leaves no doubt about the
-/// roll of the bone. Arms that hang down turn by 90 degrees.
+/// The largest shortest rotation from a standing rest pose, in radians, at which the roll of the bone is certain. Arms
+/// that hang down rotate by 90 degrees.
 const SMALL_TURN: f32 = 1.05;
 
-/// The roll of a palm that looks forward or back in a rest pose that stands, in radians. One that is rolled further
-/// looks up.
+/// The roll of a palm that faces forward or back in a standing rest pose, in radians. A palm that is rolled further
+/// faces up.
 const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
 
-/// Where a thumb points in the T-pose, seen along the hand: those of SOMA's and MakeHuman's bodies are 33 and 21
-/// degrees below the palm.
+/// The direction of a thumb in the T-pose, seen along the hand. The thumbs of SOMA's and MakeHuman's bodies are 33 and
+/// 21 degrees below the palm.
 const THUMB: Vec3 = Vec3::new(0.0, -0.45, 0.89);
 
 /// The rotation of a bone from the reference pose to the T-pose.
@@ -39,7 +39,7 @@ pub(super) struct TPoseRotation {
     pub(super) reason: TPoseReason,
 }
 
-/// A T-pose while it is made.
+/// A T-pose while it is built.
 pub(super) struct Builder {
     pub(super) source: TPoseSource,
     /// Whether the reference pose is the T-pose itself.
@@ -53,7 +53,7 @@ pub(super) struct Builder {
     /// The reference pose.
     pub(super) positions: Vec<Vec3>,
     pub(super) rotations: Vec<Quat>,
-    /// From the reference pose to the T-pose.
+    /// The rotation of each bone from the reference pose to the T-pose.
     pub(super) to_t_pose: BTreeMap<Bone, TPoseRotation>,
 }
 
@@ -87,8 +87,8 @@ impl Builder {
         self.to_t_pose = turned;
     }
 
-    /// Chooses the rotation of a bone to its T-pose, with the reason. `facing` turns the whole figure forward, `above`
-    /// is the rotation of the parent bone, and `axes` are left, up and forward in the world.
+    /// Chooses the rotation of a bone to its T-pose, with the reason. `facing` rotates the whole figure forward.
+    /// `above` is the rotation of the parent bone. `axes` are left, up and forward in the world.
     fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> TPoseRotation {
         let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
             (Some(direction), part) => {
@@ -139,14 +139,14 @@ impl Builder {
         }
     }
 
-    /// Whether the reference pose has a joint of the trunk as the motion shows it.
+    /// Whether a joint of the trunk is rotated in the reference pose as the motion shows.
     fn is_of_trunk_as_shown(&self, joint: NodeId) -> bool {
         let shown = self.shown.as_ref().and_then(|shown| shown.of_trunk(joint, self.axes));
         self.source == TPoseSource::Computed && shown.is_some()
     }
 
-    /// A bone that points along `direction` after `to_t_pose`, rolled about itself as the motion shows it. `above` is
-    /// the rotation of the bone above.
+    /// The rotation of a bone that points along `direction` after `to_t_pose`, with the roll that the motion shows.
+    /// `above` is the rotation of the parent bone.
     fn rolled(
         &self,
         bone: Bone,
@@ -169,8 +169,8 @@ impl Builder {
         }
     }
 
-    /// From a joint to the node towards which it points, in the reference pose. Knuckles are where the motion has them
-    /// in the hand, if the reference pose is computed.
+    /// The vector from a joint to the node towards which it points, in the reference pose. If the reference pose is
+    /// computed, knuckles have their average position in the hand.
     fn offset(&self, joint: NodeId, next: NodeId) -> Vec3 {
         let shown = self.shown.as_ref().filter(|_| self.source == TPoseSource::Computed);
         let knuckle = shown.and_then(|shown| shown.to_knuckle(next, |node| self.rotations[node.index()]));
@@ -183,7 +183,7 @@ impl Builder {
         above.map_or(0.0, |above| 1e-3 * self.position(joint).distance(self.position(above)))
     }
 
-    /// A hand that shows nothing of itself, turned against its forearm as on the average of the motion. `above` is the
+    /// The rotation of a hand without evidence of its own: its average rotation relative to the forearm. `above` is the
     /// rotation of the forearm.
     fn as_on_average(&self, bone: Bone, joint: NodeId, above: Quat) -> Option<(Quat, TPoseReason)> {
         let forearm = |node: NodeId| above * self.rotations[node.index()];
@@ -192,11 +192,11 @@ impl Builder {
         (self.source == TPoseSource::Computed).then_some((to_t_pose, TPoseReason::AverageOfMotion))
     }
 
-    /// A hand that points along `direction` after `to_t_pose`, rolled until the palm is down. Then the knuckle of the
-    /// index finger is in front of the knuckle of the little finger, or the thumb in front of the hand. A hand of a
-    /// rest pose that stands is rolled only where its palm looks forward, back or up: hands are not quite flat at rest.
-    /// The thumb, which begins on the side of the index finger, must show too that a palm looks up. Otherwise fingers
-    /// with names in the opposite order would turn the hand over.
+    /// Rolls a hand that points along `direction` after `to_t_pose` until the palm is down. Then the knuckle of the
+    /// index finger is in front of the knuckle of the little finger, or the thumb in front of the hand. In a standing
+    /// rest pose, hands are not quite flat, so only palms that face forward, back or up are rolled. For a palm that
+    /// faces up, the thumb must confirm it: the thumb begins on the side of the index finger. Otherwise fingers with
+    /// names in the opposite order would turn the hand over.
     fn palm_down(&self, bone: Bone, joint: NodeId, to_t_pose: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
         let at = |finger: Bone| Some(self.offset(joint, self.knuckles.of(finger.on(side))?));
@@ -218,7 +218,7 @@ impl Builder {
 
     /// The rotation about the up axis that makes the figure of the reference pose face along an axis.
     pub(super) fn turn_to_face(&self, up: Vec3, forward: Vec3) -> Quat {
-        // One that is computed faces there, whatever its collar bones do.
+        // A computed reference pose faces along the axis, whatever the rotation of its collar bones.
         if self.source == TPoseSource::Computed {
             return Quat::IDENTITY;
         }
@@ -238,7 +238,7 @@ impl Builder {
         Quat::from_axis_angle(up, angle)
     }
 
-    /// A foot stands on its sole in the reference pose. Only its heading is turned, so that it points forward.
+    /// Rotates the heading of a foot that stands on its sole in the reference pose, so that the foot points forward.
     pub(super) fn foot(&self, joint: NodeId, bone: Bone, facing: Quat, up: Vec3, forward: Vec3) -> Quat {
         let side = bone.side().unwrap_or(Side::Left);
         let toes = self.joint(Bone::LeftToes.on(side));
@@ -261,7 +261,7 @@ impl Builder {
             bone_of[joint.index()] = Some(*bone);
         }
         let mut pose = Pose::rest(scene);
-        // For each node its rotation from the reference pose, and for each bone that from the rest pose.
+        // The rotation of each node from the reference pose, and of each bone from the rest pose.
         let mut turned: Vec<Quat> = Vec::with_capacity(scene.nodes.len());
         let mut from_rest = vec![Quat::IDENTITY; scene.nodes.len()];
         let mut rotations = BTreeMap::new();
@@ -284,12 +284,12 @@ impl Builder {
                 rotations.insert(*bone, (all * from_rest[index].inverse()).normalize());
                 from_rest[index] = all;
             }
-            // What the reference pose scales and shears stays.
+            // Scale and shear of the reference pose are kept.
             let linear = &reference.node_to_world[index];
             let shape = Mat4::from_quat(rotation_of(linear).inverse()) * Mat4::from_mat3(Mat3::from_mat4(*linear));
             pose.node_to_world[index] = Mat4::from_rotation_translation(rotation, position) * shape;
             let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| pose.node_to_world[parent]);
-            // An end site keeps its place to the last digit, so that it counts as unmoved.
+            // An end site keeps its exact position, so that it counts as unmoved.
             let is_unmoved = scene.nodes[index].kind == NodeKind::EndSite
                 && reference.node_to_parent[index] == pose.node_to_parent[index];
             let node_to_parent = match is_unmoved {

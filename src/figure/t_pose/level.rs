@@ -1,4 +1,4 @@
-//! Feet, head and shoulders of a T-pose, as the motion shows them.
+//! Levels feet, head and shoulders of a T-pose by the motion.
 
 use glam::{Quat, Vec3};
 use mocap_scene::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
@@ -7,32 +7,33 @@ use super::builder::Builder;
 use super::stance::{self, Foot};
 use super::{TPoseReason, TPoseSource};
 
-/// The largest angle in radians by which a foot of a rest pose that stands may be off its sole: 40 degrees, high heels.
+/// The largest angle in radians by which a foot of a standing rest pose may be off its sole: 40 degrees, high
+/// heels.
 const LEVELLED: f32 = 0.7;
 
-/// The same of any other rest pose, in radians: 69 degrees, for a foot that points along the shin.
+/// The same angle for any other rest pose, in radians: 69 degrees, for a foot that points along the shin.
 const LEVELLED_WITHOUT_REST: f32 = 1.2;
 
-/// The cosine of the largest angle between a head and the chest, on the average of a motion, that a T-pose may leave.
+/// The smallest cosine of the average angle between head and chest in a motion at which the T-pose keeps the head.
 const TIPPED_HEAD: f32 = 0.7;
 
-/// The largest angle between a shoulder and the chest, likewise, in radians: in clips of bodies that stand at rest the
-/// mean is at most 20 degrees.
+/// The largest average angle between a shoulder and the chest at which the T-pose keeps the shoulder, in radians. In
+/// clips of bodies that stand at rest, the mean angle is at most 20 degrees.
 const TURNED_SHOULDER: f32 = 0.35;
 
-/// The smallest angle, in radians, of a foot that counts, in a rest pose that stands. In fixtures whose rest pose
-/// stands on its soles, the feet of the motion differ from it by up to 13 degrees.
+/// The smallest angle, in radians, by which a foot of a standing rest pose is corrected. In fixtures whose rest pose
+/// stands on its soles, the feet of the motion differ from the rest pose by up to 13 degrees.
 const SMALLEST_LEVELLED: f32 = 0.26;
 
-/// The same of any other rest pose, in radians: what rounding leaves.
+/// The same angle for any other rest pose, in radians: larger than rounding.
 const SMALLEST_WITHOUT_REST: f32 = 0.02;
 
-/// The smallest angle of both legs of a rest pose that stands apart, in radians. Those of CMU's database are 20 degrees
-/// off, and its feet are rolled with them.
+/// The smallest angle of both legs in a rest pose that counts as legs apart, in radians. The legs of CMU's database
+/// have an angle of 20 degrees, and its feet are rolled with the legs.
 const SMALLEST_APART: f32 = 0.1;
 
-/// Feet are rolled with the legs if the motion shows this fraction of the roll that separates the legs. Clips of CMU's
-/// database show 0.7 to 1.6. Feet of a rest pose with flat soles are unchanged.
+/// Feet are rolled with the legs if the motion shows this fraction of the legs' angle as roll. Clips of CMU's database
+/// show 0.7 to 1.6. Feet of a rest pose with flat soles are unchanged.
 const ROLLED_WITH_LEGS: std::ops::RangeInclusive<f32> = 0.3..=2.0;
 
 impl Builder {
@@ -45,7 +46,7 @@ impl Builder {
         }
     }
 
-    /// Up in the world.
+    /// The up direction in the world.
     fn up(&self) -> Vec3 {
         self.axes * Vec3::Y
     }
@@ -69,7 +70,7 @@ impl Builder {
         }
     }
 
-    /// A foot of the reference pose, which is looked for in the motion.
+    /// A foot of the reference pose, for the search of its stance in the motion.
     fn sees(&self, bone: Bone) -> Option<Foot> {
         let joint = self.joint(bone)?;
         let toes = self.joint(Bone::LeftToes.on(bone.side()?));
@@ -97,9 +98,9 @@ impl Builder {
         (is_mirrored && (SMALLEST_APART..=LEVELLED).contains(&apart)).then_some(apart)
     }
 
-    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. If the
-    /// rest pose does not stand, the reference pose does not show the roll of the feet. If it stands with its legs
-    /// apart, as in CMU's database, its feet may be rolled outwards with the legs.
+    /// Puts the feet of the reference pose on their soles by the motion, both by the same angle. If the rest pose does
+    /// not stand, the reference pose does not show the roll of the feet. If the rest pose stands with its legs apart,
+    /// as in CMU's database, its feet may be rolled outwards with the legs.
     fn level_feet(&mut self, scene: &Scene) {
         let stands = self.source == TPoseSource::RestPose;
         let levelled = match stands {
@@ -127,7 +128,7 @@ impl Builder {
                 self.because(foot, TPoseReason::StandsInMotion);
             }
             if roll.is_some() {
-                // The toes of a foot that is rolled point aside of where they point on the ground.
+                // The toes of a rolled foot point to the side of their direction on the ground.
                 let (up, forward) = (self.up(), self.axes * Vec3::Z);
                 let facing = self.turn_to_face(up, forward);
                 let rotation = self.foot(ankle, foot, facing, up, forward).normalize();
@@ -143,13 +144,13 @@ impl Builder {
         }
     }
 
-    /// Turns a head that the motion shows tipped against the chest all the time. If the rest pose had to be computed,
-    /// its bones say nothing about the rotation of the head's joint.
+    /// Rotates a head that the motion shows tipped against the chest all the time. If the rest pose was computed, its
+    /// bones do not show the rotation of the head's joint.
     fn level_head(&mut self, scene: &Scene) {
         let (Some(head), Some((chest, chest_joint))) = (self.joint(Bone::Head), self.chest()) else {
             return;
         };
-        // With a head as the root, a turn of it would be one of the whole body.
+        // If the head is the root, its rotation would rotate the whole body.
         if !self.hierarchy.is_below(head, chest_joint) {
             return;
         }
@@ -165,8 +166,7 @@ impl Builder {
         self.because(Bone::Head, TPoseReason::AverageOfMotion);
     }
 
-    /// Turns shoulders that the motion shows turned against the chest all the time, likewise. The arms keep their
-    /// T-pose.
+    /// Rotates shoulders that the motion shows rotated against the chest all the time. The arms keep their T-pose.
     fn level_shoulders(&mut self, scene: &Scene) {
         let Some((chest, chest_joint)) = self.chest() else {
             return;
@@ -213,7 +213,7 @@ impl Builder {
     }
 }
 
-/// Whether feet in stance are rolled against the reference pose by the angle by which its legs are apart.
+/// Whether feet in stance are rolled against the reference pose by the angle of its legs.
 fn rolled_with_legs(apart: f32, left: f32, right: f32) -> bool {
     ROLLED_WITH_LEGS.contains(&(0.5 * (right - left) / apart))
 }

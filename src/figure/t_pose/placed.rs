@@ -1,4 +1,4 @@
-//! The T-pose as a pose of the scene: its place, and with lowered arms.
+//! The T-pose as a pose of the scene: its position, and lowered arms.
 
 use glam::{Mat4, Quat, Vec3};
 use mocap_scene::pose::Pose;
@@ -40,7 +40,7 @@ impl TPose {
         pose
     }
 
-    /// What it is made of, and how sure that is, as an output that holds it records it.
+    /// The source of the T-pose and the confidence in it, as an assumption for outputs with the T-pose.
     pub(crate) fn assumption(&self) -> Assumption {
         let is_limb = |bone: Bone| matches!(bone.on(Side::Left), Bone::LeftUpperArm | Bone::LeftUpperLeg);
         let limbs = self.bones.iter().filter(|(bone, _)| is_limb(**bone));
@@ -49,8 +49,8 @@ impl TPose {
             .max_by_key(|confidence| *confidence as u8);
         let source = match self.source {
             TPoseSource::RestPose => "the T-pose is made from the rest pose",
-            TPoseSource::FirstFrame => "the T-pose is made from the first frame, which is one",
-            TPoseSource::Computed => "the T-pose is made from the bones, and from how they bend in the motion",
+            TPoseSource::FirstFrame => "the T-pose is made from the first frame, which is a T-pose",
+            TPoseSource::Computed => "the T-pose is made from the bones, and from their bending axes in the motion",
         };
         Assumption {
             topic: Topic::RestPose,
@@ -60,7 +60,7 @@ impl TPose {
         }
     }
 
-    /// A pose of this figure that is moved until its hips are where they are in the rest pose.
+    /// Moves a pose of this figure so that its hips have their position in the rest pose.
     pub(crate) fn at_rest(&self, scene: &Scene, mut pose: Pose) -> Pose {
         let Some(hips) = self.bones.get(&Bone::Hips) else {
             return pose;
@@ -70,7 +70,7 @@ impl TPose {
         pose
     }
 
-    /// The pose on the floor of the motion, below the first frame of an animation.
+    /// Moves the T-pose to the floor of the motion, below the first frame of an animation.
     pub(crate) fn on_floor(&self, scene: &Scene, figure: &Figure, animation: usize) -> Pose {
         let mut pose = self.pose.clone();
         let (Some(hips), Some(first)) = (self.bones.get(&Bone::Hips), Pose::at_tick(scene, animation, 0.0)) else {
@@ -102,7 +102,7 @@ fn move_by(pose: &mut Pose, scene: &Scene, hips: NodeId, offset: Vec3) {
     }
 }
 
-/// Moves a node, and with it all below.
+/// Moves a node with all its descendants.
 fn set_world(pose: &mut Pose, scene: &Scene, node: NodeId, moved: impl Fn(Mat4) -> Mat4) {
     let parent = scene.nodes[node.index()].parent;
     let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| pose.node_to_world[parent.index()]);

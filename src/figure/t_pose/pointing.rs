@@ -1,4 +1,4 @@
-//! Where bones point in a T-pose, and the nodes that show it.
+//! The directions of bones in a T-pose, and the nodes that show them.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use mocap_scene::scene::{HumanoidBone as Bone, NodeId, Side};
 use crate::hierarchy::Hierarchy;
 use crate::knuckles::Knuckles;
 
-/// The direction in which a bone points in the T-pose, in its frame; `None` for one that is not turned there.
+/// The direction of a bone in the T-pose, in its coordinate frame; `None` for a bone that keeps its direction.
 pub fn direction(bone: Bone) -> Option<Vec3> {
     let outwards = if bone.side() == Some(Side::Right) {
         Vec3::NEG_X
@@ -26,7 +26,7 @@ pub fn direction(bone: Bone) -> Option<Vec3> {
     }
 }
 
-/// The knuckles towards which a hand points: the first that is known.
+/// The knuckles towards which a hand points. The first known knuckle is used.
 pub(super) const POINTING_KNUCKLES: [Bone; 4] = [
     Bone::LeftMiddleProximal,
     Bone::LeftIndexProximal,

@@ -1,7 +1,7 @@
-//! The rotation of a foot that stands on its sole, and of a head on its neck, by the motion.
+//! The rotation of a standing foot, and of a head relative to the neck, from the motion.
 //!
-//! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot
-//! stands on its sole if its ankle and ball have their lowest heights.
+//! The rest pose of a motion file may have feet that point down or anywhere. A foot stands on its sole in the frames in
+//! which its ankle and ball have their lowest heights.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::directions::rotation_of;
@@ -11,24 +11,24 @@ use mocap_scene::scene::{NodeId, Scene};
 
 use crate::poses::sample;
 
-/// The fraction of the positions of both feet in which they are lowest.
+/// The fraction of all positions of both feet that count as the lowest.
 const SHARE: f32 = 0.2;
 
-/// The fraction of the positions of an ankle that are lower than the least height of it that counts, as noise is.
+/// The fraction of an ankle's positions that may be below its lowest height. They are noise.
 const NOISE: f64 = 0.02;
 
-/// The least number of frames that show the stance of a foot.
+/// The smallest number of frames that show the stance of a foot.
 const FEWEST: usize = 8;
 
-/// The largest difference of the middle half of these frames, in radians.
+/// The largest range of the middle half of these frames, in radians.
 const SPREAD: f32 = 0.15;
 
-/// How much higher than lowest an ankle or a ball of a foot may be that stands, as a fraction of the distance between
-/// them.
+/// The largest height of a standing foot's ankle or ball above its lowest height, as a fraction of the distance between
+/// ankle and ball.
 const HIGHEST: f32 = 0.35;
 
-/// The least slope of the toes of a foot that stands, from its ball to its tip: 30 degrees down. With the heel lifted
-/// they point further down.
+/// The smallest slope of a standing foot's toes, from ball to tip: 30 degrees down. With a lifted heel, the toes point
+/// further down.
 const LEAST_SLOPE: f32 = -0.5;
 
 /// A foot of the reference pose.
@@ -37,7 +37,7 @@ pub(super) struct Foot {
     /// The joint of the toes, and the node behind it.
     pub(super) ball: Option<NodeId>,
     pub(super) tip: Option<NodeId>,
-    /// From the world to the axes of the figure.
+    /// The rotation from the world to the axes of the figure.
     pub(super) world_to_frame: Quat,
     /// The inverse of the joint's rotation in the T-pose.
     pub(super) joint_to_frame: Quat,
@@ -53,10 +53,10 @@ pub(super) struct Stance {
     pub(super) rolls: Vec<(f32, bool)>,
 }
 
-/// How feet stand; `None` without a motion.
+/// The stance of the feet; `None` without a motion.
 ///
-/// A foot stands where neither its ankle nor its ball can be lower: with the heel lifted the ankle is higher, with the
-/// toes lifted the ball. Both feet stand on one floor, and are made alike.
+/// A foot stands in frames in which neither its ankle nor its ball can be lower. A lifted heel raises the ankle, and
+/// lifted toes raise the ball. Both feet stand on one floor, and have the same shape.
 pub(super) fn stance(scene: &Scene, feet: &[Foot]) -> Option<Stance> {
     let seen = samples(scene, feet);
     let least = |of: fn(&Sample) -> f32| {
@@ -92,14 +92,14 @@ pub(super) fn stance(scene: &Scene, feet: &[Foot]) -> Option<Stance> {
     })
 }
 
-/// The median of angles that agree.
+/// The median of angles; `None` if the angles differ too much.
 fn agreed(angles: impl Iterator<Item = f32>) -> Option<f32> {
     let angles: Vec<f32> = angles.collect();
     let at = |fraction: f64| percentile(angles.iter().copied(), fraction, f64::floor);
     (angles.len() >= FEWEST && at(0.75)? - at(0.25)? <= SPREAD).then(|| at(0.5))?
 }
 
-/// A foot in a pose: heights, the distance between both, and how it is turned.
+/// A foot in a pose: the heights of ankle and ball, the distance between them, and the rotation.
 struct Sample {
     ankle: f32,
     ball: f32,
@@ -109,8 +109,8 @@ struct Sample {
     roll: f32,
 }
 
-/// The average rotation of a joint against another, each given with the inverse of its rotation in the T-pose; `None`
-/// if the motion does not show it.
+/// The average rotation of a joint relative to another joint. Each joint has the inverse of its rotation in the T-pose.
+/// `None` if the motion does not show the rotation.
 pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Quat)) -> Option<Quat> {
     let (mut sum, mut count) = (Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), 0);
     sample(scene, |pose| {
@@ -123,7 +123,7 @@ pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Qu
         };
         let turn = other.inverse() * joint;
         if turn.is_finite() {
-            // A rotation and its negative are one.
+            // A quaternion and its negative are the same rotation.
             sum = sum + if sum.dot(turn) < 0.0 { -turn } else { turn };
             count += 1;
         }
@@ -131,7 +131,7 @@ pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Qu
     (count >= FEWEST && sum.length() > 0.5 * count as f32).then(|| sum.normalize())
 }
 
-/// Those of each foot.
+/// The samples of each foot.
 fn samples(scene: &Scene, feet: &[Foot]) -> Vec<Vec<Sample>> {
     let mut samples: Vec<Vec<Sample>> = feet.iter().map(|_| Vec::new()).collect();
     sample(scene, |pose| {

@@ -1,4 +1,4 @@
-//! The pose from which the T-pose is made: a figure that stands.
+//! Chooses the reference pose from which the T-pose is made: a standing figure.
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 use mocap_scene::math::directions::{arc, rotation_of};
@@ -13,7 +13,7 @@ use crate::humanoid::Humanoid;
 use crate::knuckles::Knuckles;
 use crate::measure::Measures;
 
-/// The largest angle between the trunk of a figure that stands and the up axis, in radians.
+/// The largest angle between the trunk of a standing figure and the up axis, in radians.
 const UPRIGHT: f32 = 0.35;
 
 /// The sources of a reference pose.
@@ -24,8 +24,9 @@ pub(super) struct Sources<'a> {
     pub(super) shown: Option<&'a Shown>,
 }
 
-/// The rest pose if it stands; nothing of the motion is `shown` then. Else the first frame of the motion if that is a
-/// T-pose. Else a figure whose bones are turned to their directions in a T-pose.
+/// The reference pose. It is the rest pose if the rest pose stands; the motion has no evidence in `shown` then. Else it
+/// is the first frame of the motion if that frame is a T-pose. Else it is a figure whose bones are rotated to their
+/// directions in a T-pose.
 pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_to_world: &Mat3) -> (TPoseSource, Pose) {
     let &Sources { humanoid, shown, .. } = sources;
     let rest = Pose::rest(scene);
@@ -38,7 +39,7 @@ pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_t
     if let Some(first) = Pose::at_tick(scene, 0, 0.0) {
         let positions = (0..scene.nodes.len()).map(|node| first.position(NodeId::new(node)));
         let figure = Measures::with_positions(scene, humanoid, positions.collect());
-        // One who moves raises the arms too, and does not stand upright then.
+        // In a motion, arms may also be raised sideways in other poses, but then the body is not upright.
         let is_upright = figure
             .rest_up()
             .is_some_and(|trunk| trunk.dot(figure_to_world.y_axis) > UPRIGHT.cos());
@@ -52,8 +53,8 @@ pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_t
     )
 }
 
-/// A rest pose whose trunk lies or leans in the world of the motion, as below a root that is turned in every frame,
-/// brought upright.
+/// Rotates a rest pose upright if its trunk lies or leans in the world of the motion, as below a root that is rotated
+/// in every frame.
 fn upright(scene: &Scene, humanoid: &Humanoid, up: Vec3, mut rest: Pose) -> Pose {
     let positions = (0..scene.nodes.len()).map(|node| rest.position(NodeId::new(node)));
     let trunk = Measures::with_positions(scene, humanoid, positions.collect()).rest_up();
@@ -70,7 +71,7 @@ fn upright(scene: &Scene, humanoid: &Humanoid, up: Vec3, mut rest: Pose) -> Pose
     rest
 }
 
-/// Turns each bone, from the hips outwards, to where it points in T-pose.
+/// Rotates each bone, from the hips outwards, to its direction in the T-pose.
 fn computed(scene: &Scene, figure_to_world: &Mat3, sources: &Sources<'_>, shown: &Shown, rest: Pose) -> Pose {
     let &Sources { humanoid, knuckles, .. } = sources;
     let axes = Axes::new(figure_to_world);
@@ -91,7 +92,7 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, sources: &Sources<'_>, shown:
     pose.update_world();
     for &bone in Bone::ALL {
         let Some(node) = joint(bone) else { continue };
-        // Joints of the trunk that are no bones are turned before those below them.
+        // Joints of the trunk that are not bones are rotated before their descendants.
         while shown.trunk.contains(&node)
             && let Some(above) = between.next_if(|above| above.index() < node.index())
         {
@@ -127,7 +128,7 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, sources: &Sources<'_>, shown:
     pose
 }
 
-/// Rotates a node about its position in the world, with all below it.
+/// Rotates a node about its position in the world, with all its descendants.
 fn turn(pose: &mut Pose, scene: &Scene, node: NodeId, rotation: Quat) {
     if rotation == Quat::IDENTITY {
         return;
@@ -144,7 +145,7 @@ fn turn(pose: &mut Pose, scene: &Scene, node: NodeId, rotation: Quat) {
     }
 }
 
-/// The node that shows where a bone points: the next bone, else the child of its joint.
+/// The node that shows the direction of a bone: the next bone, or else the child of its joint.
 fn next_of(
     scene: &Scene,
     bone: Bone,
@@ -175,7 +176,7 @@ fn next_of(
         candidates.is_empty() && other.parent() == Some(bone) && !other.as_str().contains("Eye") && *other != Bone::Jaw
     });
     let next = listed.chain(below).filter_map(joint).find(hangs_on);
-    // A skeleton whose root is the head has the next bone above.
+    // If the head is the root of the skeleton, the next bone is an ancestor.
     let carries_a_bone = Bone::ALL
         .iter()
         .filter_map(|other| joint(*other))
@@ -187,12 +188,12 @@ fn next_of(
         let is_bone = |child: &NodeId| Bone::ALL.iter().any(|other| joint(*other) == Some(*child));
         let is_child = |index: &usize| scene.nodes[*index].parent == Some(node);
         let mut children = (node.index() + 1..scene.nodes.len()).filter(is_child).map(NodeId::new);
-        // Eyes and a jaw are before a head, not above it.
+        // Eyes and a jaw are in front of a head, not above it.
         children.find(|child| !is_bone(child))
     })
 }
 
-/// Left, up and forward of a figure that stands.
+/// The axes left, up and forward of a standing figure.
 struct Axes {
     left: Vec3,
     up: Vec3,
@@ -208,7 +209,7 @@ impl Axes {
         }
     }
 
-    /// Where a bone points in T-pose; `None` for those that stay as they are.
+    /// The direction of a bone in the T-pose; `None` for a bone that keeps its direction.
     fn direction(&self, bone: Bone) -> Option<Vec3> {
         let outwards = if bone.side() == Some(Side::Right) {
             -self.left
@@ -228,7 +229,7 @@ impl Axes {
         }
     }
 
-    /// The rotation that brings both hip joints to left and right and the spine above them.
+    /// The rotation that brings both hip joints to left and right, and the spine above them.
     fn hips(&self, pose: &Pose, joint: &impl Fn(Bone) -> Option<NodeId>) -> Option<Quat> {
         let at = |bone| joint(bone).map(|node| pose.position(node));
         let left = (at(Bone::LeftUpperLeg)? - at(Bone::RightUpperLeg)?).try_normalize()?;
@@ -237,7 +238,7 @@ impl Axes {
         let up = (spine - spine.project_onto_normalized(left)).try_normalize()?;
         let from = Mat3::from_cols(left, up, left.cross(up));
         let to = Mat3::from_cols(self.left, self.up, self.left.cross(self.up));
-        // The axes of a figure whose rest pose is wrung may be no right angles apart.
+        // The axes of a figure with a twisted rest pose may not be at right angles.
         Some(Quat::from_mat3(&(to * from.transpose())).normalize())
     }
 
@@ -249,7 +250,7 @@ impl Axes {
         node: NodeId,
         joint: &impl Fn(Bone) -> Option<NodeId>,
     ) -> Option<Quat> {
-        // Collar bones may lie anywhere in a rest pose that does not stand; where they begin is on the trunk.
+        // In a rest pose that does not stand, collar bones may have any rotation. But their joints are on the trunk.
         let collars = joint(Bone::LeftShoulder).zip(joint(Bone::RightShoulder));
         let apart = collars.filter(|(left, right)| pose.position(*left).distance(pose.position(*right)) > 1e-6);
         let (left, right) = apart.or_else(|| joint(Bone::LeftUpperArm).zip(joint(Bone::RightUpperArm)))?;

@@ -335,20 +335,17 @@ fn an_up_axis_that_nothing_shows_says_why() {
     let with_head = |y: f32, feet: &[(&'static str, f32)]| reason(&[&[("head", y)], feet].concat());
     assert_eq!(
         reason(&[("arm", 2.0)]),
-        "no joint is called head or foot, and most files have it so"
+        "no joint is called head or foot, and most files are Y up"
     );
-    assert_eq!(
-        with_head(6.0, &[]),
-        "no joint is called foot, and most files have it so"
-    );
-    assert_eq!(reason(&feet), "no joint is called head, and most files have it so");
+    assert_eq!(with_head(6.0, &[]), "no joint is called foot, and most files are Y up");
+    assert_eq!(reason(&feet), "no joint is called head, and most files are Y up");
     assert_eq!(
         with_head(-8.0, &feet),
-        "the head is where the feet are, and most files have it so"
+        "the head and the feet are at one point, and most files are Y up"
     );
     let found = with_head(6.0, &feet);
     assert!(
-        found.starts_with("from the feet to the head it is 0.0000 14.0000 0.0000"),
+        found.starts_with("the vector from the feet to the head is (0.0000, 14.0000, 0.0000)"),
         "{found}"
     );
 }

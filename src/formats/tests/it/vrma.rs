@@ -334,7 +334,7 @@ fn a_vrm_animation_states_its_bones() {
     let thigh = &found.bones[&Bone::LeftUpperLeg];
     assert_eq!(read.nodes[thigh.joint.index()].name, "LeftUpLeg");
     assert_eq!(thigh.confidence, Confidence::Sure);
-    assert_eq!(thigh.reason, "the file says so");
+    assert_eq!(thigh.reason, "the file states the bones");
 
     // Names say nothing, and the contents tell the format.
     let (mut json, _) = parts(&written(&motion("real/cmu_12_01_walk.bvh")));
