@@ -2,9 +2,9 @@
 //! meaning.
 //!
 //! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs. Two
-//! limbs that begin at one link and mirror each other are a pair. The pair that reaches lowest is the legs, the pair
-//! that begins highest the arms. In a limb the knee or elbow are the joints of that name, from the first whose axis is
-//! across the limb, else the fourth joint.
+//! limbs that begin at one link and mirror each other are a pair. The pair that reaches lowest is the legs. The pair
+//! that begins highest is the arms. In a limb, the knee or elbow is the joint with that name. If several joints have
+//! the name, the first with an axis across the limb counts. If no joint has the name, the fourth joint counts.
 
 mod feet;
 pub mod moving;
@@ -43,16 +43,16 @@ pub struct RobotBone {
     pub at: DVec3,
 }
 
-/// How far the ends of a pair may differ in height, as a fraction of the height of the robot.
+/// The largest height difference between the ends of a pair, as a fraction of the height of the robot.
 const LEVEL: f64 = 0.03;
 
-/// The cosine of the angle between an axis and a limb from which on the joint rolls the limb and does not bend it.
+/// The smallest cosine of the angle between an axis and a limb at which the joint rolls the limb and does not bend it.
 const ALONG: f64 = 0.8;
 
-/// The joints of a limb at least.
+/// The smallest number of joints of a limb.
 const LIMB: usize = 3;
 
-/// The least bones of a humanoid, and of an upper body.
+/// The smallest set of bones of a humanoid, and of an upper body.
 const LEGS: [Bone; 6] = [
     Bone::LeftUpperLeg,
     Bone::LeftLowerLeg,
@@ -68,7 +68,7 @@ const ARMS: [Bone; 4] = [
     Bone::RightLowerArm,
 ];
 
-/// How long both parts of a limb are at least on both sides of a joint that may be its knee or elbow, as a fraction of
+/// The smallest length of the parts of a limb on both sides of a joint that may be its knee or elbow, as a fraction of
 /// the limb.
 const HALF: f64 = 0.25;
 
@@ -87,7 +87,9 @@ struct Limb {
 /// [`Code::InvalidValue`] if no link has a name of the map.
 pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
     if let Some(link) = map.and_then(|map| map.follow.keys().next()) {
-        let message = format!("the map lets the link {link:?} follow another: links of a robot move by its joints");
+        let message = format!(
+            "the map lets the link {link:?} follow another link, but only the joints of a robot move its links"
+        );
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         return Err(diagnostic.help("leave \"follow\" out of the map").into());
     }
@@ -128,7 +130,7 @@ pub fn robot_bones(robot: &Robot, map: Option<&RobotMap>) -> Result<Vec<RobotBon
     }
     let taken: Vec<usize> = links.values().copied().collect();
     let bones = links.iter().map(|(&bone, &link)| {
-        // A foot that is part of the link of its shin.
+        // A foot that is a part of the shin's link.
         if taken.iter().filter(|other| **other == link).count() > 1 && bone.on(Side::Left) == Bone::LeftFoot {
             let at = tree.lowest_point(link).unwrap_or(tree.transforms[link].translation);
             let joints = Vec::new();
@@ -167,7 +169,7 @@ pub fn robot_scene(robot: &Robot) -> Scene {
     };
     for bone in robot_bones(robot, None).unwrap_or_default() {
         let marked = &mut scene.nodes[bone.link].humanoid_bone;
-        // A foot that is part of the shin is no node of its own.
+        // A foot that is a part of the shin has no node.
         if marked.is_none() || !bone.joints.is_empty() {
             *marked = Some(bone.bone);
         }
@@ -179,7 +181,7 @@ pub fn robot_scene(robot: &Robot) -> Scene {
 struct Tree<'a> {
     robot: &'a Robot,
     transforms: Vec<Placement>,
-    /// For each link the moving links that hang on it, or on a link that is fixed to it.
+    /// For each link, the moving links below it: its children, and the children of links that are fixed to it.
     children: Vec<Vec<usize>>,
 }
 
@@ -210,7 +212,7 @@ impl<'a> Tree<'a> {
         limb.links.first().map_or(DVec3::ZERO, |link| self.anchor(*link))
     }
 
-    /// A point of the axis of a link's joint.
+    /// A point on the axis of a link's joint.
     fn anchor(&self, link: usize) -> DVec3 {
         self.transforms[link].point(self.robot.links[link].joint.anchor)
     }
@@ -234,7 +236,7 @@ impl<'a> Tree<'a> {
         limbs
     }
 
-    /// Pairs of limbs, the left one before the right one. Those that begin at the end of another pair are fingers.
+    /// The pairs of limbs, each with the left limb first. Pairs that begin at the end of another pair are fingers.
     fn pairs(&self, limbs: &[Limb], height: f64) -> Vec<[Limb; 2]> {
         let pairs = self.mirrored(limbs, height);
         let ends = pairs.iter().flatten().filter_map(|limb| limb.links.last().copied());
@@ -262,7 +264,7 @@ impl<'a> Tree<'a> {
                 let a_is_left = match (is_left(a), is_left(b)) {
                     (Some(Side::Left), Some(Side::Right)) => true,
                     (Some(Side::Right), Some(Side::Left)) => false,
-                    // +X is forward, as ROS has it.
+                    // +X is forward, by the convention of ROS.
                     _ => across.y > 0.0,
                 };
                 let (a, b) = ((*a).clone(), (*b).clone());
@@ -286,7 +288,7 @@ impl<'a> Tree<'a> {
         self.words(link).iter().any(|found| found.contains(word))
     }
 
-    /// Whether the names say that a limb is an arm.
+    /// Whether the names mean that a limb is an arm.
     fn is_arm(&self, limb: &Limb) -> bool {
         let mut words = limb.links.iter().flat_map(|link| self.words(*link));
         words.any(|word| word.ends_with("arm") || ["shoulder", "elbow", "wrist"].iter().any(|part| word.contains(part)))
@@ -320,16 +322,16 @@ impl<'a> Tree<'a> {
                 .iter()
                 .max_by(|a, b| self.start(&a[0]).z.total_cmp(&self.start(&b[0]).z));
             let Some(arms) = highest else {
-                return Err("no two limbs of at least three joints mirror each other, so it has no legs".to_owned());
+                return Err("no two limbs with at least three joints mirror each other, so it has no legs".to_owned());
             };
-            // An upper body, on wheels or fixed: its base is what its hips are.
+            // An upper body, on wheels or fixed: its base is the hips.
             let mut bones = BTreeMap::from([(Bone::Hips, 0)]);
             self.add_arms(arms, &limbs, &pairs, 0, &mut bones);
             return Ok(bones);
         };
         let leg = self.start(&legs[0]).z - self.end(&legs[0]).z;
         if leg < 0.2 * height {
-            return Err("the limbs that reach lowest do not point down where all joints are at 0".to_owned());
+            return Err("the limbs that reach lowest do not point down with all joints at 0".to_owned());
         }
         let others = pairs.iter().filter(|pair| {
             pair.iter()
@@ -351,7 +353,7 @@ impl<'a> Tree<'a> {
             add(Bone::LeftUpperLeg, first - 1);
             add(Bone::LeftLowerLeg, knee);
             if knee + 1 < limb.links.len() {
-                // Three joints at most: what follows are toes.
+                // An ankle has at most three joints. Further joints are toes.
                 add(Bone::LeftFoot, (knee + 3).min(limb.links.len() - 1));
             } else if let Some(foot) = self.fixed_foot(limb.links[knee]) {
                 bones.insert(Bone::LeftFoot.on(side), foot);
@@ -363,7 +365,7 @@ impl<'a> Tree<'a> {
         Ok(bones)
     }
 
-    /// Adds arms, and the chest and the head that go with them.
+    /// Adds the bones of the arms, the chest and the head.
     fn add_arms(
         &self,
         arms: &[Limb; 2],
@@ -399,9 +401,9 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The first and the last joint of the knee or elbow in a limb. Of several joints of that name, it begins with the
-    /// first that bends the limb: a joint before that rolls the limb above. Without the name it is the fourth joint, or
-    /// the middle one of few.
+    /// The first and the last joint of the knee or elbow in a limb. If several joints have the name, the first that
+    /// bends the limb is the first; joints before it roll the upper bone. Without the name, it is the fourth joint, or
+    /// the middle joint of a short limb.
     fn middle(&self, limb: &Limb, word: &str) -> [usize; 2] {
         let mut named = (1..limb.links.len()).filter(|index| self.has_word(limb.links[*index], word));
         if let Some(last) = named.clone().next_back() {
@@ -421,8 +423,8 @@ impl<'a> Tree<'a> {
         [usual.max(1); 2]
     }
 
-    /// The joint that bends a limb of more than four joints without the names of knees and elbows. It is the joint with
-    /// the longest parts on both sides, unlike the joints of hips, shoulders, ankles and wrists.
+    /// The joint that bends a limb of more than four joints without names of knees and elbows. It has the longest parts
+    /// on both sides, unlike the joints of hips, shoulders, ankles and wrists.
     fn halving(&self, limb: &Limb) -> Option<usize> {
         let (start, end) = (self.start(limb), self.end(limb));
         let shorter = |index: usize| {
@@ -444,7 +446,7 @@ impl<'a> Tree<'a> {
         along.into_iter().all(|cosine| cosine < ALONG)
     }
 
-    /// The joints between a link and the nearest bone above it, from above.
+    /// The joints between a link and its nearest ancestor that is a bone, from the top down.
     fn joints_to(&self, link: usize, bones: &[usize]) -> Vec<usize> {
         let mut joints = Vec::new();
         let mut at = Some(link);
@@ -461,14 +463,14 @@ impl<'a> Tree<'a> {
         joints
     }
 
-    /// The point nearest to the axes of some joints. Of many joints the last three count: clavicles and spines come
-    /// before them. In a direction that the axes leave open, it is the point of the first joint.
+    /// The point nearest to the axes of some joints. Of many joints, the last three count, because clavicles and spines
+    /// come before them. In a direction that the axes do not determine, it is the point of the first joint.
     fn centre(&self, joints: &[usize]) -> Option<DVec3> {
-        /// The weight of the first joint, as a fraction of that of an axis: it only decides the direction that the axes
-        /// leave open.
+        /// The weight of the first joint, as a fraction of the weight of an axis. It only decides the direction that
+        /// the axes do not determine.
         const PULL: f64 = 1e-4;
 
-        /// The last joints that count: a ball joint has three.
+        /// The number of last joints that count: a ball joint has three.
         const JOINTS: usize = 3;
         let joints = &joints[joints.len().saturating_sub(JOINTS)..];
         let first = self.anchor(*joints.first()?);

@@ -6,8 +6,8 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId};
 
 use super::ticks::Ticks;
 
-/// The animation of [`robot_scene`](super::robot_bones::robot_scene) in which the base and the joints, frame by frame,
-/// are there. A joint that never moves has one key.
+/// The animation of [`robot_scene`](super::robot_bones::robot_scene) with these placements of the base and positions of
+/// the joints, frame by frame. A joint that never moves has one key.
 #[doc(hidden)]
 pub fn robot_clip(robot: &Robot, name: &str, fps: f64, root: &[Placement], dof_pos: &[f64]) -> Animation {
     let joints = robot.moving_joints();

@@ -1,19 +1,19 @@
-//! Feet that no joint turns against the shin.
+//! Feet without a joint between foot and shin.
 
 use glam::DVec3;
 use mocap_scene::scene::robot::RobotShape;
 
 use super::Tree;
 
-/// How long a shin without an ankle is at least, as a fraction of the thigh.
+/// The smallest length of a shin without an ankle, as a fraction of the thigh.
 const SHIN: f64 = 0.5;
 
-/// How far points of a sole may differ in height, in metres.
+/// The largest height difference between points of a sole, in metres.
 const LEVEL_SOLE: f64 = 0.02;
 
 impl Tree<'_> {
-    /// The foot of a shin without an ankle. It is the lowest link that is fixed to the shin, if that is below the knee.
-    /// Else it is the shin itself, if its shapes show how far it reaches.
+    /// The foot of a shin without an ankle. It is the lowest link that is fixed to the shin, if that link is below the
+    /// knee. Else it is the shin itself, if its shapes show the end of the shin.
     pub(super) fn fixed_foot(&self, shin: usize) -> Option<usize> {
         let height = |link: &usize| self.transforms[*link].translation.z;
         let fixed = (shin + 1..self.transforms.len()).filter(|link| self.is_fixed_to(*link, shin));
@@ -25,7 +25,7 @@ impl Tree<'_> {
         }
     }
 
-    /// The joint that begins the limb in which a link is.
+    /// The first joint of the limb with this link.
     fn anchor_of_hip(&self, mut link: usize) -> DVec3 {
         while let Some(above) = self.children.iter().position(|children| children[..] == [link]) {
             link = above;
@@ -33,7 +33,7 @@ impl Tree<'_> {
         self.anchor(link)
     }
 
-    /// Whether a link hangs on another without a joint that moves.
+    /// Whether a link is below another link without a moving joint in between.
     fn is_fixed_to(&self, mut link: usize, other: usize) -> bool {
         while link != other && !self.robot.links[link].joint.moves() {
             match self.robot.links[link].parent {
@@ -44,7 +44,7 @@ impl Tree<'_> {
         link == other
     }
 
-    /// The middle of the lowest points of the shapes of a link, which is a part of a leg.
+    /// The middle of the lowest points of the shapes of a leg's link.
     pub(super) fn lowest_point(&self, link: usize) -> Option<DVec3> {
         let balls = self.robot.links[link].shapes.iter().flat_map(RobotShape::balls);
         let points = balls.map(|(centre, radius)| self.transforms[link].point(centre) - radius * DVec3::Z);

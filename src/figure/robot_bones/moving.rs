@@ -9,14 +9,15 @@ use mocap_scene::scene::{Animation, Channel, Node, NodeId, NodeKind, Scene};
 use super::t_pose::RobotTPose;
 use super::{RobotBone, robot_bones, robot_scene};
 
-/// What the name of a bone has after the name of its link, where it begins elsewhere than the frame of the link.
+/// The suffix of a bone's name, after the name of its link, if the bone begins elsewhere than the frame of the link.
 const BONE: &str = "_bone";
 
-/// The distance in metres below which a bone begins at the frame of its link: rounding of axes.
+/// The largest distance between a bone's start and the frame of its link that is rounding of axes, in metres.
 const SAME_PLACE: f64 = 1e-6;
 
-/// A robot with an animation of [`robot_scene`]: at rest in its T-pose, with the nodes of bones where these begin. A
-/// link whose bone begins elsewhere has two nodes: its bone, and the frame of the link, which has the name of the link.
+/// A robot with an animation of [`robot_scene`]: at rest in its T-pose, with the nodes of bones where the bones begin.
+/// A link whose bone begins elsewhere has two nodes: its bone, and the frame of the link, which has the name of the
+/// link.
 pub fn scene_of_clip(robot: &Robot, clip: Option<Animation>) -> Scene {
     let mut scene = robot_scene(robot);
     scene.animations.extend(clip);
@@ -30,8 +31,8 @@ pub fn scene_of_clip(robot: &Robot, clip: Option<Animation>) -> Scene {
     scene
 }
 
-/// The node that moves as each link in a scene of its motion: of [`scene_of_clip`] or of [`robot_scene`]. `None` for
-/// the scene of another body.
+/// The node that moves with each link in a scene of the robot's motion: of [`scene_of_clip`] or of [`robot_scene`].
+/// `None` for the scene of another body.
 pub fn nodes_of_links(robot: &Robot, scene: &Scene) -> Option<Vec<usize>> {
     let mut nodes: Vec<usize> = Vec::with_capacity(robot.links.len());
     let mut next = 0;
@@ -43,7 +44,7 @@ pub fn nodes_of_links(robot: &Robot, scene: &Scene) -> Option<Vec<usize>> {
             let rest = node.and_then(|node| node.name.strip_prefix(link.name.as_str()));
             rest.is_some_and(|rest| rest.starts_with(BONE))
         };
-        // The frame of the base is below its bone; that of another link stands before its bone.
+        // The frame of the base is a child of its bone. The frame of another link is before its bone.
         let (node, taken) = match is_named(next) {
             true if is_bone(next + 1) && !is_of_link(robot, next + 1, scene) => (next + 1, 2),
             true => (next, 1),
@@ -64,8 +65,8 @@ fn is_of_link(robot: &Robot, node: usize, scene: &Scene) -> bool {
     robot.links.iter().any(|link| link.name == scene.nodes[node].name)
 }
 
-/// Gives each link whose bone begins elsewhere a node at its own frame, by the name of the link. It stands beside the
-/// bone, so that no bone has a child that is no joint. The frame of the base stands below its bone.
+/// Adds a node at the frame of each link whose bone begins elsewhere, with the name of the link. The node is a sibling
+/// of the bone, so that every child of a bone is a joint. The frame of the base is a child of its bone.
 fn keep_frames(scene: &mut Scene, begins: &[Vec3]) {
     let mut names: HashSet<String> = scene.nodes.iter().map(|node| node.name.clone()).collect();
     let mut moved: Vec<NodeId> = Vec::with_capacity(begins.len());
@@ -119,7 +120,7 @@ fn keep_frames(scene: &mut Scene, begins: &[Vec3]) {
     }
 }
 
-/// The channel of the frame of a link, whose bone begins elsewhere and has this channel.
+/// The channel of a link's frame, computed from the channel of a bone that begins elsewhere.
 fn at_frame(bone: &Channel, frame: NodeId, begin: Vec3) -> Channel {
     let mut channel = Channel {
         node: Some(frame),
@@ -132,14 +133,14 @@ fn at_frame(bone: &Channel, frame: NodeId, begin: Vec3) -> Channel {
     channel
 }
 
-/// The rotation at a key; a joint that never turns has one.
+/// The rotation at a key. A joint that never moves has one key.
 fn rotation_at(rotations: &[Quat], key: usize) -> Quat {
     rotations.get(key).or(rotations.first()).copied().unwrap_or_default()
 }
 
-/// Moves the nodes of links that are bones to where their bones begin. The origin of a link may be anywhere: a thigh's
-/// may be 12 cm below the hip. Rotations of links, and other nodes, do not change. Returns where each begins in the
-/// frame of its link.
+/// Moves the nodes of links that are bones to the starts of their bones. The origin of a link may be anywhere: the
+/// origin of a thigh may be 12 cm below the hip. Rotations of links, and other nodes, do not change. Returns the start
+/// of each bone in the frame of its link.
 fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose: &RobotTPose) -> Vec<Vec3> {
     let mut begins = vec![Vec3::ZERO; robot.links.len()];
     for bone in bones {
@@ -176,8 +177,8 @@ fn begin_at_bones(scene: &mut Scene, robot: &Robot, bones: &[RobotBone], t_pose:
     begins
 }
 
-/// Rotates the links of a robot's scene at rest to its T-pose. Links that move with a bone follow it. So whoever takes
-/// the scene for a person finds which way each bone is turned. The links keep their lengths.
+/// Rotates the links of a robot's scene at rest to its T-pose. Links that move with a bone follow it. A reader that
+/// treats the scene as a person then finds the rotation of each bone. The links keep their lengths.
 fn rest_in_t_pose(scene: &mut Scene, robot: &Robot, t_pose: &RobotTPose) {
     let mut world: Vec<DQuat> = Vec::with_capacity(robot.links.len());
     let mut to_t_pose: Vec<DQuat> = Vec::with_capacity(robot.links.len());

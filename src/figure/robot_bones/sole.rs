@@ -5,14 +5,14 @@ use glam::{DQuat, DVec2, DVec3};
 use mocap_scene::math::hull::{area, convex_hull};
 use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 
-/// A ball that stays above the floor, in the frame of the foot.
+/// A ball of a foot's shape, in the frame of the foot. The ball stays above the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoleBall {
     pub centre: DVec3,
     pub radius: f64,
 }
 
-/// The height of the lowest point of balls of a foot that stands in `foot`; infinite for none.
+/// The height of the lowest point of a foot's balls if the foot has the placement `foot`; infinite without balls.
 pub fn lowest_point(balls: &[SoleBall], foot: &Placement) -> f64 {
     let heights = balls.iter().map(|ball| foot.point(ball.centre).z - ball.radius);
     heights.fold(f64::INFINITY, f64::min)
@@ -22,38 +22,38 @@ pub fn lowest_point(balls: &[SoleBall], foot: &Placement) -> f64 {
 #[derive(Clone, Debug)]
 pub struct Sole {
     pub balls: Vec<SoleBall>,
-    /// What brings the foot from where it is with all joints at 0 to standing flat, in the axes of the robot.
+    /// The rotation of the foot from its pose with all joints at 0 to standing flat, in the axes of the robot.
     pub to_flat: DQuat,
-    /// Whether shapes of the robot's file show it.
+    /// Whether shapes in the robot's file show the sole.
     pub is_shown: bool,
 }
 
-/// How far the corners of a sole may differ in height, as a fraction of the leg.
+/// The largest height difference between the corners of a sole, as a fraction of the leg.
 const SOLE: f64 = 0.03;
 
-/// From the ankle to the floor where nothing shows a sole, as a fraction of the leg, and to the front and the back of
-/// it.
+/// The dimensions of a sole that no shape shows, as fractions of the leg: from the ankle to the floor, to the front and
+/// to the back.
 const GUESSED: [f64; 3] = [0.1, 0.25, 0.1];
 
-/// The longest side of a foot, as a fraction of the leg: what inertia makes longer is no foot.
+/// The longest side of a foot, as a fraction of the leg. A longer box with the inertia of the link is not a foot.
 const LONGEST: f64 = 0.6;
 
-/// Degrees by which a foot may be tilted where all joints are at 0: knees of some robots are bent there.
+/// The largest tilt of a foot with all joints at 0, in degrees. Knees of some robots are bent in this pose.
 const MOST_TILTED: usize = 48;
 
-/// Degrees of a step of the search for the sole: half of the angle at which a face stands on an edge.
+/// The step of the search for the sole, in degrees: half of the angle at which a face stands on an edge.
 const TILT_STEP: usize = 3;
 
-/// The least size of the face on which a tilted foot stands, as a multiple of the face that touches the floor without a
-/// rotation.
+/// The smallest size of the face on which a tilted foot stands, as a multiple of the face that touches the floor
+/// without a rotation.
 const LARGER: f64 = 1.5;
 
-/// How far balls may be from the plane of a face, as a fraction of the leg.
+/// The largest distance of balls from the plane of a face, as a fraction of the leg.
 const FACE: f64 = 0.01;
 
-/// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the
-/// inertia of the link. `zero_pose` are those of the links with all joints at 0; `leg` is the length of a leg. A foot
-/// stands there on its sole, or on a larger face that is tilted against the floor.
+/// The sole of the foot `link`, from its collision shapes, else from its visual shapes, else from the box that has the
+/// inertia of the link. `zero_pose` has the placements of the links with all joints at 0. `leg` is the length of a leg.
+/// With all joints at 0, a foot stands on its sole, or on a larger face that is tilted against the floor.
 pub fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: DVec3, leg: f64) -> Sole {
     let foot = &zero_pose[link];
     let is_of_foot = |mut here: usize| loop {
@@ -103,7 +103,7 @@ pub fn sole(robot: &Robot, link: usize, zero_pose: &[Placement], ankle: DVec3, l
     }
 }
 
-/// The balls of a shape of a link in `transform`, in the robot's axes.
+/// The balls of a shape of a link with the placement `transform`, in the robot's axes.
 pub fn balls(shape: &RobotShape, transform: &Placement) -> Vec<SoleBall> {
     let balls = shape.balls().into_iter();
     let ball = |(centre, radius)| SoleBall {
@@ -113,7 +113,7 @@ pub fn balls(shape: &RobotShape, transform: &Placement) -> Vec<SoleBall> {
     balls.map(ball).collect()
 }
 
-/// The sole of a foot of balls that are in the robot's axes.
+/// The sole of a foot from balls in the robot's axes.
 pub fn on_the_floor(mut balls: Vec<SoleBall>, foot: &Placement, leg: f64, is_shown: bool) -> Sole {
     let to_flat = to_flat(&balls, leg);
     let height = |ball: &SoleBall| (to_flat * ball.centre).z - ball.radius;
@@ -129,7 +129,7 @@ pub fn on_the_floor(mut balls: Vec<SoleBall>, foot: &Placement, leg: f64, is_sho
     }
 }
 
-/// The rotation that brings a foot onto the largest face that it can stand on; none if it stands on it already.
+/// The rotation of a foot to the largest face on which it can stand; identity if it already stands on this face.
 fn to_flat(balls: &[SoleBall], leg: f64) -> DQuat {
     let as_it_is = face(balls, DVec3::NEG_Z, leg);
     let mut best = (
@@ -142,7 +142,7 @@ fn to_flat(balls: &[SoleBall], leg: f64) -> DQuat {
             let (aside, down) = tilt.sin_cos();
             let along = DVec3::new(aside * around.cos(), aside * around.sin(), -down);
             let area = area(&convex_hull(&mut spread(&face(balls, along, leg), along)));
-            // Of faces as large, that with the smaller tilt.
+            // Of faces with the same size, choose the face with the smaller tilt.
             if area > 1.02 * best.0 {
                 best = (area, along);
             }
@@ -158,7 +158,7 @@ fn to_flat(balls: &[SoleBall], leg: f64) -> DQuat {
     DQuat::from_rotation_arc(normal, DVec3::NEG_Z)
 }
 
-/// The lowest points of the balls that touch a floor below them, where `down` is down.
+/// The lowest points of the balls that touch a floor in the direction `down`.
 fn face(balls: &[SoleBall], down: DVec3, leg: f64) -> Vec<DVec3> {
     let points = balls.iter().map(|ball| ball.centre + ball.radius * down);
     let deepest = points
@@ -168,7 +168,7 @@ fn face(balls: &[SoleBall], down: DVec3, leg: f64) -> Vec<DVec3> {
     points.filter(|point| point.dot(down) > deepest - FACE * leg).collect()
 }
 
-/// Points seen along a direction.
+/// The projection of points along a direction.
 fn spread(points: &[DVec3], along: DVec3) -> Vec<DVec2> {
     let (x, y) = along.any_orthonormal_pair();
     points
@@ -177,7 +177,7 @@ fn spread(points: &[DVec3], along: DVec3) -> Vec<DVec2> {
         .collect()
 }
 
-/// The normal of the plane of points: of the triangle of those that are farthest apart.
+/// The normal of the plane of points: of the triangle with the most distant points.
 fn normal(points: &[DVec3]) -> Option<DVec3> {
     let first = *points.first()?;
     let farthest = |from: &dyn Fn(&DVec3) -> f64| points.iter().copied().max_by(|a, b| from(a).total_cmp(&from(b)));

@@ -1,4 +1,4 @@
-//! The T-pose of a robot: arms sideways, legs down, feet as they stand, computed from the axes of its joints.
+//! The T-pose of a robot: arms sideways, legs down, feet standing, computed from the axes of its joints.
 
 use std::collections::BTreeMap;
 
@@ -14,9 +14,9 @@ use super::sole::{SoleBall, sole};
 /// A bone in the T-pose.
 #[derive(Clone, Debug)]
 pub struct BonePart {
-    /// From the pose with all joints at 0 to the T-pose, in the robot's axes.
+    /// The rotation from the pose with all joints at 0 to the T-pose, in the robot's axes.
     pub to_t_pose: DQuat,
-    /// Where it begins in the T-pose, in the figure's axes.
+    /// The start of the bone in the T-pose, in the figure's axes.
     pub at: DVec3,
 }
 
@@ -25,11 +25,11 @@ pub struct BonePart {
 pub struct ForearmTip {
     /// The hand that is missing.
     pub bone: Bone,
-    /// Where it is in the T-pose, in the figure's axes.
+    /// The position of the end in the T-pose, in the figure's axes.
     pub at: DVec3,
-    /// The link that it is fixed to.
+    /// The link to which the end is fixed.
     pub link: usize,
-    /// Where it is in the frame of the link.
+    /// The position of the end in the frame of the link.
     pub point: DVec3,
 }
 
@@ -42,7 +42,7 @@ pub struct RobotTPose {
     pub parts: BTreeMap<Bone, BonePart>,
     /// The ends of forearms without a hand.
     pub tips: Vec<ForearmTip>,
-    /// The figure's axes to the robot's world.
+    /// The rotation from the figure's axes to the robot's world.
     pub figure_to_world: DQuat,
     /// The soles of both feet, in the frame of the link.
     pub soles: [Vec<SoleBall>; 2],
@@ -72,7 +72,7 @@ impl RobotTPose {
             .map(|(left, right)| left - right)
             .unwrap_or_default();
         let left = across.reject_from_normalized(DVec3::Z).try_normalize().ok_or_else(|| {
-            let message = "the robot is not a humanoid: both legs or arms begin at one point";
+            let message = "the robot is not a humanoid: both legs or both arms begin at one point";
             Diagnostic::new(Code::NotHumanoid, message)
         })?;
         let forward = left.cross(DVec3::Z);
@@ -87,7 +87,7 @@ impl RobotTPose {
         builder.build()
     }
 
-    /// The link of a bone to the figure's axes in the T-pose, as a rotation.
+    /// The rotation from the link of a bone to the figure's axes in the T-pose.
     pub fn link_to_frame(&self, bone: &RobotBone) -> DQuat {
         let to_t_pose = self
             .parts
@@ -96,8 +96,8 @@ impl RobotTPose {
         (self.figure_to_world.inverse() * to_t_pose * self.zero_pose[bone.link].rotation).normalize()
     }
 
-    /// Where a bone begins, in the frame of its link. A thigh and an upper arm begin where the T-pose has them: at the
-    /// end of the bone, less its length.
+    /// The start of a bone, in the frame of its link. For a thigh and an upper arm, it is the end of the bone in the
+    /// T-pose, less the length of the bone.
     pub fn start(&self, bone: &RobotBone, bones: &[RobotBone]) -> DVec3 {
         let to_link = |at: DVec3| self.zero_pose[bone.link].to_inner(at);
         let from_end = |next: Bone| {
@@ -133,7 +133,8 @@ impl Builder<'_> {
         self.found.get(&bone).map(|found| found.at)
     }
 
-    /// The axis of the first joint of a bone with all joints at 0, and the middle of its range if it has one.
+    /// The axis of the first joint of a bone with all joints at 0, and the middle of its range. The middle is 0 for a
+    /// joint without a range.
     fn hinge(&self, bone: Bone) -> Option<(DVec3, f64)> {
         let &link = self.found.get(&bone)?.joints.first()?;
         let joint = &self.robot.links[link].joint;
@@ -142,15 +143,14 @@ impl Builder<'_> {
         (joint.kind == JointKind::Hinge).then_some((axis, if middle.is_finite() { middle } else { 0.0 }))
     }
 
-    /// The end of a forearm without a hand, estimated along the forearm as a multiple of the distance from the elbow to
-    /// its centre of mass. Without a mass in the file, the centre of the shapes is used.
+    /// The end of a forearm without a hand. Its distance from the elbow is a multiple of the distance from the elbow to
+    /// the forearm's centre of mass. If the file has no mass, the centre of the shapes is used.
     fn tip(&self, forearm: Bone) -> Option<DVec3> {
-        /// The distance of the end of a forearm from the elbow, as a multiple of the distance of its centre of mass. A
-        /// bar has 2; a forearm that is thicker at the elbow has less.
+        /// The distance from the elbow to the end of a forearm, as a multiple of the distance to its centre of mass. A
+        /// uniform bar has 2; a forearm that is thicker at the elbow has less.
         const BEYOND: f64 = 1.8;
 
-        /// The distance in metres between a centre and the elbow below which they show no direction: the rounding of
-        /// files.
+        /// The largest distance between a centre and the elbow that shows no direction, in metres: rounding in files.
         const NOWHERE: f64 = 1e-3;
         let bone = self.found.get(&forearm)?;
         let from_joint = |centre: DVec3| {
@@ -210,13 +210,13 @@ impl Builder<'_> {
             let (Some(hip), Some(knee), Some(ankle)) = (self.at(upper), self.at(lower), self.at(foot)) else {
                 continue;
             };
-            // Legs stand side by side at rest; they lean forward or back where knees and hips are bent there.
+            // Legs are side by side at rest. They lean forward or back if knees and hips are bent at rest.
             let flat = |vector: DVec3| vector.reject_from_normalized(self.left);
             let down = |vector: DVec3| turn_about(vector, DVec3::NEG_Z, self.left);
             let (thigh, shin) = (flat(knee - hip), flat(ankle - knee));
             if thigh.length() < 1e-3 || shin.length() < 1e-3 {
                 let message = format!(
-                    "the robot is not a humanoid: its {} or what follows has no length",
+                    "the robot is not a humanoid: its {} or the next bone has no length",
                     upper.as_str()
                 );
                 return Err(Diagnostic::new(Code::NotHumanoid, message).into());
@@ -274,17 +274,17 @@ impl Builder<'_> {
         })
     }
 
-    /// Adds the legs of a person with such shoulders, for a robot without; returns the height of the floor.
+    /// Adds the legs of a person with the same shoulders to a robot without legs. Returns the height of the floor.
     fn add_legs(&self, parts: &mut BTreeMap<Bone, BonePart>) -> f64 {
-        /// The width of hips, as a fraction of the width of shoulders: that of an upper body without legs, of a person.
+        /// The width of a person's hips, as a fraction of the width of the shoulders.
         const WIDTH: f64 = 0.5;
 
-        /// The height of hips, as a fraction of the height of shoulders, of a person.
+        /// The height of a person's hips, as a fraction of the height of the shoulders.
         const HIPS: f64 = 0.6;
 
-        /// The height of knees, as a fraction of the height of shoulders, of a person.
+        /// The height of a person's knees, as a fraction of the height of the shoulders.
         const KNEES: f64 = 0.3;
-        /// How high the shoulders of a person are, as a multiple of their width.
+        /// The height of a person's shoulders, as a multiple of their width.
         const HEIGHT: f64 = 4.0;
         let [left, right] = [Bone::LeftUpperArm, Bone::RightUpperArm].map(|bone| self.found[&bone].at);
         let (middle, across) = (0.5 * (left + right), (left - right).reject_from_normalized(DVec3::Z));
@@ -313,7 +313,7 @@ impl Builder<'_> {
         let outwards = if side == Side::Left { self.left } else { -self.left };
         let end = self.at(hand).or_else(|| self.tip(lower));
         let vector = end.map_or(DVec3::ZERO, |end| end - elbow);
-        // An arm that points inwards goes outwards about the forward direction.
+        // An arm that points inwards is rotated outwards about the forward direction.
         let to_side = |along: DVec3| wide_arc(along, outwards, self.forward);
         let mut turn = to_side(elbow - shoulder);
         let hinge = self
@@ -322,7 +322,7 @@ impl Builder<'_> {
         if let Some((axis, middle)) = hinge
             && vector.length() > 1e-3
         {
-            // The position at which the arm is straight, and the direction in which it bends from there.
+            // The joint position at which the arm is straight, and the bending direction from there.
             let along = turn_about(vector, elbow - shoulder, axis);
             let straight = along.to_scaled_axis().dot(axis);
             let bends = if middle >= straight { axis } else { -axis };
@@ -375,7 +375,7 @@ impl Builder<'_> {
     }
 }
 
-/// The rotation about an axis that turns one direction to another as far as it can.
+/// The rotation about an axis that brings one direction as near as possible to another.
 fn turn_about(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
     let (from, to) = (from.reject_from_normalized(axis), to.reject_from_normalized(axis));
     let angle = from.cross(to).dot(axis).atan2(from.dot(to));
