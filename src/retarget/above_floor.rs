@@ -1,9 +1,9 @@
-//! Keeps the skin of the target above its floor where the source kneels, crawls, lies or falls.
+//! Keeps the skin of the target above its floor when the source kneels, crawls, lies or falls.
 //!
-//! Equal directions on other proportions put knees, back and head below the floor, and a thicker body is deeper. The
-//! body is raised as a whole by as much as anything but the ends of its limbs is too deep; hands and feet are raised by
-//! two-bone inverse kinematics. Where joints or skin of the source are below its own floor, the skin may be as deep. A
-//! raise covers the deepest frame around it and comes and goes smoothly.
+//! On other proportions, equal directions of the limbs put knees, back and head below the floor. A thicker body is
+//! deeper. The whole body is raised by the depth of its deepest part, without the ends of its limbs. Hands and feet are
+//! raised by two-bone inverse kinematics. If joints or skin of the source are below the source's floor, the skin of the
+//! target may be as deep. A raise covers the deepest frame around it. It starts and ends smoothly.
 
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -23,44 +23,44 @@ use super::measure::Moving;
 use super::root::Root;
 use super::skin::{Vertex, vertices};
 
-/// The depth that is not seen, as a fraction of the leg: half a centimetre.
+/// The depth that is not visible, as a fraction of the leg: half a centimetre.
 const UNSEEN: f32 = 0.006;
 
-/// The most by which anything is raised, as a fraction of the leg. What is deeper is no matter of proportions.
+/// The largest raise, as a fraction of the leg. Proportions do not explain a greater depth.
 const MOST: f32 = 0.5;
 
-/// The time in seconds before and after the deepest frame in which a raise comes and goes.
+/// The time before and after the deepest frame in which a raise starts and ends, in seconds.
 const EASE: f64 = 0.2;
 
-/// Cosines of the angle between a leg and straight down: from the first on its foot is raised less, from the second on
-/// not at all. In stance the knee of such a leg would bend far.
+/// Cosines of the angle between a leg and straight down. From the first, the foot is raised less; from the second, it
+/// is not raised. In stance, the knee of such a leg would bend far.
 const STANDING: [f32; 2] = [0.75, 0.9];
 
-/// Directions in which the outermost vertices of a joint are searched: a grid of steps from -2 to 2. Neighbours are at
+/// The outermost vertices of a joint are searched in a grid of directions with steps from -2 to 2. Neighbours are at
 /// most 15 degrees apart.
 const STEPS: i8 = 2;
 
-/// The skin of a body that may be below the floor.
+/// The skin of a body, to keep above the floor.
 pub(super) struct Surface {
     parts: Vec<Part>,
-    /// Arms and legs that have hands and feet.
+    /// The arms and legs with hands and feet.
     limbs: Vec<Arm>,
-    /// The height of the floor; of the skin at rest, if that is lower.
+    /// The height of the floor, or of the skin at rest if the skin is lower.
     floor: f32,
 }
 
-/// The outermost vertices that move with a joint for the most part.
+/// The outermost vertices that move mostly with one joint.
 struct Part {
     joint: NodeId,
-    /// The limb that ends with it; `None` for a part that is raised with the whole body.
+    /// The limb that ends with the part; `None` for a part that is raised with the whole body.
     end_of: Option<usize>,
-    /// How far they are from the joint at most.
+    /// The largest distance of the vertices from the joint.
     reach: f32,
     vertices: Vec<Vertex>,
 }
 
 impl Surface {
-    /// The skin of a body whose ankles have the height `ankle` in stance; `None` without a skin.
+    /// The skin of a body with ankles at the height `ankle` in stance; `None` without a skin.
     pub(super) fn new(moving: &Moving<'_>, ankle: f32) -> Option<Self> {
         let (body, scene) = (moving.body, moving.scene);
         let limbs = Side::ALL.into_iter();
@@ -118,12 +118,12 @@ impl Surface {
     }
 }
 
-/// The vertices that are the farthest in some direction.
+/// The farthest vertex in each direction.
 fn outermost(vertices: &[Vertex], axes: Quat) -> Vec<Vertex> {
     let steps = || -STEPS..=STEPS;
     let mut found = Vec::new();
     for (x, y, z) in steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| (x, y, z)))) {
-        // Only the shell of the grid: what is inside repeats directions.
+        // Only the shell of the grid: cells inside repeat its directions.
         if x.abs().max(y.abs()).max(z.abs()) == STEPS {
             let out = axes * Vec3::new(f32::from(x), f32::from(y), f32::from(z));
             let far = |vertex: &usize| vertices[*vertex].at_rest.dot(out);
@@ -135,7 +135,7 @@ fn outermost(vertices: &[Vertex], axes: Quat) -> Vec<Vertex> {
     found.into_iter().map(|vertex| vertices[vertex].clone()).collect()
 }
 
-/// How deep the skin may be in each frame: as deep as joints and skin of the source.
+/// The allowed depth of the skin in each frame: the depth of the source's joints and skin.
 pub(super) fn allowed(source: &Moving<'_>, root: &Root) -> Vec<f32> {
     let floor = root.source_ankle - ground::ankle(source.body);
     let surface = Surface::new(source, root.source_ankle);
@@ -152,7 +152,7 @@ pub(super) fn allowed(source: &Moving<'_>, root: &Root) -> Vec<f32> {
     ticks(source.animation).into_iter().map(depth).collect()
 }
 
-/// How far the whole body must be raised in each frame; `None` where nothing is too deep.
+/// The necessary raise of the whole body in each frame; `None` if the body is nowhere too deep.
 pub(super) fn raises_of_body(target: &Moving<'_>, surface: &Surface, allowed: &[f32]) -> Option<Vec<f32>> {
     raises(target, surface, allowed, &ticks(target.animation), None)
 }
@@ -166,7 +166,7 @@ pub(super) fn raise_body(body: &Body, animation: &mut Animation, raises: &[f32],
     *keys = Ticks::new(&ticks).keys(raised.collect());
 }
 
-/// The rotations that raise hands and feet, as far as they may be; none where none is too deep.
+/// The rotations that raise hands and feet to the allowed depth; empty if no hand or foot is too deep.
 pub(super) fn raise_ends(
     target: &Moving<'_>,
     surface: &Surface,
@@ -208,14 +208,14 @@ pub(super) fn raise_ends(
     raised
 }
 
-/// Gives joints these rotations.
+/// Sets the rotations of joints.
 pub(super) fn set_rotations(body: &Body, animation: &mut Animation, rotations: Vec<(NodeId, Keys<Quat>)>) {
     for (joint, keys) in rotations {
         channel(body, animation, joint).rotation_keys = keys;
     }
 }
 
-/// 0 for a leg that stands, 1 for one that does not.
+/// 0 for a leg in stance, 1 for a leg that is not in stance.
 fn lies(pose: &Pose, leg: &Arm, up: Vec3) -> f32 {
     let [hip, _, ankle] = leg.joints.map(|joint| pose.position(joint));
     let [slanting, upright] = STANDING;
@@ -223,7 +223,7 @@ fn lies(pose: &Pose, leg: &Arm, up: Vec3) -> f32 {
     ((upright - down) / (upright - slanting)).clamp(0.0, 1.0)
 }
 
-/// The height by which the end of a limb, or the whole body, is raised in each frame; `None` if it is high enough.
+/// The raise of a limb's end, or of the whole body, in each frame; `None` if it is high enough.
 fn raises(
     target: &Moving<'_>,
     surface: &Surface,
@@ -244,7 +244,7 @@ fn raises(
     depths.iter().any(is_seen).then(|| covering(&depths, ease))
 }
 
-/// A smooth curve that is nowhere below these values: the largest within `ease` frames, averaged over as many.
+/// A smooth curve that is nowhere below these values: the maximum within `ease` frames, averaged over `ease` frames.
 fn covering(values: &[f32], ease: usize) -> Vec<f32> {
     let around = |frame: usize| frame.saturating_sub(ease)..(frame + ease + 1).min(values.len());
     let largest = |frame: usize| values[around(frame)].iter().copied().fold(0.0, f32::max);

@@ -1,9 +1,9 @@
-//! The motion of one creature on the skeleton of another, joint by joint of one name.
+//! Retargets the motion of a creature to another skeleton by joint names.
 //!
-//! Only the names of a creature's joints are known. So a joint of the target is rotated against its rest pose, in the
-//! world, as the joint of this name in the source is against its own rest pose. The highest joint that moves takes over
-//! the path, scaled by the lengths of the bones. The lowest joints then have their height at rest. Rest poses that
-//! differ stay different: the report has the angles between bones.
+//! For a creature, only the joint names are known. So a joint of the target gets the world rotation from its rest pose
+//! that the joint with the same name has in the source. The highest moving joint gets the path, scaled by the lengths
+//! of the bones. The lowest joints then have their height at rest. If the rest poses differ, the poses in motion also
+//! differ. The report has the angles between bones.
 
 use std::collections::HashMap;
 
@@ -21,49 +21,49 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId, NodeKind, Scene, UpAx
 use super::quality::{ByNames, RetargetReport, verdict};
 use super::{Scale, no_animation};
 
-/// The fewest joints of one name that make two skeletons of one kind: fewer may be chance.
+/// The smallest number of common joint names of two skeletons of one kind. Fewer may be chance.
 const FEWEST: usize = 4;
 
-/// The fraction of the joints of the source with such a name: half, so that a rig with helpers is of the kind.
+/// The smallest fraction of the source's joints with a common name: half, so that a rig with helpers is accepted.
 const MOST_OF_THEM: f64 = 0.5;
 
-/// Of all frames those whose lowest joint may be below the ground: a twentieth, as for contacts.
+/// The fraction of all frames whose lowest joint may be below the ground: a twentieth, as for contacts.
 const BELOW: f64 = 0.05;
 
-/// Moves motions of one creature onto another.
+/// Retargets motions of a creature to another creature of the same kind.
 #[derive(Clone, Debug)]
 pub(crate) struct CreatureRetargeter {
     pairs: Vec<Pair>,
-    /// From the world of the source to that of the target.
+    /// The rotation from the world of the source to the world of the target.
     to_target: Quat,
-    /// The pair that takes over the path.
+    /// The pair of joints that gets the path.
     carrier: usize,
     scale: f32,
-    /// Metres of the target in those of the source.
+    /// The metres per unit of the target, divided by the metres per unit of the source.
     metres: f64,
-    /// Heights in the target at rest and in the source in motion, of the lowest joints.
+    /// The height of the lowest joint: in the target at rest, and in the source in motion.
     lowest: (f32, f32),
     up: Vec3,
     found: ByNames,
 }
 
-/// Two joints of one name.
+/// Two joints with the same name.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     source: NodeId,
     target: NodeId,
     source_rest: Quat,
     target_rest: Quat,
-    /// The pair of the nearest joint above that has one.
+    /// The pair of the nearest ancestor that has a pair.
     above: Option<usize>,
 }
 
 impl CreatureRetargeter {
-    /// Prepares the motions of `source` onto `target`.
+    /// Prepares to retarget the motions of `source` to `target`.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where they are no creatures of one kind, or have too few names in common;
-    /// [`Code::InvalidValue`] where `scale` is not above 0.
+    /// [`Code::NotHumanoid`] if they are not creatures of one kind, or have too few names in common.
+    /// [`Code::InvalidValue`] if `scale` is not above 0.
     pub(crate) fn new(source: (&Scene, &Figure), target: (&Scene, &Figure), scale: Scale) -> Result<Self> {
         let creature = one_kind(source.1, target.1)?;
         let (from, to) = (source.1.survey.up.value, target.1.survey.up.value);
@@ -73,12 +73,12 @@ impl CreatureRetargeter {
         let all = pairs.len() + lacking.len();
         if pairs.len() < FEWEST || (pairs.len() as f64) < MOST_OF_THEM * all as f64 {
             let message = format!(
-                "both are {creature}, but {} of {all} joints of the source have the name of one in the target",
+                "both are {creature}, but only {} of {all} joints of the source have the name of a joint of the target",
                 pairs.len()
             );
             return Err(Diagnostic::new(Code::NotHumanoid, message)
                 .help(
-                    "give the joints of one skeleton the names of the other; creatures go by the names of their joints",
+                    "rename the joints of one skeleton to the names of the other; creatures are matched by joint names",
                 )
                 .into());
         }
@@ -120,7 +120,7 @@ impl CreatureRetargeter {
         })
     }
 
-    /// What is done to a motion, for the record of a file.
+    /// The retargeting step for the record of a file.
     pub(crate) fn step(&self, target: &Scene) -> AppliedStep {
         AppliedStep::Retarget {
             onto: SecondMotion::of(target),
@@ -129,10 +129,10 @@ impl CreatureRetargeter {
         }
     }
 
-    /// An animation of `source`, by its index, on the skeleton of `target`, and how far its bones are off.
+    /// An animation of `source`, by its index, on the skeleton of `target`, and the angles between the bones of both.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is no such animation.
+    /// [`Code::NoMotion`] if there is no such animation.
     pub(crate) fn clip(&self, source: &Scene, index: usize, target: &Scene) -> Result<(Animation, RetargetReport)> {
         let Some(animation) = source.animations.get(index) else {
             return Err(no_animation(index, source));
@@ -180,7 +180,7 @@ impl CreatureRetargeter {
         Ok((moved, report))
     }
 
-    /// Puts a pose of the source on the target, keeps the rotations, and returns the translation of the carrier.
+    /// Sets the target to a pose of the source, stores the rotations, and returns the translation of the carrier.
     fn pose(&self, from: &Pose, to: &mut Pose, target: &Scene, kept: &mut [Vec<Quat>]) -> Vec3 {
         let pair_of: HashMap<NodeId, usize> = (self.pairs.iter().enumerate())
             .map(|(index, pair)| (pair.target, index))
@@ -195,7 +195,7 @@ impl CreatureRetargeter {
                 let moved = rotation_of(&from.node_to_world[pair.source.index()]) * pair.source_rest.inverse();
                 let world = self.to_target * moved * self.to_target.inverse() * pair.target_rest;
                 let local = (rotation_of(&parent).inverse() * world).normalize();
-                // On the shorter arc from the key before.
+                // Use the shorter arc from the previous key.
                 let turned_away = kept[at].last().is_some_and(|last| last.dot(local) < 0.0);
                 kept[at].push(if turned_away { -local } else { local });
                 let mut trs = Trs::from_matrix(node.transform);
@@ -214,22 +214,19 @@ impl CreatureRetargeter {
     }
 }
 
-/// The kind of creature that both are.
+/// The kind of creature of both.
 fn one_kind(source: &Figure, target: &Figure) -> Result<&'static str> {
     let words = |figure: &Figure| match (figure.humanoid.creature, figure.humanoid.found) {
         (Some(creature), _) => format!("{} ({})", creature.as_str(), figure.humanoid.reason),
         (None, true) => "a humanoid".to_owned(),
-        (None, false) => format!(
-            "neither a humanoid nor a creature that is known: {}",
-            figure.humanoid.reason
-        ),
+        (None, false) => format!("neither a humanoid nor a known creature: {}", figure.humanoid.reason),
     };
     match (source.humanoid.creature, target.humanoid.creature) {
         (Some(one), Some(other)) if one == other => Ok(one.as_str()),
         _ => {
             let message = format!("the target is {}, and the source is {}", words(target), words(source));
             Err(Diagnostic::new(Code::NotHumanoid, message)
-                .help("a creature takes motions of its own kind, with the names of its joints; name another file")
+                .help("choose a motion of the same kind of creature, with the same joint names")
                 .into())
         }
     }
@@ -244,8 +241,8 @@ fn key(name: &str) -> String {
         .collect()
 }
 
-/// The joints of one name, in the order of the target, and the names of joints of the source that it lacks. A name that
-/// several joints have goes with the first of them.
+/// The joints with the same name, in the order of the target, and the names of the source's joints that the target
+/// lacks. If several joints have a name, the first is used.
 fn pairs(source: &Scene, target: &Scene, rests: (&Pose, &Pose)) -> (Vec<Pair>, Vec<String>) {
     let mut of_source: HashMap<String, NodeId> = HashMap::new();
     for (index, node) in source.nodes.iter().enumerate() {
@@ -274,7 +271,7 @@ fn pairs(source: &Scene, target: &Scene, rests: (&Pose, &Pose)) -> (Vec<Pair>, V
     (pairs, names.collect())
 }
 
-/// Finds for each pair the one of the nearest joint above, in the source.
+/// Finds for each pair the pair of the nearest ancestor in the source.
 fn above(pairs: &mut [Pair], source: &Scene) {
     let pair_of: HashMap<NodeId, usize> = pairs.iter().enumerate().map(|(at, pair)| (pair.source, at)).collect();
     for pair in pairs {
@@ -289,7 +286,7 @@ fn above(pairs: &mut [Pair], source: &Scene) {
     }
 }
 
-/// The rotation about the up axis of the target that brings the source's rest pose nearest to the target's.
+/// The rotation about the target's up axis that brings the source's rest pose nearest to the target's rest pose.
 fn heading(pairs: &[Pair], rests: (&Pose, &Pose), upright: Quat, up: Vec3) -> Quat {
     let (mut sine, mut cosine) = (0.0, 0.0);
     for (pair, other) in pairs.iter().filter_map(|pair| Some((pair, &pairs[pair.above?]))) {
@@ -306,7 +303,7 @@ fn heading(pairs: &[Pair], rests: (&Pose, &Pose), upright: Quat, up: Vec3) -> Qu
     }
 }
 
-/// The highest pair whose joint changes its position, or else the highest of all.
+/// The highest pair whose joint changes its position, or else the highest pair.
 fn carrier(pairs: &[Pair], source: &Scene) -> usize {
     let moves = |pair: &Pair| {
         source.animations.iter().any(|animation| {
@@ -326,7 +323,7 @@ fn carrier(pairs: &[Pair], source: &Scene) -> usize {
         .unwrap_or(0)
 }
 
-/// The height below which the lowest joint of the source is in a twentieth of its frames.
+/// The height that the lowest joint of the source is below in a twentieth of the frames.
 fn lowest_in_motion(pairs: &[Pair], source: &Scene, up: Vec3) -> f32 {
     let mut heights = Vec::new();
     let mut pose = Pose::rest(source);
@@ -345,7 +342,7 @@ fn lowest_in_motion(pairs: &[Pair], source: &Scene, up: Vec3) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// Angles between the bones of both, in all frames.
+/// The angles between the bones of source and target, in all frames.
 #[derive(Default)]
 struct Angles {
     sum: f64,

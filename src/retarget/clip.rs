@@ -1,8 +1,8 @@
-//! Whole animations, a block of frames at a time.
+//! Retargets whole animations, a block of frames at a time.
 //!
-//! The watched joints of the source and those above them are posed as rotations and positions: structures of arrays, a
-//! frame for each lane. Where a skeleton is stretched along one axis, a product of its matrices is no rotation and
-//! translation; then its frames are posed one by one.
+//! The watched joints of the source and their ancestors are posed as rotations and positions, in structures of arrays
+//! with a frame for each lane. If a skeleton is stretched along one axis, its matrices are not products of rotation and
+//! translation. Then its frames are posed one by one.
 
 use std::collections::HashMap;
 
@@ -21,8 +21,8 @@ use super::plan::Plan;
 use super::root::Root;
 use super::solve::{Solved, solve_block};
 
-/// How much scales along the three axes may differ, and a matrix from its translation, rotation and scale: as a
-/// fraction.
+/// The largest relative difference of the scales along the three axes, and of a matrix from its translation, rotation
+/// and scale.
 const SAME: f32 = 1e-5;
 
 /// An animation of `source` on the target, with a key at every tick.
@@ -64,7 +64,7 @@ pub(super) fn animation(
 }
 
 wide::dispatch! {
-    /// Appends the first frames of a block to the keys of each joint, each on the shorter arc from the key before.
+    /// Appends the first frames of a block to the keys of each joint, each on the shorter arc from the previous key.
     fn append_block(keys: &mut [Vec<Quat>], block: &mut [Rotations<LANES>], frames: usize) {
         for (keys, block) in keys.iter_mut().zip(block) {
             append(keys, block, frames);
@@ -101,11 +101,11 @@ fn append(keys: &mut Vec<Quat>, block: &mut Rotations<LANES>, frames: usize) {
     keys.extend_from_slice(&values[..frames]);
 }
 
-/// Poses the source.
+/// The poses of the source.
 enum Poses<'a> {
-    /// As rotations and positions.
+    /// Rotations and positions.
     Chains(Chains<'a>),
-    /// As matrices, one pose after the other.
+    /// Matrices, one pose after the other.
     Matrices {
         body: &'a Body,
         animation: &'a Animation,
@@ -130,7 +130,7 @@ impl<'a> Poses<'a> {
         }
     }
 
-    /// How many joints are seen.
+    /// The number of watched joints.
     fn joints(&self) -> usize {
         match self {
             Self::Chains(chains) => chains.joints,
@@ -138,7 +138,7 @@ impl<'a> Poses<'a> {
         }
     }
 
-    /// Sees the poses at up to [`LANES`] ticks.
+    /// Computes the poses at up to [`LANES`] ticks.
     fn see(&mut self, ticks: &[f64], seen: &mut WatchedPose<LANES>) {
         match self {
             Self::Chains(chains) => pose_block(chains, ticks, seen),
@@ -158,26 +158,26 @@ impl<'a> Poses<'a> {
     }
 }
 
-/// The watched joints and those above them.
+/// The watched joints and their ancestors.
 struct Chains<'a> {
-    /// Parents before children.
+    /// The joints, parents before children.
     links: Vec<Link<'a>>,
     /// The number of entries in [`WatchedPose`].
     joints: usize,
-    /// From the world to the frame of the T-pose.
+    /// The rotation from the world to the frame of the T-pose.
     world_to_frame: Quat,
 }
 
 struct Link<'a> {
-    /// Its index in [`WatchedPose`]; the first ones are those of the watched joints.
+    /// Its index in [`WatchedPose`]. The first indices are the watched joints.
     joint: usize,
     /// The index of its parent.
     parent: Option<usize>,
     rotation: Values<'a, Quat>,
-    /// None where nobody asks where it is.
+    /// The translation; `None` if nothing needs the position.
     translation: Option<Values<'a, Vec3>>,
     has_rotation: bool,
-    /// The size of the parent's axes.
+    /// The scale of the parent's axes.
     parent_scale: f32,
 }
 
@@ -198,10 +198,10 @@ impl<'a, T: Copy> Values<'a, T> {
     }
 }
 
-/// The values of keys at up to [`LANES`] ticks, the last of them also in the lanes behind it.
+/// The values of keys at up to [`LANES`] ticks. The last value also fills the remaining lanes.
 #[inline(always)]
 fn values_at<T: Copy>(keys: &Keys<T>, ticks: &[f64], sample: impl Fn(f64) -> T) -> [T; LANES] {
-    // Ticks are whole but for the last one of a clip.
+    // All ticks are whole, except the last tick of a clip.
     let has_tick = keys.ticks.is_none() && ticks.len() == LANES && ticks[LANES - 1].fract() == 0.0;
     let first = ticks[0] as usize;
     match keys.values.get(first..first + LANES) {
@@ -211,7 +211,7 @@ fn values_at<T: Copy>(keys: &Keys<T>, ticks: &[f64], sample: impl Fn(f64) -> T) 
 }
 
 impl<'a> Chains<'a> {
-    /// `None` for a skeleton that scales otherwise than evenly.
+    /// `None` for a skeleton with a non-uniform scale.
     fn new(
         body: &'a Body,
         source: &'a Scene,
@@ -241,7 +241,7 @@ impl<'a> Chains<'a> {
                     above.has_rotation = true;
                     above.has_place |= has_place;
                     if is_new && index < next {
-                        // What is above it has to know.
+                        // The ancestors must know the joint.
                         next = index;
                         continue;
                     }
@@ -324,13 +324,13 @@ wide::dispatch! {
     }
 }
 
-/// Whether a matrix has no more than translation, rotation and scale.
+/// Whether a matrix is exactly this translation, rotation and scale.
 fn is_matrix_of(trs: Trs, matrix: Mat4) -> bool {
     let (axes, expected) = (Mat3::from_mat4(matrix), Mat3::from_mat4(trs.matrix()));
     axes.abs_diff_eq(expected, SAME * trs.scale.abs().max_element())
 }
 
-/// The scale of a node that is the same along all axes, at all times, and mirrors nothing.
+/// The scale of a node, if it is uniform, constant and positive.
 fn even_scale(keys: Option<&Keys<Vec3>>, rest: Vec3) -> Option<f32> {
     let values = keys.map_or(&[][..], |keys| keys.values.as_slice());
     let first = values.first().copied().unwrap_or(rest);

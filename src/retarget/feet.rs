@@ -1,4 +1,4 @@
-//! What the feet of the target are to do.
+//! The contacts and the soles that the feet of the target follow.
 
 use glam::Vec3;
 use mocap_edit::report::DetectedContacts;
@@ -12,35 +12,36 @@ use mocap_scene::scene::{Animation, Channel, NodeId, Scene};
 use super::root::Root;
 use super::skin::{Skin, Vertex};
 
-/// How far from its height in a standing body an ankle may rest, as a fraction of the leg. Otherwise the body does not
-/// stand.
+/// The largest difference between an ankle's resting height and its height in a standing body, as a fraction of the
+/// leg. With a larger difference, the body does not stand.
 const STANDS: f32 = 0.05;
 
-/// The distance from the joint of the toes to their tip, as a fraction of the distance over the ground from the ankle
-/// to the toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two thirds of it in front
-/// of the heel.
+/// The distance from the joint of the toes to their tip, as a fraction of the horizontal distance from the ankle to the
+/// toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two thirds of it in front of the
+/// heel.
 const TIP: f32 = 0.5;
 
-/// The distance from the ankle back to the heel, as the same fraction.
+/// The distance from the ankle back to the heel, as a fraction of the distance from the ankle to the toes.
 const HEEL: f32 = 0.4;
 
-/// Half the width of a foot at the ball, as a fraction of the distance from the ankle to the toes: that of a shoe.
+/// Half the width of a shoe at the ball, as a fraction of the distance from the ankle to the toes.
 const WIDTH: f32 = 0.3;
 
-/// Half the width of a foot at the heel, as the same fraction: two thirds of that at the ball.
+/// Half the width of a foot at the heel, as a fraction of the same distance: two thirds of the width at the ball.
 const HEEL_WIDTH: f32 = 0.2;
 
-/// The distance from the ball to the front of the part that does not bend with the toes, as the same fraction.
+/// The distance from the ball to the front of the part that does not bend with the toes, as a fraction of the same
+/// distance.
 const FRONT: f32 = 0.1;
 
-/// The largest angle in radians by which an ankle turns to bring a foot above the floor: 34 degrees.
+/// The largest rotation of an ankle to bring a foot above the floor, in radians: 34 degrees.
 const ANKLE_TURNS: f32 = 0.6;
 
-/// The largest angle in radians by which toes turn: 57 degrees, of the 70 of a joint (American Academy of Orthopaedic
-/// Surgeons, Joint Motion, 1965).
+/// The largest rotation of toes, in radians: 57 degrees. The joint allows 70 (American Academy of Orthopaedic Surgeons,
+/// Joint Motion, 1965).
 const TOES_TURN: f32 = 1.0;
 
-/// The channels of a motion that a lock of its feet may change: of the legs, of the hips and of what carries them.
+/// The channels of a motion that a foot lock may change: of the legs, of the hips, and of the ancestors of the hips.
 pub(super) struct FreeLegs {
     /// The number of channels before the lock.
     channels: usize,
@@ -62,7 +63,7 @@ impl FreeLegs {
         }
     }
 
-    /// Takes a lock back.
+    /// Restores the channels from before the lock.
     pub(super) fn give_back(self, animation: &mut Animation) {
         animation.channels.truncate(self.channels);
         for (index, channel) in self.of_legs {
@@ -71,7 +72,7 @@ impl FreeLegs {
     }
 }
 
-/// What the feet of the target follow. `None` where the source does not stand.
+/// The motion that the feet of the target follow; `None` if the source does not stand.
 pub(super) fn followed<'a>(
     source: &Body,
     target: &Body,
@@ -101,7 +102,7 @@ pub(super) fn followed<'a>(
     })
 }
 
-/// The outermost vertices of the sole of a foot, as the skin shows it.
+/// The outermost vertices of a foot's sole in the skin.
 fn skin(body: &Body, scene: &Scene, side: Side) -> Vec<Vertex> {
     let Some(ankle) = body.joint(Bone::LeftFoot.on(side)) else {
         return Vec::new();
@@ -112,16 +113,16 @@ fn skin(body: &Body, scene: &Scene, side: Side) -> Vec<Vertex> {
     Skin { ankle, toes, floor }.sole(body, scene)
 }
 
-/// The skin of both soles: how low it comes below where it is in a standing body.
+/// The skin of both soles, to measure its depth below its height in a standing body.
 pub(super) struct Soles {
     vertices: Vec<Vertex>,
     up: Vec3,
-    /// For each vertex how high it is in a standing body, and the floor itself at most.
+    /// The height of each vertex in a standing body, at most the height of the floor.
     standing: Vec<f32>,
 }
 
 impl Soles {
-    /// `ankle` is the height of the ankles of a body that stands.
+    /// `ankle` is the height of the ankles of a standing body.
     pub(super) fn new(body: &Body, scene: &Scene, ankle: f32) -> Self {
         let vertices: Vec<Vertex> = Side::ALL.into_iter().flat_map(|side| skin(body, scene, side)).collect();
         let floor = ankle - ground::ankle(body);
@@ -133,7 +134,7 @@ impl Soles {
         }
     }
 
-    /// The height of the lowest vertex over its level in stance; infinity without a skin.
+    /// The height of the lowest vertex above its level in stance; infinite without a skin.
     pub(super) fn lowest(&self, pose: &Pose) -> f32 {
         let heights = self.vertices.iter().map(|vertex| vertex.at(pose).dot(self.up));
         let above = heights.zip(&self.standing).map(|(height, standing)| height - standing);
@@ -141,8 +142,8 @@ impl Soles {
     }
 }
 
-/// The points of a foot that stay above the floor: its joints at the heights that they have in a standing body, and its
-/// sole, which the skin shows. Without a skin, heel, ball and tip of the toes are guessed.
+/// The points of a foot that stay above the floor: its joints at their heights in a standing body, and its sole in the
+/// skin. Without a skin, the positions of heel, ball and toe tip are guessed.
 fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
     let Some(ankle) = body.joint(Bone::LeftFoot.on(side)) else {
         return Vec::new();

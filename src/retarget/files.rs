@@ -1,4 +1,4 @@
-//! The [`Retargeter`]: the recipe of whole files, and its order.
+//! The [`Retargeter`]: the steps of a retargeting of whole files, and their order.
 
 mod clip;
 mod face;
@@ -32,10 +32,11 @@ use crate::robot::{Robot, RobotMotion, RobotOptions, RobotRetargeter, robot_bone
 use crate::{CreatureRetargeter, PoseRetargeter, check_figure};
 use mocap_figure::LimbAngles;
 
-/// Retargets whole files. It owns the scenes, and has the clips.
+/// Retargets whole files. It owns the scenes and the clips.
 ///
-/// [`new`](Self::new) puts one source on a target. For several, [`onto`](Self::onto) takes the target alone, and
-/// [`add`](Self::add) each source; a clone of a retargeting without sources is cheap, so that a thread may have one.
+/// [`new`](Self::new) retargets one source to a target. For several sources, [`onto`](Self::onto) takes the target, and
+/// [`add`](Self::add) takes each source. A clone of a retargeter without sources is cheap, so every thread may have a
+/// clone.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -54,19 +55,19 @@ use mocap_figure::LimbAngles;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Retargeter {
-    /// With a root above the hips, where the options ask for one.
+    /// With a root above the hips, if the options ask for a root.
     target: Target,
     /// The figure of the target; a robot has its own.
     figure: Option<Figure>,
     options: RetargetOptions,
-    /// The names of clips that stand in the output.
+    /// The names of clips that are already in the output.
     names: HashSet<String>,
     sources: Vec<SourceMotions>,
     clips: Vec<RetargetedClip>,
 }
 
 impl Retargeter {
-    /// Puts all motions of `source`, a scene as it was read, on a target: a [`Target`], or what one is made of.
+    /// Retargets all motions of `source`, an unconverted scene, to a target: a [`Target`], or a value that becomes one.
     ///
     /// # Errors
     /// As [`onto`](Self::onto), [`prepare`](Self::prepare) and [`add`](Self::add).
@@ -77,11 +78,11 @@ impl Retargeter {
         Ok(retargeting)
     }
 
-    /// Takes a target without a motion yet, and finds its bones.
+    /// Takes a target, which has no motion yet, and finds its bones.
     ///
     /// # Errors
-    /// - [`Code::NotHumanoid`] if it is neither a humanoid nor a creature of a known kind, or if no pose can be put on
-    ///   its hierarchy
+    /// - [`Code::NotHumanoid`] if it is neither a humanoid nor a creature of a known kind, or if its hierarchy cannot
+    ///   be posed
     /// - [`Code::InvalidValue`] if [`target_bones`](RetargetOptions::target_bones) names a joint that it lacks, or if
     ///   the skeleton of a robot's file is given as a character
     pub fn onto(target: impl Into<Target>, options: RetargetOptions) -> Result<Self> {
@@ -99,7 +100,7 @@ impl Retargeter {
         if let Some(figure) = figure.as_ref().filter(is_checked) {
             check_figure(&scene, figure)?;
         }
-        // What is written from a scene has the new motions alone.
+        // An output that is written from a scene has only the new motions.
         let stay = matches!(target, Target::Character(_)) && !options.replace_animations;
         let names = scene.animations.iter().filter(|_| stay);
         let names = names.map(|animation| animation.name.clone()).collect();
@@ -114,17 +115,18 @@ impl Retargeter {
         })
     }
 
-    /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetOptions::conversion).
+    /// Converts an unconverted scene to metres with +Y up, by [`conversion`](RetargetOptions::conversion).
     ///
     /// # Errors
-    /// As [`Conversion::apply`](mocap_figure::convert::Conversion::apply); also [`Code::InvalidValue`] where
+    /// As [`Conversion::apply`](mocap_figure::convert::Conversion::apply); also [`Code::InvalidValue`] if
     /// [`source_bones`](RetargetOptions::source_bones) names a joint that the scene lacks.
     pub fn prepare(&self, scene: Scene) -> Result<SourceMotion> {
         let figure = Figure::mapped(&scene, &self.options.source_bones)?;
         self.prepare_figure(scene, &figure)
     }
 
-    /// The same for a scene whose figure is known, with [`source_bones`](RetargetOptions::source_bones).
+    /// As [`prepare`](Self::prepare) for a scene with a known figure, with
+    /// [`source_bones`](RetargetOptions::source_bones).
     ///
     /// # Errors
     /// As [`Conversion::apply`](mocap_figure::convert::Conversion::apply).
@@ -132,7 +134,7 @@ impl Retargeter {
         self.prepare_shown(scene, figure, None)
     }
 
-    /// The same where other motions of its skeleton, in the space of the scene, show the T-pose too.
+    /// As [`prepare`](Self::prepare), if other motions of the skeleton, in the space of the scene, show the T-pose too.
     #[doc(hidden)]
     pub fn prepare_shown(
         &self,
@@ -145,7 +147,7 @@ impl Retargeter {
         let whole = whole(&mut scene, figure, shown, &conversion)?;
         let has_other_frames = whole.is_some() || conversion.takes_other_frames();
         let leaves_out_rest_pose = has_other_frames && figure.survey.first_frame_is_rest_pose;
-        // Another frame rate would mix the rest pose into the motion, and what is left of a part may begin with it.
+        // Another frame rate would mix the rest pose into the motion, and a trimmed part may begin with the rest pose.
         if leaves_out_rest_pose {
             conversion = conversion.first_frame(FirstFrame::DropRestPose);
         }
@@ -160,17 +162,17 @@ impl Retargeter {
         })
     }
 
-    /// Puts all motions of a source on the target, and returns the source as it was moved. A source with one motion
-    /// names its clip; the clips of a source with several keep their names. Where another clip of the output has
-    /// the name, a number is added.
+    /// Retargets all motions of a source, and returns the source in the form that was retargeted. If the source has one
+    /// motion, the clip has the name of the source. If the source has several, the clips keep their names. If another
+    /// clip of the output has the name, a number is added.
     ///
     /// # Errors
-    /// - [`Code::NotHumanoid`] if the source is not a humanoid, or for a creature, not of its kind with the names of
-    ///   its joints
+    /// - [`Code::NotHumanoid`] if the source is not a humanoid. For a creature, if the source is not of its kind or
+    ///   lacks the names of its joints
     /// - [`Code::NoMotion`] if it has no animation
     /// - [`Code::InvalidValue`] if [`source_bones`](RetargetOptions::source_bones) names a joint that it lacks
     ///
-    /// The clips are then as they were.
+    /// The clips are unchanged after an error.
     pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
         if source.scene.animations.is_empty() {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
@@ -201,7 +203,7 @@ impl Retargeter {
         if is_lost && !self.clips[first..].iter().any(is_moving) {
             self.clips.truncate(first);
             self.names = names;
-            let message = "nothing would move: the target has no place for what moves in the source";
+            let message = "nothing would move: the target lacks all joints that move in the source";
             return Err(Diagnostic::new(Code::NoMotion, message)
                 .help("retarget onto a body that has these joints")
                 .into());
@@ -211,8 +213,8 @@ impl Retargeter {
         Ok(&self.sources[self.sources.len() - 1].source)
     }
 
-    /// How well a motion of the robot that is the target is the main clip of `reference`, a scene as it was read. Any
-    /// program may have made the motion. The reference gets its frame rate.
+    /// Measures how well a motion of the target robot follows the main clip of `reference`, an unconverted scene. Any
+    /// program may have written the motion. The reference is resampled to the frame rate of the motion.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -229,7 +231,7 @@ impl Retargeter {
     /// ```
     ///
     /// # Errors
-    /// As [`Self::prepare`] and [`RobotRetargeter::judge`]; [`Code::InvalidValue`] if the target is no robot on two
+    /// As [`Self::prepare`] and [`RobotRetargeter::judge`]; [`Code::InvalidValue`] if the target is not a robot on two
     /// legs.
     pub fn judge(&self, mut reference: Scene, motion: &RobotMotion) -> Result<RobotReport> {
         let mut judge = self.clone();
@@ -242,13 +244,13 @@ impl Retargeter {
         }
         let moving = judge.moving(source)?;
         let Mover::Robot(mut retargeter) = moving.mover else {
-            let message = "motions of robots on two legs are judged, and the target is another body";
+            let message = "only motions of robots on two legs can be judged, and the target is another body";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         };
         retargeter.judge(&moving.source.scene, 0, motion)
     }
 
-    /// What moves the motions of a source, which then has no rest pose in its first frame.
+    /// The retargeter for the motions of a source. It drops a rest pose in the first frame of the source.
     fn moving(&self, mut source: SourceMotion) -> Result<SourceMotions> {
         let scene = source.shows_t_pose();
         let bones = match &source.bones {
@@ -294,7 +296,7 @@ impl Retargeter {
                 }
             }
         };
-        // Not before: that frame shows where the T-pose is.
+        // The frame is dropped only now, because it shows the T-pose.
         source.leave_out_rest_pose(&of_scene)?;
         Ok(SourceMotions {
             source,
@@ -303,7 +305,7 @@ impl Retargeter {
         })
     }
 
-    /// A motion of a source on the target.
+    /// Retargets a motion of a source to the target.
     fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<RetargetedClip> {
         let mut provenance = Provenance::of_clip(source, index);
         let lock_feet = self.options.lock_feet;
@@ -367,7 +369,7 @@ impl Retargeter {
         Ok(clip)
     }
 
-    /// Takes the motion over the ground out of a clip on a body, or moves it to a node above the hips.
+    /// Removes the root motion of a clip on a body, or moves it to a node above the hips.
     fn change_over_ground(&self, clip: &mut RetargetedClip) -> Result<Option<AppliedStep>> {
         let step = match self.options.root {
             RootMotion::Keep => return Ok(None),
@@ -378,7 +380,7 @@ impl Retargeter {
         let humanoid = self.humanoid();
         let bones = humanoid.and_then(|bones| Some((bones.joint(HumanoidBone::Hips)?, &bones.follow)));
         let (hips, follow) = bones.ok_or_else(|| {
-            let message = "the target has no hips, so its motion over the ground is not known";
+            let message = "the target has no hips, so its root motion is unknown";
             Diagnostic::new(Code::NotHumanoid, message).help("leave out {in-place} and {root-motion}")
         })?;
         match Rig::new(&target, follow) {
@@ -392,15 +394,15 @@ impl Retargeter {
         Ok(Some(step))
     }
 
-    /// Gives the clips names, in their order. Where another clip of the output has the name, a number is added.
+    /// Names the clips, in their order. If another clip of the output has the name, a number is added.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where there are not as many names as clips.
+    /// [`Code::InvalidValue`] if the number of names differs from the number of clips.
     #[doc(hidden)]
     pub fn name_clips(&mut self, names: &[String]) -> Result<()> {
         if names.len() != self.clips.len() {
             let (names, clips) = (names.len(), self.clips.len());
-            let message = format!("{names} names are given for the clips, and there are {clips} clips");
+            let message = format!("{names} names are given for {clips} clips");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         for clip in &self.clips {
@@ -413,7 +415,7 @@ impl Retargeter {
         Ok(())
     }
 
-    /// The name, with a number where another clip of the output has it.
+    /// The name, with a number if another clip of the output has the name.
     fn free_name(&mut self, name: String) -> String {
         let numbered = (2..).map(|number| format!("{name}_{number}"));
         let mut candidates = std::iter::once(name.clone()).chain(numbered);
@@ -426,12 +428,12 @@ impl Retargeter {
         &self.clips
     }
 
-    /// The same, without a copy.
+    /// The clips of all sources, without a copy.
     pub fn into_clips(self) -> Vec<RetargetedClip> {
         self.clips
     }
 
-    /// The sources as they were moved: in metres with +Y up, without a rest pose in the first frame.
+    /// The sources in the form that was retargeted: in metres with +Y up, without a rest pose in the first frame.
     pub fn sources(&self) -> impl Iterator<Item = &SourceMotion> {
         self.sources.iter().map(|moving| &moving.source)
     }
@@ -441,14 +443,13 @@ impl Retargeter {
         &self.target
     }
 
-    /// Which joints of the target are which bones; `None` for a robot, whose links are groups of joints:
-    /// [`robot_bones`].
+    /// The joint of each bone of the target; `None` for a robot, whose links are groups of joints: [`robot_bones`].
     pub fn humanoid(&self) -> Option<&Humanoid> {
         self.figure.as_ref().map(|figure| &figure.humanoid)
     }
 
-    /// How far the directions of the limbs of a clip, by its index, are from those of its source at each tick. `None`
-    /// where there is no such clip, and for an animal.
+    /// The angles between the limbs of a clip, by its index, and the limbs of its source at each tick. `None` if there
+    /// is no such clip, and for an animal.
     pub fn limb_angles(&self, clip: usize) -> Option<Vec<LimbAngles>> {
         let moving = self.sources.iter().find(|moving| moving.clips.contains(&clip))?;
         let Mover::Body(retargeter) = &moving.mover else {
@@ -461,13 +462,13 @@ impl Retargeter {
     }
 }
 
-/// Whether a scene has morph targets of a face: a track of a face needs no more of it.
+/// Whether a scene has morph targets of a face. A track of a face needs only these.
 fn is_face_of_shapes(scene: &Scene) -> bool {
     let mut targets = scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets);
     targets.any(|target| face_shape(&target.name).is_some())
 }
 
-/// The bones of a target; none of a robot.
+/// The bones of a target; `None` for a robot.
 fn bones_of(target: &Target, options: &RetargetOptions) -> Result<Option<Humanoid>> {
     let found = match target {
         Target::Character(character) => character
@@ -485,12 +486,12 @@ fn bones_of(target: &Target, options: &RetargetOptions) -> Result<Option<Humanoi
     found.with_map(&target.scene(), options.target_bones.clone()).map(Some)
 }
 
-/// Whether a robot is no humanoid, and walks on four legs.
+/// Whether a robot is not a humanoid and walks on four legs.
 fn is_quadruped(robot: &Robot, options: &RetargetOptions) -> bool {
     robot_bones(robot, Some(&options.target_bones)).is_err() && has_four_legs(robot)
 }
 
-/// Refuses the scene of a robot's file as a character, on which a motion would be wrong by the axes of its links.
+/// Refuses the scene of a robot's file as a character: the axes of its links would make a motion wrong.
 fn refuse_robot(target: &Target) -> Result<()> {
     match target {
         Target::Skeleton(scene) if matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf)) => Err(

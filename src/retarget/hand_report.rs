@@ -1,11 +1,11 @@
-//! The report of hands that touch the body, each other or the floor.
+//! The report of contacts between a hand and the body, the other hand or the floor.
 
 use std::fmt;
 
 use mocap_figure::HumanoidBone as Bone;
 use serde::{Deserialize, Serialize};
 
-/// What a hand touches.
+/// The part that a hand touches.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -50,33 +50,33 @@ impl TouchedPart {
     }
 }
 
-/// A contact of a hand. Distances are means over its frames, in metres: of the middle of the palm from the surface of
-/// what it touches, negative inside; of two hands from palm to palm.
+/// A contact of a hand. Distances are means over the frames of the contact, in metres. They are between the middle of
+/// the palm and the surface of the touched part, negative inside. For two hands, they are from palm to palm.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct HandContact {
-    /// The hand; of two hands the left.
+    /// The hand. For a contact of two hands, the left hand.
     pub hand: Bone,
-    /// What it touches.
+    /// The touched part.
     pub with: TouchedPart,
-    /// The tick of its first frame.
+    /// The tick of the first frame.
     pub first: f64,
-    /// The tick of its last frame.
+    /// The tick of the last frame.
     pub last: f64,
     /// The distance in the source, scaled by the length of the legs.
     pub source: f64,
     /// The distance on the target before the contact was kept.
     pub before: f64,
-    /// The distance after.
+    /// The distance on the target after the contact was kept.
     pub after: f64,
     /// The distance of the palm from its goal before the correction.
     pub error_before: f64,
-    /// How far it is from there after.
+    /// The distance of the palm from its goal after the correction.
     pub error_after: f64,
-    /// The fraction of the change that is made: 1, or less where the motion would jerk.
+    /// The applied fraction of the correction: 1, or less if the motion would jerk.
     pub strength: f64,
 }
 
@@ -87,14 +87,14 @@ pub struct HandContact {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct HandsReport {
-    /// The contacts that are kept, in the order of time.
+    /// The contacts that are kept, in order of time.
     pub contacts: Vec<HandContact>,
-    /// Contacts that are not kept: they would jerk, or come no nearer.
+    /// Contacts that are not kept, because they would jerk or would not bring the palm nearer.
     pub given_up: usize,
-    /// The mean angle of all limbs and frames without the contacts, in degrees, by which the verdict judges the limbs:
-    /// a hand that touches costs angles of its arm.
+    /// The mean angle of all limbs and frames without the contacts, in degrees. The verdict uses this angle, because a
+    /// hand contact changes the angles of its arm.
     pub free_mean_degrees: f64,
-    /// The largest ratio of the jerk of a hand, in the mean square of the motion, to its jerk without the contacts.
+    /// The largest ratio of a hand's mean square jerk to its jerk without the contacts.
     pub jerk_ratio: f64,
 }
 

@@ -1,10 +1,10 @@
-//! Keeps hands on what they touch: each other, the head, the trunk, the legs, the floor.
+//! Keeps the contacts of hands: with each other, the head, the trunk, the legs, the floor.
 //!
-//! Equal directions on other proportions are other distances: palms that meet on the source cross or stay apart on the
-//! target. Contacts are found in the source, by the distance of a palm from a surface and its speed beside it. On the
-//! target the palm goes to the same place of the same part, as relationship descriptors do (Al-Asqhar, Komura and Choi,
-//! 2013), by two-bone inverse kinematics. Where a hand would jerk, the change comes and goes over a longer time, then
-//! becomes less, and then is given up.
+//! On other proportions, equal directions of the limbs give other distances: palms that meet on the source cross or
+//! stay apart on the target. Contacts are found in the source, by the distance of a palm from a surface and its speed
+//! along the surface. On the target, the palm goes to the same place of the same part, as in relationship descriptors
+//! (Al-Asqhar, Komura and Choi, 2013), by two-bone inverse kinematics. If a hand would jerk, the correction is spread
+//! over a longer time, then reduced, and then dropped.
 
 mod arm;
 mod contact;
@@ -29,22 +29,22 @@ use super::hand_report::{HandContact, HandsReport};
 use super::measure::Moving;
 use super::root::Root;
 
-/// Rounds of relaxing, which bound the time.
+/// The largest number of rounds in which contacts are relaxed. It limits the computing time.
 const ROUNDS: usize = 16;
 
-/// The largest ratio of the jerk of a hand around a contact to its jerk without the contact, in the mean square and at
-/// its peak.
+/// The largest ratio of the jerk of a hand around a contact to its jerk without the contact. It limits the mean square
+/// and the peak.
 const JERK: f64 = 1.15;
 
-/// The largest ratio of the jerk of hand and elbow together: an elbow swings far where a hand passes the shoulder, and
-/// nobody looks at it.
+/// The largest ratio of the jerk of hand and elbow together. An elbow swings far when a hand passes the shoulder, but
+/// viewers rarely look at it.
 const ELBOW: f64 = 1.5;
 
-/// The jerk in m/s^3 that a hand may always have: a fiftieth of that of a wave.
+/// The jerk that a hand may always have, in m/s^3: a fiftieth of a wave's jerk.
 const STILL: f64 = 2.0;
 
-/// The animation of the target with its hands on what the source's hands touch, and the report; `None` if they touch
-/// nothing, or are there already.
+/// The animation of the target with the hand contacts of the source, and the report. `None` if the hands touch nothing,
+/// or already keep their contacts.
 pub(super) fn keep(source: &Moving<'_>, target: &Moving<'_>, root: &Root) -> Option<(Animation, HandsReport)> {
     let both = Side::ALL.into_iter();
     let both = both.filter_map(|side| Some((Arm::new(source.body, side)?, Arm::new(target.body, side)?)));
@@ -115,14 +115,14 @@ struct Hands<'a> {
     ticks: &'a [f64],
     binding: Binding,
     pose: Pose,
-    /// For each arm its tracks without and with the contacts.
+    /// The tracks of each arm without the contacts, and then with the contacts.
     free: Vec<ArmTrack>,
     kept: Vec<ArmTrack>,
-    /// The joint about which the trunk leans, and its rotations to its parent.
+    /// The joint about which the trunk leans, and its rotations relative to its parent.
     trunk: Option<NodeId>,
     upright: Vec<Quat>,
     leans: Vec<Quat>,
-    /// The frames that differ.
+    /// The frames that the contacts change.
     changed: Vec<bool>,
 }
 
@@ -133,13 +133,13 @@ fn trunk(body: &Body) -> Option<NodeId> {
     body.trunk.iter().copied().find(|joint| !carries(*joint))
 }
 
-/// An arm over a motion, in the axes of the figure.
+/// The motion of an arm, in the axes of the figure.
 #[derive(Clone, Default)]
 struct ArmTrack {
     elbow: Vec<Vec3>,
     wrist: Vec<Vec3>,
     palm: Vec<Vec3>,
-    /// The rotations of its joints to their parents.
+    /// The rotations of its joints relative to their parents.
     rotations: Vec<[Quat; 3]>,
 }
 
@@ -189,7 +189,7 @@ impl<'a> Hands<'a> {
         hands
     }
 
-    /// Moves the pose to a frame without contacts.
+    /// Sets the pose to a frame without contacts.
     fn sample(&mut self, frame: usize) {
         self.pose
             .sample(&self.binding, self.target.animation, self.ticks[frame]);
@@ -199,7 +199,7 @@ impl<'a> Hands<'a> {
         self.arms.iter().position(|arm| arm.side == side)
     }
 
-    /// Brings the arms to where the contacts ask for them.
+    /// Moves the arms to the goals of the contacts.
     fn apply(&mut self, contacts: &[Contact]) {
         let axes = self.target.body.axes;
         for frame in 0..self.ticks.len() {
@@ -237,7 +237,7 @@ impl<'a> Hands<'a> {
         }
     }
 
-    /// Leans the trunk where an arm is too short.
+    /// Leans the trunk if an arm is too short.
     fn lean(&mut self, shifts: &[Shift], goals: &[Option<WristGoal>]) {
         let Some(trunk) = self.trunk else { return };
         let pivot = self.pose.position(trunk);
@@ -254,7 +254,7 @@ impl<'a> Hands<'a> {
         }
     }
 
-    /// The largest ratio of the jerk of the arms around a contact.
+    /// The largest ratio of the arms' jerk around a contact.
     fn jerk_ratio(&self, contact: &Contact) -> f64 {
         let frames = contact.frames(self.ticks.len());
         let sides = contact.sides();
@@ -290,7 +290,7 @@ impl<'a> Hands<'a> {
         ratios.fold(0.0, f64::max)
     }
 
-    /// The animation with the arms as they are kept.
+    /// The animation with the corrected arms.
     fn animation(&self) -> Animation {
         let mut animation = self.target.animation.clone();
         let at = Ticks::new(self.ticks);
@@ -318,7 +318,7 @@ impl<'a> Hands<'a> {
     }
 }
 
-/// The channel of a joint, which gets one where it has none.
+/// The channel of a joint. Adds a channel if the joint has none.
 pub(super) fn channel<'a>(body: &Body, animation: &'a mut Animation, joint: NodeId) -> &'a mut Channel {
     let found = animation
         .channels
@@ -338,13 +338,13 @@ pub(super) fn channel<'a>(body: &Body, animation: &'a mut Animation, joint: Node
     &mut animation.channels[index]
 }
 
-/// The shifts that several contacts ask of one hand.
+/// The shifts of one hand from several contacts.
 #[derive(Clone, Copy, Debug)]
 struct Shift {
     sum: Vec3,
     weights: f32,
-    /// The product of the fractions of the free motion that each contact leaves. The second value is of the contacts
-    /// for which the trunk leans alone.
+    /// The product of the fractions of the free motion that the contacts leave. The second value is only for contacts
+    /// for which the trunk leans.
     free: f32,
     upright: f32,
 }

@@ -1,4 +1,4 @@
-//! What the tests of this package need, and nothing else.
+//! Exports for the tests of this package only.
 
 pub use crate::robot::band::Band;
 pub use crate::robot::collision::{Collisions, SelfCollision};

@@ -3,8 +3,8 @@
 //! A [`Retargeter`] takes whole files. It does these steps:
 //!
 //! - Convert the source to metres with +Y up, and find its bones.
-//! - Read the T-pose while a rest pose stands in the first frame, and drop that frame.
-//! - Move each motion, and hold feet on the ground if that is better.
+//! - Determine the T-pose while a rest pose is the first frame, and drop that frame.
+//! - Retarget each motion, and lock feet to the ground if the result is better.
 //! - Give every clip its own name, its provenance and a report.
 //!
 //! `docs/retargeting.md` and `docs/robots-algorithm.md` have the algorithms.
@@ -25,13 +25,13 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 //!
-//! A [`PoseRetargeter`] moves single poses as an engine has them; [`robot`] has the same for robots.
+//! A [`PoseRetargeter`] retargets single poses, for engines. [`robot`] has the same for robots.
 //!
 //! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward
-//! is +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's,
-//! bone by bone. This is the transfer that VRM describes for its animations, written for rotations in the world
-//! (vrm-c, vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move by the path of
-//! the source, scaled by the length of the legs.
+//! is +Z. In these frames, a pose has the same rotations on every body. So each bone of the target gets the rotation of
+//! the source's bone. VRM describes this transfer for its animations, with rotations in the world (vrm-c,
+//! vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move along the path of the
+//! source, scaled by the length of the legs.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -103,37 +103,37 @@ use self::quality::RetargetReport;
 use self::root::Root;
 use self::solve::Solved;
 
-/// How large the steps of the target are.
+/// The scale of the target's root motion.
 ///
 /// [`PoseRetargeter`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Scale {
-    /// In the proportion of the legs.
+    /// The ratio of the leg lengths.
     #[default]
     Auto,
-    /// As long as those of the source, in metres.
+    /// No scale: the steps have the same length as in the source, in metres.
     None,
-    /// This many times as long as those of the source, in metres.
+    /// This factor of the steps of the source, in metres.
     Factor(f64),
 }
 
-/// How a [`PoseRetargeter`] moves a motion.
+/// The options of a [`PoseRetargeter`].
 ///
 /// [`PoseRetargeter`] has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct PoseRetargetOptions {
-    /// How large the steps of the target are.
+    /// The scale of the target's root motion.
     pub scale: Scale,
-    /// Which joints of the source are which bones. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    /// The joint of each bone of the source. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds the bones.
     pub source: Option<Humanoid>,
-    /// Which joints of the target are which bones. Default: as for the source.
+    /// The joint of each bone of the target. Default: as for the source.
     pub target: Option<Humanoid>,
     /// The weights of [`PoseRetargeter::lock_feet`].
     pub foot_lock: FootLockWeights,
-    /// Whether [`PoseRetargeter::clip`] leaves hands where the directions of the limbs put them. Otherwise they are on
-    /// what the source's hands touch.
+    /// Whether [`PoseRetargeter::clip`] keeps the directions of arms, even if the hands then miss their contacts.
+    /// Default: `false`, the hands touch the same parts as the source's hands.
     pub free_hands: bool,
 }
 
@@ -147,10 +147,10 @@ setters! {
     }
 }
 
-/// Moves poses of one skeleton onto another.
+/// Retargets poses from one skeleton to another.
 ///
-/// Everything that does not depend on the pose is computed when it is made. A pose then takes neither a look-up nor an
-/// allocation:
+/// Everything that does not depend on the pose is computed once, by [`new`](Self::new). A pose then needs neither a
+/// look-up nor an allocation:
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -177,19 +177,19 @@ pub struct PoseRetargeter {
     root: Root,
     foot_lock: FootLockWeights,
     free_hands: bool,
-    /// What is computed of the current pose.
+    /// The values computed for the current pose.
     solved: Solved<1>,
-    /// Where joints of the target follow others than their parents: the scene that all else is about, and its pose.
+    /// The rig and its pose, if joints of the target follow joints other than their parents. All other fields refer to
+    /// the scene of the rig.
     rig: Option<Box<(Rig, Pose)>>,
 }
 
 impl PoseRetargeter {
-    /// Prepares the motion of the skeleton of `source` onto that of `target`. The animations of `source` tell where its
-    /// floor is; both scenes may have any unit, axes and rest pose.
+    /// Prepares to retarget motions of the skeleton of `source` to the skeleton of `target`. The animations of `source`
+    /// show the height of its floor. Both scenes may have any unit, axes and rest pose.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where one of the skeletons is not a humanoid, or has a hierarchy
-    /// onto which no pose can be put.
+    /// [`Code::NotHumanoid`] if one of the skeletons is not a humanoid, or its hierarchy cannot be posed.
     pub fn new(source: &Scene, target: &Scene, options: &PoseRetargetOptions) -> Result<Self> {
         let figure = |scene: &Scene, bones: &Option<Humanoid>| {
             let bones = bones.clone().unwrap_or_else(|| Humanoid::of(scene));
@@ -201,19 +201,19 @@ impl PoseRetargeter {
         Ok(retargeter.with_free_hands(options.free_hands))
     }
 
-    /// The same with hands that are kept on what they touch, or are not.
+    /// This retargeter with or without hand contacts.
     pub(crate) fn with_free_hands(mut self, free_hands: bool) -> Self {
         self.free_hands = free_hands;
         self
     }
 
-    /// The same with other weights of [`lock_feet`](Self::lock_feet).
+    /// This retargeter with other weights of [`lock_feet`](Self::lock_feet).
     pub(crate) fn with_foot_lock(mut self, weights: FootLockWeights) -> Self {
         self.foot_lock = weights;
         self
     }
 
-    /// The same for two figures that are found already.
+    /// As [`Self::new`] for two known figures.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -246,12 +246,12 @@ impl PoseRetargeter {
         })
     }
 
-    /// Bones that only one of the skeletons has, and others that are not moved, each with the reason.
+    /// The bones that only one of the skeletons has, and other bones that are not retargeted, each with the reason.
     pub fn unmapped(&self) -> &[UnmappedBone] {
         &self.plan.unmapped
     }
 
-    /// The bones that move in an animation of the source and are nowhere on the target.
+    /// The number of bones that move in an animation of the source and are missing on the target.
     pub(crate) fn lost_bones(&self, source: &Scene, animation: &Animation) -> u64 {
         let is_lost =
             |bone| self.target.joint(bone).is_none() && self.plan.unmapped.iter().any(|lack| lack.bone == bone);
@@ -265,12 +265,12 @@ impl PoseRetargeter {
         lost.count() as u64
     }
 
-    /// How many times as long the steps of the target are, in the units of the two scenes.
+    /// The scale of the target's root motion, in the units of the two scenes.
     pub fn scale(&self) -> f64 {
         f64::from(self.root.scale)
     }
 
-    /// What is done to a motion of the source, for the record of a file: `target` is the scene of the target.
+    /// The retargeting step for the record of a file. `target` is the scene of the target.
     pub fn step(&self, target: &Scene, lock_feet: bool) -> AppliedStep {
         AppliedStep::Retarget {
             onto: SecondMotion::of(target),
@@ -279,8 +279,8 @@ impl PoseRetargeter {
         }
     }
 
-    /// The joints of the target that are moved, parents first. The first one is the hips, which are moved over the
-    /// ground too.
+    /// The joints of the target that are retargeted, parents first. The first joint is the hips, which also have the
+    /// root motion.
     pub fn driven(&self) -> impl Iterator<Item = NodeId> {
         let rig = self.rig.as_deref().map(|(rig, _)| rig);
         let drives = self.plan.drives.iter().map(|drive| drive.node);
@@ -293,8 +293,8 @@ impl PoseRetargeter {
         drives.chain(followers.filter(move |node| !is_drive(node)))
     }
 
-    /// Puts a pose of the source on the target. `target` is a pose of the target's scene, at first its rest pose;
-    /// joints without a counterpart keep what they have.
+    /// Applies a pose of the source to the target. `target` is a pose of the target's scene, at first its rest pose.
+    /// Joints without a counterpart do not change.
     pub fn pose(&mut self, source: &Pose, target: &mut Pose) {
         self.solved.seen.set(0, source, &self.source, &self.plan.watched);
         self.solved.solve(&self.plan, &self.root);
@@ -310,7 +310,7 @@ impl PoseRetargeter {
         }
     }
 
-    /// Sets the joints that are moved to what is computed.
+    /// Sets the retargeted joints to the computed pose.
     fn set_pose(&self, target: &mut Pose) {
         for (drive, rotation) in self.plan.drives.iter().zip(&self.solved.to_parent) {
             let Some(matrix) = target.node_to_parent.get_mut(drive.node.index()) else {
@@ -326,18 +326,18 @@ impl PoseRetargeter {
         target.update_world();
     }
 
-    /// A whole animation of `source`, the scene from which the retargeter was made, on the target: a key at every tick.
-    /// Joints that are not moved have no channel.
+    /// Retargets an animation of `source`, the scene from which the retargeter was made: a key at every tick. Joints
+    /// that are not retargeted have no channel.
     pub fn animation(&mut self, source: &Scene, animation: &Animation) -> Animation {
         self.in_file(self.animation_in_rig(source, animation))
     }
 
-    /// The same in the scene of [`Self::skeleton`].
+    /// As [`Self::animation`], in the scene of [`Self::skeleton`].
     fn animation_in_rig(&self, source: &Scene, animation: &Animation) -> Animation {
         clip::animation((&self.source, source), &self.target, &self.plan, &self.root, animation)
     }
 
-    /// The scene that the figure of the target is about: `target`, or one in which joints are below those that they
+    /// The scene of the target's figure: `target`, or a scene in which joints are children of the joints that they
     /// follow.
     fn skeleton<'a>(&'a self, target: &'a Scene) -> &'a Scene {
         self.rig.as_deref().map_or(target, |(rig, _)| &rig.scene)
@@ -351,7 +351,7 @@ impl PoseRetargeter {
         }
     }
 
-    /// An animation in the scene of [`Self::skeleton`] as one of the target.
+    /// Converts an animation from the scene of [`Self::skeleton`] to the target.
     fn in_file(&self, moved: Animation) -> Animation {
         match self.rig.as_deref() {
             Some((rig, _)) => rig.in_file(&moved),
@@ -359,12 +359,12 @@ impl PoseRetargeter {
         }
     }
 
-    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, at their
-    /// height above the floor. Contacts are found in the source. The legs follow as in
+    /// Locks the feet of `moved`, an animation of the scene `target`, while the feet of the source are in contact, at
+    /// their height above the floor. Contacts are found in the source. The legs follow as in
     /// [`foot_lock`](mocap_edit::foot_lock()). `animation` is the index of the source's animation.
     ///
-    /// A target with other proportions slides where the source does not, although each of its limbs points where that
-    /// of the source points. [`RetargetReport::slides`] says whether it does.
+    /// On other proportions, the feet of the target slide where the source's feet do not, although each limb has the
+    /// direction of the source's limb. [`RetargetReport::slides`] tells whether they slide.
     ///
     /// # Errors
     /// As [`foot_lock`](mocap_edit::foot_lock()); `moved` is then unchanged.
@@ -381,7 +381,7 @@ impl PoseRetargeter {
         Ok(report)
     }
 
-    /// The same in the scene of [`Self::skeleton`].
+    /// As [`Self::lock_feet`], in the scene of [`Self::skeleton`].
     fn lock_in_rig(
         &self,
         source: &Scene,
@@ -417,7 +417,7 @@ impl PoseRetargeter {
         report
     }
 
-    /// The height of the floor of the source over the origin of its file, as high as it is on the target.
+    /// The height of the source's floor above the origin of its file, scaled to the target.
     pub(crate) fn source_floor(&self) -> f64 {
         let floor = self.root.source_ankle - ground::ankle(&self.source);
         f64::from(self.root.height_scale * floor)
@@ -428,18 +428,18 @@ impl PoseRetargeter {
         &self.source.figure
     }
 
-    /// The contacts of an animation of `source`, left and right as the body has them.
+    /// The contacts of an animation of `source`, for the left and right foot of the body.
     pub(crate) fn contacts(&self, source: &Scene, animation: &Animation) -> Result<DetectedContacts> {
         contacts_of(source, animation, &self.source.figure)
     }
 
-    /// An animation of `source`, by its index, on the skeleton of `target`, and how like the source it is. With
-    /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) does it, if they do not move alike and the
-    /// result is better. The skin is raised above the floor. Hands are kept on what those of the source touch, unless
-    /// [`free_hands`](PoseRetargetOptions::free_hands) says otherwise.
+    /// Retargets an animation of `source`, by its index, to the skeleton of `target`, and reports its quality. With
+    /// `lock_feet`, feet are locked as in [`lock_feet`](Self::lock_feet), unless they move like the source's feet or
+    /// the result is not better. The skin is raised above the floor. Hands keep the contacts of the source's hands,
+    /// unless [`free_hands`](PoseRetargetOptions::free_hands) is set.
     ///
     /// # Errors
-    /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] where there is no such animation.
+    /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] if there is no such animation.
     pub fn clip(
         &mut self,
         source: &Scene,
@@ -489,7 +489,7 @@ impl PoseRetargeter {
             let raised = above_floor::raise_ends(&to, surface, allowed, may_raise);
             is_changed |= !raised.is_empty();
             above_floor::set_rotations(&self.target, &mut moved, raised);
-            // A knee may be lower where its foot is higher.
+            // A raised foot may lower its knee.
             is_changed |= raise(&mut moved).is_some();
         }
         if is_changed {
@@ -506,12 +506,12 @@ impl PoseRetargeter {
     }
 
     /// Measures how well `moved`, an animation of the scene `target`, follows `animation` of the scene `source`. Both
-    /// are posed frame by frame. The report has the directions of arms and legs, and the feet.
+    /// are posed frame by frame. The report has the directions of arms and legs, and the contacts of the feet.
     pub fn measure(&self, source: &Scene, animation: &Animation, target: &Scene, moved: &Animation) -> RetargetReport {
         self.measure_in_rig(source, animation, self.skeleton(target), &self.in_rig(target, moved))
     }
 
-    /// The same in the scene of [`Self::skeleton`].
+    /// As [`Self::measure`], in the scene of [`Self::skeleton`].
     fn measure_in_rig(
         &self,
         source: &Scene,
@@ -563,17 +563,16 @@ fn no_animation(index: usize, source: &Scene) -> Error {
     Diagnostic::new(Code::NoMotion, message).into()
 }
 
-/// Whether a motion can be put on the figure of `target`, as [`PoseRetargeter::new`] asks.
+/// Checks whether a motion can be retargeted to the figure of `target`, as in [`PoseRetargeter::new`].
 ///
 /// # Errors
-/// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
-/// pose can be put.
+/// [`Code::NotHumanoid`] if the skeleton is not a humanoid, or its hierarchy cannot be posed.
 pub(crate) fn check_figure(target: &Scene, figure: &Figure) -> Result<()> {
     if let Some(rig) = Rig::new(target, &figure.humanoid.follow) {
         let humanoid = figure.humanoid.clone().in_rig(&rig);
         return Body::target(&rig.scene, Figure::with_bones(&rig.scene, humanoid)).map(|_| ());
     }
-    // The T-pose is made here, so that every clone of the figure has it.
+    // The T-pose is computed here, so that every clone of the figure has it.
     figure.t_pose(target);
     Body::target(target, figure.clone()).map(|_| ())
 }

@@ -7,8 +7,8 @@ use mocap_scene::scene::{Animation, Scene};
 use super::{PoseRetargeter, measure};
 
 impl PoseRetargeter {
-    /// The angles between the limbs of `animation`, of the scene `source`, and those of `moved`, of the scene `target`,
-    /// at each tick of the source. [`PoseRetargeter::measure`] has their mean and the largest.
+    /// The angles between the limbs of `animation`, of the scene `source`, and the limbs of `moved`, of the scene
+    /// `target`, at each tick of the source. [`PoseRetargeter::measure`] reports the mean and the largest angle.
     pub fn limb_angles(
         &self,
         source: &Scene,

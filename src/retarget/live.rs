@@ -1,15 +1,15 @@
-//! Motion as it comes over a network: the VMC protocol, which programs of VTubers and trackers speak.
+//! Live motion over a network: the VMC protocol of VTuber programs and trackers.
 //!
-//! A packet of VMC is Open Sound Control over UDP: the rotation of each bone of a humanoid against its parent, without
-//! rotation in the T-pose, as Unity has it. No socket is opened here:
+//! A packet of VMC is Open Sound Control over UDP. It has the rotation of each humanoid bone relative to its parent,
+//! with no rotation in the T-pose, in Unity's axes. This module opens no socket:
 //!
 //! | type | from | to |
 //! |---|---|---|
 //! | [`VmcRecorder`] | the bytes of packets | a scene |
 //! | [`VmcPoses`] | packets | poses as they come |
-//! | [`VmcMotion`] | a scene at a time | packets |
-//! | [`VmcCleaner`] | packets as they come | packets without noise |
-//! | [`VmcBridge`] | packets | packets on another body |
+//! | [`VmcMotion`] | a scene and a time | packets |
+//! | [`VmcCleaner`] | packets | packets without noise, after a delay |
+//! | [`VmcBridge`] | packets | packets for another body |
 //!
 //! `docs/live.md` has the axes.
 //!

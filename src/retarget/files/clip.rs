@@ -1,4 +1,4 @@
-//! A motion on a target, and how well it sits there.
+//! A motion on a target, with the report of its quality.
 
 use std::fmt;
 
@@ -30,19 +30,19 @@ use mocap_figure::LimbAngles;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RetargetedClip {
-    /// The motion: of [`Target::scene`](super::Target::scene), with a key at every tick.
+    /// The motion for [`Target::scene`](super::Target::scene), with a key at every tick.
     pub animation: Animation,
-    /// Where it comes from, and every step; the last is the one onto the target.
+    /// The source of the motion, and every step. The last step is the retargeting.
     pub provenance: Provenance,
-    /// How well it is the motion of the source.
+    /// The report of the retargeting.
     pub report: ClipReport,
-    /// The positions of a robot's joints, where the target is one.
+    /// The positions of a robot's joints, if the target is a robot.
     pub robot_motion: Option<RobotMotion>,
-    /// The face of the source, where that is a VRM animation with one.
+    /// The face of the source, if the source is a VRM animation with a face.
     pub(crate) face: Vec<FaceTrack>,
     /// The extras of the clip in the source, with the times of their events.
     pub(super) extras: Option<Value>,
-    /// The angles between its limbs and those of the source, if the target is a robot.
+    /// The angles between its limbs and the limbs of the source, if the target is a robot.
     pub(super) limb_angles: Option<Vec<LimbAngles>>,
 }
 
@@ -59,7 +59,7 @@ impl RetargetedClip {
         }
     }
 
-    /// Of a face without a body: the body of the target stays as it is.
+    /// The clip of a face without a body: the body of the target does not move.
     pub(super) fn of_face(source: &Animation) -> Self {
         let animation = Animation {
             channels: Vec::new(),
@@ -90,8 +90,8 @@ impl RetargetedClip {
         self
     }
 
-    /// Gives the clip the face of its source. A gaze is the rotation of the eyes. If they cannot turn, a warning of the
-    /// written file says so.
+    /// Gives the clip the face of its source. A gaze is the rotation of the eyes. If the eyes cannot rotate, the
+    /// written file has a warning.
     pub(super) fn set_face(&mut self, face: Vec<FaceTrack>) {
         let has_gaze = face.iter().any(|track| matches!(track.face, Face::LookAt { .. }));
         if let (ClipReport::Body(report), true) = (&mut self.report, has_gaze) {
@@ -101,7 +101,7 @@ impl RetargetedClip {
         self.face = face;
     }
 
-    /// Gives the clip a name, wherever it stands.
+    /// Renames the clip everywhere in the output.
     pub(super) fn rename(&mut self, name: String) {
         match &mut self.report {
             ClipReport::Body(report) => report.clip.clone_from(&name),
@@ -114,7 +114,7 @@ impl RetargetedClip {
     }
 }
 
-/// How well a motion sits on its target. As JSON it is the report that it holds.
+/// The quality of a motion on its target. In JSON it is the report inside.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -132,9 +132,9 @@ impl RetargetedClip {
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum ClipReport {
-    /// On the skeleton of a humanoid.
+    /// A motion on the skeleton of a humanoid.
     Body(RetargetReport),
-    /// On a robot.
+    /// A motion on a robot.
     Robot(RobotReport),
 }
 
@@ -156,7 +156,7 @@ impl ClipReport {
         }
     }
 
-    /// Why the verdict is not good, the worst first; nothing where it is.
+    /// The reasons why the verdict is not good, the worst first; empty for a good verdict.
     #[doc(hidden)]
     pub fn reasons(&self) -> Vec<String> {
         match self {
@@ -173,7 +173,7 @@ impl ClipReport {
         }
     }
 
-    /// The mean angle between the limbs of the target and those of the source, in degrees.
+    /// The mean angle between the limbs of the target and the limbs of the source, in degrees.
     pub fn mean_degrees(&self) -> f64 {
         match self {
             Self::Body(report) => report.mean_degrees,

@@ -8,12 +8,12 @@ use mocap_scene::scene::{Animation, ClipExtras, Face, Keys, MorphTarget, Node, S
 use super::{Retargeter, Target};
 
 impl Retargeter {
-    /// The target with the clips alone. Expressions of the sources move nodes of the target that are a part of a face
-    /// too. They also move the morph targets and the eyes of a character whose morph targets were read.
+    /// The target with only the new clips. Expressions of the sources also move nodes of the target's face. They also
+    /// move the morph targets and the eyes of a character whose morph targets were read.
     pub(super) fn with_clips(&self, animations: Vec<Animation>) -> Scene {
         let mut scene = self.target.scene().into_owned();
         scene.animations = animations;
-        // Those of the target's own animations.
+        // The weight keys of the target's own animations.
         scene.weight_keys().for_each(Vec::clear);
         scene.metadata.clip_extras = ClipExtras::default();
         if let Some(fbx) = &mut scene.metadata.fbx {
@@ -36,7 +36,7 @@ impl Retargeter {
         scene
     }
 
-    /// Gives a scene that was made of the target the nodes that it lacks for the faces of the sources.
+    /// Adds the nodes that a scene made from the target lacks for the faces of the sources.
     #[doc(hidden)]
     pub fn add_faces(&self, scene: &mut Scene) {
         for (index, clip) in self.clips.iter().enumerate() {
@@ -44,8 +44,8 @@ impl Retargeter {
         }
     }
 
-    /// The expressions of the sources in an output of `format`, which has none: the parts that it lacks, and sentences
-    /// on them. Other sentences are on expressions that are curves of morph targets there.
+    /// The expressions of the sources that an output of `format`, which has no expressions, loses, with messages about
+    /// them. Other messages are about expressions that become curves of morph targets.
     #[doc(hidden)]
     pub fn faces_in(&self, format: &str) -> (Option<DataLoss>, Vec<String>) {
         let target = self.target.scene();
@@ -75,9 +75,7 @@ impl Retargeter {
         }
         if !partly.is_empty() {
             let names = listed(&partly);
-            said.push(format!(
-                "face: of {names} the morph targets alone move, and no materials"
-            ));
+            said.push(format!("face: {names} move only morph targets, and no materials"));
         }
         if !faces.is_empty() {
             let names = listed(&faces);
@@ -95,7 +93,7 @@ fn targets(scene: &Scene) -> impl Iterator<Item = &MorphTarget> {
     scene.meshes.iter().flat_map(|mesh| &mesh.morph_targets)
 }
 
-/// Whether a morph target is an expression: by its name, or by that of ARKit's shape.
+/// Whether a morph target is an expression, by its name or by the name of an ARKit shape.
 fn is_shape(target: &MorphTarget, face: &Face) -> bool {
     match face {
         Face::LookAt { .. } => false,
@@ -106,7 +104,7 @@ fn is_shape(target: &MorphTarget, face: &Face) -> bool {
     }
 }
 
-/// Gives the morph targets of a scene, as those of FBX, the tracks of the expressions that they are.
+/// Gives the morph targets of a scene, such as FBX's, the tracks of the expressions that they show.
 fn set_shapes(scene: &mut Scene, animation: usize, tracks: &[FaceTrack]) {
     let count = scene.animations.len();
     for target in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.morph_targets) {

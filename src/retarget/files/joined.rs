@@ -1,4 +1,4 @@
-//! Steps that take a second motion: it may have any skeleton.
+//! Steps that take a second motion, which may have any skeleton.
 
 use mocap_edit::report::EditReport;
 use mocap_edit::{EditStep, Fitted};
@@ -9,9 +9,10 @@ use mocap_scene::scene::Scene;
 
 use super::{RetargetOptions, Retargeter};
 
-/// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
-/// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that
-/// of the step before. A second motion with another skeleton is retargeted, which the report of its step says.
+/// Applies steps to the first animation of a scene in their order, and records each step. A step with a second motion
+/// takes the motion of `others` that its option `with` names, where 2 is the first. Without `with`, it takes the motion
+/// after the one that the previous step took. A second motion with another skeleton is retargeted, and the report of
+/// its step says so.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -29,9 +30,9 @@ use super::{RetargetOptions, Retargeter};
 /// ```
 ///
 /// # Errors
-/// Those of the steps, and of [`EditStep::second_motions`];
-/// [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid) where a second motion has another skeleton and cannot be
-/// retargeted. `scene` has then the changes of the steps before.
+/// The errors of the steps, and of [`EditStep::second_motions`]. [`Code::NotHumanoid`](mocap_scene::Code::NotHumanoid)
+/// if a second motion has another skeleton and cannot be retargeted. `scene` then has the changes of the previous
+/// steps.
 pub fn apply_steps(
     scene: &mut Scene,
     steps: &[EditStep],
@@ -57,7 +58,8 @@ pub fn apply_steps_with_bones(
     EditStep::apply_fitted(scene, steps, (others, &second_motion), stated, found)
 }
 
-/// A second motion on the skeleton of `scene`, which has these bones: `None` where it has the joints already.
+/// A second motion on the skeleton of `scene`, which has these bones; `None` if the second motion already has these
+/// joints.
 #[doc(hidden)]
 pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Result<Option<Fitted>> {
     let Err(difference) = have_the_same_joints(scene, other) else {
@@ -68,7 +70,7 @@ pub fn second_motion(scene: &Scene, bones: &HumanoidMap, other: &Scene) -> Resul
         let Diagnostic { code, message, .. } = error.diagnostic();
         let message =
             format!("the two motions have different skeletons, and the second cannot be retargeted: {message}");
-        let help = format!("give motions of humanoids, or of one skeleton: {difference}");
+        let help = format!("choose motions of humanoids, or motions of the same skeleton: {difference}");
         Error::from(Diagnostic::new(*code, message).help(help))
     };
     let mut first_alone = other.clone();

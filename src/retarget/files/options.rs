@@ -8,7 +8,7 @@ use crate::Scale;
 use crate::robot::Weights;
 use crate::robot::report::Floor;
 
-/// How a [`Retargeter`](super::Retargeter) moves motions.
+/// The options of a [`Retargeter`](super::Retargeter).
 ///
 /// ```
 /// use mocap::retarget::Scale;
@@ -61,28 +61,28 @@ impl RetargetOptions {
         Self::default()
     }
 
-    /// How large the steps of the target are. Default: [`Scale::Auto`], in the proportion of the legs.
+    /// The scale of the target's root motion. Default: [`Scale::Auto`], the ratio of the leg lengths.
     pub fn scale(mut self, scale: Scale) -> Self {
         self.scale = scale;
         self
     }
 
-    /// Whether feet are held on the ground while the source's feet are in contact. A foot of a character is held only
-    /// if it would slide more than the source's foot. Default: `true`.
+    /// Whether feet are locked to the ground while the source's feet are in contact. A foot of a character is locked
+    /// only if it would slide more than the source's foot. Default: `true`.
     pub fn lock_feet(mut self, lock: bool) -> Self {
         self.lock_feet = lock;
         self
     }
 
-    /// Whether the hands of a character touch what those of the source touch: each other, the head, the trunk, the
-    /// legs, the floor. Default: `true`.
+    /// Whether the hands of a character touch the same parts as the hands of the source: each other, the head, the
+    /// trunk, the legs, the floor. Default: `true`.
     pub fn keep_hands(mut self, keep: bool) -> Self {
         self.keep_hands = keep;
         self
     }
 
-    /// Joints of the sources for bones, where the guess of [`Humanoid::of`](mocap_figure::Humanoid::of) is wrong;
-    /// `None` for a bone that they do not have. Default: empty.
+    /// Joints of the sources for bones, if the guess of [`Humanoid::of`](mocap_figure::Humanoid::of) is wrong; `None`
+    /// for a bone that the sources lack. Default: empty.
     pub fn source_bones(mut self, bones: HumanoidMap) -> Self {
         self.source_bones = bones;
         self
@@ -94,42 +94,42 @@ impl RetargetOptions {
         self
     }
 
-    /// How the sources are converted before: unit and up axis where they are known, a part, another frame rate. The
-    /// output of the conversion stays in metres with +Y up. Default: [`Conversion::new`], which guesses unit and axis.
+    /// The conversion of the sources before retargeting: unit and up axis if you know them, a trimmed part, another
+    /// frame rate. The output of the conversion stays in metres with +Y up. Default: [`Conversion::new`], which guesses
+    /// unit and axis.
     pub fn conversion(mut self, conversion: Conversion) -> Self {
         self.conversion = conversion;
         self
     }
 
-    /// Whether the file of a character loses the animations that it has. Default: `false`, they stay.
+    /// Whether the new animations replace the animations in the file of a character. Default: `false`, both are kept.
     pub fn replace_animations(mut self, replace: bool) -> Self {
         self.replace_animations = replace;
         self
     }
 
-    /// What happens to the motion over the ground of clips on a character or a skeleton. It stays in the hips, is
-    /// removed, or moves with the heading to the topmost node above the hips. Default: [`RootMotion::Keep`]. Feet are
-    /// locked and measured before.
+    /// The root motion of clips on a character or a skeleton. It stays in the hips, is removed, or moves with the
+    /// heading to the topmost node above the hips. Feet are locked and measured before. Default: [`RootMotion::Keep`].
     pub fn root(mut self, root: RootMotion) -> Self {
         self.root = root;
         self
     }
 
-    /// Whether the joints of a robot keep within the velocities too that its file allows. Default: `false`. The
-    /// joints of a character have none.
+    /// Whether the joints of a robot also keep within the velocity limits of its file. The joints of a character have
+    /// no limits. Default: `false`.
     pub fn velocity_limits(mut self, limit: bool) -> Self {
         self.velocity_limits = limit;
         self
     }
 
-    /// How often a motion on a robot is solved, 1 or 2: [`RobotOptions::passes`](crate::robot::RobotOptions::passes).
-    /// Default: 2.
+    /// The number of solver passes for a motion on a robot, 1 or 2:
+    /// [`RobotOptions::passes`](crate::robot::RobotOptions::passes). Default: 2.
     pub fn passes(mut self, passes: u8) -> Self {
         self.passes = passes;
         self
     }
 
-    /// Where the floor of a motion on a robot is: [`RobotOptions::floor`](crate::robot::RobotOptions::floor). Default:
+    /// The floor of a motion on a robot: [`RobotOptions::floor`](crate::robot::RobotOptions::floor). Default:
     /// [`Floor::Auto`].
     pub fn floor(mut self, floor: Floor) -> Self {
         self.floor = floor;
@@ -142,7 +142,7 @@ impl RetargetOptions {
         self
     }
 
-    /// The weights by which feet are held. Default: [`FootLockWeights::default`].
+    /// The weights of the foot lock. Default: [`FootLockWeights::default`].
     pub fn foot_lock_weights(mut self, weights: FootLockWeights) -> Self {
         self.foot_lock_weights = weights;
         self

@@ -1,4 +1,4 @@
-//! What a [`Retargeter`] has made: files of a character, and scenes.
+//! The outputs of a [`Retargeter`]: files of a character, and scenes.
 
 use mocap_figure::Figure;
 use mocap_figure::convert::Conversion;
@@ -10,8 +10,9 @@ use mocap_scene::scene::{Animation, Scene};
 use super::{Retargeter, Target};
 
 impl Retargeter {
-    /// The file of the character with the clips, each with its provenance; everything else in it stays byte by byte.
-    /// `None` for a skeleton and a robot, which have no file. Its notes say what of a face the character cannot show.
+    /// The file of the character with the clips, each with its provenance. Everything else in the file is unchanged,
+    /// byte by byte. `None` for a skeleton and a robot, which have no file. Notes list the parts of a face that the
+    /// character cannot show.
     ///
     /// # Errors
     /// As [`Character::with_clips`](mocap_formats::gltf::Character::with_clips).
@@ -19,7 +20,7 @@ impl Retargeter {
         self.character_files(&GltfOptions::new().buffer(BufferPlace::Embedded), "")
     }
 
-    /// As [`Self::character_file`] for an output of this name, with the clips stored as `options` say.
+    /// As [`Self::character_file`] for an output of this name, with the clips stored by `options`.
     #[doc(hidden)]
     pub fn character_files(&self, options: &GltfOptions, name: &str) -> Result<Option<Export>> {
         let Target::Character(character) = &self.target else {
@@ -31,8 +32,8 @@ impl Retargeter {
         character.clip_files(clips, replace, options, name).map(Some)
     }
 
-    /// The target as a scene in its own unit and axes, with the clips alone, and with nodes for the faces of the
-    /// sources that it lacks. It records the motion of the first.
+    /// The target as a scene in its own unit and axes, with only the new clips, and with nodes for faces of the sources
+    /// that the target lacks. The scene records the motion of the first clip.
     pub fn scene(&self) -> Scene {
         let mut scene = self.with_clips(self.animations());
         self.record(&mut scene);
@@ -40,7 +41,7 @@ impl Retargeter {
         scene
     }
 
-    /// What [`Self::scene`] returns, in metres with +Y up, as glTF, FBX and VRM animations are written.
+    /// The scene of [`Self::scene`] in metres with +Y up, for glTF, FBX and VRM animations.
     ///
     /// # Errors
     /// As [`Conversion::apply`].
@@ -54,8 +55,8 @@ impl Retargeter {
         self.clips.iter().map(|clip| clip.animation.clone()).collect()
     }
 
-    /// What [`Self::scene`] returns without nodes for faces, in the unit and the axes of a conversion. The motions are
-    /// moved, and the sources dropped before: they take more memory than all else.
+    /// The scene of [`Self::scene`] without nodes for faces, in the unit and the axes of a conversion. The clips are
+    /// moved into the scene. The sources are dropped first, because they take more memory than everything else.
     #[doc(hidden)]
     pub fn take_scene(&mut self, conversion: Option<&Conversion>) -> Result<Scene> {
         self.drop_sources();
@@ -69,7 +70,7 @@ impl Retargeter {
         Ok(scene)
     }
 
-    /// Frees the sources, with which the limbs of clips can no longer be compared.
+    /// Frees the sources. Afterwards, the limbs of clips can no longer be compared.
     #[doc(hidden)]
     pub fn drop_sources(&mut self) {
         self.sources.clear();
@@ -88,9 +89,9 @@ impl Retargeter {
         Ok(scene)
     }
 
-    /// After the conversion, which is one of the changes of the skeleton.
+    /// Records the clips after the conversion, which is one of the changes of the skeleton.
     fn record(&self, scene: &mut Scene) {
-        // A robot's scene has never said where its motion is from.
+        // A robot's scene does not record the source of its motion.
         let clip = self.clips.first().filter(|clip| clip.robot_motion.is_none());
         if let Some(clip) = clip {
             clip.provenance.record(scene);

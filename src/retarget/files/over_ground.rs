@@ -1,7 +1,7 @@
-//! The motion over the ground of a clip on a character: taken out, or on a node above the hips.
+//! The root motion of a clip on a character: removed, or moved to a node above the hips.
 //!
-//! [`process`](mocap_scene::process) has both for joints whose rest pose has no rotations, below which nothing is
-//! bound. Here the skeleton is somebody's: it gets a node only where none is above the hips, and its frames are any.
+//! [`process`](mocap_scene::process) does both for skeletons whose joints have no rotations at rest and carry no skin.
+//! The skeleton of a character may have any frames, and gets a new node only if no node is above the hips.
 
 use std::sync::Arc;
 
@@ -13,16 +13,16 @@ use mocap_scene::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, NodeId, NodeK
 
 use super::Target;
 
-/// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
+/// The sum of squares below which the twist about the up axis is undefined: the figure is upside down.
 const NO_HEADING: f32 = 1e-9;
 
-/// What readers of FBX call the node above all others, which no clip of an FBX file moves.
+/// The name that readers of FBX give the topmost node. No clip of an FBX file moves this node.
 const ROOT_OF_FBX: &str = "RootNode";
 
-/// The target with a node `Root` above its hips, where a file has none there.
+/// The target with a node `Root` above its hips, if its file has no node there.
 ///
 /// # Errors
-/// Where its file cannot be changed.
+/// If the file cannot be changed.
 pub(super) fn with_root(target: Target, hips: NodeId) -> Result<Target> {
     if uppermost(&target.scene(), hips).is_some() {
         return Ok(target);
@@ -37,8 +37,8 @@ pub(super) fn with_root(target: Target, hips: NodeId) -> Result<Target> {
     })
 }
 
-/// Keeps the hips above the point of the ground where they start, or moves their translation over the ground and their
-/// heading to the uppermost node above them. Nothing else moves in the world by the latter.
+/// Keeps the hips above their first point on the ground, or moves their horizontal translation and their heading to the
+/// topmost node above them. In the second case, nothing moves in the world.
 pub(super) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, root: RootMotion) {
     let above = match root {
         RootMotion::Keep => return,
@@ -87,7 +87,7 @@ pub(super) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, roo
     }
 }
 
-/// The uppermost node above the hips that a file has and that moves them.
+/// The topmost node above the hips that is in the file and moves the hips.
 fn uppermost(scene: &Scene, hips: NodeId) -> Option<NodeId> {
     let parent = |node: &NodeId| scene.nodes[node.index()].parent;
     let is_of_file = |node: &NodeId| {
@@ -103,7 +103,7 @@ fn rotation(matrix: &Mat4) -> Quat {
     Trs::from_matrix(*matrix).rotation
 }
 
-/// Puts a key at every tick of a node.
+/// Sets a key at every tick of a node.
 fn set(scene: &Scene, animation: &mut Animation, node: NodeId, keys: &[Trs]) {
     let name = &scene.nodes[node.index()].name;
     let known = animation.channels.iter().position(|channel| match channel.node {

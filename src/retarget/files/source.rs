@@ -1,4 +1,4 @@
-//! A scene whose motions are moved.
+//! A scene whose motions are retargeted.
 
 use std::ops::Range;
 
@@ -11,11 +11,11 @@ use crate::robot::RobotRetargeter;
 use crate::robot::quadruped::QuadrupedRetargeter;
 use crate::{CreatureRetargeter, PoseRetargeter};
 
-/// A scene in metres with +Y up whose motions go onto a target.
+/// A scene in metres with +Y up whose motions are retargeted.
 ///
-/// [`Retargeter::prepare`](super::Retargeter::prepare) makes it of a scene as it was read;
-/// [`converted`](Self::converted) of one that [`Conversion::apply`](mocap_figure::Conversion::apply) has changed
-/// already.
+/// [`Retargeter::prepare`](super::Retargeter::prepare) makes it from an unconverted scene.
+/// [`converted`](Self::converted) makes it from a scene that [`Conversion::apply`](mocap_figure::Conversion::apply) has
+/// already changed.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -33,27 +33,27 @@ use crate::{CreatureRetargeter, PoseRetargeter};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SourceMotion {
-    /// The scene, and the bones in it where they are found already.
+    /// The scene, and its bones if they are already known.
     #[doc(hidden)]
     pub scene: Scene,
     #[doc(hidden)]
     pub bones: Option<Humanoid>,
     /// The name of its clip. Default: the name of the file, without the extension.
     pub name: String,
-    /// What the file does not state, with reasons.
+    /// The values that the file does not state, with reasons.
     pub assumptions: Vec<Assumption>,
-    /// Whether [`Retargeter::add`](super::Retargeter::add) has left out a rest pose in the first frame.
+    /// Whether [`Retargeter::add`](super::Retargeter::add) dropped a rest pose in the first frame.
     pub is_rest_pose_left_out: bool,
-    /// Whether the conversion has taken other frames, and so knows of a rest pose in the first.
+    /// Whether the conversion changed the frames, and so handled a rest pose in the first frame.
     pub(super) has_other_frames: bool,
-    /// The motion with all its frames, where the conversion has taken others, or with those of other motions of its
-    /// skeleton: it shows where the T-pose is.
+    /// The motion with all its frames, if the conversion changed the frames, or with other motions of its skeleton. It
+    /// shows the T-pose.
     #[doc(hidden)]
     pub whole: Option<Box<Scene>>,
 }
 
 impl SourceMotion {
-    /// A scene that is in metres with +Y up.
+    /// A source from a scene that is already in metres with +Y up.
     pub fn converted(scene: Scene) -> Self {
         let origin = scene.metadata.origin.as_ref();
         Self {
@@ -72,14 +72,14 @@ impl SourceMotion {
         &self.scene
     }
 
-    /// Names its clip.
+    /// Sets the name of its clip.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
         self
     }
 
-    /// The scene in which the T-pose is looked for. Where a step has changed the skeleton, it is the changed one.
+    /// The scene that shows the T-pose. If a step changed the skeleton, it is the changed scene.
     pub(super) fn shows_t_pose(&self) -> &Scene {
         let whole = self.whole.as_deref();
         whole
@@ -87,7 +87,7 @@ impl SourceMotion {
             .unwrap_or(&self.scene)
     }
 
-    /// Leaves out a rest pose in the first frame, unless the conversion has done so. `figure` is that of
+    /// Drops a rest pose in the first frame, unless the conversion handled it. `figure` is the figure of
     /// [`shows_t_pose`](Self::shows_t_pose).
     pub(super) fn leave_out_rest_pose(&mut self, figure: &Figure) -> Result<()> {
         self.whole = None;
@@ -97,7 +97,7 @@ impl SourceMotion {
         Ok(())
     }
 
-    /// The name of the source, and that of the clip where the source has several.
+    /// The name of the clip: the name of the source, and the name of the motion if the source has several.
     pub(super) fn clip_name(&self, index: usize) -> String {
         let animations = &self.scene.animations;
         match (animations.len(), animations[index].name.as_str()) {
@@ -107,9 +107,9 @@ impl SourceMotion {
     }
 }
 
-/// The scene after a conversion with all its frames, or with those of `shown`, which are in its space; `None` where
-/// nothing is shown and the conversion takes no others. All frames say where the T-pose is: a part of a motion is moved
-/// as it is in the whole.
+/// The scene after a conversion with all its frames, or with the frames of `shown`, which are in the same space. `None`
+/// if `shown` is absent and the conversion does not change the frames. All frames show the T-pose, so a part of a
+/// motion is retargeted as in the whole motion.
 #[doc(hidden)]
 pub fn whole(
     scene: &mut Scene,
@@ -133,22 +133,22 @@ pub fn whole(
     Ok(Some(Box::new(all_frames)))
 }
 
-/// A source, and what has moved its motions.
+/// A source with the retargeter of its motions.
 #[derive(Clone, Debug)]
 pub(super) struct SourceMotions {
     pub(super) source: SourceMotion,
     pub(super) mover: Mover,
-    /// Which of the clips are its own.
+    /// The range of its clips among all clips.
     pub(super) clips: Range<usize>,
 }
 
-/// What moves motions.
+/// A retargeter of motions.
 #[derive(Clone, Debug)]
 pub(super) enum Mover {
     Body(Box<PoseRetargeter>),
     Creature(Box<CreatureRetargeter>),
     Robot(Box<RobotRetargeter>),
     Quadruped(Box<QuadrupedRetargeter>),
-    /// Nothing: the source is a face without a body.
+    /// No retargeter: the source is a face without a body.
     Face,
 }

@@ -1,4 +1,4 @@
-//! The body that motions are put on.
+//! The target body of a retargeting.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -11,7 +11,7 @@ use mocap_scene::scene::Scene;
 
 use crate::robot::{Robot, robot_scene};
 
-/// The body that motions are put on. A clone shares it.
+/// The target body of a retargeting. A clone shares its data.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -26,8 +26,8 @@ use crate::robot::{Robot, robot_scene};
 /// ```
 #[derive(Clone, Debug)]
 pub enum Target {
-    /// A glTF or VRM file, which is passed through byte by byte, with further animations. Read it with
-    /// [`Importer::gltf_meshes`]: the skin shows where the soles of the feet are.
+    /// A glTF or VRM file, which is kept byte by byte, with further animations. Read it with [`Importer::gltf_meshes`]:
+    /// the skin shows the soles of the feet.
     Character(Arc<Character>),
     /// A scene with the skeleton of a humanoid, of any unit, axes and rest pose.
     Skeleton(Arc<Scene>),
@@ -36,7 +36,8 @@ pub enum Target {
 }
 
 impl Target {
-    /// The character of a glTF or VRM file, with its meshes; of any other file the skeleton, as `importer` reads it.
+    /// Imports the character of a glTF or VRM file, with its meshes. From any other file, imports the skeleton, as
+    /// `importer` reads it.
     ///
     /// # Errors
     /// As [`Importer::import_character`] and [`Importer::import`].
@@ -48,7 +49,8 @@ impl Target {
         }
     }
 
-    /// Its skeleton: of a character in metres with +Y up, of a robot in metres with +Z up, with a node for each link.
+    /// Its skeleton, with a node for each link of a robot. A character is in metres with +Y up, a robot in metres with
+    /// +Z up.
     pub fn scene(&self) -> Cow<'_, Scene> {
         match self {
             Self::Character(character) => Cow::Borrowed(character.scene()),

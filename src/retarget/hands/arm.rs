@@ -1,4 +1,4 @@
-//! An arm whose palm is brought to a place.
+//! An arm whose palm is moved to a goal.
 
 use std::f32::consts::PI;
 
@@ -13,45 +13,46 @@ use mocap_scene::scene::NodeId;
 
 use super::shape::{LEG, larger};
 
-/// From the wrist to the middle of the palm in metres, of a body whose leg is [`LEG`] long.
+/// The distance from the wrist to the middle of the palm, in metres, for a body whose leg is [`LEG`] long.
 const PALM: f32 = 0.05;
 
-/// The fraction of its length that an arm never exceeds, unless the motion stretches it more: near the end the elbow
-/// moves centimetres where the hand moves by millimetres.
+/// The largest fraction of its length to which an arm is stretched, unless the motion stretches it more. Near full
+/// length, the elbow moves centimetres while the hand moves millimetres.
 const STRETCH: f32 = 0.995;
 
-/// The fraction of its length that a stretched arm may still stretch, so that the limit has no corner.
+/// The fraction of its length by which a stretched arm may still be stretched, so that the limit has no corner.
 const NO_ROOM: f32 = 1e-3;
 
-/// How sharply the limit begins: with the sixth power an arm reaches half of its room to 0.3 %.
+/// The power that sets how sharply the limit begins. With the sixth power, an arm reaches half of its remaining length
+/// with an error of 0.3 %.
 const SHARPNESS: i32 = 6;
 
-/// How far the elbow of a straight arm is aside by its hinge, as a fraction of the upper arm.
+/// The sideways offset of a straight arm's elbow by its hinge, as a fraction of the upper arm.
 const HINGE: f32 = 0.03;
 
-/// The shift from which on that counts by half, as a fraction of the upper arm.
+/// The shift at which this offset has half the weight, as a fraction of the upper arm.
 const FAR: f32 = 0.1;
 
-/// The least angle in radians between upper arm and forearm: an elbow bends by 150 degrees (American Academy of
+/// The smallest angle between upper arm and forearm, in radians. An elbow bends by 150 degrees (American Academy of
 /// Orthopaedic Surgeons, Joint Motion, 1965).
 const FOLDED: f32 = PI / 6.0;
 
-/// The fraction of its length beyond which the trunk leans for an arm.
+/// The fraction of an arm's length beyond which the trunk leans.
 const REACH: f32 = 0.97;
 
-/// How softly that begins, as a fraction of the length.
+/// The width of the smooth start of leaning, as a fraction of the arm's length.
 const CORNER: f32 = 0.01;
 
 /// The squared sine of the angle between arm and trunk below which leaning helps little.
 const ALONG: f32 = 0.3;
 
-/// The angle in radians that the trunk never leans: 20 degrees.
+/// The angle that the lean of the trunk never exceeds, in radians: 20 degrees.
 const LEAN: f32 = 0.35;
 
-/// The largest angle in radians between forearm and hand, from the same source: a wrist bends by 80 degrees.
+/// The largest angle between forearm and hand, in radians, from the same source: a wrist bends by 80 degrees.
 const WRIST: f32 = 1.4;
 
-/// Where a wrist goes, in the world.
+/// The goal of a wrist, in the world.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WristGoal {
     position: Vec3,
@@ -67,7 +68,7 @@ pub(crate) struct Arm {
     pub(crate) joints: [NodeId; 3],
     /// The axis about which the elbow bends, in the frame of the upper arm's joint.
     hinge: Vec3,
-    /// From the wrist to the palm, in the frame of the hand's joint.
+    /// The vector from the wrist to the palm, in the frame of the hand's joint.
     palm: Vec3,
 }
 
@@ -85,7 +86,7 @@ impl Arm {
         )
     }
 
-    /// A leg, whose sole is its palm.
+    /// A leg, treated as an arm whose palm is the sole.
     pub(crate) fn leg(body: &Body, side: Side) -> Option<Self> {
         Self::of_bones(
             body,
@@ -108,7 +109,7 @@ impl Arm {
         })
     }
 
-    /// From the wrist to the palm in the world.
+    /// The vector from the wrist to the palm, in the world.
     pub(super) fn wrist_to_palm(&self, pose: &Pose) -> Vec3 {
         rotation_of(&pose.node_to_world[self.joints[2].index()]) * self.palm
     }
@@ -118,7 +119,7 @@ impl Arm {
         pose.position(self.joints[2]) + self.wrist_to_palm(pose)
     }
 
-    /// Where the wrist goes that is shifted. The hand keeps its rotation in the world.
+    /// The goal of a wrist that is shifted. The hand keeps its rotation in the world.
     pub(crate) fn goal(&self, pose: &Pose, shift: Vec3) -> WristGoal {
         WristGoal {
             position: pose.position(self.joints[2]) + shift,
@@ -126,8 +127,8 @@ impl Arm {
         }
     }
 
-    /// The rotation of the trunk about `pivot`, as a vector, that brings the shoulder so near to a goal that the arm
-    /// reaches it.
+    /// The rotation of the trunk about `pivot`, as a vector. It brings the shoulder so near to a goal that the arm
+    /// reaches the goal.
     pub(super) fn lean(&self, pose: &Pose, pivot: Vec3, goal: WristGoal) -> Vec3 {
         let [start, middle, end] = self.joints.map(|joint| pose.position(joint));
         let length = start.distance(middle) + middle.distance(end);
@@ -135,15 +136,16 @@ impl Arm {
         let missing = larger([start.distance(goal.position) - reach, 0.0], CORNER * length);
         let (arm, trunk) = ((goal.position - start).normalize_or_zero(), start - pivot);
         let across = trunk.cross(arm);
-        // Along the line of the trunk the shoulder comes no nearer.
+        // Leaning does not bring the shoulder nearer along the line of the trunk.
         let squared =
             across.length_squared().max(ALONG * trunk.length_squared()) / trunk.length_squared().max(f32::MIN_POSITIVE);
         let lean = across * missing / (trunk.length_squared() * squared).max(f32::MIN_POSITIVE);
         lean / (1.0 + lean.length_squared() / (LEAN * LEAN)).sqrt()
     }
 
-    /// Moves the hand, as far as the arm reaches. It keeps its rotation in the world, unless the wrist would bend too
-    /// far. The plane of the arm goes along by the shortest rotation; a straight arm bends about its hinge.
+    /// Moves the hand to the goal, as far as the arm reaches. The hand keeps its rotation in the world, unless the
+    /// wrist would bend too far. The plane of the arm rotates by the shortest rotation. A straight arm bends about its
+    /// hinge.
     pub(crate) fn bring(&self, pose: &mut Pose, goal: WristGoal) {
         let [start, middle, end] = self.joints.map(|joint| pose.position(joint));
         let shift = goal.position - end;
@@ -153,7 +155,7 @@ impl Arm {
         let free = line.length();
         let folded = (upper * upper + lower * lower - 2.0 * upper * lower * FOLDED.cos()).sqrt();
         let room = (STRETCH * (upper + lower) - free).max(NO_ROOM * (upper + lower));
-        // Beyond the free arm it stretches ever less, without a corner.
+        // Beyond its free length, the arm stretches less and less, without a corner.
         let distance = match (to_goal.length() - free) / room {
             more if more > 0.0 => free + room * more / (1.0 + more.powi(SHARPNESS)).powf(1.0 / SHARPNESS as f32),
             less => (free + room * less).max(folded.min(free)),

@@ -1,4 +1,4 @@
-//! One contact of a hand on the target: where the palm goes, and how much of the way.
+//! One contact of a hand on the target: the goal of the palm, and the applied fraction of the shift.
 
 use std::f32::consts::{PI, TAU};
 use std::ops::Range;
@@ -12,44 +12,44 @@ use super::shape::{self, LEG, Shape, larger};
 use super::touch::Touch;
 use crate::hand_report::{HandContact, TouchedPart};
 
-/// Half the thickness of a hand in metres, of a body whose leg is [`LEG`] long: the middle of a palm is not nearer to a
-/// surface.
+/// Half the thickness of a hand in metres, for a body whose leg is [`LEG`] long. It is the smallest distance of the
+/// middle of a palm from a surface.
 pub(super) const THICKNESS: f32 = 0.014;
 
-/// The shift in metres that is not seen.
+/// The shift that is not visible, in metres.
 const UNSEEN: f32 = 2e-3;
 
-/// Seconds over which the weight of a contact rises and falls: the first trial, and the largest.
+/// The time over which the weight of a contact rises and falls, in seconds: the first trial, and the longest.
 const EASE: [f64; 2] = [0.15, 0.6];
 
-/// The time in seconds on both sides of a frame over which shifts are averaged.
+/// The time on both sides of a frame over which shifts are averaged, in seconds.
 const SMOOTH: f64 = 0.1;
 
-/// The ratio by which the time becomes longer where the hand jerks: five steps reach the longest time from the first.
+/// The factor by which this time grows if the hand jerks. Five steps lead from the first time to the longest.
 const LONGER: f64 = 1.35;
 
-/// The ratio by which the change becomes less where the longest time is not enough.
+/// The factor by which the shift is reduced if the longest time is not enough.
 const LESS: f32 = 0.8;
 
-/// The least part of a change that is kept: less does not bring a hand near to what it touches.
+/// The smallest fraction of a shift that is kept. A smaller shift does not bring a hand near the touched part.
 const LEAST: f32 = 0.25;
 
-/// How far in metres fingers that are in the head push a hand away at most, of a body whose leg is [`LEG`] long.
+/// The largest push of a hand whose fingers are inside the head, in metres, for a body whose leg is [`LEG`] long.
 const PUSH: f32 = 0.15;
 
-/// The number of steps in which they push it: the head is round.
+/// The number of steps of this push. One step is not exact, because the head is round.
 const PUSHES: usize = 3;
 
-/// What a place on the source is on the target.
+/// The mapping of places from the source to the target.
 pub(super) struct Places {
     pub(super) source: Vec<Shape>,
     pub(super) target: Vec<Shape>,
-    /// How many times as long and as high things are.
+    /// The ratio of lengths and heights on the target to the source.
     pub(super) scale: f32,
     pub(super) height_scale: f32,
     /// The floor of the target.
     pub(super) floor: f32,
-    /// The least distance of a palm from a surface.
+    /// The smallest distance of a palm from a surface.
     pub(super) least: f32,
 }
 
@@ -57,23 +57,23 @@ pub(super) struct Places {
 pub(super) struct Contact {
     side: Side,
     part: TouchedPart,
-    /// Its first and its last frame.
+    /// The first and the last frame of the contact.
     first: usize,
     last: usize,
-    /// Half the frames in which it comes and goes, and at most.
+    /// Half the number of frames of the ease, and its maximum.
     ease: usize,
     most: usize,
-    /// The fraction of the change that is made.
+    /// The applied fraction of the shift.
     pub(super) strength: f32,
     /// The frame of the first shift, which may be before the motion.
     from: isize,
-    /// The shift of the palm, in the axes of the figure; of two hands the left one.
+    /// The shift of the palm, in the axes of the figure. For two hands, the shift of the left palm.
     shifts: Vec<Vec3>,
-    /// The mean distance in the source, as large as it is here.
+    /// The mean distance in the source, scaled to the target.
     gap: f32,
 }
 
-/// The contacts of a motion on the target, without those in which the hands are where they belong.
+/// The contacts of a motion on the target, without contacts in which the hands are already in place.
 pub(super) fn contacts(touches: &[Touch], places: &Places, hands: &mut Hands<'_>) -> Vec<Contact> {
     let rate = hands.target.animation.ticks_per_second;
     let [ease, most] = EASE.map(|seconds| (seconds * rate).round().max(1.0) as usize);
@@ -110,8 +110,8 @@ fn mean(values: impl ExactSizeIterator<Item = f32>) -> f32 {
 }
 
 impl Contact {
-    /// Finds how the palm is to be shifted in each frame. Returns the largest distance of the hand from its place in
-    /// the source, relative to what it touches.
+    /// Finds the shift of the palm in each frame. Returns the largest deviation of the hand from its position in the
+    /// source, relative to the touched part.
     fn find_shifts(&mut self, touch: &Touch, places: &Places, hands: &mut Hands<'_>) -> f32 {
         let Some(arm) = hands.arm(self.side) else { return 0.0 };
         let (mut farthest, corner) = (0.0_f32, 0.5 * places.least);
@@ -122,7 +122,7 @@ impl Contact {
             _ => Vec::new(),
         };
         let (mut pushes, mut most_push) = (Vec::new(), 0.0_f32);
-        // Hands on the floor stay where they are in the mean, and slide as the hands of the source.
+        // Hands on the floor keep their mean position, and slide like the hands of the source.
         let over_floor = |palm: Vec3| Vec3::new(palm.x, 0.0, palm.z);
         let slide = |frame: usize| {
             over_floor(touch.spots[frame].from_start) * places.scale - over_floor(hands.free[arm].palm[frame])
@@ -168,12 +168,12 @@ impl Contact {
             self.shifts.push(shift);
             farthest = farthest.max(away.length());
         }
-        // One push for all frames: it would change with the vertex that is deepest.
+        // One push for all frames. A push per frame would jump when another vertex becomes the deepest.
         let most_push = most_push.min(PUSH * hands.target.body.leg / LEG);
         for (shift, away) in self.shifts.iter_mut().zip(pushes) {
             *shift += away * most_push;
         }
-        // Before and after the contact the hand is shifted as at its ends.
+        // Before and after the contact, the hand keeps the shift of the nearest end.
         let radius = (SMOOTH * hands.target.animation.ticks_per_second).round() as usize;
         let ends = [self.shifts[0], self.shifts[self.shifts.len() - 1]].map(|end| vec![end; 2 * radius]);
         let long = [&*ends[0], &self.shifts, &ends[1]].concat();
@@ -190,7 +190,7 @@ impl Contact {
         farthest
     }
 
-    /// The hands that it moves.
+    /// The hands that the contact moves.
     pub(super) fn sides(&self) -> impl Iterator<Item = Side> {
         let other = (self.part == TouchedPart::OtherHand).then_some(Side::Right);
         std::iter::once(self.side).chain(other)
@@ -202,20 +202,19 @@ impl Contact {
         self.shifts[index as usize]
     }
 
-    /// Whether the trunk may lean for it: what it touches does not go along.
+    /// Whether the trunk may lean for the contact: the touched part must not move with the trunk.
     pub(super) fn leans(&self) -> bool {
         use TouchedPart::{Floor, LeftShin, LeftThigh, RightShin, RightThigh};
         matches!(self.part, Floor | LeftThigh | RightThigh | LeftShin | RightShin)
     }
 
-    /// How each hand is to be shifted in a frame.
+    /// The shift of each hand in a frame.
     pub(super) fn shifts(&self, frame: usize) -> impl Iterator<Item = (Side, Vec3)> {
         let shift = self.shift(frame);
         self.sides().zip([shift, -shift])
     }
 
-    /// The fraction of the shift that is made in a frame: the sum of a Hann window, whose speed and acceleration have
-    /// no jump.
+    /// The fraction of the shift in a frame: the integral of a Hann window, so speed and acceleration have no jumps.
     pub(super) fn weight(&self, frame: usize) -> f32 {
         let away = self.first.saturating_sub(frame).max(frame.saturating_sub(self.last));
         let part = 1.0 - away as f32 / self.ease as f32;
@@ -225,7 +224,7 @@ impl Contact {
         }
     }
 
-    /// The frames that it changes, and those whose jerk these have a part in.
+    /// The frames that the contact changes, and the frames whose jerk depends on them.
     pub(super) fn frames(&self, count: usize) -> Range<usize> {
         /// A third difference has four values.
         const BESIDE: usize = 3;
@@ -233,7 +232,7 @@ impl Contact {
         self.first.saturating_sub(around)..(self.last + around + 1).min(count)
     }
 
-    /// Makes the change come and go more slowly, then less of it, and then none.
+    /// Makes the ease longer, then reduces the shift, and then drops the contact.
     pub(super) fn relax(&mut self, is_last: bool) {
         if is_last || self.strength * LESS < LEAST {
             self.strength = 0.0;
@@ -246,7 +245,7 @@ impl Contact {
 }
 
 impl Hands<'_> {
-    /// The mean distances of a palm from where it belongs without the contact and with it, in units of the scene.
+    /// The mean distances of a palm from its goal, without the contact and with it, in units of the scene.
     pub(super) fn errors(&self, contact: &Contact) -> [f32; 2] {
         let Some(arm) = self.arm(contact.side) else {
             return [0.0; 2];

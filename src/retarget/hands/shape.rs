@@ -1,8 +1,8 @@
 //! The surfaces of a body that hands touch.
 //!
-//! Each part is a capsule of elliptic sections in the frame of its bone in the T-pose: +X left, +Y up, +Z forward. So a
-//! place on a part of one body corresponds to a place on the part of another. It has the distance along the axis, the
-//! direction as a multiple of the section, and the height above the surface.
+//! Each part is a capsule with elliptic sections in the frame of its bone in the T-pose: +X left, +Y up, +Z forward. So
+//! a place on a part of one body corresponds to a place on the same part of another body. A place has a distance along
+//! the axis, a direction as a multiple of the section, and a height above the surface.
 
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
@@ -17,62 +17,63 @@ use mocap_scene::scene::{NodeId, Scene};
 
 use crate::hand_report::TouchedPart;
 
-/// The leg in metres of the body that the lengths of this file are of: one of 1.7 m.
+/// The leg length in metres of the body to which the lengths in this file apply: a body of 1.7 m.
 pub(super) const LEG: f32 = 0.84;
 
-/// Half a head in metres: 156 mm wide, 194 mm long, 232 mm high (NASA, Anthropometric Source Book, 1978, medians of
-/// men).
+/// Half the size of a head in metres: 156 mm wide, 194 mm long, 232 mm high (NASA, Anthropometric Source Book, 1978,
+/// medians of men).
 const HEAD: Vec3 = Vec3::new(0.078, 0.116, 0.097);
 
-/// From the joint of the head, below the ears, to its middle, in metres.
+/// The vector from the joint of the head, below the ears, to the middle of the head, in metres.
 const HEAD_MIDDLE: Vec3 = Vec3::new(0.0, 0.085, 0.02);
 
-/// Half the width and the depth of the hips in metres, from the same source.
+/// Half the width and half the depth of the hips in metres, from the same source.
 const HIPS: Vec3 = Vec3::new(0.165, 0.11, 0.11);
 
-/// Half the width and the depth of the chest in metres, from the same source.
+/// Half the width and half the depth of the chest in metres, from the same source.
 const CHEST: Vec3 = Vec3::new(0.15, 0.12, 0.12);
 
-/// The waist above the joints of the thighs, in metres.
+/// The height of the waist above the hip joints, in metres.
 const WAIST: f32 = 0.16;
 
-/// The end of the chest below the joints of the upper arms, in metres.
+/// The distance of the chest's upper end below the joints of the upper arms, in metres.
 const BELOW_SHOULDERS: f32 = 0.1;
 
-/// The radii in metres of a thigh at the hip and the knee, from the same source.
+/// The radii of a thigh at the hip and the knee, in metres, from the same source.
 const THIGH: [f32; 2] = [0.085, 0.058];
 
-/// The radii in metres of a shin at the knee and the ankle, from the same source.
+/// The radii of a shin at the knee and the ankle, in metres, from the same source.
 const SHIN: [f32; 2] = [0.055, 0.04];
 
-/// The least vertices of the skin that show how large a part is.
+/// The smallest number of vertices of the skin that show the size of a part.
 const SKIN: usize = 24;
 
-/// How much smaller or larger than by proportion a part of a skin may be.
+/// The smallest and the largest ratio of a part's size in the skin to its size by proportion.
 const SKIN_RANGE: [f32; 2] = [0.5, 3.0];
 
-/// The fraction of the vertices that are outside of a part, such as belts.
+/// The fraction of the vertices that are ignored as outside a part, such as belts.
 const OUTSIDE: f64 = 0.03;
 
-/// The fraction of the vertices that are outside of a head: single hairs, for most of its vertices are in its face.
+/// The fraction of the vertices that are ignored as outside a head: single hairs. Most vertices of a head are in the
+/// face.
 const OUTSIDE_OF_HEAD: f64 = 0.005;
 
-/// The number of directions from top to bottom in which the outline of a head is measured: every 18 degrees.
+/// The number of directions from top to bottom in which the outline of a head is measured: one every 18 degrees.
 const ROWS: usize = 11;
 
-/// The number of directions around it: every 18 degrees.
+/// The number of directions around the head: one every 18 degrees.
 const COLUMNS: usize = 20;
 
-/// The most vertices of a hand that are kept out of the head.
+/// The largest number of vertices of a hand that are kept out of the head.
 const HAND_VERTICES: usize = 240;
 
-/// The ends of a limb, as fractions of its length, where its radii are measured.
+/// The ranges at the ends of a limb in which its radii are measured, as fractions of its length.
 const AT_ENDS: [[f32; 2]; 2] = [[0.15, 0.4], [0.75, 1.0]];
 
 /// The fraction of a thigh at which the knee begins.
 const KNEE: f32 = 0.75;
 
-/// The cosine of the angle up to which a place is in front of the thigh.
+/// The cosine of the largest angle at which a place is in front of the thigh.
 const IN_FRONT: f32 = 0.5;
 
 /// A part of a body.
@@ -81,14 +82,14 @@ pub(super) struct Shape {
     pub(super) part: TouchedPart,
     joint: NodeId,
     frame_to_joint: Quat,
-    /// The ends of its axis in the frame, from the joint.
+    /// The ends of its axis in the frame, relative to the joint.
     axis: [Vec3; 2],
     /// The joint at which the axis of a limb ends.
     end: Option<NodeId>,
-    /// Half its size along the axes of the frame, at both ends.
+    /// Half its size along the axes of the frame, at both ends of the axis.
     extents: [Vec3; 2],
-    /// Of a head with a skin, how far the skin is from its middle in directions from above to below and all around:
-    /// [`ROWS`] x [`COLUMNS`]. Empty for an ellipsoid.
+    /// The distances of a head's skin from the middle of the head, in directions from top to bottom and all around:
+    /// [`ROWS`] x [`COLUMNS`]. Empty for an ellipsoid, without a skin.
     outline: Vec<f32>,
 }
 
@@ -104,15 +105,15 @@ pub(super) struct PlacedShape<'a> {
 /// A place near a part.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spot {
-    /// How far along the axis, from 0 to 1.
+    /// The position along the axis, from 0 to 1.
     along: f32,
-    /// From there, in the frame of the part.
+    /// The offset from this position, in the frame of the part.
     offset: Vec3,
-    /// The same from the beginning of the axis.
+    /// The offset from the beginning of the axis, in the frame of the part.
     pub(super) from_start: Vec3,
 }
 
-/// What carries each part: its joint, the joint at which a limb ends, its axis and its size at both ends, of a body
+/// The data of each part: its joint, the joint at which a limb ends, its axis and its size at both ends, for a body
 /// whose legs are [`LEG`] long.
 type PartTable = (TouchedPart, Bone, Option<Bone>, [Vec3; 2]);
 
@@ -146,7 +147,7 @@ const PARTS: [PartTable; 7] = [
     ),
 ];
 
-/// The parts that a body has.
+/// The parts of a body.
 pub(super) fn shapes(body: &Body, scene: &Scene) -> Vec<Shape> {
     let size = body.leg / LEG;
     let skin = skin(body, scene);
@@ -206,7 +207,7 @@ pub(super) fn shapes(body: &Body, scene: &Scene) -> Vec<Shape> {
     shapes
 }
 
-/// The vertices of the skin that move for the most part with each bone, in its frame in the T-pose, from its joint.
+/// The vertices of the skin that move mostly with each bone, in the bone's frame in the T-pose, relative to the joint.
 fn skin(body: &Body, scene: &Scene) -> HashMap<Bone, Vec<Vec3>> {
     let rest = Pose::rest(scene);
     let bone_of: HashMap<usize, Bone> = body.bones.iter().map(|(bone, joint)| (joint.index(), *bone)).collect();
@@ -240,7 +241,7 @@ fn skin(body: &Body, scene: &Scene) -> HashMap<Bone, Vec<Vec3>> {
 }
 
 impl Spot {
-    /// A place of which only the position is known.
+    /// A place with a known position only.
     pub(super) fn at(position: Vec3) -> Self {
         Self {
             from_start: position,
@@ -253,14 +254,14 @@ impl Spot {
         self.offset.normalize_or(Vec3::Z)
     }
 
-    /// Whether it is beside a thigh or behind it, not in front of it or at its knee.
+    /// Whether the place is at the side of a thigh or behind it, not in front of it or at its knee.
     pub(super) fn is_aside(&self) -> bool {
         self.along < KNEE && self.offset.z < IN_FRONT * self.offset.length()
     }
 }
 
 impl Shape {
-    /// Takes the size of the part from the vertices of its skin.
+    /// Fits the size of the part to the vertices of its skin.
     fn fit(&mut self, points: &[Vec3]) {
         let [least, most] = SKIN_RANGE;
         let bounded = |value: f32, by_proportion: f32| value.clamp(least * by_proportion, most * by_proportion);
@@ -279,7 +280,7 @@ impl Shape {
             return;
         }
         let is_head = self.part == TouchedPart::Head;
-        // The neck is no part of the head, and a thigh none of the hips.
+        // The neck does not belong to the head, and a thigh does not belong to the hips.
         let is_of_part = |point: &&Vec3| match self.part {
             TouchedPart::Head => point.y > 0.0,
             _ => point.y > self.axis[0].y,
@@ -297,7 +298,7 @@ impl Shape {
             return;
         };
         for (axis, (low, high)) in outlines.into_iter().enumerate() {
-            // The trunk is as high as its joints say.
+            // The joints determine the height of the trunk.
             if axis == 1 && !is_head {
                 continue;
             }
@@ -321,7 +322,7 @@ impl Shape {
         }
     }
 
-    /// How far the surface is from the axis in a direction of the frame, of unit length.
+    /// The distance of the surface from the axis in a direction of the frame, of unit length.
     fn radius(&self, along: f32, direction: Vec3) -> f32 {
         if self.outline.is_empty() {
             return (direction / self.extents[0].lerp(self.extents[1], along))
@@ -335,7 +336,7 @@ impl Shape {
         of_row(above) + row.fract() * (of_row(above + 1) - of_row(above))
     }
 
-    /// How far a place is from the surface, negative inside.
+    /// The distance of a place from the surface, negative inside.
     fn gap(&self, spot: &Spot) -> f32 {
         spot.offset.length() - self.radius(spot.along, spot.direction())
     }
@@ -369,14 +370,14 @@ fn direction(row: usize, column: usize) -> Vec3 {
     Vec3::new(sin * x, cos, sin * z)
 }
 
-/// Where a direction is among the cells of an outline, of any length.
+/// The position of a direction among the cells of an outline. The direction may have any length.
 fn cell_of(direction: Vec3) -> [f32; 2] {
     let down = direction.xz().length().atan2(direction.y) / PI;
     let around = direction.z.atan2(direction.x).rem_euclid(TAU) / TAU;
     [down * (ROWS - 1) as f32, around * COLUMNS as f32]
 }
 
-/// Vertices of the skin of a hand, in the frame of its joint but for the scale of that.
+/// Vertices of the skin of a hand, in the frame of its joint without the scale of this frame.
 pub(super) fn hand_vertices(body: &Body, scene: &Scene, hand: NodeId) -> Vec<Vec3> {
     let rest = Pose::rest(scene);
     let to_joint = rotation_of(&rest.node_to_world[hand.index()]).inverse();
@@ -399,13 +400,13 @@ pub(super) fn hand_vertices(body: &Body, scene: &Scene, hand: NodeId) -> Vec<Vec
         .collect()
 }
 
-/// The larger of two lengths, rounded by half of `corner` where they are equal: a corner in a path is a jerk.
+/// The larger of two lengths, rounded off by half of `corner` where they are equal. A corner in a path would be a jerk.
 pub(super) fn larger([one, other]: [f32; 2], corner: f32) -> f32 {
     0.5 * (one + other + (one - other).hypot(corner))
 }
 
 impl PlacedShape<'_> {
-    /// Where a point is.
+    /// The place of a point relative to the part.
     pub(super) fn spot(&self, point: Vec3) -> Spot {
         let from_start = self.rotation.inverse() * (point - self.start);
         let along = from_start.dot(self.axis) / self.axis.length_squared();
@@ -417,7 +418,7 @@ impl PlacedShape<'_> {
         }
     }
 
-    /// How far a place is from the surface, negative inside.
+    /// The distance of a place from the surface, negative inside.
     pub(super) fn gap(&self, spot: &Spot) -> f32 {
         self.shape.gap(spot)
     }
@@ -427,7 +428,7 @@ impl PlacedShape<'_> {
         self.rotation * spot.direction()
     }
 
-    /// The place here for one at `source`, with gaps `scale` times as large, and `least` at least.
+    /// The position on this part for a place on `source`. Gaps are multiplied by `scale`, and are at least `least`.
     pub(super) fn point(&self, source: &Shape, spot: &Spot, scale: f32, least: f32) -> Vec3 {
         let extent = |shape: &Shape| shape.extents[0].lerp(shape.extents[1], spot.along);
         let direction = (spot.direction() * extent(self.shape) / extent(source)).normalize();

@@ -1,4 +1,4 @@
-//! Finds what the hands of a motion touch.
+//! Finds the contacts of the hands in a motion.
 
 use glam::Vec3;
 use mocap_figure::Side;
@@ -11,35 +11,35 @@ use super::shape::{LEG, Shape, Spot};
 use crate::hand_report::TouchedPart;
 use crate::measure::Moving;
 
-/// The largest speed in m/s relative to what a hand touches, of a body whose leg is [`LEG`] long. It is below the speed
-/// of feet at rest, because skin and clothes give way.
+/// The largest speed of a hand relative to the touched part, in m/s, for a body whose leg is [`LEG`] long. It is below
+/// the speed of feet at rest, because skin and clothes yield.
 const SPEED: f64 = 0.3;
 
-/// The largest distances in metres of a palm from the surface that it touches, of the same body. How thick the body of
-/// the source is is guessed, to some centimetres.
+/// The largest distance of a palm from the surface that it touches, in metres, for the same body. The thickness of the
+/// source's body is only guessed, with an error of some centimetres.
 fn nearest(part: TouchedPart, spot: &Spot) -> f64 {
     match part {
-        // From palm to palm: hands that are clasped.
+        // The distance from palm to palm, for clasped hands.
         TouchedPart::OtherHand => 0.1,
         TouchedPart::Head => 0.06,
         TouchedPart::Chest | TouchedPart::Hips => 0.04,
         TouchedPart::LeftThigh | TouchedPart::RightThigh if !spot.is_aside() => 0.05,
-        // Arms that hang are beside the thighs and need not touch them.
+        // Hanging arms are beside the thighs and need not touch them.
         TouchedPart::LeftThigh | TouchedPart::RightThigh => 0.005,
         TouchedPart::LeftShin | TouchedPart::RightShin => 0.04,
         TouchedPart::Floor => 0.06,
     }
 }
 
-/// What a hand may touch, over a motion.
+/// A part that a hand may touch, over a motion.
 pub(super) struct Touch {
-    /// The hand; of two hands the left.
+    /// The hand. For two hands, the left hand.
     pub(super) side: Side,
     pub(super) part: TouchedPart,
-    /// Where the hand is beside it, frame by frame. Of two hands `from_start` is from the left to the right palm, and
-    /// of the floor where the palm is, in the axes of the figure.
+    /// The place of the hand relative to the part, frame by frame. For two hands, `from_start` is the vector from the
+    /// left to the right palm. For the floor, it is the position of the palm, in the axes of the figure.
     pub(super) spots: Vec<Spot>,
-    /// How far it is from the surface, in units of the scene.
+    /// The distance from the surface, in units of the scene.
     pub(super) gaps: Vec<f32>,
     /// The first and the last frame of each contact.
     pub(super) contacts: Vec<[usize; 2]>,
@@ -56,7 +56,7 @@ impl Touch {
         }
     }
 
-    /// Whether the hand is nearer to another part of the body in a contact: a hand at a knee is near to thigh and shin.
+    /// Whether the hand is nearer to another part of the body in a contact: a hand at a knee is near thigh and shin.
     pub(super) fn is_beside(&self, other: &Self, [first, last]: [usize; 2]) -> bool {
         let is_of_body = |touch: &Self| !matches!(touch.part, TouchedPart::OtherHand | TouchedPart::Floor);
         if self.side != other.side || self.part == other.part || !(is_of_body(self) && is_of_body(other)) {
@@ -73,7 +73,7 @@ impl Touch {
         self.gaps.push(gap);
     }
 
-    /// Finds the contacts. `size` is the leg against [`LEG`], in units of the scene.
+    /// Finds the contacts. `size` is the ratio of the leg to [`LEG`], in units of the scene.
     fn find(&mut self, size: f32, rate: f64) {
         let rule = ContactRule {
             height: 1.0,
@@ -107,7 +107,7 @@ impl Touch {
     }
 }
 
-/// What the hands of a motion touch. `floor` is the height of its floor in units of the scene.
+/// The parts that the hands touch in a motion. `floor` is the height of its floor in units of the scene.
 pub(super) fn touches(moving: &Moving<'_>, arms: &[Arm], shapes: &[Shape], floor: f32, ticks: &[f64]) -> Vec<Touch> {
     let body = moving.body;
     let mut touches = Vec::new();

@@ -1,4 +1,4 @@
-//! Packets onto another body, as they come.
+//! Retargets packets to another body as they arrive.
 
 use std::collections::BTreeMap;
 
@@ -17,13 +17,13 @@ use super::vmc::{APPLY, BonePose, STATE, Said, flat, said};
 use crate::robot::{RobotOptions, RobotStream};
 use crate::{PoseRetargetOptions, PoseRetargeter};
 
-/// Messages of a packet that go on at most: all of a figure are some hundreds.
+/// The largest number of messages that pass through in a packet. A figure has some hundreds.
 const MOST: usize = 4096;
 
-/// Puts the poses of a stream of VMC on another body while they come: packets in, packets out.
+/// Retargets the poses of a VMC stream to another body as they arrive: packets in, packets out.
 ///
-/// A pose goes out with the packet that has the last of its bones, those that the frame before had; where one is
-/// missing, as the next frame begins. The first frame says how long the bones are.
+/// A pose is sent with the packet that completes the bones of the previous frame. If a bone is missing, the pose is
+/// sent when the next frame begins. The first frame sets the lengths of the bones.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -49,19 +49,19 @@ pub struct VmcBridge {
     onto: BridgeTarget,
     says: Sender,
     stage: Option<Stage>,
-    /// Why there is no stage: the bones that came are no body.
+    /// The reason why there is no stage: the received bones are not a body.
     problem: Option<Error>,
-    /// The bones that came, as they were last, and where they were first.
+    /// The received bones, each with its latest and its first pose.
     bones: BTreeMap<Bone, BonePose>,
     offsets: BTreeMap<Bone, BonePose>,
     root: Option<BonePose>,
     frame: Frame,
-    /// How many bones the frame before had.
+    /// The number of bones of the previous frame.
     complete: usize,
     counts: VmcCounts,
 }
 
-/// What the poses go onto.
+/// The target of the poses.
 #[derive(Debug)]
 enum BridgeTarget {
     /// The skeleton of a character in the T-pose, without rotations.
@@ -69,26 +69,26 @@ enum BridgeTarget {
     Robot(Box<Robot>),
 }
 
-/// What goes out.
+/// The format of the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sender {
     Vmc,
     Json,
 }
 
-/// The frame that comes in.
+/// The frame that is being received.
 #[derive(Debug, Default)]
 struct Frame {
     came: Vec<Bone>,
     is_out: bool,
     clock: Option<f64>,
     arrival: f64,
-    /// When the frame before was.
+    /// The time of the previous frame.
     before: Option<FrameTime>,
 }
 
 impl Frame {
-    /// Where the frame has no clock, that of the frame before goes on.
+    /// A frame without a clock continues the clock of the previous frame.
     fn time(&self) -> FrameTime {
         let time = FrameTime {
             sender: self.clock,
@@ -102,7 +102,7 @@ impl Frame {
     }
 }
 
-/// What moves the poses, once the bones of the sender are known.
+/// The retargeter of the poses. It is made when the bones of the sender are known.
 #[derive(Debug)]
 struct Stage {
     from: Pose,
@@ -112,13 +112,13 @@ struct Stage {
 
 #[derive(Debug)]
 enum Mover {
-    /// Onto a character: the pose of its skeleton, and the node of each bone.
+    /// For a character: the pose of its skeleton, and the node of each bone.
     Humanoid {
         retargeter: Box<PoseRetargeter>,
         to: Pose,
         bones: Vec<(Bone, usize)>,
     },
-    /// Onto a robot, with the names of its joints.
+    /// For a robot, with the names of its joints.
     Robot {
         stream: Box<RobotStream>,
         dof_names: Vec<String>,
@@ -126,27 +126,27 @@ enum Mover {
 }
 
 impl VmcBridge {
-    /// Onto a character, by its scene in metres with +Y up; what goes out is VMC. Messages about no bone, such as blend
-    /// shapes, pass unchanged.
+    /// A bridge to a character, given its scene in metres with +Y up. The output is VMC. Messages that are not about
+    /// bones, such as blend shapes, pass unchanged.
     ///
     /// # Errors
-    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()): where no humanoid is found in it.
+    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()), if the scene has no humanoid.
     pub fn onto(character: &Scene) -> Result<Self> {
         let mut target = character.clone();
         target.animations.clear();
         let mut target = vrm_humanoid(&target, None)?;
         target.nodes.retain(|node| node.humanoid_bone.is_some());
-        // As in a VRM animation, its rest pose is the T-pose.
+        // As in a VRM animation, the rest pose is the T-pose.
         target.metadata.format = Some(Format::Vrma);
         Ok(Self::new(BridgeTarget::Humanoid(Box::new(target)), Sender::Vmc))
     }
 
-    /// Onto a robot; what goes out is JSON, a packet for each pose.
+    /// A bridge to a robot. The output is JSON, with a packet for each pose.
     pub fn onto_robot(robot: &Robot) -> Self {
         Self::new(BridgeTarget::Robot(Box::new(robot.clone())), Sender::Json)
     }
 
-    /// JSON goes out instead of VMC, for a character too.
+    /// Sends JSON instead of VMC, for a character too.
     #[must_use]
     pub fn json(mut self) -> Self {
         self.says = Sender::Json;
@@ -168,18 +168,18 @@ impl VmcBridge {
         }
     }
 
-    /// What came; a frame is a pose that went out.
+    /// The counts of received messages. A frame is a pose that was sent.
     pub fn counts(&self) -> VmcCounts {
         self.counts
     }
 
-    /// Why no pose goes out: the sender's bones are no body yet.
+    /// The reason why no pose is sent: the sender's bones are not a body yet.
     pub fn problem(&self) -> Option<&Error> {
         self.problem.as_ref()
     }
 
-    /// Takes a packet that arrived at a time, in seconds since any moment, and gives the packets that are due. What is
-    /// malformed is counted.
+    /// Receives a packet, with its time of arrival in seconds since any moment, and returns the packets that are due.
+    /// Malformed messages are counted.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Vec<u8>> {
         self.counts.packets += 1;
         let Some(messages) = flat(packet) else {
@@ -208,7 +208,7 @@ impl VmcBridge {
                     passed.push(message);
                 }
                 Said::Other => {
-                    // Its own state is said with each pose.
+                    // The bridge sends its own state with each pose.
                     if message.addr != STATE {
                         self.counts.others += u64::from(message.addr != APPLY);
                         passed.push(message);
@@ -232,7 +232,7 @@ impl VmcBridge {
         self.frame.came.push(bone);
         self.bones.insert(bone, pose);
         if self.offsets.insert(bone, pose).is_none() {
-            // Another number of bones is another body.
+            // Another number of bones is a different body.
             self.stage = None;
         }
     }
@@ -252,7 +252,7 @@ impl VmcBridge {
         };
     }
 
-    /// Gives the pose of the frame.
+    /// Sends the pose of the frame.
     fn give(&mut self, given: &mut Vec<Vec<u8>>) {
         self.frame.is_out = true;
         if self.stage.is_none() {
@@ -297,7 +297,7 @@ impl Stage {
         let mut recorder = VmcRecorder::new();
         recorder.first_frame(offsets, root);
         let mut source = recorder.scene()?;
-        // The floor is at 0, where the sender has it, and not under the feet of the first frame.
+        // The floor is at height 0 of the sender, not under the feet of the first frame.
         source.animations.clear();
         let mover = match onto {
             BridgeTarget::Humanoid(target) => Mover::Humanoid {
@@ -337,7 +337,7 @@ fn bones(scene: &Scene) -> impl Iterator<Item = (Bone, usize)> {
     nodes.filter_map(|(index, node)| Some((node.humanoid_bone?, index)))
 }
 
-/// The bones of the target to their parents.
+/// The poses of the target's bones relative to their parents.
 fn posed(bones: &[(Bone, usize)], to: &Pose) -> Vec<(Bone, BonePose)> {
     let pose = |node: usize| {
         let Trs {

@@ -1,4 +1,4 @@
-//! Packets without noise, some time later.
+//! Removes noise from packets, with a delay.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,18 +11,18 @@ use rosc::OscMessage;
 use super::play::{bundles, pose_message};
 use super::vmc::{BonePose, Said, flat, said};
 
-/// Frames from which the rate of a sender is measured; until then none is given back.
+/// The number of frames from which the frame rate of a sender is measured. No frame is returned before.
 const MEASURED: usize = 24;
 
-/// The rates in Hz that a sender may have: a slower one is no motion, a faster one is a clock that is wrong.
+/// The range of frame rates of a sender, in Hz. A slower stream is not a motion, and a faster one has a wrong clock.
 const RATES: [f64; 2] = [5.0, 500.0];
-/// A sender that was silent for so many seconds begins anew.
+/// The silence of a sender after which its motion begins anew, in seconds.
 const SILENCE: f64 = 1.0;
-/// Messages of a frame at most: all bones and blend shapes of a figure are some hundreds.
+/// The largest number of messages of a frame. All bones and blend shapes of a figure are some hundreds.
 const MOST: usize = 4096;
 
-/// Takes the noise out of a stream of VMC while it comes, by [`LiveClean`]: packets in, packets out, each frame a delay
-/// later. Messages that are about no bone go with their frame, as they are.
+/// Removes noise from a VMC stream as it arrives, by [`LiveClean`]: packets in, packets out, each frame with a delay.
+/// Messages that are not about bones stay with their frame, unchanged.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -46,15 +46,15 @@ const MOST: usize = 4096;
 pub struct VmcCleaner {
     delay: f64,
     live: Option<LiveClean>,
-    /// The bones that came, as they were last.
+    /// The received bones, each with its latest pose.
     bones: BTreeMap<Bone, BonePose>,
-    /// The frame that comes in.
+    /// The frame that is being received.
     current: Frame,
-    /// Those that are not given back.
+    /// The frames that were not returned yet.
     waiting: VecDeque<Frame>,
 }
 
-/// What came in a frame.
+/// The received messages of a frame.
 #[derive(Clone, Debug, Default)]
 struct Frame {
     messages: Vec<OscMessage>,
@@ -65,7 +65,7 @@ struct Frame {
 }
 
 impl VmcCleaner {
-    /// A stream that is given back so many seconds later: with half a second a moment is seen from both sides.
+    /// A cleaner with a delay in seconds. With half a second, each frame is cleaned with frames on both sides.
     ///
     /// # Errors
     /// [`Code::InvalidValue`](mocap_scene::Code::InvalidValue) for a delay that is not from 0 to 10.
@@ -80,8 +80,8 @@ impl VmcCleaner {
         })
     }
 
-    /// Takes a packet that arrived at a time, in seconds since any moment, and gives back those whose time has come.
-    /// Packets that are no OSC are dropped.
+    /// Receives a packet, with its time of arrival in seconds since any moment, and returns the packets that are due.
+    /// Packets that are not OSC are dropped.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Vec<u8>> {
         let mut given = Vec::new();
         for message in flat(packet).unwrap_or_default() {
@@ -98,7 +98,7 @@ impl VmcCleaner {
             match said {
                 Said::Time(time) => self.current.clock = Some(time),
                 Said::Bone(bone, bone_pose) => {
-                    // Another number of joints is another motion.
+                    // Another number of joints is a different motion.
                     if self.bones.insert(bone, bone_pose).is_none() {
                         given.extend(self.finish_waiting());
                     }
@@ -111,7 +111,7 @@ impl VmcCleaner {
         given
     }
 
-    /// Gives back all that is left, at the end of a stream.
+    /// Returns all remaining packets, at the end of a stream.
     pub fn finish(&mut self) -> Vec<Vec<u8>> {
         let mut given = self.end_frame();
         given.extend(self.finish_waiting());
@@ -140,7 +140,7 @@ impl VmcCleaner {
             rotation: bone_pose.rotation,
             ..Trs::IDENTITY
         };
-        // A bone that did not come stays where it was.
+        // A bone that was not received keeps its pose.
         frame.joints = self.bones.values().map(joint).collect();
         self.waiting.push_back(frame);
         match &mut self.live {
@@ -154,7 +154,7 @@ impl VmcCleaner {
         given
     }
 
-    /// Begins to clean, once the rate of the sender can be told.
+    /// Starts to clean when the frame rate of the sender is known.
     fn begin(&mut self) -> Vec<Vec<u8>> {
         let clocks: Option<Vec<f64>> = self.waiting.iter().map(|frame| frame.clock).collect();
         let times = clocks.unwrap_or_else(|| self.waiting.iter().map(|frame| frame.arrival).collect());
@@ -180,7 +180,7 @@ impl VmcCleaner {
             .collect()
     }
 
-    /// Gives back the frames that wait, and forgets the motion.
+    /// Returns the waiting frames, and resets the motion.
     fn finish_waiting(&mut self) -> Vec<Vec<u8>> {
         let mut given = match self.live {
             None if !self.waiting.is_empty() => self.begin(),
@@ -192,7 +192,7 @@ impl VmcCleaner {
         given
     }
 
-    /// The packets of the frame that waits longest, with these joints.
+    /// The packets of the frame that has waited longest, with these joints.
     fn give(&mut self, joints: Vec<Trs>) -> Option<Vec<Vec<u8>>> {
         let frame = self.waiting.pop_front()?;
         let cleaned: BTreeMap<Bone, Trs> = self.bones.keys().copied().zip(joints).collect();

@@ -1,20 +1,20 @@
 //! The time of each frame of a recording, by two clocks.
 //!
-//! VMC defines `/VMC/Ext/T` as a relative time in seconds; senders write Unity's `Time.time` as a 32-bit float. The
-//! sender's clock has no jitter of the network. But it starts at 0 again with the sender, and jumps if the machine
-//! slept or set its clock. The receiver's clock bridges such a jump.
+//! VMC defines `/VMC/Ext/T` as a relative time in seconds. Senders write Unity's `Time.time` as a 32-bit float. The
+//! sender's clock has no network jitter. But it starts at 0 again with the sender, and jumps if the machine slept or
+//! set its clock. The receiver's clock bridges such a jump.
 
 use mocap_scene::error::{Code, Diagnostic};
 
-/// How many seconds the sender's clock may gain on the receiver's between two frames, or go back. Delays of a network
-/// and packets that overtake each other stay below it.
+/// The largest gain or loss of the sender's clock against the receiver's clock between two frames, in seconds. Network
+/// delays and reordered packets stay below it.
 const LONGEST_DELAY: f64 = 1.0;
 
-/// The share of frames whose time is missing, or not later than that of the frame before, above which the sender's
-/// clock is not used. A 32-bit clock that has run for days repeats its values.
+/// The fraction of irregular frames above which the sender's clock is not used. The time of an irregular frame is
+/// missing, or not later than the previous time. A 32-bit clock that has run for days repeats its values.
 const MOST_IRREGULAR: f64 = 0.05;
 
-/// When a frame was made by the sender's clock, and when it arrived, in seconds since any moment.
+/// The time of a frame by the sender's clock, and its time of arrival, in seconds since any moment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FrameTime {
     pub(super) sender: Option<f64>,
@@ -22,7 +22,7 @@ pub(super) struct FrameTime {
 }
 
 impl FrameTime {
-    /// Seconds since a frame before, by the sender's clock. Where it is missing or jumps, by the receiver's.
+    /// Seconds since an earlier frame, by the sender's clock. If the time is missing or jumps, by the receiver's clock.
     pub(super) fn since(self, before: Self) -> f64 {
         let step = before.sender.zip(self.sender).map(|(before, now)| now - before);
         let waited = self.waited(before);
@@ -41,17 +41,17 @@ fn is_jump(step: f64, waited: f64) -> bool {
 /// A jump of the sender's clock.
 #[derive(Clone, Copy, Debug)]
 struct ClockJump {
-    /// Seconds of the recording at which the frame behind the jump is.
+    /// The time of the recording at the first frame after the jump, in seconds.
     at: f64,
-    /// Seconds by which the sender's clock went further than the receiver's.
+    /// The excess of the sender's clock over the receiver's clock, in seconds.
     by: f64,
 }
 
-/// Seconds of each frame since the first, and the warning of the jumps that were bridged.
+/// The time of each frame since the first, in seconds, and the warning about bridged jumps.
 pub(super) fn seconds_of(frames: &[FrameTime]) -> (Vec<f64>, Option<Diagnostic>) {
     let mut seconds: Vec<f64> = Vec::with_capacity(frames.len());
     let (mut jumps, mut irregular) = (Vec::new(), 0);
-    // The frame behind the last jump, with its seconds: the sender's clock counts from there.
+    // The first frame after the last jump, with its time: the sender's clock counts from here.
     let mut origin: Option<(f64, f64)> = None;
     let mut last_of_clock: Option<(f64, FrameTime)> = None;
     for (index, frame) in frames.iter().enumerate() {
@@ -92,8 +92,8 @@ fn warning_of(jumps: &[ClockJump]) -> Option<Diagnostic> {
         by => format!("{by:.1e}"),
     };
     let message = format!(
-        "the sender's clock jumped {direction} by {size} s at {at:.2} s; the recording goes on by the time of arrival"
+        "the sender's clock jumped {direction} by {size} s at {at:.2} s; the recording continues by the time of arrival"
     );
     let warning = Diagnostic::new(Code::ClockJump, message).times(jumps.len() as u64);
-    Some(warning.help("where the recording belongs to a sound or a video, compare them there"))
+    Some(warning.help("if the recording belongs to audio or video, check the synchronization at this time"))
 }

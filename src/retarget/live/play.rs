@@ -1,4 +1,4 @@
-//! A scene into packets.
+//! Converts a scene to packets.
 
 use glam::{Quat, Vec3};
 use mocap_figure::vrm_humanoid;
@@ -8,13 +8,14 @@ use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, encoder};
 
 use super::vmc::{BONE, BonePose, ROOT, STATE, TIME, mirrored, unity_name};
 
-/// Bytes of a packet that every network takes in one piece: 1500 of Ethernet, less the headers of IPv6 and UDP.
+/// The largest packet that every network carries in one piece, in bytes: 1500 of Ethernet, less the headers of IPv6 and
+/// UDP.
 const LONGEST: usize = 1452;
 
-/// Bytes of a bundle before its messages: `#bundle`, a zero and a time tag (Open Sound Control 1.0).
+/// The bytes of a bundle before its messages: `#bundle`, a zero and a time tag (Open Sound Control 1.0).
 const BUNDLE: usize = 16;
 
-/// Bytes before each message of a bundle: its size (Open Sound Control 1.0).
+/// The bytes before each message of a bundle: its size (Open Sound Control 1.0).
 const BEFORE_MESSAGE: usize = 4;
 
 /// The motion of a humanoid as packets of VMC.
@@ -26,10 +27,10 @@ pub struct VmcMotion {
 }
 
 impl VmcMotion {
-    /// The first motion of a scene, which is in metres with +Y up.
+    /// The first motion of a scene in metres with +Y up.
     ///
     /// # Errors
-    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()): where no humanoid is found in it.
+    /// As [`figure::vrm_humanoid`](mocap_figure::vrm_humanoid()), if the scene has no humanoid.
     pub fn new(scene: &Scene) -> Result<Self> {
         let scene = vrm_humanoid(scene, None)?;
         Ok(Self { scene })
@@ -47,12 +48,12 @@ impl VmcMotion {
         animation.map_or(60.0, |animation| animation.ticks_per_second)
     }
 
-    /// The packets of the pose at a time, which is the clock that they state.
+    /// The packets of the pose at a time. The packets state this time as their clock.
     pub fn packets(&self, seconds: f64) -> Vec<Vec<u8>> {
         self.packets_at(seconds, seconds)
     }
 
-    /// As [`Self::packets`], with another time on the clock: a motion that repeats goes on.
+    /// As [`Self::packets`], with another time as the clock. With it, the clock of a repeated motion continues.
     pub fn packets_at(&self, seconds: f64, clock: f64) -> Vec<Vec<u8>> {
         let mut messages = beginning(clock);
         let animation = self.scene.animations.first();
@@ -76,13 +77,13 @@ impl VmcMotion {
     }
 }
 
-/// The messages with which a frame begins.
+/// The first messages of a frame.
 pub(super) fn beginning(clock: f64) -> Vec<OscMessage> {
     let message = |address: &str, args: Vec<OscType>| OscMessage {
         addr: address.to_owned(),
         args,
     };
-    // Loaded, calibrated, in the usual mode.
+    // The state: loaded, calibrated, in the usual mode.
     let state = [1, 3, 0].map(OscType::Int).to_vec();
     let root = BonePose {
         position: Vec3::ZERO,
@@ -111,9 +112,9 @@ fn arguments_of(name: &str, pose: BonePose) -> Vec<OscType> {
     std::iter::once(name).chain(numbers.map(OscType::Float)).collect()
 }
 
-/// The messages in as few packets as a network takes in one piece, in their order.
+/// The messages in their order, in as few packets as a network carries in one piece.
 pub(super) fn bundles(messages: Vec<OscMessage>) -> Vec<Vec<u8>> {
-    // "Immediately", as OSC 1.0 has it.
+    // "Immediately", as OSC 1.0 defines it.
     const NOW: OscTime = OscTime {
         seconds: 0,
         fractional: 1,

@@ -1,4 +1,4 @@
-//! Packets into poses, while they come.
+//! Converts packets to poses as they arrive.
 
 use std::collections::BTreeMap;
 
@@ -8,13 +8,13 @@ use mocap_scene::scene::{HumanoidBone as Bone, Scene};
 use super::record::VmcRecorder;
 use super::vmc::{BonePose, Said, messages};
 
-/// Frames from which the skeleton and the rate of a sender are known.
+/// The number of frames from which the skeleton and the frame rate of a sender are known.
 const MEASURED: usize = 24;
 
-/// The poses of a stream of VMC: packets in, poses of [`scene`](Self::scene) out, a frame each.
+/// The poses of a VMC stream: packets in, poses of [`scene`](Self::scene) out, one for each frame.
 ///
-/// The skeleton and the rate are known after 24 frames, whose poses come then together. A bone that is missing in a
-/// frame stays where it was.
+/// The skeleton and the frame rate are known after 24 frames. The poses of these frames are then returned together. A
+/// bone that is missing in a frame keeps its pose.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -37,17 +37,17 @@ const MEASURED: usize = 24;
 #[derive(Debug, Default)]
 pub struct VmcPoses {
     recorder: VmcRecorder,
-    /// Frames that have ended in the recorder.
+    /// The number of frames that have ended in the recorder.
     ended: usize,
     begun: Option<(Scene, Pose)>,
     root: Option<BonePose>,
-    /// The frame that comes in.
+    /// The frame that is being received.
     bones: BTreeMap<Bone, BonePose>,
     has_clock: bool,
 }
 
 impl VmcPoses {
-    /// A stream of which nothing came.
+    /// A stream without packets yet.
     pub fn new() -> Self {
         Self::default()
     }
@@ -57,8 +57,8 @@ impl VmcPoses {
         self.begun.as_ref().map(|(scene, _)| scene)
     }
 
-    /// Takes a packet that arrived at a time, in seconds since any moment, and gives the poses of the frames that it
-    /// ends. Packets that are no OSC are dropped.
+    /// Receives a packet, with its time of arrival in seconds since any moment, and returns the poses of completed
+    /// frames. Packets that are not OSC are dropped.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) -> Vec<Pose> {
         if self.begun.is_none() {
             self.recorder.hear(packet, seconds);
@@ -105,7 +105,7 @@ impl VmcPoses {
         Some(pose.clone())
     }
 
-    /// Makes the skeleton of the frames that came, and their poses.
+    /// Makes the skeleton from the received frames, and returns their poses.
     fn begin(&mut self) -> Vec<Pose> {
         self.ended = 0;
         let Ok(scene) = std::mem::take(&mut self.recorder).scene() else {
@@ -115,7 +115,7 @@ impl VmcPoses {
         let binding = Binding::new(&scene, animation);
         let mut pose = Pose::rest(&scene);
         let mut given = Vec::new();
-        // The last frame has begun, and is given when it ends.
+        // The last frame is incomplete, and returned later.
         for tick in 0..animation.duration as usize {
             pose.sample(&binding, animation, tick as f64);
             given.push(pose.clone());

@@ -1,4 +1,4 @@
-//! Packets into a scene.
+//! Converts packets to a scene.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,11 @@ use mocap_scene::scene::{
 use super::clock::{FrameTime, seconds_of};
 use super::vmc::{BonePose, Said, messages};
 
-/// Rotations and positions that a recording holds: 90 minutes of 55 bones, 60 times a second, in less than a gigabyte.
+/// The largest number of rotations and positions of a recording: 90 minutes of 55 bones at 60 frames per second, in
+/// less than a gigabyte.
 const MOST_KEYS: usize = 18_000_000;
 
-/// What came, beside the motion.
+/// The counts of received messages.
 ///
 /// The [module](crate::live) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,22 +23,22 @@ const MOST_KEYS: usize = 18_000_000;
 pub struct VmcCounts {
     /// Packets.
     pub packets: u64,
-    /// Packets that are no OSC, and messages of VMC whose arguments are not those of their kind.
+    /// Packets that are not OSC, and VMC messages with wrong arguments.
     pub malformed: u64,
     /// Values of blend shapes.
     pub blend_shapes: u64,
-    /// Messages about other things than a body: cameras, lights, trackers, bones that no humanoid has.
+    /// Messages that are not about a body: cameras, lights, trackers, bones that no humanoid has.
     pub others: u64,
     /// Frames.
     pub frames: usize,
 }
 
-/// Makes a scene of the packets of VMC that come.
+/// Makes a scene from VMC packets.
 ///
 /// The [module](crate::live) has an example.
 ///
-/// A frame ends when a bone, or the clock, comes again. The lengths of bones are those of the first frame that has
-/// them; the hips alone move otherwise than by rotation, and what moves the root moves them.
+/// A frame ends when a bone, or the clock, arrives for the second time. The length of each bone comes from the first
+/// frame with the bone. Only the hips have translation. The motion of the root is added to the hips.
 #[derive(Debug, Default)]
 pub struct VmcRecorder {
     counts: VmcCounts,
@@ -48,9 +49,9 @@ pub struct VmcRecorder {
     keys: usize,
 }
 
-/// Blend shapes of a recording at most; characters have some dozens, and faces of trackers 52.
+/// The largest number of blend shapes of a recording. Characters have some dozens, and face trackers 52.
 const MOST_SHAPES: usize = 1024;
-/// Bytes of the longest name of one.
+/// The largest length of a blend shape's name, in bytes.
 const LONGEST_NAME: usize = 256;
 
 /// The weights of a blend shape.
@@ -65,21 +66,21 @@ struct FaceTrack {
 /// The keys of a bone.
 #[derive(Debug, Default)]
 struct Track {
-    /// From its parent, as it was first.
+    /// The offset from its parent, in the first frame with the bone.
     offset: Vec3,
     frames: Vec<u32>,
     rotations: Vec<Quat>,
-    /// Of the hips alone.
+    /// The positions, only for the hips.
     positions: Vec<Vec3>,
 }
 
 impl VmcRecorder {
-    /// A recorder that has heard nothing.
+    /// A recorder without packets yet.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// What came.
+    /// The counts of received messages.
     pub fn counts(&self) -> VmcCounts {
         VmcCounts {
             frames: self.frames.len(),
@@ -87,12 +88,12 @@ impl VmcRecorder {
         }
     }
 
-    /// Whether nothing more is kept: the memory of a recording is bounded.
+    /// Whether the recording is full: its memory is limited.
     pub fn is_full(&self) -> bool {
         self.keys >= MOST_KEYS
     }
 
-    /// Takes a packet that arrived at a time, in seconds since any moment. What is malformed is counted.
+    /// Receives a packet, with its time of arrival in seconds since any moment. Malformed messages are counted.
     pub fn hear(&mut self, packet: &[u8], seconds: f64) {
         self.counts.packets += 1;
         let Some(messages) = messages(packet) else {
@@ -125,7 +126,7 @@ impl VmcRecorder {
         self.keys += 1;
     }
 
-    /// Weights belong to the frame that they come in.
+    /// Weights belong to the frame in which they arrive.
     fn blend(&mut self, face: Face, weight: f32) {
         self.counts.blend_shapes += 1;
         let Some(frame) = self.frames.len().checked_sub(1).filter(|_| !self.is_full()) else {
@@ -158,7 +159,7 @@ impl VmcRecorder {
         self.keys += 1;
     }
 
-    /// Takes the first frame of a stream.
+    /// Sets the first frame of a stream.
     pub(super) fn first_frame(&mut self, bones: &BTreeMap<Bone, BonePose>, root: Option<BonePose>) {
         self.root = root;
         bones.iter().for_each(|(bone, pose)| self.bone(*bone, *pose, 0.0));
@@ -189,16 +190,16 @@ impl VmcRecorder {
         self.keys += 1;
     }
 
-    /// The recording: a node for each bone that came, in metres with +Y up, without rotation in the T-pose. Its
-    /// warnings name the jumps of the sender's clock.
+    /// The recording: a node for each received bone, in metres with +Y up, without rotations in the T-pose. Warnings
+    /// state the jumps of the sender's clock.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where no bone came.
+    /// [`Code::NoMotion`] if no bone was received.
     pub fn scene(self) -> Result<Scene> {
         if !self.bones.contains_key(&Bone::Hips) {
             let message = "no pose of a humanoid came: /VMC/Ext/Bone/Pos of the hips is missing";
             return Err(Diagnostic::new(Code::NoMotion, message)
-                .help("let the sender send bones to this address and port, and look whether a firewall is between")
+                .help("set the sender to send bones to this address and port, and check the firewall")
                 .into());
         }
         let (times, jumps) = seconds_of(&self.frames);
@@ -220,14 +221,15 @@ impl VmcRecorder {
         scene.nodes = nodes;
         self.add_face(&mut scene, &ticks);
         scene.warnings.extend(jumps);
-        // As in a VRM animation, the rest pose is the T-pose, whatever it looks like.
+        // As in a VRM animation, the rest pose counts as the T-pose, whatever its shape.
         scene.metadata.format = Some(Format::Vrma);
         scene.metadata.metres_per_unit = Some(1.0);
         scene.metadata.up = Some(UpAxis::Y);
         Ok(scene)
     }
 
-    /// Adds the blend shapes that are ever seen, and the gaze, which is how the eyes turn: a VRM animation has no eyes.
+    /// Adds the blend shapes with a value above 0, and the gaze. The gaze is the rotation of the eyes, because a VRM
+    /// animation has no eye bones.
     fn add_face(&self, scene: &mut Scene, ticks: &[f64]) {
         let times = |frames: &[u32]| -> Vec<f64> { frames.iter().map(|frame| ticks[*frame as usize]).collect() };
         let still = Channel {
@@ -260,7 +262,7 @@ impl VmcRecorder {
         }
     }
 
-    /// The bones depth-first, each on the nearest one above it that came.
+    /// The bones depth-first, each with its nearest received ancestor.
     fn nodes(&self) -> Vec<Node> {
         let has = |bone: &Bone| self.bones.contains_key(bone);
         let parent = |bone: Bone| std::iter::successors(bone.parent(), |above| above.parent()).find(has);
@@ -286,7 +288,7 @@ impl VmcRecorder {
             let children = Bone::ALL.iter().rev().copied();
             open.extend(children.filter(|child| has(child) && parent(*child) == Some(bone)));
         }
-        // In the T-pose the lowest bone, of the foot, is on the ground.
+        // In the T-pose, the lowest bone, a foot, is on the ground.
         let lowest = at_rest.values().map(|(_, bone_pose)| bone_pose.y).fold(0.0, f32::min);
         nodes[0].transform = Mat4::from_translation(-lowest * Vec3::Y);
         nodes
@@ -308,7 +310,7 @@ impl VmcRecorder {
     }
 }
 
-/// Adds a node of a face below the first, with its keys.
+/// Adds a node of a face as a child of the first node, with its keys.
 fn add_face_node(scene: &mut Scene, face: Face, keys: Channel) {
     let id = NodeId::new(scene.nodes.len());
     scene.nodes.push(Node {
@@ -325,20 +327,20 @@ fn add_face_node(scene: &mut Scene, face: Face, keys: Channel) {
     });
 }
 
-/// The frames a second, and the tick of each frame: the next one that is free, so that no frame is lost where the
-/// times of a network shake.
+/// The frames per second, and the tick of each frame: the next free tick, so that network jitter drops no frame.
 fn ticks_of(times: &[f64]) -> (f64, Vec<f64>) {
-    /// The rate in Hz of a sender without two frames: that of most programs.
+    /// The frame rate of most senders, in Hz, for a recording with a single frame.
     const USUAL: f64 = 60.0;
-    /// Steps that differ from the median by a larger share of it are not averaged: a frame is missing there.
+    /// The largest difference of a step from the median, as a fraction of the median. A larger step has a missing
+    /// frame, and is not averaged.
     const NEAR: f64 = 0.5;
 
-    /// The distance of a rate from a whole one that is meant as it, as a fraction: 29.97 is farther from 30 than clocks
-    /// are off.
+    /// The largest distance of a rate from a whole rate that counts as this rate, as a fraction. Clocks deviate less,
+    /// and 29.97 is farther from 30.
     const WHOLE: f64 = 2e-3;
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.retain(|step| *step > 1e-6);
-    // The mean, because late packets and the rounding of a 32-bit clock shift the median.
+    // The mean is used, because late packets and the rounding of a 32-bit clock shift the median.
     steps.sort_by(f64::total_cmp);
     let median = steps
         .get(steps.len().saturating_sub(1) / 2)

@@ -1,3 +1,3 @@
-//! What a recording of a network reports.
+//! The report of a network recording.
 
 pub use super::record::VmcCounts;

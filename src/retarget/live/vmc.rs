@@ -1,10 +1,10 @@
 //! The messages of VMC, and Unity's axes.
 //!
-//! Unity is left-handed with +Y up; a figure there faces +Z and has its left hand at -X. A scene of this crate is
-//! right-handed with +Y up; a figure that faces +Z has its left hand at +X. So one is the other in the mirror S =
-//! diag(-1, 1, 1): a position p is S p = (-x, y, z), and a rotation R is S R S. A mirror swaps left and right turns, so
-//! that turns by the same angle the other way about the mirrored axis. The axis a becomes -S a = (x, -y, -z), and the
-//! quaternion (x, y, z, w) becomes (x, -y, -z, w). Both are their own inverses.
+//! Unity is left-handed with +Y up. A figure in Unity faces +Z and has its left hand at -X. A scene of this crate is
+//! right-handed with +Y up. A figure that faces +Z has its left hand at +X. The mirror S = diag(-1, 1, 1) converts one
+//! to the other: a position p becomes S p = (-x, y, z), and a rotation R becomes S R S. The mirrored rotation has the
+//! opposite angle about the mirrored axis. So the axis a becomes -S a = (x, -y, -z), and the quaternion (x, y, z, w)
+//! becomes (x, -y, -z, w). Both conversions are their own inverses.
 
 use glam::{Mat4, Quat, Vec3};
 use rosc::{OscMessage, OscPacket, OscType, decoder};
@@ -16,7 +16,7 @@ pub(super) const STATE: &str = "/VMC/Ext/OK";
 pub(super) const ROOT: &str = "/VMC/Ext/Root/Pos";
 pub(super) const BONE: &str = "/VMC/Ext/Bone/Pos";
 const BLEND: &str = "/VMC/Ext/Blend/Val";
-/// Ends the values of blend shapes.
+/// The message after the values of blend shapes, which applies them.
 pub(super) const APPLY: &str = "/VMC/Ext/Blend/Apply";
 
 /// A position and a rotation, in the axes of a scene.
@@ -27,7 +27,7 @@ pub struct BonePose {
 }
 
 impl BonePose {
-    /// The hips as the root moves them.
+    /// The hips with the motion of the root.
     pub(super) fn below(self, root: Option<Self>) -> Self {
         let Some(root) = root else { return self };
         Self {
@@ -36,7 +36,8 @@ impl BonePose {
         }
     }
 
-    /// The bone to its parent. Only the hips move as they are sent; other bones stay at their `offset` and turn.
+    /// The transform of the bone relative to its parent. Only the hips have their received position. Other bones keep
+    /// their `offset` and rotate.
     pub(super) fn to_parent(self, bone: Bone, offset: Vec3, root: Option<Self>) -> Mat4 {
         match bone {
             Bone::Hips => {
@@ -48,7 +49,7 @@ impl BonePose {
     }
 }
 
-/// What a message says.
+/// The content of a message.
 #[derive(Debug, PartialEq)]
 pub(super) enum Said {
     /// The sender's clock, in seconds.
@@ -57,22 +58,22 @@ pub(super) enum Said {
     Bone(Bone, BonePose),
     /// A blend shape and its value.
     Blend(Face, f32),
-    /// Something that no motion of a body is: cameras, lights, trackers.
+    /// A message that is not about the motion of a body: cameras, lights, trackers.
     Other,
-    /// A message of VMC with other arguments than it must have, or with numbers that are none.
+    /// A VMC message with wrong arguments, or with numbers that are not finite.
     Malformed,
 }
 
-/// How many bundles there may be, beside each other or within: a packet of a sender has one or a few. Without a limit
-/// a packet of 64 KiB is thousands of them, one in the other.
+/// The largest number of bundles in a packet, side by side or nested. A packet of a sender has one or a few. Without a
+/// limit, a packet of 64 KiB can nest thousands of bundles.
 const MOST_BUNDLES: usize = 64;
 
-/// The contents of the messages of a packet; `None` if it is no OSC.
+/// The contents of the messages of a packet; `None` if the packet is not OSC.
 pub(super) fn messages(packet: &[u8]) -> Option<Vec<Said>> {
     Some(flat(packet)?.iter().map(said).collect())
 }
 
-/// The messages of a packet in their order; `None` where it is no OSC.
+/// The messages of a packet in their order; `None` if the packet is not OSC.
 pub(super) fn flat(packet: &[u8]) -> Option<Vec<OscMessage>> {
     if memchr::memmem::find_iter(packet, b"#bundle\0").count() > MOST_BUNDLES {
         return None;
@@ -83,7 +84,7 @@ pub(super) fn flat(packet: &[u8]) -> Option<Vec<OscMessage>> {
     while let Some(packet) = open.pop() {
         match packet {
             OscPacket::Message(message) => found.push(message),
-            // Backwards, because the last of a stack comes first.
+            // In reverse, because the last entry of a stack is taken first.
             OscPacket::Bundle(bundle) => open.extend(bundle.content.into_iter().rev()),
         }
     }
@@ -95,7 +96,7 @@ pub(super) fn said(message: &OscMessage) -> Said {
     let read = match message.addr.as_str() {
         TIME => number(arguments.first()).filter(|time| *time >= 0.0).map(Said::Time),
         ROOT => pose(arguments).map(Said::Root),
-        // A bone that no humanoid has is another thing, not a fault.
+        // A bone that no humanoid has is ignored, and is not an error.
         BONE => match arguments.first() {
             Some(OscType::String(name)) => match bone(name) {
                 Some(bone) => pose(arguments).map(|pose| Said::Bone(bone, pose)),
@@ -112,7 +113,7 @@ pub(super) fn said(message: &OscMessage) -> Said {
     read.unwrap_or(Said::Malformed)
 }
 
-/// The expression of a blend shape; senders write the names of VRM 0 and of VRM 1.0, in any case.
+/// The expression of a blend shape. Senders write the names of VRM 0 and of VRM 1.0, in upper or lower case.
 fn face(name: &str) -> Face {
     let old = Face::OF_VRM0.iter().find(|(old, _)| name.eq_ignore_ascii_case(old));
     let preset = old.map(|(_, preset)| *preset);
@@ -137,10 +138,10 @@ fn number(argument: Option<&OscType>) -> Option<f64> {
     .filter(|number| number.is_finite())
 }
 
-/// The farthest that a position may be, in metres.
+/// The largest distance of a position from the origin, in metres.
 const FARTHEST: f64 = 1e6;
 
-/// The seven numbers behind a name.
+/// The seven numbers after a name.
 fn pose(arguments: &[OscType]) -> Option<BonePose> {
     let mut numbers = [0.0_f32; 7];
     for (index, into) in numbers.iter_mut().enumerate() {
@@ -148,7 +149,7 @@ fn pose(arguments: &[OscType]) -> Option<BonePose> {
     }
     let [x, y, z, qx, qy, qz, qw] = numbers;
     let rotation = Quat::from_xyzw(qx, qy, qz, qw);
-    // Rotations of senders are of length 1, up to rounding.
+    // Rotations of senders have a length of 1, except for rounding.
     const SHORTEST: f32 = 0.5;
     (rotation.length() > SHORTEST).then(|| {
         mirrored(BonePose {
@@ -158,7 +159,7 @@ fn pose(arguments: &[OscType]) -> Option<BonePose> {
     })
 }
 
-/// From Unity's axes to those of a scene, and back.
+/// Converts Unity's axes to the axes of a scene, and back.
 pub fn mirrored(pose: BonePose) -> BonePose {
     let (Vec3 { x, y, z }, [qx, qy, qz, w]) = (pose.position, pose.rotation.to_array());
     BonePose {
@@ -167,14 +168,14 @@ pub fn mirrored(pose: BonePose) -> BonePose {
     }
 }
 
-/// Unity's names of the thumb's bones against those of VRM 1.0, in which it has a metacarpal and no intermediate bone.
+/// The names of thumb bones in Unity and in VRM 1.0, where the thumb has a metacarpal and no intermediate bone.
 const THUMBS: [(&str, &str); 3] = [
     ("humbProximal", "humbMetacarpal"),
     ("humbIntermediate", "humbProximal"),
     ("humbDistal", "humbDistal"),
 ];
 
-/// The bone of a name of Unity's `HumanBodyBones`, such as `LeftUpperArm`.
+/// The bone with this name in Unity's `HumanBodyBones`, such as `LeftUpperArm`.
 pub fn bone(name: &str) -> Option<Bone> {
     Bone::ALL.iter().copied().find(|bone| unity_name(*bone) == name)
 }

@@ -142,10 +142,7 @@ fn clips_have_the_names_that_are_asked_for() {
     assert_eq!(names, ["stroll", "stroll_2"]);
     let job = json!({"source": source, "target": {"character": onto(json!(["a"]))}, "write": {"output": "hero.glb"}});
     let error = Job::from_json(&job.to_string()).unwrap().make(&[]).unwrap_err();
-    assert_eq!(
-        error.diagnostic().message,
-        "1 names are given for the clips, and there are 2 clips"
-    );
+    assert_eq!(error.diagnostic().message, "1 names are given for 2 clips");
 }
 
 /// A file without a motion is skipped and reported. The other motions are in the output.

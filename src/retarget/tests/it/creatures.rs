@@ -311,7 +311,7 @@ fn creatures_of_other_kinds_and_names_are_refused() {
     }
     let words = refused(named, dog(true));
     assert!(
-        words.contains("joints of the source have the name of one in the target"),
+        words.contains("joints of the source have the name of a joint of the target"),
         "{words}"
     );
 }
