@@ -107,8 +107,8 @@ impl fmt::Display for HandsReport {
         parts.dedup();
         write!(
             f,
-            "hands kept in {} contacts with {}: palms {:.1} cm from where they belong, {:.1} before; jerk {:.2} times \
-             that of free hands",
+            "hands kept in {} contacts with {}: palms {:.1} cm from their goals, {:.1} before; jerk {:.2} times the \
+             jerk of free hands",
             self.contacts.len(),
             parts.join(", "),
             mean(|contact| contact.error_after),

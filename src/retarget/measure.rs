@@ -1,4 +1,4 @@
-//! How well a motion sits on another skeleton, measured on the poses of both.
+//! Measures how well a motion on another skeleton follows its source, from the poses of both.
 
 mod hands_inside;
 mod skin;
@@ -29,18 +29,18 @@ pub(super) struct Moving<'a> {
     pub(super) animation: &'a Animation,
 }
 
-/// What is measured of a skeleton, frame by frame.
+/// The measurements of a skeleton, frame by frame.
 pub(super) struct Track {
-    /// The directions of the limbs that it has, in the axes of the figure.
+    /// The directions of its limbs, in the axes of the figure.
     limbs: Vec<(Bone, Vec<Vec3>)>,
-    /// The joints of both feet in metres in the axes of the figure; +Y is up.
+    /// The positions of both feet's joints in metres, in the axes of the figure; +Y is up.
     feet: Vec<(Bone, Vec<Vec3>)>,
-    /// The height of the lowest point of the soles over its level in stance, in metres; infinite without a skin.
+    /// The height of the lowest point of the soles above its level in stance, in metres; infinite without a skin.
     soles: Vec<f32>,
 }
 
 impl Track {
-    /// Adds the feet in the ticks that follow.
+    /// Appends the feet in the following ticks.
     fn append_feet(&mut self, after: Self) {
         for ((_, path), (_, after)) in self.feet.iter_mut().zip(after.feet) {
             path.extend(after);
@@ -49,10 +49,10 @@ impl Track {
     }
 }
 
-/// The ticks that are compared at once: the directions of their limbs need no more than a few hundred kilobytes.
+/// The number of ticks that are compared at once. Their directions of limbs need only a few hundred kilobytes.
 const BLOCK: usize = 1024;
 
-/// The joints of a foot that are looked at.
+/// The measured joints of a foot.
 const FOOT: [Bone; 4] = [Bone::LeftFoot, Bone::LeftToes, Bone::RightFoot, Bone::RightToes];
 
 impl Moving<'_> {
@@ -63,7 +63,7 @@ impl Moving<'_> {
         heights.fold(f32::INFINITY, f32::min)
     }
 
-    /// With the `soles` of the skin, where these are looked at.
+    /// Measures poses. `soles` are the soles of the skin, if they are measured.
     pub(super) fn track(&self, ticks: &[f64], soles: Option<&Soles>) -> Track {
         let limb = |bone: Bone| {
             let ends = self
@@ -104,7 +104,7 @@ impl Moving<'_> {
     }
 }
 
-/// The angle of each limb that both have, in degrees, at each tick.
+/// The angle of each limb that both bodies have, in degrees, at each tick.
 pub(super) fn angles(was: &Track, is: &Track) -> Vec<(Bone, Vec<f32>)> {
     let limbs = was.limbs.iter().filter_map(|(bone, was)| {
         let (_, is) = is.limbs.iter().find(|(other, _)| other == bone)?;
@@ -172,7 +172,7 @@ pub(super) fn measure(
         followers: BTreeMap::new(),
         by_names: None,
     };
-    // A comparison with a body of guessed orientation is guessed too.
+    // If the orientation of the source is guessed, the comparison is guessed too.
     report.verdict = match source.body.is_turned_by_guess() {
         true => Verdict::Poor,
         false => verdict(&report),
@@ -180,7 +180,7 @@ pub(super) fn measure(
     report
 }
 
-/// The most frames at which both bodies are looked at.
+/// The largest number of frames in which both bodies are examined.
 const LOOKS: usize = 400;
 
 fn sight(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Vec<AspectError> {
@@ -201,7 +201,7 @@ fn guessed(body: &Body) -> Vec<UnmappedBone> {
 }
 
 /// The measures of the feet in the frames in which [`ContactOptions::detect`](mocap_edit::ContactOptions::detect) finds
-/// the source's feet at rest. Of the joints of a foot that rest, the slowest counts: it may roll over heel or toes.
+/// the source's feet in contact. The slowest joint of a foot counts, because a foot may roll over heel or toes.
 fn feet(
     source: &Moving<'_>,
     target: &Moving<'_>,

@@ -1,4 +1,4 @@
-//! Which joints of the target follow which of the source, and how.
+//! The plan of a retargeting: which joints of the target follow which joints of the source, and how.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::rules::{Drive, ParentRule, Rule, Twist};
 
-/// A bone that is not moved from one skeleton to the other.
+/// A bone that is not retargeted.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,19 +24,19 @@ use super::rules::{Drive, ParentRule, Rule, Twist};
 pub struct UnmappedBone {
     /// The bone.
     pub bone: Bone,
-    /// Why, as one phrase.
+    /// The reason, as one phrase.
     pub reason: String,
 }
 
-/// What is computed for every pose.
+/// The part of a retargeting that does not depend on the pose.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) watched: WatchedJoints,
     pub(super) tracks: Vec<Track>,
     pub(super) twists: Vec<Twist>,
-    /// In the order of the target's nodes, so that parents stand before children.
+    /// The driven joints in the order of the target's nodes, so that parents come before children.
     pub(super) drives: Vec<Drive>,
-    /// The hips among them.
+    /// The index of the hips among the driven joints.
     pub(super) hips: Option<usize>,
     pub(super) unmapped: Vec<UnmappedBone>,
 }
@@ -74,7 +74,7 @@ impl Plan {
     }
 }
 
-/// What the parent of `node` follows: the nearest joint above that is one of `drives`, which has their indices by node.
+/// The joint that the parent of `node` follows: the nearest ancestor in `drives`, which maps nodes to indices.
 fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> ParentRule {
     let mut between = Quat::IDENTITY;
     let mut next = to.hierarchy.parents[node.index()];
@@ -96,7 +96,7 @@ struct Builder<'a> {
     watched: WatchedJoints,
     tracks: Vec<Track>,
     twists: Vec<Twist>,
-    /// The tracks by their node, and whether they aim.
+    /// The tracks by their node, and by whether they have a direction.
     known: HashMap<(NodeId, bool), usize>,
     drives: BTreeMap<NodeId, Drive>,
     unmapped: Vec<UnmappedBone>,
@@ -114,7 +114,7 @@ impl Builder<'_> {
         track
     }
 
-    /// The track of a whole bone: where it points, and how its end is twisted.
+    /// The track of a whole bone: its direction, and the twist of its end.
     fn whole(&mut self, bone: Bone) -> Option<usize> {
         let (node, ends) = ends(self.from, bone)?;
         Some(self.track(bone, node, ends))
@@ -136,8 +136,8 @@ impl Builder<'_> {
         self.drive(bone, node, Rule::Between { from, to, fraction });
     }
 
-    /// Moves the joints of a chain by those of a chain with another number of joints. Each joint takes the rotation at
-    /// its fraction of the rotation from `base` to the end.
+    /// Drives the joints of a chain by a chain with another number of joints. Each joint takes the rotation at its
+    /// fraction of the rotation from `base` to the end.
     fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
         let (have, want) = (tracks.len(), joints.len());
         for (index, &joint) in joints.iter().enumerate() {
@@ -171,7 +171,7 @@ impl Builder<'_> {
             .collect();
         let mut joints = self.to.neck.clone();
         if neck.is_empty() {
-            // The head's rotation is spread over the neck, and the head takes the last of it.
+            // The rotation of the head is spread over the neck, and the head takes the last part.
             neck.extend(self.whole(Bone::Head));
             joints.extend(self.to.joint(Bone::Head));
         }
@@ -190,8 +190,8 @@ impl Builder<'_> {
             (None, None) => return,
             (Some(_), None) => "the target has no such joint",
             (None, Some(to)) => match self.follow_above(bone, to) {
-                true => "the source has no such joint; it follows the bone above",
-                false => "the source has no such joint; it keeps its rest pose",
+                true => "the source has no such joint; the target's joint follows its parent bone",
+                false => "the source has no such joint; the target's joint keeps its rest pose",
             },
             (Some(_), Some(_)) => {
                 self.limb(bone, target);
@@ -202,8 +202,8 @@ impl Builder<'_> {
         self.unmapped.push(UnmappedBone { bone, reason });
     }
 
-    /// A head, hand or foot that the source lacks goes with the bone above, as in a VRM animation: at rest a palm may
-    /// look up. Whether it does.
+    /// Whether a head, hand or foot that the source lacks follows the target's parent bone, as in a VRM animation.
+    /// Otherwise it keeps its rest pose, in which a palm may face up.
     fn follow_above(&mut self, bone: Bone, joint: NodeId) -> bool {
         let mut above = std::iter::successors(bone.parent(), |above| above.parent());
         let above = above.find(|above| self.from.joint(*above).is_some());
@@ -232,13 +232,14 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether the T-poses of both bodies say how joints are turned that are no bones. One that is computed does not.
+    /// Whether the T-poses of both bodies show the rotation of joints that are not bones. A computed T-pose does not.
     fn has_rest_of_others(&self) -> bool {
         [self.from, self.to].iter().all(|body| !body.is_computed())
     }
 
-    /// Moves the joints of a bone, and the helpers beside it, by fractions of its twist. A thigh or an upper arm is
-    /// twisted at its end and not at its beginning. A shin or a forearm takes part in the twist of the bone at its end.
+    /// Drives the joints of a bone, and the helpers next to it, by fractions of its twist. A thigh or an upper arm is
+    /// twisted at its end and not at its beginning. A shin or a forearm takes a part of the twist of the bone at its
+    /// end.
     fn share_twist(&mut self, bone: Bone, whole: usize, segment: &[NodeId], target: &Scene) {
         let side = bone.side().unwrap_or(Side::Left);
         let ends = limb_end(bone).and_then(|end| self.to.joint(bone).zip(self.to.joint(end)));
@@ -290,7 +291,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Joints beside a bone that spread its twist over the skin, by their names, and how far along the bone they are.
+    /// The helper joints next to a bone that spread its twist over the skin, by their names, and their positions along
+    /// the bone.
     fn helpers(&self, segment: &[NodeId], start: NodeId, end: NodeId, target: &Scene) -> Vec<(NodeId, f32)> {
         let start = self.to.position(start);
         let line = self.to.position(end) - start;
@@ -308,7 +310,7 @@ impl Builder<'_> {
         helpers
     }
 
-    /// Joints that are no bones, and have a counterpart of the same name that depends on the same bone.
+    /// Drives joints that are not bones by the source's joints with the same name, if both depend on the same bone.
     fn joints_of_one_name(&mut self, target: &Scene) {
         if !self.has_rest_of_others() {
             return;
@@ -323,7 +325,7 @@ impl Builder<'_> {
         };
         let mut by_name: HashMap<&str, Option<usize>> = HashMap::new();
         for (index, name) in self.from.names.iter().enumerate() {
-            // A name that repeats names none.
+            // A repeated name identifies no joint.
             by_name
                 .entry(name)
                 .and_modify(|known| *known = None)

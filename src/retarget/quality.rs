@@ -1,4 +1,4 @@
-//! The report of a motion on another skeleton.
+//! The report of a motion that was retargeted to another skeleton.
 
 mod text;
 
@@ -14,19 +14,19 @@ use super::plan::UnmappedBone;
 use super::sight::{Aspect, AspectError};
 use super::skin_report::SkinReport;
 
-/// The largest increase of the sliding speed of the feet of the target against the source, in metres a second.
+/// The largest increase of the feet's sliding speed from the source to the target, in m/s.
 const MORE_SKATE: f64 = 0.005;
 
-/// The fraction of frames in which they may be below the floor.
+/// The largest fraction of frames in which feet may be below the floor.
 const MOST_BELOW: f64 = 0.01;
 
-/// The largest difference of speed in m/s between feet that move alike: rounding of keys.
+/// The largest difference of speed between feet that move alike, in m/s: rounding of keys.
 const SAME_SKATE: f64 = 1e-4;
 
-/// The largest difference of height in metres between feet that move alike: it is not seen.
+/// The largest difference of height between feet that move alike, in metres. It is not visible.
 const SAME_HEIGHT: f64 = 1e-3;
 
-/// How far the directions of a limb are apart on two bodies.
+/// The angle between the directions of a limb on two bodies.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,32 +50,32 @@ pub struct LimbError {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FootMotion {
-    /// The mean speed over the ground of feet that stand, in metres a second.
+    /// The mean sliding speed of feet in stance, in metres per second.
     pub skate: f64,
     /// The fraction of frames in which a joint of a foot, or a sole of the skin, is below the floor. Depths up to 1.2 %
     /// of the leg do not count: 1 cm on a person.
     pub fraction_below_floor: f64,
-    /// How far below the floor one of them is at most, in metres.
+    /// The largest depth of a foot below the floor, in metres.
     pub deepest: f64,
-    /// Thigh and shin, in metres.
+    /// The length of thigh plus shin, in metres.
     #[serde(default)]
     pub leg: f64,
 }
 
-/// The feet before and after.
+/// The feet of the source and of the target.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FeetReport {
-    /// Frames in which the source stands on a foot, added for both feet.
+    /// The number of frames in which the source stands on a foot, added for both feet.
     pub contact_frames: usize,
     /// The feet of the source.
     pub source: FootMotion,
-    /// The feet of the target, at the same frames.
+    /// The feet of the target, in the same frames.
     pub target: FootMotion,
-    /// The largest difference between heights of a joint of the feet over its level in stance, in metres.
+    /// The largest difference between the heights of a foot's joint above its level in stance, in metres.
     pub height_difference: f64,
 }
 
@@ -83,7 +83,7 @@ impl fmt::Display for FeetReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "feet on the ground slide {:.1} cm/s, {:.1} in the source; in {:.1} % of frames one is more than 1.2 % \
+            "feet on the ground slide {:.1} cm/s, {:.1} in the source; in {:.1} % of frames a foot is more than 1.2 % \
              of the leg below the floor, {:.1} % in the source",
             100.0 * self.target.skate,
             100.0 * self.source.skate,
@@ -93,42 +93,43 @@ impl fmt::Display for FeetReport {
     }
 }
 
-/// The fraction of frames with a hand inside the body up to which a motion may be good: less is a hand that brushes by.
+/// The largest fraction of frames with a hand inside the body in a good motion. A hand that brushes the body stays
+/// below.
 const OFTEN_INSIDE: f64 = 0.02;
 
-/// The effect of a lock on the speed of feet. The lock gives way if it would make them faster.
+/// The effect of a foot lock on the speed of feet. The lock is relaxed if it would make feet faster.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LockedFeet {
-    /// The largest ratio of the speed of a foot to its speed without the lock around that moment: at most 1.2.
+    /// The largest ratio of a foot's speed to its speed without the lock around that moment: at most 1.2.
     pub speed_ratio: f32,
-    /// The largest ratio of accelerations likewise: at most 1.5.
+    /// The largest ratio of a foot's acceleration to its acceleration without the lock around that moment: at most 1.5.
     pub acceleration_ratio: f32,
-    /// The frames in which the left and the right foot give way to the motion without the lock.
+    /// The number of frames in which the lock of the left and of the right foot was relaxed.
     pub given_way: [usize; 2],
 }
 
-/// A leg that could not do what was asked of it.
+/// A leg that could not reach its goal.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ClampedLeg {
-    /// The foot that is elsewhere.
+    /// The foot that missed its goal.
     pub bone: Bone,
-    /// The frames in which it is.
+    /// The number of frames in which it missed its goal.
     pub frames: usize,
-    /// How far it is from where it belongs at most, in metres.
+    /// The largest distance of the foot from its goal, in metres.
     pub largest: f32,
-    /// Why, as one phrase.
+    /// The reason, as one phrase.
     pub reason: String,
 }
 
-/// Whether a motion is good enough to use unchanged. The reports that have it say how it is found.
+/// Whether a motion is good enough to use unchanged. The reports with a verdict document its thresholds.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -136,11 +137,11 @@ pub struct ClampedLeg {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Verdict {
-    /// It is.
+    /// It is good enough.
     Good,
-    /// It should be looked at first.
+    /// Look at the motion before you use it.
     Fair,
-    /// It is not, or nothing could be compared.
+    /// It is not good enough, or nothing could be compared.
     Poor,
 }
 
@@ -155,7 +156,7 @@ impl Verdict {
     }
 }
 
-/// How a motion went by the names of joints.
+/// The result of retargeting by joint names.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -164,13 +165,13 @@ impl Verdict {
 pub struct ByNames {
     /// The kind of creature, such as `four-legged`.
     pub creature: String,
-    /// The joints of the target that have the name of one in the source.
+    /// The number of joints of the target that have the name of a joint of the source.
     pub joints: usize,
     /// The joints of the source that the target lacks.
     pub lacking: Vec<String>,
 }
 
-/// How well a motion sits on another skeleton.
+/// The quality of a motion that was retargeted to another skeleton.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -179,57 +180,57 @@ pub struct ByNames {
 pub struct RetargetReport {
     /// The name of the motion.
     pub clip: String,
-    /// Frames compared.
+    /// The number of compared frames.
     pub frames: usize,
-    /// How many times as long the steps of the target are, both in metres.
+    /// The scale of the target's root motion, in metres per metre of the source.
     pub scale: f64,
-    /// Arms and legs.
+    /// The angles of arms and legs.
     pub limbs: Vec<LimbError>,
-    /// The mean of all limbs and frames, in degrees.
+    /// The mean angle of all limbs and frames, in degrees.
     pub mean_degrees: f64,
     /// The largest angle of a limb in a frame, in degrees.
     pub max_degrees: f64,
-    /// Roll, trunk, head and palms, the farthest off first.
+    /// Roll, trunk, head and palms, the largest angle first.
     pub seen: Vec<AspectError>,
-    /// Bones of the source whose roll nothing shows, and the roll that they get.
+    /// Bones of the source whose roll is guessed, each with the reason.
     pub guessed: Vec<UnmappedBone>,
-    /// What is not moved, and why.
+    /// The bones that are not retargeted, each with the reason.
     pub unmapped: Vec<UnmappedBone>,
-    /// What a leg could not reach, and why: with locked feet alone.
+    /// Legs that could not reach the goals of locked feet, each with the reason. Empty without a foot lock.
     pub clamped: Vec<ClampedLeg>,
-    /// The feet; absent where one skeleton has none.
+    /// The feet; absent if one skeleton has no feet.
     pub feet: Option<FeetReport>,
-    /// How fast they are beside free ones; absent where they are not locked.
+    /// The speed of locked feet relative to free feet; absent without a foot lock.
     #[serde(default)]
     pub lock: Option<LockedFeet>,
-    /// What the hands touch; absent where they touch nothing, or are free.
+    /// The contacts of the hands; absent without contacts, or if the hands are free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hands: Option<HandsReport>,
-    /// The skin; absent where the target has none that is read.
+    /// The skin; absent if the target has no skin, or it was not read.
     #[serde(default)]
     pub skin: Option<SkinReport>,
-    /// Joints of the target that follow another joint than their parent, because the skin shows it: the joint that each
-    /// follows, by their names.
+    /// Joints of the target that follow a joint other than their parent, because the skin shows it: the name of the
+    /// joint that each follows.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub followers: BTreeMap<String, String>,
-    /// For creatures, which are matched by the names of their joints. The angles are those of all bones. The verdict is
-    /// good up to 15 degrees in the mean, and fair up to 30.
+    /// For creatures, which are matched by joint names. The angles are of all bones. The verdict is good for a mean
+    /// angle up to 15 degrees, and fair up to 30.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_names: Option<ByNames>,
-    /// Whether the motion is good enough to use unchanged. It is good if the limbs are within 1 degree in the mean, and
-    /// fair within 3. It is poor if they are farther off or nothing could be compared. It is at best fair if a roll or
-    /// a line of the trunk is more than 15 degrees off, or a head or a palm more than 60. A guessed roll of a bone
-    /// makes it at best fair too. It is poor if a roll or a line is more than 30 degrees off, or a head more than 90.
-    /// It is at best fair if the feet are below the floor in 20 % more of the frames than in the source. It is poor if
-    /// they are so in half of the frames, and deeper than 24 % of the leg. It is poor if the orientation of the whole
-    /// body is guessed: up, left, or all of it from less than 5 frames. The skin makes it at best fair if an edge is
-    /// longer than at rest by 5 % of the height. So does a skin that is 2 % of the height below the floor. Above 10 %
-    /// and 6 % it is poor.
+    /// Whether the motion is good enough to use unchanged. It is good if the mean angle of the limbs is within 1
+    /// degree, and fair within 3. It is poor above 3 degrees, or if nothing could be compared. It is at best fair if
+    /// the mean angle of a roll or a line of the trunk is above 15 degrees. For a head or a palm, the limit is 60
+    /// degrees. A guessed roll of a bone makes it at best fair too. It is poor if a roll or a line is above 30 degrees,
+    /// or a head above 90. It is at best fair if the feet are below the floor in 20 % more of the frames than in the
+    /// source. It is poor if the feet are below the floor in half of the frames, and deeper than 24 % of the leg. It is
+    /// poor if the orientation of the whole body is guessed: up, left, or all of it from less than 5 frames. The skin
+    /// makes it at best fair if an edge is longer than at rest by 5 % of the height. So does a skin that is 2 % of the
+    /// height below the floor. Above 10 % and 6 % it is poor.
     pub verdict: Verdict,
 }
 
 impl RetargetReport {
-    /// The report of a motion of which the limbs alone are compared.
+    /// The report of a motion in which only the limbs are compared.
     pub(crate) fn of_limbs(clip: String, frames: usize, scale: f64, limbs: Vec<LimbError>) -> Self {
         let sum: f64 = limbs.iter().map(|limb| limb.mean_degrees).sum();
         Self {
@@ -254,7 +255,7 @@ impl RetargetReport {
     }
 }
 
-/// The angles of an aspect above which a motion is no more than fair, and above which it is poor, in degrees.
+/// The angles of an aspect up to which a motion is good, and up to which it is fair, in degrees.
 const fn limits(aspect: Aspect) -> (f64, f64) {
     match aspect {
         Aspect::Roll | Aspect::Trunk => (15.0, 30.0),
@@ -263,28 +264,30 @@ const fn limits(aspect: Aspect) -> (f64, f64) {
     }
 }
 
-/// The fraction of frames with a foot below the floor up to which a motion is good, beyond that of the source. Up to
-/// the second one it is fair although feet are deep.
+/// The fraction of frames with a foot below the floor up to which a motion is good, in addition to the fraction of the
+/// source. Up to the second fraction, it is fair even if feet are deep.
 const OFTEN_BELOW: (f64, f64) = (0.2, 0.5);
 
-/// The depth below the floor above which a motion is poor, as a fraction of the leg: deeper than an ankle, 20 cm.
+/// The depth below the floor above which a motion is poor, as a fraction of the leg: 20 cm, deeper than an ankle.
 const DEEP_BELOW: f64 = 0.24;
 
-/// The mean angles in degrees of limbs up to which a motion is good and fair: three are seen beside the source.
+/// The mean angles of limbs up to which a motion is good and fair, in degrees. Three degrees are visible next to the
+/// source.
 const OF_LIMBS: (f64, f64) = (1.0, 3.0);
 
-/// The same of all bones of creatures, in degrees: creatures of one kind are built so differently.
+/// The mean angles of all bones of creatures up to which a motion is good and fair, in degrees. Creatures of one kind
+/// differ more than people.
 const OF_CREATURES: (f64, f64) = (15.0, 30.0);
 
 /// The stretch of an edge of the skin up to which a motion is good and fair, as a fraction of the height. Intact rigs
-/// have 0.01 to 0.04, ribbons 0.25 and more.
+/// have 0.01 to 0.04. Stretched skins that look like ribbons have 0.25 and more.
 const OF_SKIN: (f64, f64) = (0.05, 0.1);
 
 /// The depth of the skin below the floor up to which a motion is good and fair, as a fraction of the height. Walks,
 /// runs and dances with locked feet are up to 0.01 deep on 18 of 24 rigs. 0.02 is 3.4 cm on a person.
 const OF_FLOOR: (f64, f64) = (0.02, 0.06);
 
-/// The verdict by one value, with its bounds of good and fair.
+/// The verdict for one value, with its limits of good and fair.
 fn graded(value: f64, (good, fair): (f64, f64)) -> Verdict {
     match value {
         value if value <= good => Verdict::Good,
@@ -293,13 +296,13 @@ fn graded(value: f64, (good, fair): (f64, f64)) -> Verdict {
     }
 }
 
-/// What a motion is good for by its limbs, in degrees in the mean, and by all else in its report.
+/// The verdict on a motion: the worst verdict of all findings in its report.
 pub(super) fn verdict(report: &RetargetReport) -> Verdict {
     let found = findings(report).into_iter().map(|(verdict, _)| verdict);
     found.max_by_key(|verdict| *verdict as u8).unwrap_or(Verdict::Good)
 }
 
-/// What of a motion is not good, each with its own verdict.
+/// The defects of a motion, each with its own verdict.
 fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
     let (what, bounds) = match report.by_names {
         Some(_) => ("bones", OF_CREATURES),
@@ -364,19 +367,20 @@ fn findings(report: &RetargetReport) -> Vec<(Verdict, String)> {
 }
 
 impl RetargetReport {
-    /// Why the verdict is not good, the worst first.
+    /// The reasons why the verdict is not good, the worst first.
     pub(crate) fn reasons(&self) -> Vec<String> {
         let mut findings = findings(self);
-        // Whatever is measured on such a body.
+        // This reason applies whatever the measurements are.
         if self.verdict == Verdict::Poor && verdict(self) != Verdict::Poor {
-            let reason = "how the body is turned as a whole is guessed: up, left, or all of it from few frames";
+            let reason =
+                "the orientation of the whole body is guessed: its up axis, its left side, or both from few frames";
             findings.push((Verdict::Poor, reason.to_owned()));
         }
         findings.sort_by_key(|(verdict, _)| std::cmp::Reverse(*verdict as u8));
         findings.into_iter().map(|(_, reason)| reason).collect()
     }
 
-    /// Adds what hands touch, and judges the limbs by `free`, the report without it.
+    /// Adds the contacts of hands. The limbs are judged by `free`, the report without the contacts.
     pub(crate) fn keep_hands(&mut self, hands: HandsReport, free: &Self) {
         self.hands = Some(HandsReport {
             free_mean_degrees: free.mean_degrees,
@@ -387,7 +391,7 @@ impl RetargetReport {
         }
     }
 
-    /// Of arms alone, for a target without legs.
+    /// Keeps only the arms, for a target without legs.
     pub(crate) fn leave_out_legs(&mut self) {
         self.limbs.retain(|limb| !limb.bone.is_of_leg());
         let means = self.limbs.iter().map(|limb| limb.mean_degrees);
@@ -396,7 +400,7 @@ impl RetargetReport {
         self.feet = None;
     }
 
-    /// The report of a motion with locked feet, with the goals that its legs could not reach.
+    /// The report of a motion with locked feet, with the goals that the legs could not reach.
     #[must_use]
     pub fn with_lock(mut self, lock: &FootLockReport) -> Self {
         let feet = [Bone::LeftFoot, Bone::RightFoot].into_iter().enumerate();
@@ -404,7 +408,7 @@ impl RetargetReport {
             bone,
             frames: lock.out_of_reach[side],
             largest: lock.farthest_out_of_reach[side],
-            reason: "the leg is too short to reach where the foot belongs".to_owned(),
+            reason: "the leg is too short to reach the goal of the foot".to_owned(),
         });
         self.clamped = clamped.filter(|clamped| clamped.frames > 0).collect();
         self.lock = Some(LockedFeet {
@@ -415,17 +419,17 @@ impl RetargetReport {
         self
     }
 
-    /// The worst angle of all: the largest of a limb in a frame, and the mean of each roll, line of the trunk and
+    /// The worst angle in degrees: the largest of a limb in a frame, and the mean of each roll, line of the trunk and
     /// palm.
     pub fn worst_degrees(&self) -> f64 {
-        // Where a head looks is no difference: people do look aside.
+        // The direction of a head is no difference, because people look aside.
         let differences = self.seen.iter().filter(|seen| seen.aspect != Aspect::Head);
         differences
             .map(|seen| seen.mean_degrees)
             .fold(self.max_degrees, f64::max)
     }
 
-    /// What is farther off than `allowed` degrees, as a sentence; `None` where nothing is.
+    /// The part with a larger angle than `allowed` degrees, as a sentence; `None` if there is none.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -452,8 +456,8 @@ impl RetargetReport {
     }
 
     /// Whether a motion with locked feet is better than `free`, the motion without the lock. Its feet slide less or are
-    /// above the floor more often, and neither is much worse. Its limbs still have their directions, unless the motion
-    /// without the lock is poor too.
+    /// above the floor more often, and neither measure is much worse. Its limbs keep their directions, unless the
+    /// motion without the lock is poor too.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {
         let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
             return false;
@@ -467,8 +471,8 @@ impl RetargetReport {
             && (less_skate > 0.0 || less_below > 0.0)
     }
 
-    /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that
-    /// move as the source's feet, on a body of the same size, are not changed.
+    /// Whether feet in stance slide more on the target than on the source, or are often below its floor. If the feet
+    /// move like the source's feet, on a body of the same size, the answer is no.
     pub fn slides(&self) -> bool {
         self.feet.is_some_and(|FeetReport { source, target, .. }| {
             let is_below = target.fraction_below_floor > MOST_BELOW;
@@ -476,7 +480,7 @@ impl RetargetReport {
         })
     }
 
-    /// Whether the feet move as the source's feet, as on a body of the same size.
+    /// Whether the feet move like the source's feet, as on a body of the same size.
     pub fn feet_move_alike(&self) -> bool {
         self.feet.is_some_and(|feet| {
             (feet.source.skate - feet.target.skate).abs() < SAME_SKATE && feet.height_difference < SAME_HEIGHT

@@ -1,4 +1,4 @@
-//! How good a motion is on its target.
+//! The quality of a motion on its target.
 
 pub use mocap_figure::LimbAngles;
 

@@ -14,28 +14,28 @@ use mocap_scene::scene::Scene;
 
 use super::Scale;
 
-/// Puts the middle of the hip joints at the scaled place of the source's.
+/// Moves the middle of the hip joints along the scaled path of the source's hip joints.
 ///
-/// Not the joint of the hips itself: in one skeleton it is between the hip joints, in another a hand's breadth above
-/// them.
+/// The joint of the hips itself is not used. In one skeleton it is between the hip joints, in another the width of a
+/// hand above them.
 #[derive(Clone, Debug)]
 pub(super) struct Root {
-    /// The factors of the lengths and of the heights of the steps.
+    /// The factors of the horizontal and of the vertical path.
     pub(super) scale: f32,
     pub(super) height_scale: f32,
-    /// The hip joints of the source, indices into [`WatchedJoints`].
+    /// The hip joints of the source, as indices into [`WatchedJoints`].
     source_legs: [usize; 2],
-    /// The height of the ankles of a body that stands.
+    /// The height of the ankles of a standing body.
     pub(super) source_ankle: f32,
     pub(super) target_ankle: f32,
-    /// From the target's hips to the middle of its hip joints, in the axes of the hips.
+    /// The vector from the target's hips to the middle of its hip joints, in the axes of the hips.
     hips_to_middle: Vec3,
-    /// From the axes of the target's figure to the parent of its hips.
+    /// The transform from the axes of the target's figure to the parent of its hips.
     figure_to_parent: Mat4,
 }
 
 impl Root {
-    /// `watched` gets the hip joints of the source.
+    /// Adds the hip joints of the source to `watched`.
     pub(super) fn new(
         (from, source): (&Body, &Scene),
         (to, target): (&Body, &Scene),
@@ -67,7 +67,7 @@ impl Root {
         })
     }
 
-    /// The translation of the target's hips to their parent, where they have this rotation to the axes of the figure.
+    /// The translation of the target's hips relative to their parent, for this rotation in the axes of the figure.
     #[inline(always)]
     pub(super) fn hips<const N: usize>(&self, seen: &WatchedPose<N>, hips: Rotations<N>) -> Points<N> {
         let [left, right] = self.source_legs.map(|leg| seen.positions[leg]);
@@ -84,7 +84,7 @@ impl Root {
         x * position.x + y * position.y + z * position.z + origin
     }
 
-    /// The vector that raises the hips by this much, in the axes of their parent.
+    /// The vector that raises the hips by `height`, in the axes of their parent.
     pub(super) fn up(&self, height: f32) -> Vec3 {
         self.figure_to_parent.transform_vector3(Vec3::Y * height)
     }

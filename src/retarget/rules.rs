@@ -1,4 +1,5 @@
-//! How one joint follows others, pose by pose: for one pose, or for as many at once as a vector has lanes.
+//! The rules by which one joint follows others, pose by pose: for one pose, or for as many at once as a vector has
+//! lanes.
 
 use glam::{Quat, Vec3};
 
@@ -6,7 +7,7 @@ use mocap_figure::rotations::{Points, Rotations};
 use mocap_scene::pose::Trs;
 use mocap_scene::scene::NodeId;
 
-/// A joint of the target that is moved.
+/// A driven joint of the target.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     pub(super) node: NodeId,
@@ -16,20 +17,20 @@ pub(super) struct Drive {
     pub(super) rule: Rule,
 }
 
-/// What the parent of a joint follows.
+/// The joint that the parent of a joint follows.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum ParentRule {
-    /// Nothing: the rotation from the axes of the figure to the parent.
+    /// No joint: the rotation from the axes of the figure to the parent.
     Still(Quat),
-    /// A joint that is moved, an index into `Plan::drives`; and the rotation from there to the parent, where that is
-    /// another.
+    /// A driven joint, as an index into `Plan::drives`. `between` is the rotation from that joint to the parent, if it
+    /// is a different joint.
     Drive { drive: usize, between: Option<Quat> },
 }
 
-/// How a joint follows; numbers are indices into `Plan::tracks`.
+/// The rule of a joint. Numbers are indices into `Plan::tracks`.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rule {
-    /// A rotation between two of the source.
+    /// A rotation between two rotations of the source.
     Between { from: usize, to: usize, fraction: f32 },
     /// The rotation of a bone, twisted about its axis by a fraction of its [`Twist`], an index into `Plan::twists`.
     Twisted { twist: usize, fraction: f32 },
@@ -39,12 +40,12 @@ pub(super) enum Rule {
 #[derive(Clone, Debug)]
 pub(super) struct Twist {
     pub(super) bone: usize,
-    /// The bone at its beginning or at its end, from which it is twisted.
+    /// The adjacent bone, at the beginning or at the end, against which the bone is twisted.
     pub(super) other: usize,
-    /// Where the bone points in the T-pose.
+    /// The direction of the bone in the T-pose.
     pub(super) axis: Vec3,
-    /// Its joints: the fraction of each, and the vector from there to the next in the frame of the T-pose. They are not
-    /// quite on one line, so the twist of one moves the end.
+    /// Its joints: the fraction of each, and the vector from the joint to the next joint in the frame of the T-pose.
+    /// The joints are not exactly on one line, so the twist of a joint moves the end.
     pub(super) joints: Vec<(f32, Vec3)>,
 }
 
@@ -63,7 +64,7 @@ impl<const N: usize> Default for BoneTwist<N> {
 }
 
 impl Twist {
-    /// The twist, and the bone after the small rotation that brings the end back to the axis.
+    /// The twist, and the bone after the small rotation that returns the end to the axis.
     #[inline(always)]
     pub(super) fn at<const N: usize>(&self, frames: &[Rotations<N>]) -> BoneTwist<N> {
         let bone = frames[self.bone];
@@ -72,7 +73,7 @@ impl Twist {
         for (part, offset) in &self.joints {
             end = end + fraction(twist, *part) * Points::all(offset.to_array());
         }
-        // The shortest rotation back is the inverse of that from the axis, which has length 1.
+        // The shortest rotation back is the inverse of the rotation from the axis, whose length is 1.
         let away = Rotations::arc(Points::all(self.axis.to_array()), end);
         BoneTwist {
             bone: bone * away.conjugate(),
@@ -82,7 +83,7 @@ impl Twist {
 }
 
 impl Drive {
-    /// Its rotation in the frames of the T-pose, from those of the source.
+    /// The rotation in the frames of the T-pose, from the rotations of the source.
     #[inline(always)]
     pub(super) fn frame<const N: usize>(&self, frames: &[Rotations<N>], twists: &[BoneTwist<N>]) -> Rotations<N> {
         match self.rule {
@@ -98,7 +99,7 @@ fn fraction<const N: usize>(rotation: Rotations<N>, fraction: f32) -> Rotations<
     between(Rotations::IDENTITY, rotation, fraction)
 }
 
-/// A rotation between two, on the shorter arc.
+/// A rotation between two rotations, on the shorter arc.
 #[inline(always)]
 fn between<const N: usize>(from: Rotations<N>, to: Rotations<N>, fraction: f32) -> Rotations<N> {
     if fraction == 0.0 {

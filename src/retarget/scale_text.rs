@@ -1,4 +1,4 @@
-//! The size of steps as text, on a command line and in a job file.
+//! The scale of steps as text, on a command line and in a job file.
 
 use std::fmt;
 use std::str::FromStr;
@@ -11,7 +11,7 @@ as_text!(Scale);
 
 impl Scale {
     #[cfg(feature = "schema")]
-    const TAKES: &str = "auto (in the proportion of the legs), none (as in the source), or a factor above 0";
+    const TAKES: &str = "auto (the ratio of the leg lengths), none (as in the source), or a factor above 0";
 }
 
 impl FromStr for Scale {
@@ -26,7 +26,7 @@ impl FromStr for Scale {
             ("auto", _) => Ok(Self::Auto),
             ("none", _) => Ok(Self::None),
             (_, Some(factor)) => Ok(Self::Factor(factor)),
-            _ => Err("neither auto nor none nor a factor above 0".to_owned()),
+            _ => Err("expected auto, none or a factor above 0".to_owned()),
         }
     }
 }

@@ -1,9 +1,9 @@
-//! What an eye sees of a motion on another body besides the directions of limbs: how limbs are rolled about
-//! themselves, the trunk, the head and the palms.
+//! Compares the visible rotations of a motion on two bodies, in addition to the directions of limbs: the roll of limbs,
+//! the trunk, the head and the palms.
 //!
-//! Of the source, positions are looked at alone: lines of the trunk, planes in which elbows and knees bend, knuckles.
-//! Rotations say only whether an elbow has one axis.
-//! Of the target, where its joints carry the axes of its own T-pose. So a T-pose of the source that is wrong is seen.
+//! Of the source, only positions are used: lines of the trunk, planes in which elbows and knees bend, knuckles. Its
+//! rotations only show whether an elbow has a constant axis. Of the target, the axes of its own T-pose move with its
+//! joints. So the comparison detects a wrong T-pose of the source.
 
 use std::fmt;
 
@@ -21,14 +21,14 @@ use mocap_scene::scene::NodeId;
 /// The sine of the smallest bend that shows the plane of a hinge: 20 degrees.
 const BENT: f32 = 0.34;
 
-/// The fewest frames that show one.
+/// The smallest number of frames that show the plane of a hinge.
 const FEWEST: usize = 5;
 
-/// An elbow has one axis where its axis in the joint of the forearm is this near to its mean, in radians: 10 degrees,
-/// in the mean of all frames. Elsewhere the forearm turns about itself besides.
+/// The largest mean deviation of an elbow's axis in the joint of the forearm from its mean, in radians: 10 degrees.
+/// With a larger deviation the axis is not constant, because the forearm is also twisted.
 const CONSTANT: f32 = 0.175;
 
-/// What of a body is compared.
+/// The compared aspect of a body.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,13 +36,13 @@ const CONSTANT: f32 = 0.175;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Aspect {
-    /// The roll of a limb about itself: the plane in which its elbow or knee bends.
+    /// The roll of a limb: the plane in which its elbow or knee bends.
     Roll,
-    /// The line of the hip joints, that of the shoulder joints, and that from hips to neck.
+    /// The lines of the hip joints, of the shoulder joints, and from hips to neck.
     Trunk,
-    /// Where the face looks against the chest, on the average: 0 is straight ahead.
+    /// The average direction of the face relative to the chest: 0 is straight ahead.
     Head,
-    /// The palms, by the knuckles of index and little finger.
+    /// The palms, by the knuckles of index finger and little finger.
     Palm,
 }
 
@@ -62,20 +62,20 @@ impl Aspect {
     }
 }
 
-/// How far something that an eye sees is off.
+/// The difference of an aspect between source and target.
 ///
 /// [`PoseRetargeter`](crate::PoseRetargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct AspectError {
-    /// What is compared.
+    /// The compared aspect.
     pub aspect: Aspect,
-    /// The bone: of the trunk hips for the line of the hip joints, spine for that from hips to neck, and chest for
-    /// that of the shoulders.
+    /// The bone. For the trunk, hips is the line of the hip joints, spine the line from hips to neck, and chest the
+    /// line of the shoulder joints.
     pub bone: Bone,
-    /// The mean angle of all frames that show it, in degrees. For a roll it is the mean of signed angles, weighted by
-    /// the square of the sine of the bend: planes of nearly straight limbs are noisy.
+    /// The mean angle in degrees of all frames that show the aspect. For a roll it is the mean of signed angles,
+    /// weighted by the square of the sine of the bend, because planes of nearly straight limbs are noisy.
     pub mean_degrees: f64,
     /// The largest angle of a frame, in degrees.
     pub max_degrees: f64,
@@ -83,7 +83,7 @@ pub struct AspectError {
     pub tick: f64,
 }
 
-/// What is compared, as in "roll of leftUpperArm".
+/// The aspect and the bone, as in "roll of leftUpperArm".
 impl fmt::Display for AspectError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.aspect {
@@ -98,7 +98,7 @@ struct Angles {
     aspect: Aspect,
     bone: Bone,
     all: Vec<(f32, f64)>,
-    /// How much each counts in the mean.
+    /// The weight of each angle in the mean.
     weights: Vec<f32>,
 }
 
@@ -137,7 +137,7 @@ pub(super) struct Sight<'a> {
     rolls: Vec<(Limb, Angles)>,
     lines: Vec<([Ends; 2], Angles)>,
     palms: Vec<([[NodeId; 3]; 2], Angles)>,
-    /// The sum of directions of the face, in the frame of the chest, and the frames.
+    /// The sum of directions of the face in the frame of the chest, and the number of frames.
     face: (Vec3, usize),
 }
 
@@ -146,15 +146,15 @@ type Ends = [[NodeId; 2]; 2];
 
 /// A bone with a hinge.
 struct Limb {
-    /// Start, hinge and end on the source.
+    /// Start, hinge and end of the limb on the source.
     joints: [NodeId; 3],
-    /// Where the bone begins and ends on the target, and the joint that turns with it at its hinge.
+    /// The start and the end of the bone on the target, and the joint that rotates with the bone at its hinge.
     target: [NodeId; 2],
     turned: NodeId,
-    /// From the frame of the T-pose to that joint.
+    /// The rotation from the frame of the T-pose to that joint.
     frame_to_joint: Quat,
     axis: Vec3,
-    /// Of a forearm the axes of its elbow in the joint of the source, in the frames that show them.
+    /// For a forearm, the axes of its elbow in the joint of the source, in the frames that show them.
     in_forearm: Option<Vec<Vec3>>,
 }
 
@@ -166,8 +166,7 @@ impl<'a> Sight<'a> {
             all: Vec::new(),
             weights: Vec::new(),
         };
-        // A rest pose that stands says how limbs are rolled: there the plane of an elbow need not be that of the
-        // joint.
+        // A standing rest pose shows the roll of limbs. The plane of an elbow need not be the plane of its joint then.
         let limbs = Bone::ALL.iter().filter(|_| !source.stands_at_rest());
         let rolls = limbs.filter_map(|bone| Some((Limb::new(source, target, *bone)?, angles(Aspect::Roll, *bone))));
         let lines = [Bone::Hips, Bone::Chest, Bone::Spine].into_iter().filter_map(|bone| {
@@ -188,7 +187,7 @@ impl<'a> Sight<'a> {
         }
     }
 
-    /// Looks at both bodies at a tick.
+    /// Compares both bodies at a tick.
     pub(super) fn look(&mut self, was: &Pose, is: &Pose, tick: f64) {
         let (to_source, to_target) = (self.source.axes.inverse(), self.target.axes.inverse());
         for (limb, angles) in &mut self.rolls {
@@ -211,7 +210,7 @@ impl<'a> Sight<'a> {
         }
     }
 
-    /// What was seen, the farthest off first.
+    /// The differences, the largest first.
     pub(super) fn found(self, tick: f64) -> Vec<AspectError> {
         let rolls = self.rolls.into_iter().filter(|(limb, _)| limb.has_one_axis());
         let rolls = rolls.map(|(_, angles)| angles);
@@ -232,7 +231,7 @@ impl<'a> Sight<'a> {
         all
     }
 
-    /// Where the face of the target looks, in left, up and forward of its chest.
+    /// The direction of the target's face, in left, up and forward of its chest.
     fn face_in_chest(&self, is: &Pose) -> Option<Vec3> {
         let head = self.target.joint(Bone::Head)?;
         self.source.joint(Bone::Head)?;
@@ -270,7 +269,7 @@ impl Limb {
         })
     }
 
-    /// Whether the axis about which it bends is one axis of the bone: of all limbs but some forearms.
+    /// Whether the bending axis is constant in the bone. It is for all limbs except some forearms.
     fn has_one_axis(&self) -> bool {
         let Some(axes) = &self.in_forearm else { return true };
         let mean = axes.iter().sum::<Vec3>();
@@ -278,8 +277,8 @@ impl Limb {
         off <= CONSTANT * axes.len() as f32
     }
 
-    /// From where the target bends to where the source does, about the bone, in radians, and the sine of the bend;
-    /// `None` where it is straight.
+    /// The angle about the bone from the bending direction of the target to the bending direction of the source, in
+    /// radians, and the sine of the bend. `None` for a straight limb.
     fn roll(&mut self, was: &Pose, is: &Pose, to_source: Quat, to_target: Quat) -> Option<(f32, f32)> {
         let at = self.joints.map(|joint| was.position(joint));
         let upper = (at[1] - at[0]).try_normalize()?;
@@ -310,7 +309,7 @@ fn line(body: &Body, bone: Bone) -> Option<Ends> {
     }
 }
 
-/// Hand, index and little finger.
+/// The joints of hand, index finger and little finger.
 fn palm(body: &Body, hand: Bone) -> Option<[NodeId; 3]> {
     let joint = |bone: Bone| body.joint(bone.on(hand.side()?));
     Some([
@@ -330,7 +329,7 @@ fn normal(pose: &Pose, joints: &[NodeId; 3]) -> Vec3 {
     (index - hand).cross(little - hand)
 }
 
-/// The angle between two vectors, in radians; 0 where one has no length.
+/// The angle between two vectors, in radians; 0 if one has no length.
 fn angle_between(a: Vec3, b: Vec3) -> f32 {
     a.cross(b).length().atan2(a.dot(b))
 }

@@ -1,4 +1,4 @@
-//! The sole of a foot, as the skin of a character shows it.
+//! The sole of a foot in the skin of a character.
 
 use std::collections::HashMap;
 use std::f32::consts::TAU;
@@ -9,23 +9,23 @@ use mocap_figure::body::Body;
 use mocap_scene::pose::Pose;
 use mocap_scene::scene::{Mesh, NodeId, Scene};
 
-/// The highest that a vertex of a sole is above the floor, as a fraction of the leg.
+/// The largest height of a sole's vertex above the floor, as a fraction of the leg.
 const SOLE: f32 = 0.025;
 
-/// Directions over the ground in which the outermost vertices are looked for: each tenth degree.
+/// The number of horizontal directions in which the outermost vertices are searched: one every ten degrees.
 const DIRECTIONS: usize = 36;
 
-/// The tangents of the angles by which these directions point down: the edge of a foot that is tilted or points down is
-/// lower than its outline.
+/// The tangents of the angles by which these directions point down. A tilted foot, or a foot that points down, has an
+/// edge below its outline.
 const SLOPES: [f32; 3] = [0.0, 0.5, 1.5];
 
-/// The least fraction of a vertex that moves with the foot.
+/// The smallest weight of the foot's joints for a vertex of the foot.
 const OF_FOOT: f32 = 0.9;
 
 /// A foot in a skin.
 pub(super) struct Skin {
     pub(super) ankle: NodeId,
-    /// The joint of the toes, else the ankle.
+    /// The joint of the toes, or else the ankle.
     pub(super) toes: NodeId,
     /// The height of the floor.
     pub(super) floor: f32,
@@ -34,16 +34,16 @@ pub(super) struct Skin {
 /// A vertex of a sole.
 #[derive(Clone)]
 pub(super) struct Vertex {
-    /// Where it is at rest.
+    /// Its position at rest.
     pub(super) at_rest: Vec3,
-    /// The nodes with which it moves: the fraction of each, and where the vertex is in its space.
+    /// The nodes that move the vertex, each with its weight, and the position of the vertex in the space of the node.
     pub(super) parts: Vec<(NodeId, f32, Vec3)>,
-    /// The joint with which it moves for the most part: the ankle or the toes.
+    /// The joint with most of the weight: the ankle or the toes.
     pub(super) of: NodeId,
 }
 
 impl Vertex {
-    /// Where it is at a pose.
+    /// The position in a pose.
     pub(super) fn at(&self, pose: &Pose) -> Vec3 {
         let part = |(node, fraction, at_rest): &(NodeId, f32, Vec3)| {
             *fraction * pose.node_to_world[node.index()].transform_point3(*at_rest)
@@ -52,7 +52,7 @@ impl Vertex {
     }
 }
 
-/// The vertices of a mesh, each `of` the joint with which it moves most.
+/// The vertices of a mesh. `of` is the joint with the largest weight.
 pub(super) fn vertices(mesh: &Mesh, pose: &Pose) -> impl Iterator<Item = Vertex> {
     let mut parts: Vec<Vec<(NodeId, f32, Vec3)>> = vec![Vec::new(); mesh.vertices.len()];
     for bone in &mesh.bones {
@@ -79,7 +79,7 @@ pub(super) fn vertices(mesh: &Mesh, pose: &Pose) -> impl Iterator<Item = Vertex>
 }
 
 impl Skin {
-    /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes.
+    /// The outermost vertices of the sole: vertices that move with the ankle, and vertices that move with the toes.
     pub(super) fn sole(&self, body: &Body, scene: &Scene) -> Vec<Vertex> {
         let pose = Pose::rest(scene);
         let vertices: Vec<Vertex> = scene

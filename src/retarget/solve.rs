@@ -1,4 +1,5 @@
-//! The pose of the target from what is seen of the source: for one pose, or for as many at once as a vector has lanes.
+//! Computes the pose of the target from watched joints of the source: for one pose, or for as many at once as a vector
+//! has lanes.
 
 use mocap_figure::rotations::{Points, Rotations};
 use mocap_figure::watched::WatchedPose;
@@ -9,7 +10,7 @@ use super::plan::Plan;
 use super::root::Root;
 use super::rules::{BoneTwist, ParentRule};
 
-/// What is computed of `N` poses.
+/// The computed values of `N` poses.
 #[derive(Clone, Debug)]
 pub(super) struct Solved<const N: usize> {
     pub(super) seen: WatchedPose<N>,
@@ -17,16 +18,16 @@ pub(super) struct Solved<const N: usize> {
     frames: Vec<Rotations<N>>,
     /// The twists that several joints share.
     twisted: Vec<BoneTwist<N>>,
-    /// The rotations of the joints that are moved, from their axes to those of the figure.
+    /// The rotations of the driven joints, from their axes to the axes of the figure.
     turned: Vec<Rotations<N>>,
-    /// The same to the parents.
+    /// The rotations of the driven joints relative to their parents.
     pub(super) to_parent: Vec<Rotations<N>>,
-    /// The translation of the hips to their parent.
+    /// The translation of the hips relative to their parent.
     pub(super) hips: Points<N>,
 }
 
 impl<const N: usize> Solved<N> {
-    /// Memory for a plan. `joints` of the source are seen.
+    /// Allocates memory for a plan. `joints` is the number of watched joints of the source.
     pub(super) fn new(plan: &Plan, joints: usize) -> Self {
         Self {
             seen: WatchedPose::new(joints),
@@ -38,7 +39,7 @@ impl<const N: usize> Solved<N> {
         }
     }
 
-    /// Computes the target from what is seen.
+    /// Computes the target from the watched joints.
     #[inline(always)]
     pub(super) fn solve(&mut self, plan: &Plan, root: &Root) {
         for (frame, track) in self.frames.iter_mut().zip(&plan.tracks) {
@@ -67,7 +68,7 @@ impl<const N: usize> Solved<N> {
 }
 
 wide::dispatch! {
-    /// As [`Solved::solve`].
+    /// Computes a block of poses, as [`Solved::solve`].
     pub(super) fn solve_block(solved: &mut Solved<LANES>, plan: &Plan, root: &Root) {
         solved.solve(plan, root);
     }

@@ -1,4 +1,4 @@
-//! How far the pelvis and the chest are turned between two skeletons.
+//! The rotation of pelvis and chest between two skeletons.
 
 use glam::Vec3;
 use mocap_figure::HumanoidBone as Bone;
@@ -9,7 +9,7 @@ use mocap_scene::scene::{Animation, Scene};
 use super::PoseRetargeter;
 use super::measure::Moving;
 
-/// The most frames that are looked at: each is two poses.
+/// The largest number of examined frames. Each frame needs two poses.
 const LOOKS: usize = 400;
 
 /// The joints at both ends of the pelvis and of the chest.
@@ -19,9 +19,9 @@ const ENDS: [[Bone; 2]; 2] = [
 ];
 
 impl PoseRetargeter {
-    /// The angle between the lines of the hip joints of both bodies, or between those of the shoulder joints. It is the
-    /// mean over the frames, in degrees, of the pair that is farther off. By positions alone: a T-pose that turns the
-    /// trunk is seen. `None` where one of the bodies has neither pair.
+    /// The angle between the lines of both bodies' hip joints, or shoulder joints, as the mean over the frames in
+    /// degrees. The larger of the two means counts. Only positions are used, so a T-pose that rotates the trunk is
+    /// detected. `None` if one of the bodies has neither pair.
     pub(crate) fn trunk_degrees(
         &self,
         source: &Scene,

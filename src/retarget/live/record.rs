@@ -228,7 +228,7 @@ impl VmcRecorder {
         Ok(scene)
     }
 
-    /// Adds the blend shapes with a value above 0, and the gaze. The gaze is the rotation of the eyes, because a VRM
+    /// Adds the blend shapes that are not always 0, and the gaze. The gaze is the rotation of the eyes, because a VRM
     /// animation has no eye bones.
     fn add_face(&self, scene: &mut Scene, ticks: &[f64]) {
         let times = |frames: &[u32]| -> Vec<f64> { frames.iter().map(|frame| ticks[*frame as usize]).collect() };

@@ -1,7 +1,7 @@
 //! Whether a hand is inside the skin of its own body: head, trunk or legs.
 //!
-//! The test is the generalised winding number of the faces that the arm does not move (Jacobson, Kavan, Sorkine-Hornung
-//! 2013). It is 1 inside a closed surface, 0 outside, and between at an open surface, as at the shoulder.
+//! The test is the generalized winding number of the faces that the arm does not move (Jacobson, Kavan, Sorkine-Hornung
+//! 2013). It is 1 inside a closed surface and 0 outside. At an open surface, as at the shoulder, it is between 0 and 1.
 
 use std::f32::consts::PI;
 
@@ -10,7 +10,7 @@ use mocap_figure::HumanoidBone as Bone;
 use mocap_figure::body::Body;
 use mocap_scene::scene::{Mesh, NodeId, Scene};
 
-/// The winding number from which on a point is inside.
+/// The winding number above which a point is inside.
 const INSIDE: f32 = 0.5;
 
 /// A hand with the skin around it.
@@ -61,11 +61,12 @@ impl Hand {
             let hand = Self { vertices, shell, depth };
             Some(hand).filter(|hand| !hand.vertices.is_empty())
         });
-        // A skin whose faces look inwards, or which is open, tells nothing.
+        // A skin whose faces point inwards, or an open skin, is no evidence.
         hands.filter(|hand| !hand.is_inside(at_rest)).collect()
     }
 
-    /// Whether the middle of the hand is inside head, trunk or legs. `vertices` are those of each mesh in a pose.
+    /// Whether the middle of the hand is inside head, trunk or legs. `vertices` are the vertices of each mesh in a
+    /// pose.
     pub(super) fn is_inside(&self, vertices: &[Vec<Vec3>]) -> bool {
         let sum: Vec3 = self
             .vertices
@@ -78,13 +79,13 @@ impl Hand {
                 .iter()
                 .map(|(mesh, corners)| corners.map(|corner| vertices[*mesh][corner] - middle))
         };
-        // A ray to the front tells most points that are outside, and costs little.
+        // A ray to the front excludes most points outside, and is cheap.
         let crossings: i32 = faces().map(|face| crossing(face, self.depth)).sum();
         crossings != 0 && faces().map(solid_angle).sum::<f32>() / (4.0 * PI) > INSIDE
     }
 }
 
-/// 1 or -1 where the half of an axis from the origin crosses a triangle, by the way that the triangle looks; else 0.
+/// 1 or -1 if the half axis from the origin crosses a triangle, by the side that the triangle faces; else 0.
 fn crossing([a, b, c]: [Vec3; 3], axis: usize) -> i32 {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     let beside = |of: usize| (a[of] > 0.0) == (b[of] > 0.0) && (b[of] > 0.0) == (c[of] > 0.0);
@@ -110,7 +111,7 @@ fn solid_angle([a, b, c]: [Vec3; 3]) -> f32 {
     2.0 * above.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y)
 }
 
-/// Of each node, whether it is a node or hangs from it.
+/// For each node, whether it is `top` or a descendant of `top`.
 fn below(scene: &Scene, top: NodeId) -> Vec<bool> {
     let mut below: Vec<bool> = Vec::with_capacity(scene.nodes.len());
     for (index, node) in scene.nodes.iter().enumerate() {

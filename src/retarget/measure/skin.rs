@@ -1,6 +1,6 @@
-//! What a motion does to the skin of its target.
+//! Measures the skin of the target in a motion.
 //!
-//! Nothing here knows which joint is which bone, so what a map gets wrong shows.
+//! This module does not use the bones, so it also detects an error in the map of the bones.
 
 use glam::{Mat4, Vec4};
 use mocap_figure::ground;
@@ -12,16 +12,16 @@ use super::hands_inside::Hand;
 use crate::root::Root;
 use crate::skin_report::SkinReport;
 
-/// The most frames in which the skin is looked at.
+/// The largest number of frames in which the skin is examined.
 const LOOKS: usize = 120;
 
-/// How many times as long as at rest an edge is when it counts as stretched.
+/// The length of a stretched edge, as a multiple of its length at rest.
 const STRETCHED: f32 = 2.0;
 
-/// An edge that is shorter, as a fraction of the height, is not counted as stretched: nobody sees it.
+/// The smallest length of an edge that counts, as a fraction of the height. Shorter edges are not visible.
 const SHORTEST: f32 = 1e-3;
 
-/// How many times as large as the least the largest scale of a joint is when it is uneven.
+/// The ratio of a joint's largest to smallest scale above which the scale is uneven.
 const UNEVEN: f32 = 1.01;
 
 /// An edge of a mesh, with its length at rest.
@@ -36,7 +36,7 @@ struct Skin<'a> {
     edges: Vec<Edge>,
 }
 
-/// `None` where the target has no skin.
+/// `None` if the target has no skin.
 pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: &Root) -> Option<SkinReport> {
     let up = target.body.up();
     let rest = Pose::rest(target.scene);
@@ -77,7 +77,7 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
         .iter()
         .flat_map(|skin| rest.skin(skin.mesh))
         .map(|vertex| vertex.dot(up));
-    // The skin of a sole may be below the floor at rest.
+    // At rest, the skin of a sole may be below the floor.
     let sole = (lowest_at_rest.fold(f32::INFINITY, f32::min) - ground::floor(target.body)).min(0.0);
     let floor_of_source = root.source_ankle - ground::ankle(source.body);
     let metres = target.body.metres_per_unit;
@@ -132,7 +132,7 @@ pub(super) fn of(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64], root: 
     Some(report)
 }
 
-/// The first node down to a bone whose scale is mirrored, or is not one in all directions.
+/// The first node, from the root down to a bone, whose scale is mirrored or not uniform.
 fn uneven_joint(target: &Moving<'_>) -> Option<String> {
     let bones: Vec<NodeId> = target.body.bones.values().copied().collect();
     let nodes = &target.scene.nodes;

@@ -46,7 +46,7 @@ impl fmt::Display for RetargetReport {
             let (creature, joints) = (&names.creature, names.joints);
             write!(
                 f,
-                "\n{clip}: both are {creature}, and {joints} joints go by their names{lacking}"
+                "\n{clip}: both are {creature}; {joints} joints are matched by name{lacking}"
             )?;
         }
         for seen in self.seen.iter().filter(|seen| seen.mean_degrees > 15.0) {
@@ -73,8 +73,8 @@ impl fmt::Display for RetargetReport {
             let (speed, acceleration) = (lock.speed_ratio, lock.acceleration_ratio);
             write!(
                 f,
-                "\n{clip}: locked feet are at most {speed:.2} times as fast and {acceleration:.2} times as much \
-                 accelerated as free ones{given_way}"
+                "\n{clip}: locked feet have at most {speed:.2} times the speed and {acceleration:.2} times the acceleration \
+                 of free feet{given_way}"
             )?;
         }
         if let Some(hands) = &self.hands {
@@ -89,14 +89,14 @@ impl fmt::Display for RetargetReport {
                 .iter()
                 .map(|(joint, other)| format!("{joint} follows {other}"));
             let follows: Vec<String> = follows.collect();
-            write!(f, "\n{clip}: by the skin, {}", follows.join(", "))?;
+            write!(f, "\n{clip}: the skin shows that {}", follows.join(", "))?;
         }
         for clamped in &self.clamped {
             let (bone, centimetres) = (clamped.bone.as_str(), 100.0 * clamped.largest);
             let (frames, reason) = (clamped.frames, &clamped.reason);
             write!(
                 f,
-                "\n{clip}: {bone} is up to {centimetres:.1} cm away in {frames} frames: {reason}"
+                "\n{clip}: {bone} is up to {centimetres:.1} cm from its goal in {frames} frames: {reason}"
             )?;
         }
         let lacks = self.unmapped.iter().map(|lack| (lack.bone, lack.reason.as_str()));

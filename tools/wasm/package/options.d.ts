@@ -1019,7 +1019,7 @@ export type RootOffset = "auto" | "replace" | "add";
 /** The order of a node's three rotations about its axes. */
 export type RotationOrder = "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
 
-/** auto (in the proportion of the legs), none (as in the source), or a factor above 0. */
+/** auto (the ratio of the leg lengths), none (as in the source), or a factor above 0. */
 export type Scale = number | "auto" | "none" | `${number}`;
 
 /**

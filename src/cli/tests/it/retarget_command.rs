@@ -100,7 +100,7 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
         &[WALK, CHARACTER, "--scale", "0"],
         "a.gltf",
         2,
-        "neither auto nor none nor a factor"
+        "expected auto, none or a factor"
     ));
     // The file is written, and the limbs are measured: none is exactly where it was.
     assert!(refused(
