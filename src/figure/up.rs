@@ -69,9 +69,9 @@ const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.07;
 /// origin are at 0 along a horizontal axis, with joints behind them.
 const LYING_HIPS: std::ops::RangeInclusive<f32> = 0.02..=0.2;
 
-/// The probability of an axis above which the axis is sure: one of a hundred may be wrong.
+/// The probability of an axis, as a fraction, above which the axis is sure: one of a hundred may be wrong.
 const SURE: f32 = 0.99;
-/// The probability of an axis above which the axis is likely. Without evidence of the motion, Y has a probability of
+/// The probability of an axis, as a fraction, above which the axis is likely. Without evidence of the motion, Y has
 /// 0.87.
 const LIKELY: f32 = 0.9;
 

@@ -8,30 +8,31 @@ use mocap_scene::math::median::{median, ranked};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, NodeId, Scene};
 
-/// A paw is on the ground below this height above where it rests, as a fraction of the leg: paws roll.
+/// The height above its resting level below which a paw is on the ground, as a fraction of the leg: paws roll.
 const LOW: f64 = 0.09;
 
-/// A paw stands below this speed, in lengths of the leg a second: capture is noisy, and paws roll.
+/// The speed below which a paw is in stance, in lengths of the leg per second. Captures are noisy, and paws roll.
 const SLOW: f64 = 0.8;
 
-/// The time in seconds around a frame over which the speed of a paw is taken: less is noise of capture.
+/// The time around a frame over which the speed of a paw is averaged, in seconds. A shorter time would show noise of
+/// the capture.
 const AROUND: f64 = 0.02;
 
 /// Shorter gaps between contacts are closed, and shorter contacts dropped, in seconds: a gallop has contacts of 0.06 s.
 const SHORTEST: f64 = 0.04;
 
-/// The fraction of frames in which a paw is below its resting level, which is noise of the capture.
+/// The fraction of frames in which a paw is below its resting level, because of noise in the capture.
 const RESTS: f64 = 0.1;
 
-/// The largest tilt of a trunk that a stance may have, in radians: more is a sitting animal.
+/// The largest tilt of a trunk in stance, in radians. An animal with a larger tilt sits.
 const MOST_TILTED: f64 = 0.26;
 
-/// An animal in a frame, in metres, +Z up.
+/// The pose of an animal in a frame, in metres, +Z up.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AnimalFrame {
-    /// The middle of hips and shoulders.
+    /// The middle between hips and shoulders.
     pub(super) centre: DVec3,
-    /// From forward, left and up of the trunk to the world.
+    /// The rotation from forward, left and up of the trunk to the world.
     pub(super) rotation: DQuat,
     pub(super) hips: [DVec3; 4],
     pub(super) knees: [DVec3; 4],
@@ -39,18 +40,18 @@ pub(super) struct AnimalFrame {
 }
 
 impl AnimalFrame {
-    /// From a hip or a shoulder to its paw, in the frame of the trunk.
+    /// The vector from a hip or a shoulder to its paw, in the frame of the trunk.
     pub(super) fn leg(&self, index: usize) -> DVec3 {
         self.rotation.inverse() * (self.paws[index] - self.hips[index])
     }
 
-    /// The same of the upper part of the leg.
+    /// The vector of the upper part of the leg, in the frame of the trunk.
     pub(super) fn thigh(&self, index: usize) -> DVec3 {
         self.rotation.inverse() * (self.knees[index] - self.hips[index])
     }
 }
 
-/// An animal in a motion.
+/// The motion of an animal.
 #[derive(Clone, Debug)]
 pub(super) struct AnimalTrack {
     pub(super) frames: Vec<AnimalFrame>,
@@ -64,7 +65,7 @@ pub(super) struct AnimalTrack {
 impl AnimalTrack {
     pub(super) fn new(source: &Scene, animation: &Animation, figure: &Figure, animal: &Quadruped) -> Self {
         let metres = f64::from(figure.metres());
-        // The axes of the file in a cycle where +Y is up: +Z becomes +X.
+        // The file's axes in cyclic order, if +Y is up: +Z becomes +X.
         let to_world = match figure.up_direction() {
             Vec3::Y => DQuat::from_mat3(&DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X)),
             up => DQuat::from_rotation_arc(up.as_dvec3().normalize(), DVec3::Z),
@@ -115,7 +116,7 @@ impl AnimalTrack {
         track
     }
 
-    /// Turns the trunk by its tilt in stance: shoulders are lower than hips, or higher.
+    /// Rotates the trunk by its mean tilt in stance: shoulders may be lower or higher than hips.
     fn level(&mut self) {
         let tilts = self.frames.iter().map(|frame| (frame.rotation * DVec3::X).z.asin());
         let mut tilts: Vec<f64> = tilts.collect();
@@ -126,7 +127,7 @@ impl AnimalTrack {
         }
     }
 
-    /// For each frame which paws stand.
+    /// The paws in stance, for each frame.
     fn find_contacts(&self, fps: f64) -> Vec<[bool; 4]> {
         let frames = self.frames.len();
         let around = (AROUND * fps).round().max(1.0) as usize;
@@ -149,7 +150,7 @@ impl AnimalTrack {
             .collect()
     }
 
-    /// The mean speed over the ground of paws that stand, in metres a second.
+    /// The mean sliding speed of paws in stance, in metres per second.
     pub(super) fn skate(&self, fps: f64) -> Option<f64> {
         let (mut sum, mut count) = (0.0, 0_usize);
         for (frame, pair) in self.frames.windows(2).enumerate() {

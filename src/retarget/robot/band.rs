@@ -1,31 +1,31 @@
-//! Symmetric positive definite systems whose entries are near the diagonal.
+//! Solves symmetric positive definite systems whose entries are near the diagonal.
 
 use mocap_scene::math::wide;
 
-/// Rows of a panel: four doubles are a vector of AVX2.
+/// The rows of a panel: four doubles are a vector of AVX2.
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
 
 /// The lower triangle of a matrix whose entries are at most `width` below the diagonal, and a right side.
 ///
-/// Four rows are a panel: their entries of one column stand together, so that a product of panels is made of whole
+/// Four rows are a panel. The entries of a panel in one column are contiguous, so that a product of panels uses whole
 /// vectors.
 #[derive(Clone, Debug, Default)]
 pub struct Band {
     size: usize,
     width: usize,
-    /// Panel by panel, the columns from `before` panels before the diagonal to the diagonal.
+    /// The columns of each panel, from `before` panels before the diagonal to the diagonal.
     columns: Vec<Lanes>,
-    /// The panels that the band reaches before that of the diagonal.
+    /// The number of panels that the band reaches before the panel of the diagonal.
     before: usize,
     pub right: Vec<f64>,
 }
 
-/// The smallest pivot, as a fraction of 1: below it a row has no information, and dividing would overflow.
+/// The smallest pivot, as a fraction of 1. Below it, a row has no information, and a division would overflow.
 const SMALLEST: f64 = 1e-18;
 
 impl Band {
-    /// Empties it.
+    /// Clears the system, and sets its size.
     pub fn reset(&mut self, size: usize, width: usize) {
         (self.size, self.width) = (size, width);
         self.before = width.div_ceil(LANES);
@@ -34,13 +34,13 @@ impl Band {
         self.columns.resize(panels * self.stride(), [0.0; LANES]);
         self.right.clear();
         self.right.resize(panels * LANES, 0.0);
-        // Rows that fill up the last panel.
+        // The remaining rows of the last panel.
         for row in size..panels * LANES {
             self.add(row, row, 1.0);
         }
     }
 
-    /// The columns of a panel.
+    /// The number of columns of a panel.
     fn stride(&self) -> usize {
         (self.before + 1) * LANES
     }
@@ -64,7 +64,7 @@ impl Band {
         panel * self.stride() + column + self.before * LANES - panel * LANES
     }
 
-    /// Makes an unknown 0, whatever the others are.
+    /// Fixes an unknown at 0, whatever the other unknowns are.
     pub fn fix(&mut self, unknown: usize) {
         let lane = unknown % LANES;
         let row = self.index(unknown, unknown.saturating_sub(self.width))..self.index(unknown, unknown);
@@ -78,13 +78,13 @@ impl Band {
         self.right[unknown] = 0.0;
     }
 
-    /// Solves the system by Cholesky's decomposition: the right side becomes the solution.
+    /// Solves the system by Cholesky decomposition. The right side becomes the solution.
     pub fn solve(&mut self) {
         let stride = self.stride();
         for panel in 0..self.right.len() / LANES {
             let first = panel.saturating_sub(self.before);
             let (above, here) = self.columns.split_at_mut(panel * stride);
-            // Where the column of a panel is, within this panel and within another one.
+            // The index of a panel's column, in this panel and in another panel.
             let own = |other: usize| (other + self.before - panel) * LANES;
             for other in first..panel {
                 let theirs = &above[other * stride..(other + 1) * stride];
@@ -106,7 +106,7 @@ impl Band {
         self.backward();
     }
 
-    /// Solves with the transpose of the factor.
+    /// Solves the system of the transposed factor.
     fn backward(&mut self) {
         let stride = self.stride();
         for panel in (0..self.right.len() / LANES).rev() {
@@ -133,7 +133,8 @@ fn lanes(value: impl Fn(usize) -> f64) -> Lanes {
 }
 
 wide::dispatch! {
-    /// The products of the rows of two panels: of each row of the second those with all rows of the first.
+    /// The products of the rows of two panels. For each row of the second panel, the products with all rows of the
+    /// first.
     fn products(a: &[Lanes], b: &[Lanes]) -> [Lanes; LANES] {
         products_of(a, b)
     }
@@ -167,7 +168,8 @@ fn product(a: &[Lanes], b: &[f64]) -> Lanes {
     sums
 }
 
-/// Four columns of a factor below the diagonal: what is not `known` is solved with the block on the diagonal.
+/// Four columns of a factor below the diagonal. The `known` products are subtracted, and the rest is solved with the
+/// block on the diagonal.
 fn below_diagonal(here: &mut [Lanes], known: [Lanes; LANES], diagonal: &[Lanes]) {
     for (column, known) in known.into_iter().enumerate() {
         let mut value: Lanes = lanes(|row| here[column][row] - known[row]);

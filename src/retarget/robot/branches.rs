@@ -1,10 +1,10 @@
-//! Branches of a limb's solution. The three hinges of a shoulder can point the arm in one direction by several sets of
-//! angles. Each frame begins at the angles of the frame before, even if these lead into a corner of the limits. So can
-//! those of a hip, where a leg is crossed or raised.
+//! Searches other branches of a limb's solution. The three hinges of a shoulder can point the arm in one direction with
+//! several sets of angles. Each frame starts from the angles of the previous frame, even if these lead into a corner of
+//! the limits. The hinges of a hip have the same problem if a leg is crossed or raised.
 //!
-//! Where a limb is far off, it is followed again: backwards from the last frame, and from the worst frames, where other
-//! beginnings are tried, forwards and backwards. Each frame takes the best of these tracks, with a cost for each change
-//! of joints, so that the path changes tracks where they agree. It is the shortest path by dynamic programming (R.
+//! A limb with a large error is solved again: backwards from the last frame, and from the worst frames. There, other
+//! starting angles are tried, forwards and backwards. Each frame takes the best of these tracks. A change of joints has
+//! a cost, so the path changes tracks where they agree. The path is the shortest path by dynamic programming (R.
 //! Bellman, 1957).
 
 use glam::DVec3;
@@ -18,36 +18,38 @@ use super::terms::{Goals, Terms};
 use super::twin::StandIn;
 use super::weights::Weights;
 
-/// The cost in rad^2 from which on a limb is followed again, in the mean of a `WINDOW`: a direction that is off by 20
-/// degrees, which everybody sees.
+/// The mean cost of a limb over a `WINDOW` above which the limb is solved again, in rad^2. It is a direction with an
+/// error of 20 degrees, which is visible.
 pub const SUSPECT: f64 = 0.12;
 
-/// The time in seconds over which the cost of a limb is averaged: a limb that is off for less is fast.
+/// The time over which the cost of a limb is averaged, in seconds. A limb with a shorter error is only fast.
 const WINDOW: f64 = 0.2;
 
-/// The number of worst moments of a limb at which other beginnings are tried: each costs a pass over all frames.
+/// The number of worst frames of a limb in which other starting angles are tried. Each needs a pass over all frames.
 const SEEDS: usize = 3;
 
-/// The least time in seconds between two of these moments: nearer ones have the same cause.
+/// The smallest time between two of these frames, in seconds. Nearer frames have the same cause.
 const APART: f64 = 0.5;
 
-/// The fraction of the cost of a limb below which another beginning is followed: less is not worth a pass.
+/// The fraction of the cost of a limb below which other starting angles are followed. A smaller gain is not worth a
+/// pass.
 const BETTER: f64 = 0.6;
 
-/// Steps of the solver for a new beginning: half of those of a first frame, for one limb alone.
+/// The number of solver steps for new starting angles: half as many as for a first frame, because only one limb is
+/// solved.
 const FIRST_STEPS: usize = 60;
 
-/// Steps of the solver for each frame after it: as in the first pass.
+/// The number of solver steps for each further frame, as in the first pass.
 const STEPS: usize = 8;
 
 /// The frame rate in Hz to which `branch_change` of [`Weights`] applies.
 const RATE: f64 = 30.0;
 
-/// An arm or a leg: what it follows, and the positions of its joints.
+/// An arm or a leg: its goals, and the positions of its joints.
 #[derive(Clone, Debug)]
 pub struct Limb {
     rotations: Vec<usize>,
-    /// The body of a leg's foot, whose places are followed too.
+    /// The body of a leg's foot, whose position goals count too.
     pub foot: Option<usize>,
     pub positions: Vec<usize>,
     solver: Solver,
@@ -66,17 +68,17 @@ const LIMBS: [[Bone; 3]; 2] = [
     [Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot],
 ];
 
-/// The frames in which limbs may take another branch.
+/// The frames in which limbs may change to another branch.
 pub struct Free<'a> {
     pub goals: &'a [Goals],
     pub bounds: &'a Bounds,
-    /// The first of them; those before it stay.
+    /// The first of these frames. Earlier frames do not change.
     pub from: usize,
-    /// For how many frames that are to come the last one stands.
+    /// The number of future frames for which the last frame stands.
     pub ahead: usize,
 }
 
-/// The positions of a limb in every frame, and its cost there.
+/// The positions of a limb in every frame, with the cost of each frame.
 pub struct Track {
     pub positions: Vec<Vec<f64>>,
     pub costs: Vec<f64>,
@@ -93,7 +95,7 @@ impl Branches {
         }
     }
 
-    /// Takes for each limb the best path that is found. Returns the positions of those that took another.
+    /// Chooses the best path for each limb. Returns the positions of limbs that changed to another branch.
     pub fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> Vec<usize> {
         let mut changed = Vec::new();
         for limb in &mut self.limbs {
@@ -124,9 +126,9 @@ impl Limb {
         }
     }
 
-    /// Whether the limb took another branch.
+    /// Chooses the best path. Returns whether the limb changed to another branch.
     fn choose(&mut self, kinematics: &Kinematics, free: &Free<'_>, motion: &mut RobotMotion) -> bool {
-        // The last frame that must not change comes first: the limb is followed from it.
+        // The last fixed frame comes first, because the limb is followed from it.
         let first = free.from.saturating_sub(1);
         let goals: Vec<Goals> = free.goals[first..].iter().map(|goals| self.own(goals)).collect();
         let as_it_is = self.track(kinematics, &goals, motion, first);
@@ -182,7 +184,7 @@ impl Limb {
         true
     }
 
-    /// The limb in the frames of a motion from the first on.
+    /// The track of the limb in a motion, from the frame `first` on.
     pub fn track(&self, kinematics: &Kinematics, goals: &[Goals], motion: &RobotMotion, first: usize) -> Track {
         let mut pose = kinematics.rest();
         let costs = goals.iter().enumerate().map(|(frame, goals)| {
@@ -196,7 +198,7 @@ impl Limb {
         }
     }
 
-    /// The goals of this limb alone.
+    /// The goals of this limb only.
     pub fn own(&self, goals: &Goals) -> Goals {
         let reaches = goals.reaches.iter().filter(|reach| self.foot == Some(reach.body));
         Goals {
@@ -211,19 +213,19 @@ impl Limb {
     }
 }
 
-/// Follows a limb; the other joints of the robot keep the angles of a motion.
+/// Follows a limb. The other joints of the robot keep the angles of a motion.
 pub struct Follow<'a> {
     pub limb: &'a mut Limb,
     pub kinematics: &'a Kinematics,
     pub goals: &'a [Goals],
     pub bounds: &'a Bounds,
     pub motion: &'a RobotMotion,
-    /// Which frame of the motion the first of `goals` is.
+    /// The index in the motion of the first frame of `goals`.
     pub first: usize,
 }
 
 impl Follow<'_> {
-    /// The limb in a frame, from a beginning; returns its cost.
+    /// Solves the limb in a frame from starting angles, and returns its cost.
     pub fn solve(&mut self, frame: usize, positions: &mut [f64], steps: usize) -> f64 {
         let mut pose = self.kinematics.rest();
         pose.root = self.motion.root[self.first + frame];
@@ -241,8 +243,8 @@ impl Follow<'_> {
         cost(goals, &pose, &self.limb.weights)
     }
 
-    /// The best of several beginnings in a frame: joints near 0, in the middles of their limits, and a quarter off to
-    /// either side.
+    /// The best of several starting angles in a frame: joints near 0, in the middle of their limits, and a quarter of
+    /// the range to either side.
     fn begin(&mut self, frame: usize) -> Option<(f64, Vec<f64>)> {
         let ranges: Vec<[f64; 2]> = self
             .limb
@@ -262,7 +264,7 @@ impl Follow<'_> {
         ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The track that is in this pose in a frame, followed from there to both ends.
+    /// The track through this pose of a frame, followed in both directions.
     fn both_ways(&mut self, frame: usize, begun: Vec<f64>) -> Track {
         let frames = self.goals.len();
         let mut track = Track {
@@ -283,7 +285,7 @@ impl Follow<'_> {
     }
 }
 
-/// How far a pose is from goals, in squares of radians by their weights.
+/// The deviation of a pose from its goals, in weighted rad^2.
 fn cost(goals: &Goals, pose: &RobotPose, weights: &Weights) -> f64 {
     let rotations = goals.rotations.iter().map(|turn| {
         let rotation = pose.bodies[turn.body].rotation;
@@ -298,7 +300,7 @@ fn cost(goals: &Goals, pose: &RobotPose, weights: &Weights) -> f64 {
     rotations.sum::<f64>() + places.sum::<f64>()
 }
 
-/// The worst frames of a limb, where it is far off for a while.
+/// The worst frames of a limb whose error is large for some time.
 pub fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
     let half = (0.5 * WINDOW * fps).ceil().min(costs.len() as f64) as usize;
     let mean = |frame: usize| {
@@ -317,14 +319,14 @@ pub fn suspects(costs: &[f64], fps: f64) -> Vec<usize> {
     found
 }
 
-/// Which track is taken in each frame.
+/// The chosen track in each frame.
 pub fn shortest(tracks: &[Track], change: f64) -> Vec<usize> {
     let frames = tracks.first().map_or(0, |track| track.costs.len());
     let mut sums: Vec<f64> = tracks
         .iter()
         .map(|track| track.costs.first().copied().unwrap_or(0.0))
         .collect();
-    // Of each frame after the first, from which track each comes.
+    // For each frame after the first, the previous track on the shortest path to each track.
     let mut from: Vec<Vec<usize>> = Vec::with_capacity(frames);
     for frame in 1..frames {
         let (mut next, mut came) = (Vec::with_capacity(tracks.len()), Vec::with_capacity(tracks.len()));

@@ -1,17 +1,18 @@
-//! Capsules within the shapes of links.
+//! Approximates the shapes of links by capsules.
 
 use glam::DVec3;
 use mocap_scene::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 
 use super::kinematics::{Kinematics, RobotPose};
 
-/// A shape that is thinner than twice this is a mark where the foot touches the floor, not the link, in metres.
+/// Half the smallest thickness of a link's shape, in metres. A thinner shape only marks where the foot touches the
+/// floor.
 const THIN: f64 = 0.011;
 
 /// The radius of a link without a shape, as a fraction of its length.
 pub(super) const THICKNESS: f64 = 0.125;
 
-/// Capsules side by side in one shape.
+/// The largest number of capsules side by side in one shape.
 const MOST_BESIDE: usize = 4;
 
 /// All points within a radius of a line between two points.
@@ -21,7 +22,7 @@ pub struct Capsule {
     pub radius: f64,
 }
 
-/// The capsules of a body, in its frame, and a ball around them.
+/// The capsules of a body, in its frame, and a ball around all capsules.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Hull {
     pub(super) capsules: Vec<Capsule>,
@@ -49,8 +50,8 @@ impl Hull {
     }
 }
 
-/// The capsules of the links of one body: of the collision shapes, else of the visual shapes, else of the boxes that
-/// have their inertia.
+/// The capsules of the links of one body, from the collision shapes, else from the visual shapes, else from the boxes
+/// with the inertia of the links.
 pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Capsule> {
     for collides in [true, false] {
         let mut capsules = Vec::new();
@@ -74,7 +75,7 @@ pub(super) fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Ca
     capsules
 }
 
-/// Capsules from the joint of a body to those of its children, for a body without shapes.
+/// Adds capsules from the joint of a body to the joints of its children, for a body without shapes.
 pub(super) fn add_bones(kinematics: &Kinematics, zero: &RobotPose, body: usize, capsules: &mut Vec<Capsule>) {
     let transform = zero.bodies[body];
     let joint = |body: usize| transform.to_inner(kinematics.axis(zero, body).1);
@@ -107,7 +108,7 @@ fn add_capsules(shape: &RobotShape, transform: &Placement, capsules: &mut Vec<Ca
         ShapeKind::Sphere { radius } => add(0.0, *radius),
         ShapeKind::Capsule { radius, half_length } => add(*half_length, *radius),
         ShapeKind::Cylinder { radius, half_length } if half_length >= radius => add(half_length - radius, *radius),
-        // As a box with the same area.
+        // A box with the same area.
         ShapeKind::Cylinder { radius, half_length } => {
             let half_side = 0.5 * std::f64::consts::PI.sqrt() * radius;
             add_box(DVec3::new(half_side, half_side, *half_length), &transform, capsules);
@@ -125,7 +126,7 @@ fn add_capsules(shape: &RobotShape, transform: &Placement, capsules: &mut Vec<Ca
     }
 }
 
-/// Capsules within a box: as long as its longest side and as thick as its shortest, side by side.
+/// Adds capsules for a box, side by side: as long as the longest side of the box, and as thick as the shortest.
 pub fn add_box(half_size: DVec3, transform: &Placement, capsules: &mut Vec<Capsule>) {
     let mut sides = [
         (half_size.x, DVec3::X),
@@ -157,7 +158,7 @@ pub fn distance(one: [DVec3; 2], other: [DVec3; 2]) -> f64 {
     a.distance(b)
 }
 
-/// The points of two line segments that are nearest to each other (C. Ericson, Real-Time Collision Detection, 5.1.9).
+/// The nearest points of two line segments (C. Ericson, Real-Time Collision Detection, 5.1.9).
 pub(super) fn nearest([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> [DVec3; 2] {
     let (first, second, between) = (b - a, d - c, a - c);
     let (length, other_length) = (first.length_squared(), second.length_squared());
@@ -167,8 +168,8 @@ pub(super) fn nearest([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> [DVec3; 2] {
         true => (numerator / denominator).clamp(0.0, 1.0),
         false => 0.0,
     };
-    // The point of the first line that is nearest to the second, the point of the second that is nearest to that, and
-    // back.
+    // The point of the first line nearest to the second line, then the point of the second line nearest to this point,
+    // and back.
     let area = length * other_length - across * across;
     let mut s = match area > 1e-12 * length * other_length {
         true => ((across * other_along - along * other_length) / area).clamp(0.0, 1.0),

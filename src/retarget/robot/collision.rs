@@ -1,4 +1,4 @@
-//! Links of a robot that touch each other, by capsules within their shapes.
+//! Detects collisions between links of a robot, by capsules within their shapes.
 
 use glam::DVec3;
 use mocap_scene::scene::robot::{Placement, Robot};
@@ -8,7 +8,7 @@ use super::capsule::{Hull, add_bones, capsules_of, distance, nearest};
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 
-/// How deep two links penetrate each other where that counts, in metres.
+/// The smallest penetration depth of two links that counts, in metres.
 const DEEP: f64 = 0.01;
 
 /// Two links that penetrate each other.
@@ -18,17 +18,17 @@ const DEEP: f64 = 0.01;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LinkCollision {
-    /// The links that carry the shapes: those with a joint, or the base.
+    /// The links with the shapes: links with a joint, or the base.
     pub link: String,
-    /// The other one.
+    /// The other link.
     pub other: String,
     /// The fraction of frames in which they penetrate each other by more than 1 cm.
     pub fraction: f64,
-    /// How deep at most, in metres.
+    /// The largest penetration depth, in metres.
     pub deepest: f64,
 }
 
-/// Which links of a robot collide.
+/// The self-collisions of a robot in a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SelfCollision {
     /// The fraction of frames in which two links penetrate each other by more than 1 cm.
@@ -39,11 +39,11 @@ pub struct SelfCollision {
 
 /// Two bodies that penetrate each other.
 pub(super) struct Penetration {
-    /// Which pair of bodies it is.
+    /// The index of the pair of bodies.
     pub(super) pair: usize,
-    /// The points of their axes that are nearest to each other, in the world.
+    /// The nearest points of the axes of both bodies, in the world.
     pub(super) points: [(usize, DVec3); 2],
-    /// From the second to the first.
+    /// The direction from the second body to the first.
     pub(super) along: DVec3,
     pub(super) depth: f64,
 }
@@ -51,16 +51,16 @@ pub(super) struct Penetration {
 /// The capsules of a robot.
 #[derive(Clone, Debug)]
 pub struct Collisions {
-    /// For each body of the kinematics.
+    /// The capsules of each body of the kinematics.
     hulls: Vec<Hull>,
-    /// For each body the name of its link.
+    /// The name of each body's link.
     pub names: Vec<String>,
-    /// The bodies that can touch.
+    /// The pairs of bodies that can collide.
     pub pairs: Vec<[usize; 2]>,
 }
 
 impl Collisions {
-    /// Pairs that touch where all joints are at 0, and neighbours in the tree, are left out.
+    /// Ignores pairs that touch with all joints at 0, and neighbours in the tree.
     pub fn new(robot: &Robot, kinematics: &Kinematics) -> Self {
         let count = kinematics.bodies.len();
         let mut names = vec![String::new(); count];
@@ -99,7 +99,7 @@ impl Collisions {
         collisions
     }
 
-    /// The depth below the floor of the deepest link in a pose, without those of `feet`, which have soles.
+    /// The depth below the floor of the deepest link in a pose, except the links `feet`, which have soles.
     pub(super) fn depth_below_floor(&self, pose: &RobotPose, feet: &[usize]) -> f64 {
         let hulls = self.hulls.iter().zip(&pose.bodies).enumerate();
         let near = hulls.filter(|(body, (hull, at))| at.point(hull.centre).z < hull.radius && !feet.contains(body));
@@ -110,10 +110,10 @@ impl Collisions {
         depths.fold(0.0, f64::max)
     }
 
-    /// Which links collide during a motion.
+    /// The collisions of links during a motion.
     pub fn measure(&self, kinematics: &Kinematics, motion: &RobotMotion) -> SelfCollision {
         let mut pose = kinematics.rest();
-        // In how many frames each pair is too deep, and how deep at most.
+        // For each pair, the number of frames in which it is too deep, and its largest depth.
         let mut found = vec![(0_usize, 0.0_f64); self.pairs.len()];
         let mut colliding_frames = 0_usize;
         for frame in 0..motion.frames() {
@@ -148,7 +148,7 @@ impl Collisions {
         }
     }
 
-    /// Where bodies penetrate each other by more than what `least` says of the pair: the capsules that do so deepest.
+    /// The pairs of bodies that penetrate each other by more than `least` of the pair, each with its deepest capsules.
     pub(super) fn touching(&self, pose: &RobotPose, least: impl Fn(usize) -> f64) -> impl Iterator<Item = Penetration> {
         let placed = self.hulls.iter().zip(&pose.bodies);
         let centres: Vec<DVec3> = placed.map(|(hull, transform)| transform.point(hull.centre)).collect();
@@ -181,7 +181,7 @@ impl Collisions {
         })
     }
 
-    /// How deep two bodies penetrate each other; below 0 how far they are apart at least.
+    /// The penetration depth of two bodies. Below 0 it is their distance, or less.
     fn depth(&self, [one, other]: [usize; 2], pose: &RobotPose) -> f64 {
         let (a, b) = (&self.hulls[one], &self.hulls[other]);
         let (transform, other_transform) = (&pose.bodies[one], &pose.bodies[other]);

@@ -1,5 +1,4 @@
-//! What contacts on a floor can give: forces within cones of friction, as near to a wanted force and moment as they
-//! reach.
+//! Contact forces on a floor: forces within friction cones that come nearest to a wanted force and moment.
 
 use glam::DVec3;
 
@@ -8,33 +7,33 @@ use mocap_scene::math::cholesky;
 /// Coulomb's coefficient of friction between soles and floor: the default of MuJoCo.
 const FRICTION: f64 = 1.0;
 
-/// The edges of a cone, as a pyramid within it.
+/// The number of edges of the pyramid within a cone.
 const EDGES: usize = 4;
 
-/// The weight of the squares of the forces against the square of the residual force. It is so small that it only
-/// decides how contacts share a force.
+/// The weight of the squared forces against the squared residual force. It is so small that it only decides how
+/// contacts share a force.
 const SHARED: f64 = 1e-6;
 
-/// Steps of Newton's method at most, which bound the time of a frame.
+/// The largest number of steps of Newton's method, which limits the time of a frame.
 const STEPS: usize = 60;
 
-/// The slope at which it ends, in units of the weight of the robot: rounding.
+/// The slope at which Newton's method ends, in units of the robot's weight: rounding.
 const FLAT: f64 = 1e-10;
 
-/// A force and a moment.
+/// The components of a force and a moment.
 const SIZE: usize = 6;
 type Wrench = [f64; SIZE];
 
-/// The edges of the cones of contacts, each with its force and its moment.
+/// The edges of the contacts' friction cones, each with its force and its moment.
 #[derive(Clone, Debug, Default)]
 pub struct Cones {
     edges: Vec<(DVec3, Wrench)>,
-    /// The residual of the wanted force. The residual of the frame before is near it.
+    /// The residual of the wanted force. It starts from the residual of the previous frame, which is near.
     left: Wrench,
 }
 
 impl Cones {
-    /// Sets the contacts, by where they are from the point about which moments are, in the unit of the moments.
+    /// Sets the contacts, by their vectors from the reference point of the moments, in the length unit of the moments.
     pub fn set(&mut self, contacts: impl Iterator<Item = DVec3>) {
         self.edges.clear();
         for point in contacts {
@@ -46,7 +45,7 @@ impl Cones {
         }
     }
 
-    /// The forces of the contacts that come nearest to a wanted force and moment, and what they leave of both.
+    /// The contact forces that come nearest to a wanted force and moment, and the residual force and moment.
     ///
     /// With edges a, this minimizes |wanted - sum x a|^2 + s |x|^2 over x >= 0. The dual has six unknowns: x is max(0,
     /// a r) / s. The residual r minimizes |r|^2 / 2 + sum max(0, a r)^2 / 2 s - wanted r, by Newton's method with a
@@ -81,7 +80,7 @@ impl Cones {
         0.5 * dot(left, left) + pressed.sum::<f64>() * (0.5 / SHARED) - dot(wanted, left)
     }
 
-    /// The value with its slope and its curvature, row by row.
+    /// The value, its gradient and its Hessian, row by row.
     fn at(&self, left: &Wrench, wanted: &Wrench) -> (f64, Wrench, [f64; SIZE * SIZE]) {
         let mut slope: Wrench = std::array::from_fn(|index| left[index] - wanted[index]);
         let mut curvature = [0.0; SIZE * SIZE];

@@ -9,15 +9,15 @@ use mocap_scene::scene::{Bone, Material, Mesh, NodeId, Primitive, Scene, VertexW
 use super::Robot;
 use super::capsule::{Capsule, THICKNESS, capsules_of};
 
-/// Corners around a capsule.
+/// The number of corners around a capsule.
 const AROUND: usize = 16;
-/// Rings of each of its ends.
+/// The number of rings of each end of a capsule.
 const RINGS: usize = 5;
 
-/// Adds a mesh for each link to a scene with the nodes of [`robot_scene`](crate::robot::robot_scene). Pictures draw
-/// them. A link has the triangles of its mesh files, if [`Importer::robot_meshes`](mocap_io::Importer::robot_meshes)
-/// has read them. Else it has the capsules within its shapes, as for collisions. Without shapes it has the lines to the
-/// joints that it carries.
+/// Adds a mesh for each link to a scene with the nodes of [`robot_scene`](crate::robot::robot_scene), for pictures. A
+/// link has the triangles of its mesh files, if [`Importer::robot_meshes`](mocap_io::Importer::robot_meshes) read them.
+/// Else it has the capsules within its shapes, as for collisions. Without shapes, it has lines to the joints of its
+/// children.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -110,7 +110,7 @@ fn lines_to_children(robot: &Robot, link: usize) -> Vec<Capsule> {
     .collect()
 }
 
-/// Vertices, normals, corners of triangles.
+/// Vertices, normals, and corners of triangles.
 type Surface = (Vec<Vec3>, Vec<Vec3>, Vec<u32>);
 
 /// The triangles of capsules.

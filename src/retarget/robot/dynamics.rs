@@ -1,8 +1,9 @@
-//! Inverse dynamics of a robot whose base floats: the force and the moment at the base, and the torques of the joints,
-//! that a motion takes.
+//! Inverse dynamics of a robot with a floating base: the force and the moment at the base, and the torques of the
+//! joints, that a motion needs.
 //!
-//! The recursive Newton-Euler algorithm (R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, chapter 5),
-//! in the axes of the world: velocities and accelerations from the base outwards, forces back to it.
+//! It is the recursive Newton-Euler algorithm (R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008,
+//! chapter 5), in the axes of the world. Velocities and accelerations are computed from the base outwards, forces from
+//! the ends back to the base.
 
 use glam::{DMat3, DVec3};
 use mocap_scene::math::quaternion::rotation_vector;
@@ -11,20 +12,20 @@ use mocap_scene::scene::robot::{JointKind, Robot};
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 
-/// The acceleration of gravity, in metres a second squared: MuJoCo's.
+/// The acceleration of gravity in MuJoCo, in metres per second squared.
 pub const GRAVITY: f64 = 9.81;
 
-/// The mass of a body with all that is fixed to it.
+/// The mass of a body, with all links that are fixed to it.
 #[derive(Clone, Copy, Debug)]
 struct Mass {
     mass: f64,
     /// The centre of mass, in the frame of the body.
     centre: DVec3,
-    /// The inertia about the centre, in the axes of the body.
+    /// The inertia about the centre of mass, in the axes of the body.
     inertia: DMat3,
 }
 
-/// Velocities, accelerations or forces: along and about the axes of the world at the base, and of the joints.
+/// Velocities, accelerations or forces: of the base along and about the axes of the world, and of the joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rates {
     pub linear: DVec3,
@@ -37,18 +38,18 @@ pub struct Rates {
 struct Moving {
     angular: DVec3,
     angular_acceleration: DVec3,
-    /// Of the origin of the body, with gravity as an acceleration upwards.
+    /// The acceleration of the origin of the body, with gravity as an upward acceleration.
     acceleration: DVec3,
     force: DVec3,
-    /// About the origin of the body.
+    /// The moment about the origin of the body.
     moment: DVec3,
 }
 
-/// The masses of a robot, by the bodies of its kinematics.
+/// The masses of a robot's bodies.
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     masses: Vec<Mass>,
-    /// The inertia of the parts that a joint's motor turns in addition to the links, by bodies.
+    /// The armature of each body's joint: the inertia of the motor in addition to the links.
     armatures: Vec<f64>,
     moving: Vec<Moving>,
 }
@@ -81,12 +82,12 @@ impl Dynamics {
         }
     }
 
-    /// The mass of the whole, in kilograms.
+    /// The mass of the robot, in kilograms.
     pub(super) fn mass(&self) -> f64 {
         self.masses.iter().map(|body| body.mass).sum()
     }
 
-    /// The centre of mass of the whole in a pose.
+    /// The centre of mass of the robot in a pose.
     pub fn centre(&self, pose: &RobotPose) -> DVec3 {
         let bodies = self.masses.iter().zip(&pose.bodies);
         let sum: DVec3 = bodies
@@ -95,7 +96,7 @@ impl Dynamics {
         sum / self.mass()
     }
 
-    /// The forces by which a robot in a pose has these velocities and accelerations.
+    /// The forces that give a robot in a pose these velocities and accelerations.
     pub fn inverse(
         &mut self,
         kinematics: &Kinematics,
@@ -151,7 +152,7 @@ impl Mass {
         inertia: DMat3::ZERO,
     };
 
-    /// Both as one body.
+    /// The mass of both bodies together.
     fn with(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;
         let centre = (self.mass * self.centre + other.mass * other.centre) / mass;
@@ -170,13 +171,13 @@ impl Mass {
 }
 
 impl Moving {
-    /// The acceleration of a point of the body, by where it is from the origin.
+    /// The acceleration of a point of the body. `point` is its vector from the origin.
     fn acceleration_at(&self, point: DVec3) -> DVec3 {
         self.acceleration + self.angular_acceleration.cross(point) + self.angular.cross(self.angular.cross(point))
     }
 
-    /// A body that is carried by a hinge: where the axis is from this origin, and where the origin of that body is from
-    /// the axis.
+    /// The motion of a child body with a hinge. The vectors lead from this origin to the axis, and from the axis to the
+    /// origin of the child.
     fn turns(&self, [to_axis, to_origin]: [DVec3; 2], velocity: DVec3, acceleration: DVec3) -> Self {
         let turned = Self {
             angular: self.angular + velocity,
@@ -190,7 +191,7 @@ impl Moving {
         }
     }
 
-    /// A body that is carried by a slide.
+    /// The motion of a child body with a slide joint.
     fn slides(&self, to_origin: DVec3, velocity: DVec3, acceleration: DVec3) -> Self {
         let along = 2.0 * self.angular.cross(velocity) + acceleration;
         Self {
@@ -201,7 +202,7 @@ impl Moving {
         }
     }
 
-    /// Sets force and moment to those by which the body moves so: Newton's and Euler's equations.
+    /// Sets force and moment from the motion of the body, by the equations of Newton and Euler.
     fn act(&mut self, mass: &Mass, axes: DMat3) {
         let centre = axes * mass.centre;
         let inertia = axes * mass.inertia * axes.transpose();
@@ -211,8 +212,8 @@ impl Moving {
     }
 }
 
-/// The velocities and the accelerations in a frame of a motion, by central differences; those of the first and the last
-/// frame are those of the frames beside them. `None` of fewer than three frames.
+/// The velocities and the accelerations in a frame of a motion, by central differences. The first and the last frame
+/// have the values of their neighbours. `None` for fewer than three frames.
 pub(super) fn rates(motion: &RobotMotion, frame: usize) -> Option<(Rates, Rates)> {
     let middle = frame.min(motion.frames().checked_sub(2)?).max(1);
     if motion.frames() < 3 {

@@ -1,5 +1,5 @@
-//! Whether a motion is one that a robot can do: by inverse dynamics, what it takes beyond what the floor and the motors
-//! give.
+//! Checks whether a robot can perform a motion. Inverse dynamics gives the forces that the floor and the motors cannot
+//! provide.
 
 use std::fmt;
 
@@ -15,29 +15,31 @@ use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
 use mocap_figure::robot_bones::sole::SoleBall;
 
-/// A point of a sole touches the floor where it is lower than this, in metres.
+/// The height below which a point of a sole touches the floor, in metres.
 const TOUCHING: f64 = 0.02;
 
-/// The force beyond what contacts give up to which a frame is feasible, as a fraction of the weight: masses of models
-/// are off by as much.
+/// The largest residual force of a feasible frame, as a fraction of the weight. Masses of models have an error of this
+/// size.
 const SPARE_FORCE: f64 = 0.1;
 
-/// The moment up to which a frame is feasible, as a lever of the weight in metres: less than half of a sole.
+/// The largest residual moment of a feasible frame, as a lever arm of the weight in metres: less than half of a sole.
 const SPARE_LEVER: f64 = 0.05;
 
-/// The distance in metres from which on a centre of pressure is outside the soles: rounding of shapes.
+/// The distance above which a centre of pressure is outside the soles, in metres. Smaller distances are rounding of
+/// shapes.
 const OUTSIDE: f64 = 0.01;
 
-/// The fraction of the weight above which a centre of pressure is looked for: of less, it is anywhere.
+/// The fraction of the weight above which the floor has a centre of pressure. With a smaller load, its position is
+/// arbitrary.
 const CARRIED: f64 = 0.1;
 
-/// The percentile by which what is needed beyond the contacts is reported.
+/// The percentile of the reported residuals, as a fraction.
 const PERCENTILE: f64 = 0.95;
 
-/// The least height of the centre of mass that is a unit of moments, in metres.
+/// The smallest height of the centre of mass that is used as the unit of moments, in metres.
 const LOWEST: f64 = 0.2;
 
-/// Whether a robot can do a motion: what inverse dynamics says of its masses, with contacts of the soles alone.
+/// Whether a robot can perform a motion, by inverse dynamics with its masses. Only the soles have contacts.
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,29 +48,29 @@ const LOWEST: f64 = 0.2;
 pub struct Feasibility {
     /// The mass of the robot, in kilograms.
     pub mass: f64,
-    /// The fraction of feasible frames. With a friction of 1, soles on the floor leave no force at the base above 10 %
-    /// of the weight. They leave no moment above that of the weight 5 cm away.
+    /// The fraction of feasible frames. With a friction of 1, soles on the floor leave a residual force at the base of
+    /// at most 10 % of the weight. The residual moment is at most the moment of the weight 5 cm away.
     pub fraction_feasible: f64,
-    /// What makes most of the other frames infeasible; absent where all are feasible.
+    /// The main cause of infeasible frames; absent if all frames are feasible.
     pub main_cause: Option<InfeasibleCause>,
-    /// The force at the base beyond what the contacts give, as a fraction of the weight: in 95 % of frames it is less.
+    /// The residual force at the base that contacts do not provide, as a fraction of the weight: the 95th percentile.
     pub residual_force: f64,
-    /// The moment at the base beyond what the contacts give, as a lever of the weight in metres: in 95 % of frames it
-    /// is less.
+    /// The residual moment at the base that contacts do not provide, as a lever arm of the weight in metres: the 95th
+    /// percentile.
     pub residual_lever: f64,
-    /// The fraction of the frames in which soles carry the robot, whose centre of pressure would have to be more than 1
+    /// Of the frames in which soles carry the robot, the fraction whose centre of pressure would have to be more than 1
     /// cm outside the soles. Absent if soles never carry the robot.
     pub fraction_pressure_outside: Option<f64>,
-    /// The fraction of samples in which a joint needs more torque than the robot's file allows; absent where it states
-    /// none.
+    /// The fraction of samples in which a joint needs more torque than the robot's file allows; absent if the file
+    /// states no efforts.
     pub fraction_over_effort: Option<f64>,
-    /// The largest torque of a joint, as a multiple of what the robot's file allows, and which joint it is.
+    /// The largest torque of a joint, as a multiple of its effort in the robot's file.
     pub max_effort: f64,
-    /// The joint.
+    /// The joint with this torque.
     pub most_loaded_joint: String,
 }
 
-/// What makes a frame infeasible.
+/// The cause of an infeasible frame.
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -85,7 +87,7 @@ pub enum InfeasibleCause {
 }
 
 impl InfeasibleCause {
-    /// Every one.
+    /// All causes.
     const ALL: [Self; 3] = [Self::NoSoleOnFloor, Self::PressureOutside, Self::FloorForce];
 
     /// Its name in data.
@@ -108,12 +110,12 @@ impl fmt::Display for InfeasibleCause {
     }
 }
 
-/// What carries a robot.
+/// The contacts that carry a robot.
 struct Support<'a> {
     kinematics: &'a Kinematics,
     soles: &'a [(usize, Vec<SoleBall>)],
     cones: Cones,
-    /// The points that touch, each with its body.
+    /// The points in contact, each with its body.
     touching: Vec<(usize, DVec3)>,
 }
 
@@ -123,12 +125,12 @@ struct Residual {
     lever: f64,
     /// Whether a sole is on the floor.
     touches: bool,
-    /// How far and where to the centre of pressure is outside the soles.
+    /// The vector from the soles to the centre of pressure outside them.
     outside: Option<DVec2>,
 }
 
 impl Residual {
-    /// What makes the frame infeasible.
+    /// The cause, if the frame is infeasible.
     fn cause(&self) -> Option<InfeasibleCause> {
         match (self.force <= SPARE_FORCE, self.lever <= SPARE_LEVER) {
             (true, true) => None,
@@ -139,8 +141,8 @@ impl Residual {
     }
 }
 
-/// Whether a robot, whose feet have these soles, can do a motion; `None` where its file states no masses, or of fewer
-/// than three frames.
+/// Whether a robot with these soles can perform a motion; `None` if its file states no masses, or for fewer than three
+/// frames.
 pub(super) fn feasibility(
     robot: &Robot,
     kinematics: &Kinematics,
@@ -177,7 +179,7 @@ pub(super) fn feasibility(
 }
 
 /// The vector from the soles to the centre of pressure outside them in each frame, in metres: 0 if the floor does not
-/// carry. The last value is the mean height of the centre of mass. `None` as for [`feasibility`].
+/// carry the robot. The last value is the mean height of the centre of mass. `None` as for [`feasibility`].
 pub(super) fn pressures(
     robot: &Robot,
     kinematics: &Kinematics,
@@ -195,8 +197,8 @@ pub(super) fn pressures(
     Some((found, height))
 }
 
-/// Gives each frame of a motion with what moves it by inverse dynamics to `take`, and returns the mass of the robot;
-/// `None` as for [`feasibility`].
+/// Calls `take` with each frame of a motion and its forces by inverse dynamics. Returns the mass of the robot; `None`
+/// as for [`feasibility`].
 fn each_frame(
     robot: &Robot,
     kinematics: &Kinematics,
@@ -218,13 +220,13 @@ fn each_frame(
     Some(mass)
 }
 
-/// What the floor is to carry.
+/// The load on the floor.
 struct FloorLoad {
     /// The centre of mass.
     centre: DVec3,
     weight: f64,
     force: DVec3,
-    /// About the centre of mass.
+    /// The moment about the centre of mass.
     moment: DVec3,
 }
 
@@ -250,8 +252,8 @@ impl<'a> Support<'a> {
         }
     }
 
-    /// How far and where to the centre of pressure is outside the points that touch; `None` where the floor does not
-    /// carry.
+    /// The vector from the points in contact to the centre of pressure outside them; `None` if the floor does not carry
+    /// the robot.
     fn pressure(&self, load: &FloorLoad) -> Option<DVec2> {
         let FloorLoad {
             centre, force, moment, ..
@@ -264,8 +266,8 @@ impl<'a> Support<'a> {
         Some(outside(points.collect(), centre.truncate() - away / force.z))
     }
 
-    /// Lets the floor carry the robot as far as it can. Its part of the torques of joints is subtracted, and the
-    /// residual at the base is returned.
+    /// Lets the floor carry the robot as far as possible. Subtracts the contact forces from the torques of joints, and
+    /// returns the residual at the base.
     fn carry(&mut self, dynamics: &Dynamics, pose: &RobotPose, forces: &mut Rates) -> Residual {
         let load = FloorLoad::new(dynamics, pose, forces);
         let FloorLoad {
@@ -307,12 +309,12 @@ impl<'a> Support<'a> {
     }
 }
 
-/// The torques of joints against what the robot's file allows.
+/// The torques of joints, relative to their efforts in the robot's file.
 struct Efforts {
     limits: Vec<Option<f64>>,
     over: usize,
     samples: usize,
-    /// The largest as a multiple of its limit, and the index of the joint.
+    /// The largest multiple of an effort, and the index of the joint.
     greatest: (f64, Option<usize>),
 }
 
@@ -349,14 +351,14 @@ impl Efforts {
     }
 }
 
-/// The largest of the values but for the fraction above [`PERCENTILE`].
+/// The [`PERCENTILE`] of the values.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     let count = (PERCENTILE * values.len() as f64).ceil() as usize;
     ranked(&mut values, count.saturating_sub(1)).unwrap_or_default()
 }
 
-/// The vector from the convex hull of points, at least one, to a point outside it.
+/// The vector from the convex hull of at least one point to a point outside the hull.
 pub fn outside(mut points: Vec<DVec2>, at: DVec2) -> DVec2 {
     let hull = convex_hull(&mut points);
     if hull.is_empty() {

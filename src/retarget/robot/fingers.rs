@@ -1,7 +1,8 @@
-//! Fingers of a robot bend as far as the source's fingers, from open to a fist.
+//! Fingers of a robot bend like the source's fingers, from open to a fist.
 //!
-//! Hands of robots have fewer joints than those of people, and other axes. So a joint below a hand that bends to one
-//! side, by its limits, goes through its range as the finger of the source goes through the range of people.
+//! Hands of robots have fewer joints than human hands, and other axes. A joint below a hand that bends only to one
+//! side, by its limits, is a finger joint. It moves through its range as the finger of the source moves through the
+//! human range.
 
 use glam::Vec3;
 use mocap_figure::Humanoid;
@@ -13,14 +14,14 @@ use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 use super::twin::StandIn;
 
-/// The ranges of the joints of a finger in degrees, knuckle, middle and end (American Academy of Orthopaedic Surgeons,
-/// Joint Motion, 1965).
+/// The ranges of a finger's joints in degrees: knuckle, middle and end (American Academy of Orthopaedic Surgeons, Joint
+/// Motion, 1965).
 pub const FINGER: [f64; 3] = [90.0, 100.0, 90.0];
 
-/// The ranges of the joints of a thumb in degrees, from the same source.
+/// The ranges of a thumb's joints in degrees, from the same source.
 const THUMB: [f64; 3] = [15.0, 50.0, 80.0];
 
-/// The bones of each finger, and the words by which a robot's file names it.
+/// The bones of each finger, and the words for this finger in a robot's file.
 const FINGERS: [([Bone; 3], &[&str]); 5] = [
     (
         [
@@ -60,27 +61,27 @@ const FINGERS: [([Bone; 3], &[&str]); 5] = [
     ),
 ];
 
-/// A joint bends to one side where its limit there is so many times as far as the other.
+/// A joint bends only to one side if its limit on this side is this multiple of the other limit.
 const ONE_SIDED: f64 = 3.0;
 
-/// How fast a finger moves at most, in radians a second: below what counts as a jump.
+/// The largest speed of a finger, in rad/s: below the threshold of a jump.
 const FASTEST: f64 = 13.0;
 
-/// A joint of a finger of the robot.
+/// A finger joint of the robot.
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub position: usize,
-    /// Where it is in a hand that is open, and in a fist.
+    /// The position in an open hand, and in a fist.
     pub open: f64,
     pub bent: f64,
     /// The fingers of the source that it follows, by side and index.
     pub follows: Vec<(Side, usize)>,
-    /// Radians a second.
+    /// The largest speed, in radians per second.
     pub fastest: f64,
 }
 
-/// A joint of the source with those before and after it, and its range in radians. How far it is bent is the angle
-/// between both bones, since rest poses of hands are rarely flat.
+/// A joint of the source with its neighbours, and its range in radians. The bend is the angle between both bones,
+/// because rest poses of hands are rarely flat.
 #[derive(Clone, Debug)]
 pub struct FingerBend {
     pub before: NodeId,
@@ -89,11 +90,11 @@ pub struct FingerBend {
     pub range: f64,
 }
 
-/// The fingers of a robot, and those of the source.
+/// The fingers of a robot and of the source.
 #[derive(Clone, Debug)]
 pub struct Fingers {
     pub joints: Vec<Joint>,
-    /// For each side and finger the joints that the source has.
+    /// The joints of the source, for each side and finger.
     pub source: [Vec<Vec<FingerBend>>; 2],
 }
 
@@ -115,7 +116,7 @@ impl Fingers {
                         let mut nodes = (0..source.nodes.len()).map(NodeId::new);
                         nodes.find(|node| source.nodes[node.index()].parent == Some(at))
                     };
-                    // A thumb begins across the hand.
+                    // The metacarpal of a thumb points across the hand.
                     let is_across = finger == 0 && index == 0;
                     (!is_across).then_some(FingerBend {
                         before: source.nodes[at.index()].parent?,
@@ -135,12 +136,12 @@ impl Fingers {
         Self { joints, source }
     }
 
-    /// Whether there is nothing to bend.
+    /// Whether the robot has no finger joints.
     pub(super) fn is_empty(&self) -> bool {
         self.joints.is_empty()
     }
 
-    /// Where the joints of fingers should be in a pose of the source.
+    /// The wanted positions of finger joints in a pose of the source.
     pub fn wanted(&self, pose: &Pose) -> Vec<f64> {
         let curls = Side::ALL.map(|side| {
             let fingers = self.source[side as usize].iter();
@@ -157,7 +158,7 @@ impl Fingers {
         wanted.collect()
     }
 
-    /// Brings the fingers of the positions of a frame towards where they should be, no faster than they can.
+    /// Moves the finger positions of a frame towards the wanted positions, within their speeds.
     pub fn bend(&self, wanted: &[f64], before: Option<&[f64]>, fps: f64, positions: &mut [f64]) {
         for (joint, wanted) in self.joints.iter().zip(wanted) {
             let most = joint.fastest / fps;
@@ -198,7 +199,7 @@ impl Fingers {
     }
 }
 
-/// How far a finger is bent, from 0 to 1 in a fist.
+/// The bend of a finger, from 0 to 1 in a fist.
 pub fn curl(joints: &[FingerBend], pose: &Pose) -> f64 {
     let bent = joints.iter().map(|joint| {
         let [before, at, after] = [joint.before, joint.at, joint.after].map(|node| pose.position(node));
@@ -212,8 +213,8 @@ pub fn curl(joints: &[FingerBend], pose: &Pose) -> f64 {
     (bent.sum::<f64>() / range.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
 }
 
-/// The joints of the fingers of one hand: those below its link, or below that of the forearm, that carry no bone and
-/// bend to one side.
+/// The finger joints of one hand: the joints below its link, or below the link of the forearm, that belong to no bone
+/// and bend only to one side.
 fn joints_of(
     robot: &Robot,
     kinematics: &Kinematics,
@@ -257,7 +258,7 @@ fn joints_of(
             let mut words = words.iter();
             words.any(|word| names.iter().any(|name| name.contains(*word)))
         });
-        // A finger without a name, or that the source lacks, is bent as the others are.
+        // A finger without a name, or that the source lacks, gets the mean bend of the other fingers.
         let own = known.iter().filter(|(_, finger)| Some(*finger) == named);
         let others = known.iter().filter(|(_, finger)| named != Some(0) && *finger != 0);
         let own: Vec<(Side, usize)> = own.copied().collect();

@@ -1,8 +1,8 @@
-//! Where the floor is under a motion.
+//! The height of the floor under a motion.
 
 use serde::{Deserialize, Serialize};
 
-/// Where the floor of a motion on a robot is.
+/// The height of the floor for a motion on a robot.
 ///
 /// ```
 /// use mocap::retarget::robot::RobotOptions;
@@ -21,25 +21,25 @@ pub enum Floor {
     /// that would be below the floor is raised.
     #[default]
     Auto,
-    /// At height 0 of the source's file; a robot that would be below it is raised.
+    /// At height 0 of the source's file. A robot that would be below this height is raised.
     #[serde(rename = "z=0")]
     #[cfg_attr(feature = "clap", value(name = "z=0"))]
     Zero,
-    /// Where the source has it in the mean, with every height as in the source, also below it.
+    /// At its mean height in the source. Heights do not change, even below the floor.
     Keep,
 }
 
-/// The height in metres above the floor from which on a foot in stance stands on something else.
+/// The height above the floor from which a foot in stance stands on another object, in metres.
 const HIGHEST: f64 = 0.06;
 
-/// The standard deviation in seconds of the Gaussian that smooths how far a robot is brought down: below a step.
+/// The standard deviation of the Gaussian that smooths the lowering of a robot, in seconds: shorter than a step.
 const BELL: f64 = 0.1;
 
-/// Standard deviations that the Gaussian reaches: beyond are 0.3 % of it.
+/// The reach of the Gaussian, in standard deviations. Only 0.3 % of it are beyond.
 const REACH: f64 = 3.0;
 
-/// How far the robot is lowered in each frame: by the height of the lower foot in stance above the floor. Between such
-/// frames it passes smoothly from one to the next. `heights` are those of both soles.
+/// The lowering of the robot in each frame: the height of the lower foot in stance above the floor. Between frames in
+/// stance, it changes smoothly. `heights` are the heights of both soles.
 pub fn drops(heights: &[[f64; 2]], contacts: &[[bool; 2]], fps: f64) -> Vec<f64> {
     let standing = heights.iter().zip(contacts);
     let standing = standing.map(|(heights, stands)| standing_height(heights, *stands));
@@ -60,14 +60,15 @@ pub fn drops(heights: &[[f64; 2]], contacts: &[[bool; 2]], fps: f64) -> Vec<f64>
     smooth(&drops, BELL * fps)
 }
 
-/// The height of the lower foot in stance above the floor; `None` if no foot stands, or if it stands on something else.
+/// The height of the lower foot in stance above the floor; `None` if no foot is in stance, or if the foot stands on
+/// another object.
 pub(super) fn standing_height(heights: &[f64; 2], stands: [bool; 2]) -> Option<f64> {
     let heights = heights.iter().zip(stands).filter(|(_, stands)| *stands);
     let lower = heights.map(|(height, _)| *height).reduce(f64::min)?;
     (lower <= HIGHEST).then_some(lower.max(0.0))
 }
 
-/// The mean of values under Gauss's bell of this deviation, in frames.
+/// Smooths values by a Gaussian with this standard deviation, in frames.
 pub(super) fn smooth(values: &[f64], deviation: f64) -> Vec<f64> {
     let reach = (REACH * deviation).ceil().min(values.len() as f64) as usize;
     let bell = |apart: usize| (-0.5 * (apart as f64 / deviation).powi(2)).exp();

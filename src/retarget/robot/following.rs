@@ -1,4 +1,4 @@
-//! The goals of the links of the robot: the bones of the twin, with feet that keep their place on the floor.
+//! The goals of the robot's links: the bones of the twin, with feet that keep their place on the floor.
 
 use glam::{DQuat, DVec2, DVec3, Quat};
 use mocap_scene::math::quaternion::rotation_vector;
@@ -12,82 +12,83 @@ use super::twin::{StandIn, StandInBone};
 use super::weights::Weights;
 use mocap_figure::robot_bones::sole::SoleBall;
 
-/// The weight of the direction of a limb and of the rotation of the trunk, in 1/rad^2: the measure of all [`Weights`].
+/// The weight of the direction of a limb and of the rotation of the trunk, in 1/rad^2. All [`Weights`] are relative to
+/// it.
 const DIRECTION: f64 = 1.0;
 
-/// The weight of the base of a robot without legs, in 1/rad^2 and 1/m^2: a thousand times that of a foot that stands,
-/// so that the base stays within micrometres.
+/// The weight of the base of a robot without legs, in 1/rad^2 and 1/m^2. It is a thousand times the weight of a foot in
+/// stance, so that the base moves by micrometres at most.
 const FIXED: f64 = 1e7;
 
-/// The largest distance in metres by which an ankle is raised to bring the foot above the floor, before the foot is
-/// turned. Soles of boxes and balls differ from the source's by as much.
+/// The largest raise of an ankle to bring the foot above the floor, in metres. Beyond it, the foot is rotated. Soles of
+/// boxes and balls differ from the source's soles by this distance.
 const RAISED: f64 = 0.02;
 
-/// How many times the interval of the rotation of a foot is halved: 180 degrees become 0.04.
+/// The number of halvings of the interval of a foot's rotation: 180 degrees become 0.04.
 const HALVINGS: usize = 12;
 
 /// The cosine of the angle from upright above which hips lie: 60 degrees, between standing and lying.
 const LYING: f64 = 0.5;
 
-/// The least difference in height in metres by which a foot changes to another, lower ball of its sole. It is more than
-/// the solver leaves, so that the ball does not change from frame to frame.
+/// The smallest height difference at which a foot changes to another, lower ball of its sole, in metres. The residual
+/// of the solver is smaller, so the ball does not change from frame to frame.
 const LOWER: f64 = 0.002;
 
-/// The cosine of the angle between an axis of the figure and a joint of the ankle that drives it: 45 degrees.
+/// The smallest cosine of the angle between an axis of the figure and a joint of the ankle that drives it: 45 degrees.
 const DRIVES: f64 = 0.7;
 
-/// A bone of the twin with the body of the robot that follows it.
+/// A bone of the twin, with the body of the robot that follows it.
 #[derive(Clone, Debug)]
 struct Follower {
     node: NodeId,
-    /// The body to the figure's axes in the T-pose.
+    /// The rotation from the body to the figure's axes in the T-pose.
     body_to_frame: DQuat,
-    /// Squares of the weights, of a foot in the air.
+    /// The squared weights of the bone. For a foot, of a foot in the air.
     weights: DVec3,
-    /// Of thighs and upper arms, whose roll is the direction in which knees and elbows bend: the axis along them, in
-    /// the figure's axes.
+    /// The axis along a thigh or an upper arm, in the figure's axes; `None` for other bones. The roll about this axis
+    /// determines the direction in which knees and elbows bend.
     along: Option<DVec3>,
 }
 
-/// A point of the robot that goes where a joint of the twin is.
+/// A point of the robot that follows a joint of the twin.
 #[derive(Clone, Debug)]
 struct ReachPoint {
     node: NodeId,
-    /// The joint, in the frame of the body.
+    /// The position of the joint, in the frame of the body.
     point: DVec3,
-    /// Of an ankle: the rotation of its foot, and the sole in the frame of the foot's body.
+    /// For an ankle, the rotation goal of its foot, and the sole in the frame of the foot's body.
     foot: Option<(usize, Vec<SoleBall>, Side)>,
 }
 
-/// A foot from frame to frame.
+/// The state of a foot from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FootState {
-    /// How far the goal of the ankle is from where the twin has it.
+    /// The vector from the ankle of the twin to the goal of the ankle.
     shift: DVec3,
-    /// The ball of the sole on which the foot stands, and its fixed place over the ground.
+    /// The ball of the sole on which the foot stands, and its fixed horizontal position.
     ball: Option<(usize, DVec2)>,
-    /// How much higher the ball is than it should be.
+    /// The height of the ball above its goal.
     above: f64,
-    /// From 0 in the air to 1 on the ground, smoothly.
+    /// The grip of the foot, from 0 in the air to 1 on the ground. It changes smoothly.
     grip: f64,
-    /// Where the twin has the ankle, and how high its sole is.
+    /// The position of the twin's ankle, and the height of its sole.
     twin: DVec3,
     height: f64,
-    /// Where the balls of the sole were in the frame before.
+    /// The positions of the sole's balls in the previous frame.
     points: Vec<DVec3>,
 }
 
-/// The goals of the solver, and what each of them follows.
+/// The goals of the solver, with the bones and joints that they follow.
 #[derive(Clone, Debug)]
 pub struct SolverGoals {
     pub goals: Goals,
-    /// For each rotation of the goals, whose it is; for each reach, its node.
+    /// The bone of each rotation goal, and the node of each position goal.
     rotations: Vec<Follower>,
     reaches: Vec<ReachPoint>,
     figure_to_world: DQuat,
-    /// The place of the base of a robot without legs, which stays.
+    /// The fixed placement of the base of a robot without legs.
     pub(super) stand: Option<Placement>,
-    /// Where its source faces, as a rotation about the up axis.
+    /// The heading of the source, as a rotation about the up axis.
     pub(super) heading: DQuat,
     settings: Weights,
 }
@@ -139,7 +140,7 @@ impl SolverGoals {
                 }),
             });
         }
-        // After those: the balls on which the feet stand.
+        // The last position goals are the balls on which the feet stand.
         for side in Side::ALL {
             let feet = reaches
                 .iter()
@@ -162,7 +163,7 @@ impl SolverGoals {
         .with_fixed_base()
     }
 
-    /// With goals that keep the base of a robot without legs in its place.
+    /// Adds goals that keep the base of a robot without legs in its place.
     fn with_fixed_base(mut self) -> Self {
         if self.stand.is_some()
             && let Some((turn, reach)) = self.hips_places()
@@ -173,7 +174,7 @@ impl SolverGoals {
         self
     }
 
-    /// The goals of the hips: the rotation and the reach.
+    /// The goals of the hips: the indices of the rotation and of the position.
     fn hips_places(&self) -> Option<(usize, usize)> {
         let reach = self.reaches.iter().position(|reached| reached.foot.is_none())?;
         let turn = self
@@ -183,7 +184,7 @@ impl SolverGoals {
         Some((turn, reach))
     }
 
-    /// Which reach is that of the hips.
+    /// The index of the hips' position goal.
     pub(super) fn hips_reach(&self) -> Option<usize> {
         self.hips_places().map(|(_, reach)| reach)
     }
@@ -194,7 +195,7 @@ impl SolverGoals {
         Some((&self.goals.rotations[turn], &self.goals.reaches[reach]))
     }
 
-    /// The points of both soles that would touch the floor, by the goals.
+    /// The points of both soles that would touch the floor, if the goals were reached.
     pub(super) fn sole_points(&self) -> [Vec<DVec3>; 2] {
         [0, 1].map(|side| {
             let Some((ankle, turn, sole)) = self.ankle(side) else {
@@ -207,12 +208,12 @@ impl SolverGoals {
         })
     }
 
-    /// The heights of the lowest points of both soles, by the goals.
+    /// The heights of the lowest points of both soles, if the goals were reached.
     pub(super) fn heights(&self) -> [f64; 2] {
         self.sole_points().map(|sole| lowest(&sole))
     }
 
-    /// Sets the goals to a pose of the twin, brought down by `drop`.
+    /// Sets the goals to a pose of the twin, lowered by `drop`.
     pub(super) fn aim(&mut self, twin: &Pose, drop: f64) {
         self.face(twin);
         let to_world = self.heading.inverse() * self.figure_to_world;
@@ -233,8 +234,8 @@ impl SolverGoals {
                     .map(|ball| ball.radius - (rotation * (ball.centre - reach.point)).z);
                 depths.fold(f64::NEG_INFINITY, f64::max)
             };
-            // A foot that would be far below the floor is turned towards standing flat, and the ankle is raised by the
-            // rest.
+            // A foot far below the floor is rotated towards standing flat, and the ankle is raised by the remaining
+            // depth.
             let goal = &mut self.goals.rotations[*turn];
             let tilted = goal.target;
             let upright = tilted * self.rotations[*turn].body_to_frame.inverse() * DVec3::Y;
@@ -261,8 +262,8 @@ impl SolverGoals {
         }
     }
 
-    /// Finds where the hips of the twin face, for a robot whose base does not turn with them. Hips that lie face where
-    /// they did before.
+    /// Determines the heading of the twin's hips, for a robot whose base does not rotate with them. Lying hips keep
+    /// their previous heading.
     fn face(&mut self, twin: &Pose) {
         let Some((turn, _)) = self.hips_places().filter(|_| self.stand.is_some()) else {
             return;
@@ -274,12 +275,12 @@ impl SolverGoals {
         }
     }
 
-    /// The fraction of the distance back to where the twin has a foot that is left after a frame.
+    /// The fraction of a foot's distance from the twin's foot that remains after a frame.
     pub(super) fn returned(&self, fps: f64) -> f64 {
         (-1.0 / (self.settings.return_time * fps)).exp()
     }
 
-    /// The ankle of a side: its index among the reaches, the rotation of the foot, and the sole.
+    /// The ankle of a side: the index of its position goal, the index of the foot's rotation goal, and the sole.
     fn ankle(&self, side: usize) -> Option<(usize, usize, &[SoleBall])> {
         let feet = self.reaches.iter().enumerate();
         let mut feet = feet.filter_map(|(reach, reached)| reached.foot.as_ref().map(|foot| (reach, foot)));
@@ -287,8 +288,8 @@ impl SolverGoals {
         Some((reach, *turn, sole))
     }
 
-    /// Holds the ball on which a foot stands at its place of the frame before. The foot may roll over it. A foot that
-    /// does not stand comes back to where the twin has it.
+    /// Holds the ball on which a foot stands at its place of the previous frame. The foot may roll over the ball. A
+    /// foot that is not in stance returns to the foot of the twin.
     pub(super) fn hold(&mut self, side: usize, stand: &mut FootState, is_held: bool, returned: f64) {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;
@@ -320,7 +321,7 @@ impl SolverGoals {
             held.target = anchor.extend(height + stand.above + sole[*ball].radius);
             held.weight = DVec3::splat(self.settings.foot_place);
         }
-        // A foot in stance has its wanted rotation; a foot in the air follows the leg.
+        // A foot in stance has its wanted rotation. A foot in the air follows the leg.
         let grip = f64::from(u8::from(is_held));
         stand.grip = grip + returned * (stand.grip - grip);
         (stand.twin, stand.height) = (twin, height);
@@ -331,7 +332,7 @@ impl SolverGoals {
         self.goals.reaches[self.reaches.len() + side] = held;
     }
 
-    /// How far thighs and upper arms are rolled about themselves against the source in a pose, in radians: the mean.
+    /// The mean roll of thighs and upper arms relative to the source in a pose, in radians.
     pub(super) fn roll(&self, goals: &Goals, pose: &RobotPose) -> Option<f64> {
         let rotations = goals.rotations.iter().zip(&self.rotations);
         let rolls = rotations.filter_map(|(turn, follower)| {
@@ -344,7 +345,7 @@ impl SolverGoals {
         (count > 0).then(|| sum / count as f64)
     }
 
-    /// Whether the hips lie rather than stand.
+    /// Whether the hips lie.
     pub(super) fn is_lying(&self, goals: &Goals) -> bool {
         let hips = self.hips().and_then(|(turn, _)| {
             let index = goals.rotations.iter().position(|other| other.body == turn.body)?;
@@ -353,7 +354,7 @@ impl SolverGoals {
         hips.is_some_and(|up| up.z < LYING)
     }
 
-    /// Raises the hips and the ankles of goals; feet in stance stay.
+    /// Raises the hips and the ankles of goals. Feet in stance keep their height.
     pub(super) fn raise(&self, goals: &mut Goals, by: f64) {
         let joints = goals.reaches.iter_mut().take(self.reaches.len());
         joints.for_each(|reach| reach.target.z += by);
@@ -368,8 +369,8 @@ impl SolverGoals {
         feet.collect()
     }
 
-    /// Weighs the ankles of the frames less that are far from the ground in time, for the second pass: there they may
-    /// move smoothly.
+    /// Reduces the weights of ankles in frames that are far from a ground contact in time, for the second pass. There,
+    /// ankles may move smoothly.
     pub(super) fn loosen(&self, goals: &mut [Goals], contacts: &[[bool; 2]], fps: f64) {
         let Weights {
             foot_place,
@@ -405,7 +406,7 @@ impl SolverGoals {
         }
     }
 
-    /// Keeps where a foot is in a pose that was solved.
+    /// Stores the position of a foot in a solved pose.
     pub(super) fn keep(&self, side: usize, stand: &mut FootState, pose: &RobotPose) {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;
@@ -419,12 +420,12 @@ impl SolverGoals {
     }
 }
 
-/// The height of the lowest of some points.
+/// The height of the lowest point.
 pub(super) fn lowest(points: &[DVec3]) -> f64 {
     points.iter().map(|point| point.z).fold(f64::INFINITY, f64::min)
 }
 
-/// Where the base of a robot without legs stands: as in its file, with its lowest shape on the floor.
+/// The placement of the base of a robot without legs: as in its file, with its lowest shape on the floor.
 fn stand(robot: &Robot) -> Placement {
     let points = robot.zero_pose();
     let links = robot.links.iter().zip(&points);
@@ -439,7 +440,7 @@ fn stand(robot: &Robot) -> Placement {
     }
 }
 
-/// Squares of the weights of a bone's rotation about left, up and forward of the figure in the T-pose.
+/// The squared weights of a bone's rotation about left, up and forward of the figure in the T-pose.
 fn weights(twin: &StandIn, bone: &StandInBone, robot: &Robot, settings: &Weights) -> DVec3 {
     let twist = settings.twist;
     match bone.bone.on(Side::Left) {
@@ -458,7 +459,7 @@ fn weights(twin: &StandIn, bone: &StandInBone, robot: &Robot, settings: &Weights
                 along.any(|along| along > DRIVES)
             };
             let weight = |direction| if drives(direction) { settings.foot } else { twist };
-            // A foot is turned about the up axis by the hip.
+            // The hip rotates a foot about the up axis.
             DVec3::new(
                 weight(DVec3::X),
                 settings.foot_heading * settings.foot,

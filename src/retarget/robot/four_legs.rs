@@ -1,4 +1,4 @@
-//! The four legs of a robot, by the shape of its tree.
+//! Finds the four legs of a robot, by the shape of its tree.
 
 use glam::DVec3;
 use mocap_figure::robot_bones::sole::{SoleBall, lowest_point, sole};
@@ -7,43 +7,44 @@ use mocap_scene::scene::robot::Robot;
 use super::kinematics::{Kinematics, RobotPose};
 use super::solver::Bounds;
 
-/// The joints of a leg: one that spreads it, one that swings it, a knee; some have one more.
+/// The number of joints of a leg: one that spreads the leg, one that swings it, a knee, and in some robots one more.
 const JOINTS: std::ops::RangeInclusive<usize> = 3..=4;
 
-/// Steps in which the range of a joint is looked through: of 7.5 degrees at most.
+/// The number of steps in which the range of a joint is searched, of at most 7.5 degrees.
 const STEPS: usize = 48;
 
-/// The largest angle that is looked at, in radians: some files have joints without limits.
+/// The largest angle of the search, in radians, for joints without limits.
 const LARGEST: f64 = std::f64::consts::PI;
 
-/// How far a knee is bent on either side where the sides are compared, in radians: as far as in a stance.
+/// The bend of a knee to either side at which both sides are compared, in radians: the bend of a stance.
 const BENT: f64 = 1.2;
 
-/// The least range of a knee on both sides of a straight leg from which on there is a choice, in radians: less
+/// The smallest range of a knee on both sides of a straight leg at which there is a choice, in radians. A smaller range
 /// is play at a stop.
 const BOTH_SIDES: f64 = 0.3;
 
-/// The distance of a hip from its limits beyond which more is no better, in radians: steps swing by as much.
+/// The distance of a hip from its limits above which a larger distance is no better, in radians: the swing of a step.
 const ENOUGH: f64 = 0.5;
 
-/// How far a knee keeps from a straight leg, in radians: farther on the leg would bend to the other side.
+/// The smallest distance of a knee from a straight leg, in radians. Beyond the straight leg, it would bend to the other
+/// side.
 const NOT_STRAIGHT: f64 = 0.05;
 
 /// A leg of a robot.
 #[derive(Clone, Debug)]
 pub(super) struct RobotLeg {
-    /// The bodies of its joints, from the base outwards.
+    /// The bodies of the leg's joints, from the base outwards.
     pub(super) bodies: Vec<usize>,
-    /// Where the joint is that swings it, with all joints at 0, in the frame of the base.
+    /// The position of the joint that swings the leg, with all joints at 0, in the frame of the base.
     pub(super) hip: DVec3,
     /// The middle of the sole, in the frame of the last body.
     pub(super) foot: DVec3,
     pub(super) sole: Vec<SoleBall>,
     /// Whether shapes of the robot's file show the sole.
     pub(super) is_shown: bool,
-    /// From the hip to the foot where the leg is straight.
+    /// The distance from the hip to the foot of the straight leg.
     pub(super) reach: f64,
-    /// From the middle of the sole down to its lowest point, with all joints at 0.
+    /// The height of the middle of the sole above its lowest point, with all joints at 0.
     pub(super) below_foot: f64,
 }
 
@@ -57,7 +58,7 @@ impl RobotLeg {
         lowest_point(&self.sole, &pose.bodies[self.body()])
     }
 
-    /// How far the middle of the sole is above its lowest point.
+    /// The height of the middle of the sole above its lowest point.
     pub(super) fn foot_above_sole(&self, pose: &RobotPose) -> f64 {
         self.foot_in(pose).z - self.sole_height(pose)
     }
@@ -66,7 +67,7 @@ impl RobotLeg {
         self.bodies[self.bodies.len() - 1]
     }
 
-    /// The positions of the joint that swings the leg, and of the knee.
+    /// The indices of two positions: of the joint that swings the leg, and of the knee.
     pub(super) fn hinges(&self) -> [usize; 2] {
         [self.bodies[1] - 1, self.bodies[2] - 1]
     }
@@ -76,7 +77,7 @@ impl RobotLeg {
 #[derive(Clone, Debug)]
 pub(super) struct RobotLegs {
     pub(super) legs: [RobotLeg; 4],
-    /// The limits of all joints; those of knees end where their legs are straight.
+    /// The limits of all joints. The limits of knees end at the straight leg.
     pub(super) bounds: Bounds,
 }
 
@@ -86,7 +87,7 @@ pub(crate) fn has_four_legs(robot: &Robot) -> bool {
 }
 
 impl RobotLegs {
-    /// `None` where no four chains of joints stand at the corners of a trunk.
+    /// `None` if no four chains of joints are at the corners of a trunk.
     pub(super) fn new(robot: &Robot, kinematics: &Kinematics) -> Option<Self> {
         let rest = kinematics.rest();
         let mut zero = rest.clone();
@@ -99,12 +100,12 @@ impl RobotLegs {
             .map(|body| kinematics.bodies[body].chain.clone());
         let mut chains: Vec<Vec<usize>> = chains.filter(|chain| JOINTS.contains(&chain.len())).collect();
         let end = |chain: &[usize]| kinematics.axis(&zero, chain[chain.len() - 1]).1;
-        // An arm on its back ends higher.
+        // An arm on the robot's back ends higher than the legs.
         chains.sort_by(|a, b| end(a).z.total_cmp(&end(b).z));
         chains.truncate(4);
         let hip = |chain: &[usize]| kinematics.axis(&zero, chain[1]).1;
         let mut chains: [Vec<usize>; 4] = chains.try_into().ok()?;
-        // +X is forward and +Y left, as ROS has it.
+        // +X is forward and +Y left, by the convention of ROS.
         chains.sort_by(|a, b| hip(b).x.total_cmp(&hip(a).x));
         for pair in chains.chunks_mut(2) {
             pair.sort_by(|a, b| hip(b).y.total_cmp(&hip(a).y));
@@ -168,7 +169,7 @@ impl RobotLegs {
         let swings = range(&self.bounds, swing);
         let mut side = |sign: f64| {
             let bent = (straight + sign * BENT).clamp(low, high);
-            // The swing that brings the foot below the hip.
+            // The swing that moves the foot below the hip.
             let below = |found: &(f64, DVec3, DVec3)| (found.1.truncate().length(), found.1.z > 0.0);
             let angles = steps(-LARGEST, LARGEST).map(|angle| {
                 let (foot, knee) = at(angle, bent);
@@ -195,7 +196,7 @@ impl RobotLegs {
         reach
     }
 
-    /// Bends the legs of a pose so that the feet come nearest to where they should be in the frame of the base.
+    /// Bends the legs of a pose so that the feet come nearest to these positions in the frame of the base.
     pub(super) fn begin(&self, kinematics: &Kinematics, pose: &mut RobotPose, feet: [DVec3; 4]) {
         for (leg, wanted) in self.legs.iter().zip(feet) {
             let [swing, knee] = leg.hinges();
@@ -218,7 +219,7 @@ impl RobotLegs {
     }
 }
 
-/// The range of a position that is looked through.
+/// The searched range of a position.
 fn range(bounds: &Bounds, position: usize) -> (f64, f64) {
     (
         bounds.lower[position].max(-LARGEST),

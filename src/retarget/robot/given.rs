@@ -1,4 +1,4 @@
-//! What a stream gave in the last seconds, which its report is of.
+//! The last frames of a stream, for its report.
 
 use mocap_scene::math::quaternion::in_hemisphere_of;
 use mocap_scene::pose::{Pose, Trs};
@@ -8,20 +8,20 @@ use super::motion::RobotMotion;
 use super::source_rotations::SourceRotations;
 use super::terms::Goals;
 
-/// The time in seconds for which frames are kept for the report: some tens of steps.
+/// The time for which frames are kept for the report, in seconds: some tens of steps.
 const SECONDS: f64 = 30.0;
 
-/// Frames that are kept at most: 30 s at 120 frames per second.
+/// The largest number of kept frames: 30 s at 120 frames per second.
 const FRAMES: usize = 3600;
 
-/// The frames that were given last, and the poses of the source that they are of.
+/// The last returned frames, and the poses of the source for these frames.
 #[derive(Clone, Debug)]
 pub struct Given {
     /// The skeleton of the source.
     pub(super) skeleton: Scene,
     pub motion: RobotMotion,
     pub(super) goals: Vec<Goals>,
-    /// Those of frames that are still to be given too.
+    /// The rotations of the source, also for frames that were not returned yet.
     pub(super) rotations: SourceRotations,
     poses: Vec<Vec<Trs>>,
     most: usize,
@@ -43,14 +43,14 @@ impl Given {
         }
     }
 
-    /// Takes a pose of the source whose frame is still to be given.
+    /// Adds a pose of the source, whose frame is not returned yet.
     pub fn push(&mut self, source: &Pose) {
         self.rotations.push(source);
         let nodes = source.node_to_parent.iter();
         self.poses.push(nodes.map(|node| Trs::from_matrix(*node)).collect());
     }
 
-    /// Takes frames that are given, with their goals. Returns how many were forgotten for them.
+    /// Adds returned frames, with their goals. Returns the number of old frames that were dropped.
     pub fn add(&mut self, frames: &RobotMotion, goals: &[Goals]) -> usize {
         self.motion.root.extend(&frames.root);
         self.motion.dof_pos.extend(&frames.dof_pos);
@@ -64,7 +64,7 @@ impl Given {
         count
     }
 
-    /// The motion of the source in the frames that were given.
+    /// The motion of the source in the returned frames.
     pub fn source(&self) -> Animation {
         let poses = &self.poses[..self.motion.frames()];
         let channel = |index: usize| {

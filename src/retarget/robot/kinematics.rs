@@ -1,21 +1,21 @@
-//! Forward kinematics of the moving links alone, in double precision.
+//! Forward kinematics of only the moving links, in double precision.
 
 use glam::DVec3;
 
 use mocap_scene::scene::robot::{JointKind, JointLimits, Mimic, Placement, Robot};
 
-/// A moving link, or the base, with what is fixed to it.
+/// A moving link, or the base, with the links that are fixed to it.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// The body that carries it; itself for the base.
+    /// The parent body; the base is its own parent.
     pub(super) parent: usize,
-    /// The body to its parent where the joint is at 0.
+    /// The placement of the body relative to its parent, with the joint at 0.
     origin: Placement,
     pub(super) kind: JointKind,
     pub(super) axis: DVec3,
     anchor: DVec3,
     pub limits: JointLimits,
-    /// The bodies whose joints move it, from the base outwards, with itself; without the base.
+    /// The bodies whose joints move this body, from the base outwards, including this body but not the base.
     pub(super) chain: Vec<usize>,
 }
 
@@ -23,13 +23,13 @@ pub struct Body {
 #[derive(Clone, Debug)]
 pub struct Kinematics {
     pub bodies: Vec<Body>,
-    /// The positions that follow others.
+    /// The positions of joints that follow other joints.
     pub(super) followers: Vec<Follower>,
-    /// For each link its body, and where the link is in that.
+    /// For each link, its body, and the placement of the link in the body.
     of_link: Vec<(usize, Placement)>,
 }
 
-/// A position that follows another.
+/// The position of a joint that follows another joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Follower {
     pub(super) position: usize,
@@ -105,7 +105,7 @@ impl Kinematics {
         }
     }
 
-    /// The body of a link, and where the link is in it.
+    /// The body of a link, and the placement of the link in the body.
     pub(super) fn body_of(&self, link: usize) -> (usize, Placement) {
         self.of_link[link]
     }
@@ -122,11 +122,11 @@ impl Kinematics {
         pose
     }
 
-    /// Forward kinematics. Followers go where their leaders bring them.
+    /// Computes forward kinematics. Followers get the positions that their leaders determine.
     pub fn update(&self, pose: &mut RobotPose) {
         for follower in &self.followers {
             let at = follower.multiplier * pose.positions[follower.leader] + follower.offset;
-            // What is beyond the limits here is so by rounding.
+            // Here, only rounding can exceed the limits.
             let limits = &self.bodies[follower.position + 1].limits;
             pose.positions[follower.position] = at.max(limits.lower).min(limits.upper);
         }
@@ -152,7 +152,7 @@ impl Kinematics {
         }
     }
 
-    /// A link in the world.
+    /// The placement of a link in the world.
     pub(super) fn link(&self, pose: &RobotPose, link: usize) -> Placement {
         let (body, transform) = self.of_link[link];
         pose.bodies[body].then(&transform)

@@ -1,4 +1,4 @@
-//! Where the links of a robot are in a motion, and how fast they move, in the order that a program wants.
+//! The positions and velocities of a robot's links in a motion, in the order that a program expects.
 
 use std::collections::VecDeque;
 
@@ -9,32 +9,32 @@ use mocap_scene::scene::robot::{Placement, Robot};
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 
-/// In which order links and joints stand.
+/// The order of links and joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum LinkOrder {
-    /// As in the file, as MuJoCo has them: each link before what it carries.
+    /// The order of the file and of MuJoCo: each link before its children.
     DepthFirst,
-    /// As PhysX and Isaac Lab have them: all links that are as far from the base.
+    /// The order of PhysX and Isaac Lab: links by their depth in the tree.
     BreadthFirst,
 }
 
-/// The base and the links with a joint of their own, frame by frame. Links that are fixed to others have no row, nor
-/// have links between several joints of one body.
+/// The base and the links with a joint, frame by frame. Links that are fixed to other links have no row. Links between
+/// several joints of one body have no row either.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct LinkMotion {
     #[doc(hidden)]
     pub names: Vec<String>,
-    /// Of each frame and each link, in the world.
+    /// The placement of each link in each frame, in the world.
     #[doc(hidden)]
     pub transforms: Vec<Placement>,
-    /// Metres and radians a second, in the axes of the world.
+    /// The velocities in m/s and rad/s, in the axes of the world.
     #[doc(hidden)]
     pub velocities: Vec<DVec3>,
     #[doc(hidden)]
     pub angular_velocities: Vec<DVec3>,
-    /// The index of each joint among those of the motion, in the order of the links.
+    /// The index of each joint in the motion, in the order of the links.
     #[doc(hidden)]
     pub joints: Vec<usize>,
 }
@@ -93,7 +93,7 @@ impl LinkMotion {
         joints.map(|joint| motion.dof_names[*joint].clone()).collect()
     }
 
-    /// The values of joints, frame by frame in the motion's order, in the order of the links.
+    /// The values of joints, frame by frame. The input has the motion's order, the output the order of the links.
     #[doc(hidden)]
     pub fn ordered(&self, values: &[f64]) -> Vec<f64> {
         let frames = values.chunks(self.joints.len().max(1));
@@ -104,7 +104,7 @@ impl LinkMotion {
 }
 
 impl RobotMotion {
-    /// The velocities of the joints: central differences, as `numpy.gradient` makes them.
+    /// The velocities of the joints: central differences, as in `numpy.gradient`.
     #[doc(hidden)]
     pub fn dof_velocities(&self) -> Vec<f64> {
         let frames = (0..self.frames()).flat_map(|frame| {
@@ -116,7 +116,7 @@ impl RobotMotion {
     }
 }
 
-/// The frames before and after a frame, as far as there are such, and the time between them.
+/// The frames before and after a frame, if they exist, and the time between them.
 fn around(frame: usize, motion: &RobotMotion) -> (usize, usize, f64) {
     let before = frame.saturating_sub(1);
     let after = (frame + 1).min(motion.frames() - 1);

@@ -1,4 +1,4 @@
-//! What a motion does on a robot: the heights and speeds of its soles, and the bones that it has there.
+//! Measures a motion on a robot: the heights and speeds of its soles, and the directions of its bones.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use mocap_figure::robot_bones::sole::lowest_point;
@@ -14,16 +14,16 @@ use super::twin::{StandIn, StandInBone};
 use crate::PoseRetargeter;
 use mocap_figure::LimbAngles;
 
-/// How long a lift above the floor takes to come and to go, in seconds.
+/// The time in which a lift above the floor starts and ends, in seconds.
 pub(super) const LIFT: f64 = 0.15;
 
-/// How deep a link may be in the floor, in metres: capsules are not as exact as soles.
+/// The depth of a link below the floor that counts as contact, in metres. Capsules are less exact than soles.
 const TOUCHING: f64 = 0.01;
 
-/// The speed in m/s above which a sole in stance skates: a sixth of a slow walk.
+/// The speed above which a sole in stance skates, in m/s: a sixth of a slow walk.
 const SKATES: f64 = 0.1;
 
-/// The mean speed over the ground of the slowest point of a sole, while the foot stands: it may roll.
+/// The mean sliding speed of the slowest point of a sole in stance. The slowest point counts, because a foot may roll.
 pub(super) struct SoleSpeed<const FEET: usize> {
     fps: f64,
     before: [Vec<DVec3>; FEET],
@@ -45,8 +45,8 @@ impl<const FEET: usize> SoleSpeed<FEET> {
         }
     }
 
-    /// Adds the points of a sole in the next frame, +Z up; `is_held` where its foot stands in this frame and in the
-    /// frame before.
+    /// Adds the points of a sole in the next frame, +Z up. `is_held` states whether its foot is in stance in this frame
+    /// and in the previous frame.
     pub(super) fn add(&mut self, foot: usize, points: Vec<DVec3>, is_held: bool) {
         if is_held {
             let steps = points.iter().zip(&self.before[foot]);
@@ -70,7 +70,7 @@ impl<const FEET: usize> SoleSpeed<FEET> {
         self.mean().map(|_| self.skating as f64 / self.count as f64)
     }
 
-    /// `None` where no foot stands.
+    /// The mean speed; `None` if no foot is in stance.
     pub(super) fn mean(&self) -> Option<f64> {
         let mean = (self.count > 0).then(|| self.sum / self.count as f64);
         mean.filter(|speed| speed.is_finite())
@@ -83,7 +83,7 @@ pub(super) struct Measured<'a> {
     pub(super) kinematics: &'a Kinematics,
     pub(super) twin: &'a StandIn,
     pub(super) motion: &'a RobotMotion,
-    /// The angle of the source about the up axis in each frame, against a robot with a fixed base.
+    /// The heading of the source in each frame, for a robot with a fixed base.
     pub(super) headings: &'a [DQuat],
 }
 
@@ -102,7 +102,7 @@ impl Measured<'_> {
         frames.collect()
     }
 
-    /// How far the deepest link but the feet is below the floor in each frame.
+    /// The depth below the floor of the deepest link, except the feet, in each frame.
     pub(super) fn depths(&self, collisions: &Collisions) -> Vec<f64> {
         let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone));
         let feet: Vec<usize> = feet
@@ -118,8 +118,8 @@ impl Measured<'_> {
         frames.collect()
     }
 
-    /// How far the robot is to be raised in each frame, smoothly, so that no sole is below the floor, and no link
-    /// deeper than [`TOUCHING`].
+    /// The smooth raise of the robot in each frame. With it, no sole is below the floor, and no link is deeper than
+    /// [`TOUCHING`].
     pub(super) fn raised(&self, collisions: &Collisions) -> Vec<f64> {
         let soles = self.sole_heights().into_iter();
         let links = self.depths(collisions).into_iter();
@@ -129,15 +129,15 @@ impl Measured<'_> {
         raised(&heights.collect::<Vec<f64>>(), self.motion.fps)
     }
 
-    /// The height by which the robot is raised for its links alone.
+    /// The raise that only the links need.
     pub(super) fn raised_by_links(&self, collisions: &Collisions) -> Vec<f64> {
         let links = self.depths(collisions).into_iter();
         let heights = links.map(|depth| TOUCHING - depth);
         raised(&heights.collect::<Vec<f64>>(), self.motion.fps)
     }
 
-    /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames
-    /// in which the hips of the source lie.
+    /// The mean roll of thighs and upper arms against their goals in degrees, and the fraction of frames in which the
+    /// hips of the source lie.
     pub(super) fn roll(&self, following: &SolverGoals, goals: &[Goals]) -> (Option<f64>, f64) {
         let mut pose = self.kinematics.rest();
         let (mut sum, mut count, mut lying) = (0.0, 0_usize, 0_usize);
@@ -152,7 +152,7 @@ impl Measured<'_> {
         (mean, lying as f64 / goals.len().max(1) as f64)
     }
 
-    /// The speed of soles while the foot of the source is at rest.
+    /// The speed of soles while the foot of the source is in contact.
     pub(super) fn soles(&self) -> SoleSpeed<2> {
         let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
         let mut pose = self.kinematics.rest();
@@ -170,7 +170,7 @@ impl Measured<'_> {
         speed
     }
 
-    /// The motion of the robot as a motion of the twin, with its joints at the places of the robot's.
+    /// The motion of the robot as a motion of the twin, with the twin's joints at the positions of the robot's joints.
     pub(super) fn as_twin(&self) -> Animation {
         let nodes = &self.twin.scene.nodes;
         let frames = self.motion.frames();
@@ -238,7 +238,7 @@ impl Measured<'_> {
         }
     }
 
-    /// The angles of the limbs that the report is about, frame by frame; each starts from a link, a node of
+    /// The angles of the reported limbs, frame by frame. Each limb starts at a link, a node of
     /// [`robot_scene`](crate::robot::robot_scene).
     pub(super) fn limb_angles(
         &self,
@@ -269,12 +269,11 @@ pub(super) fn standing<const FEET: usize>(heights: &[[f64; FEET]], contacts: &[[
     feet.filter(|(_, stands)| *stands).map(|(height, _)| height).collect()
 }
 
-/// The heights by which a robot with these lowest soles is raised in each frame, smoothly, so that none is below the
-/// floor.
+/// The smooth raise of a robot with these lowest soles in each frame, so that no sole is below the floor.
 pub(super) fn raised(lowest: &[f64], fps: f64) -> Vec<f64> {
     let half = (0.5 * LIFT * fps).ceil().min(1e6) as usize;
     let window = |frame: usize| frame.saturating_sub(half)..(frame + half + 1).min(lowest.len());
-    // The largest of a window, then the mean of those: at least what is needed, and without a jump.
+    // The maximum of a window, then the mean of the maxima: at least the needed raise, and without a jump.
     let largest: Vec<f64> = (0..lowest.len())
         .map(|frame| lowest[window(frame)].iter().map(|height| -height).fold(0.0, f64::max))
         .collect();

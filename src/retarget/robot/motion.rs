@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::kinematics::{Kinematics, RobotPose};
 
-/// Frame rates that are this near to a whole number are meant to be it, as a fraction: 0.033333 s has six decimals.
+/// The largest relative difference of a frame rate from a whole number that counts as this number, as a fraction. A
+/// frame time of 0.033333 s has six decimals.
 const WHOLE_RATE: f64 = 1e-4;
 
 /// The motion of a robot, frame by frame.
@@ -20,15 +21,16 @@ pub struct RobotMotion {
     pub name: String,
     /// Frames per second.
     pub fps: f64,
-    /// The base in the world, in metres, +Z up; the floor is at 0.
+    /// The placement of the base in the world, in metres, +Z up. The floor is at 0.
     pub root: Vec<Placement>,
     /// The positions of the joints, in radians or metres, frame by frame.
     pub dof_pos: Vec<f64>,
     /// The names of the joints, in the order of the robot's links.
     pub dof_names: Vec<String>,
-    /// For each frame whether the left and the right foot of the source are at rest on the ground.
+    /// For each frame, whether the left and the right foot of the source are in contact with the ground.
     pub contacts: Vec<[bool; 2]>,
-    /// The same of the hind feet of a robot with four legs, whose front feet are in `contacts`; empty for others.
+    /// For each frame, the contacts of the hind feet of a robot with four legs, whose front feet are in `contacts`.
+    /// Empty for other robots.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hind_contacts: Vec<[bool; 2]>,
 }
@@ -45,7 +47,7 @@ impl RobotMotion {
         &self.dof_pos[frame * count..(frame + 1) * count]
     }
 
-    /// Forgets the first frames.
+    /// Drops the first frames.
     #[doc(hidden)]
     pub fn forget(&mut self, frames: usize) {
         let joints = self.dof_names.len();
@@ -55,7 +57,7 @@ impl RobotMotion {
         self.hind_contacts.drain(..frames.min(self.hind_contacts.len()));
     }
 
-    /// Keeps the first frames alone.
+    /// Keeps only the first frames.
     pub(super) fn keep_first(&mut self, frames: usize) {
         self.root.truncate(frames);
         self.dof_pos.truncate(frames * self.dof_names.len());
@@ -63,7 +65,7 @@ impl RobotMotion {
         self.hind_contacts.truncate(frames);
     }
 
-    /// How many feet there are, and for each frame which of them stand, the front feet first.
+    /// The number of feet, and for each frame the feet in contact, the front feet first.
     #[doc(hidden)]
     pub fn contacts_of_feet(&self) -> (usize, Vec<bool>) {
         let hind = |frame: usize| self.hind_contacts.get(frame).into_iter().flatten();
@@ -72,7 +74,7 @@ impl RobotMotion {
         (if self.hind_contacts.is_empty() { 2 } else { 4 }, contacts.collect())
     }
 
-    /// Sets a pose to that of a frame.
+    /// Sets a pose to the pose of a frame.
     pub(super) fn set(&self, frame: usize, kinematics: &Kinematics, pose: &mut RobotPose) {
         pose.root = self.root[frame];
         pose.positions.copy_from_slice(self.dof_of(frame));
@@ -111,7 +113,7 @@ impl RobotMotion {
     }
 }
 
-/// The frame rate that a file means whose frame time has few digits: 30, not 30.0003.
+/// The exact frame rate of a file whose frame time has few digits: 30, not 30.0003.
 pub(super) fn rate(fps: f64) -> f64 {
     let whole = fps.round();
     match (fps - whole).abs() < WHOLE_RATE * fps {

@@ -1,4 +1,5 @@
-//! The motion of a robot from a scene of its links: the reverse of [`robot_clip`](mocap_figure::robot_clip).
+//! Converts a scene of a robot's links to a motion of the robot: the reverse of
+//! [`robot_clip`](mocap_figure::robot_clip).
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -14,19 +15,20 @@ use mocap_scene::scene::{Animation, Scene, UpAxis};
 use super::motion::RobotMotion;
 use super::retargeter::feet_at_rest;
 
-/// Largest part of a rotation, as the vector of a unit quaternion, that is not about the axis of the joint. It is above
-/// the rounding of a scene, and too small to be seen.
+/// The largest part of a rotation that is not about the axis of the joint, as the vector of a unit quaternion. It is
+/// above the rounding of a scene, and too small to be visible.
 const OFF_AXIS: f64 = 1e-3;
 
-/// Largest difference of the rest poses of one robot, in metres and as a part of a rotation: the rounding of a scene.
+/// The largest difference of the rest poses of one robot, in metres and as a part of a rotation: the rounding of a
+/// scene.
 const SAME_REST: f32 = 1e-4;
 
 impl RobotMotion {
-    /// The motion of a robot whose links are the nodes of `scene`, as the reader of a robot's joints makes it.
+    /// The motion of a robot whose links are the nodes of `scene`, as written by the reader of robot joints.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is none; [`Code::Unrepresentable`] where the nodes are not the links of the
-    /// robot, or a link turns about another axis than that of its joint.
+    /// [`Code::NoMotion`] if the scene has no motion. [`Code::Unrepresentable`] if the nodes are not the links of the
+    /// robot, or a link rotates about an axis other than the axis of its joint.
     #[doc(hidden)]
     pub fn of_scene(robot: &Robot, scene: &Scene) -> Result<Self> {
         let Some(animation) = scene.animations.first() else {
@@ -39,7 +41,7 @@ impl RobotMotion {
         Ok(motion)
     }
 
-    /// An animation of a scene in metres, where `robot` itself moves in it; `None` where another body does.
+    /// The motion of a scene in metres in which `robot` itself moves; `None` if another body moves.
     pub(super) fn of_same_robot(robot: &Robot, scene: &Scene, animation: &Animation) -> Option<Self> {
         let own = scene_of_clip(robot, None);
         if own.nodes.len() != scene.nodes.len() {
@@ -60,7 +62,7 @@ impl RobotMotion {
         Self::of_clip(robot, scene, animation, to_world).ok()
     }
 
-    /// An animation of a scene of the robot's links; `to_world` brings its axes to +Z up.
+    /// Converts an animation of a scene of the robot's links. `to_world` rotates its axes to +Z up.
     fn of_clip(robot: &Robot, scene: &Scene, animation: &Animation, to_world: DQuat) -> Result<Self> {
         let nodes = nodes_of_links(robot, scene)
             .ok_or_else(|| not_of(format!("its joints are not the links of {}", robot.name)))?;
@@ -101,8 +103,9 @@ impl RobotMotion {
     }
 }
 
-/// The position of a joint whose link has this rotation to its parent, and this displacement from its place at 0. Of
-/// the angles that differ by full turns it is the one nearest to `before`. `None` where the joint cannot turn so.
+/// The position of a joint whose link has this rotation relative to its parent, and this displacement from its
+/// placement at 0. Angles may differ by full turns; the angle nearest to `before` is returned. `None` if the joint
+/// cannot have this rotation.
 fn position(joint: &RobotJoint, rotation: DQuat, moved: DVec3, before: f64) -> Option<f64> {
     if joint.kind == JointKind::Slide {
         return Some(moved.dot(joint.origin.rotation * joint.axis));
@@ -119,7 +122,7 @@ fn position(joint: &RobotJoint, rotation: DQuat, moved: DVec3, before: f64) -> O
 
 fn off_axis(joint: &RobotJoint, frame: usize) -> Error {
     not_of(format!(
-        "the joint {:?} turns about another axis than its own in frame {frame}",
+        "the link of joint {:?} rotates about another axis than the joint's axis in frame {frame}",
         joint.name
     ))
 }

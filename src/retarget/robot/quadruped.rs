@@ -1,8 +1,8 @@
-//! The motion of an animal on four legs on a robot with four legs.
+//! Retargets the motion of an animal on four legs to a robot with four legs.
 //!
-//! The base follows the trunk, and each foot follows its paw, seen from the hip, in the proportion of the legs. A foot
-//! in stance keeps its place. The shift for that fades in the air before and after. The solver of the first pass bends
-//! the legs within their limits; then joints that would be too fast begin earlier and end later.
+//! The base follows the trunk. Each foot follows its paw relative to the hip, scaled by the ratio of the leg lengths. A
+//! foot in stance keeps its place. The shift that this needs fades in the air before and after. The solver of the first
+//! pass bends the legs within their limits. Then joints that would be too fast start earlier and end later.
 
 use glam::{DQuat, DVec3};
 use mocap_figure::Figure;
@@ -29,42 +29,44 @@ use super::terms::{Goals, Reach, RotationGoal, Terms};
 use crate::Scale;
 use crate::quality::{LimbError, RetargetReport};
 
-/// The weight of the base, in 1/rad^2 and 1/m^2: a hundredth of that of a foot, so that feet come first.
+/// The weight of the base, in 1/rad^2 and 1/m^2: a hundredth of a foot's weight, so that feet come first.
 const BASE: f64 = 3.0;
 
-/// The weight of the place of a foot, in 1/m^2: at the end of a leg it outweighs the base.
+/// The weight of a foot's position, in 1/m^2. At the end of a leg, it outweighs the base.
 const FOOT: f64 = 300.0;
 
-/// The weight of the change of a joint from the frame before, in 1/rad^2: it decides what feet leave open.
+/// The weight of the change of a joint from the previous frame, in 1/rad^2. It decides only what the feet leave
+/// undetermined.
 const HOLD: f64 = 1e-3;
 
-/// The standard deviation in seconds of the Gaussian that smooths the base: capture is noisy, and the base is heavy.
+/// The standard deviation of the Gaussian that smooths the base, in seconds. Captures are noisy, and the base is heavy.
 const SMOOTH_BASE: f64 = 0.04;
 
-/// How long the legs of a robot count beside those of an animal, as a fraction of the straight leg: robots stand with
-/// their knees bent. With 0.83 the paths are as long as those that the authors of a dog's takes made for their robot.
+/// The length of a robot's legs in the ratio to an animal's legs, as a fraction of the straight leg, because robots
+/// stand with bent knees. With 0.83, paths are as long as in a dog's takes that their authors retargeted to their
+/// robot.
 const STANDING: f64 = 0.83;
 
-/// The time in seconds in which a foot in the air returns to where its paw is: half of a step.
+/// The time in which a foot in the air returns to its paw, in seconds: half of a step.
 const RETURN: f64 = 0.2;
 
-/// How far a foot may be held from where its paw is, as a fraction of the leg: bends of the spine move paws by as much.
+/// The largest distance of a held foot from its paw, as a fraction of the leg. Bends of the spine move paws this far.
 const FARTHEST_HELD: f64 = 0.3;
 
-/// The fraction of the straight leg within which feet stay: where a leg is straight its knee jumps.
+/// The fraction of the straight leg within which feet stay. The knee of a straight leg would jump.
 const WITHIN_REACH: f64 = 0.97;
 
-/// The floor of the file is believed to be at height 0 within this, as a fraction of the leg: joints of paws are
-/// above it.
+/// The largest height at which the file's floor counts as at height 0, as a fraction of the leg. Joints of paws are
+/// above the floor.
 const NEAR_ZERO: f64 = 0.15;
 
-/// The largest velocity of a joint whose file states none, in rad/s: motors of such robots reach 20 to 30.
+/// The largest velocity of a joint whose file states no limit, in rad/s. Motors of such robots reach 20 to 30.
 const FASTEST: f64 = 25.0;
 
-/// What a robot with four legs does not do.
+/// The parts of the motion that a robot with four legs does not perform.
 const LEFT_OUT: &str = "neck, head, tail and bends of the spine";
 
-/// The bones of a person that the legs of animals are: front legs are arms.
+/// The humanoid bones that stand for the legs of animals: front legs are arms.
 const BONES: [Bone; 4] = [
     Bone::LeftUpperArm,
     Bone::RightUpperArm,
@@ -72,7 +74,7 @@ const BONES: [Bone; 4] = [
     Bone::RightUpperLeg,
 ];
 
-/// Puts the motions of one animal on a robot with four legs.
+/// Retargets the motions of one animal to a robot with four legs.
 #[derive(Clone, Debug)]
 pub(crate) struct QuadrupedRetargeter {
     robot: Robot,
@@ -84,7 +86,7 @@ pub(crate) struct QuadrupedRetargeter {
     animal: Quadruped,
 }
 
-/// Where the base and the feet of the robot should be in a frame.
+/// The goals of the robot's base and feet in a frame.
 #[derive(Clone, Copy, Debug)]
 struct Wanted {
     base: Placement,
@@ -93,21 +95,22 @@ struct Wanted {
 
 impl QuadrupedRetargeter {
     /// # Errors
-    /// [`Code::NotHumanoid`] where the source is no animal on four legs, or the robot has no four legs.
+    /// [`Code::NotHumanoid`] if the source is not an animal on four legs, or the robot does not have four legs.
     pub(crate) fn new(source: &Scene, figure: Figure, robot: &Robot, options: &RobotOptions) -> Result<Self> {
         let kinematics = Kinematics::new(robot);
         let refused = |message: String| Diagnostic::new(Code::NotHumanoid, message);
-        let legs = RobotLegs::new(robot, &kinematics)
-            .ok_or_else(|| refused("the robot has no four legs of three joints below a trunk".to_owned()))?;
+        let legs = RobotLegs::new(robot, &kinematics).ok_or_else(|| {
+            refused("the robot does not have four legs with three joints each below a trunk".to_owned())
+        })?;
         let Some(animal) = figure.quadruped(source).cloned() else {
             let what = match (figure.humanoid.found, figure.humanoid.creature) {
                 (true, _) => "a humanoid".to_owned(),
                 (_, Some(creature)) => format!("{} ({})", creature.as_str(), figure.humanoid.reason),
-                (_, None) => format!("no animal on four legs: {}", figure.humanoid.reason),
+                (_, None) => format!("not an animal on four legs: {}", figure.humanoid.reason),
             };
             let message = format!("the robot walks on four legs, and the source is {what}");
             return Err(refused(message)
-                .help("take the motion of an animal on four legs, or a robot with two legs")
+                .help("choose the motion of an animal on four legs, or a robot with two legs")
                 .into());
         };
         Ok(Self {
@@ -121,7 +124,7 @@ impl QuadrupedRetargeter {
         })
     }
 
-    /// An animation of `source` on the robot, and how well it is the same.
+    /// Retargets an animation of `source` to the robot, and reports its quality.
     pub(crate) fn clip(&self, source: &Scene, animation: &Animation) -> (RobotMotion, RobotReport) {
         let track = AnimalTrack::new(source, animation, &self.figure, &self.animal);
         let scale = match self.options.scale {
@@ -138,7 +141,7 @@ impl QuadrupedRetargeter {
         (motion, report)
     }
 
-    /// The motion of another body on the robot.
+    /// Retargets the motion of another body to the robot.
     fn follow(&self, track: &AnimalTrack, animation: &Animation) -> RobotMotion {
         let fps = animation.ticks_per_second;
         let mut wanted = self.wanted(track, fps);
@@ -163,7 +166,7 @@ impl QuadrupedRetargeter {
         motion
     }
 
-    /// The factor of heights and steps against the source.
+    /// The factors of heights and steps relative to the source.
     fn scales(&self, track: &AnimalTrack) -> (f64, f64) {
         let reach = 0.25 * self.legs.legs.iter().map(|leg| leg.reach).sum::<f64>();
         let by_legs = STANDING * reach / track.leg.max(f64::EPSILON);
@@ -227,7 +230,8 @@ impl QuadrupedRetargeter {
             .collect()
     }
 
-    /// The height on which paws rest, where height 0 of the file is the floor: the joint of a paw that stands is near.
+    /// The height on which paws rest. It differs from 0 only if height 0 of the file is the floor, and the joints of
+    /// resting paws are not near this height.
     fn floor(&self, track: &AnimalTrack) -> f64 {
         let lowest = track.ground.iter().copied().fold(f64::INFINITY, f64::min);
         match self.options.floor {
@@ -236,7 +240,7 @@ impl QuadrupedRetargeter {
         }
     }
 
-    /// Holds feet in stance in their place; the shift fades out in the air.
+    /// Keeps feet in stance at their place. The shift fades out in the air.
     fn hold(&self, track: &AnimalTrack, fps: f64, wanted: &mut [Wanted]) {
         let floor = self.floor(track);
         let fade = (RETURN * fps).round().max(1.0);
@@ -258,7 +262,7 @@ impl QuadrupedRetargeter {
                 for frame in frames.clone() {
                     shift[frame] = of_frame(frame);
                 }
-                // In the air on both sides, as far as it stays there.
+                // The frames in the air on both sides of the stance.
                 let before = (0..frames.start).rev().take_while(|frame| !stands[*frame]);
                 let after = (frames.end..stands.len()).take_while(|frame| !stands[*frame]);
                 let sides: [(usize, Vec<usize>); 2] =
@@ -306,7 +310,7 @@ impl QuadrupedRetargeter {
             .extend(legs.iter().map(|leg| reach(leg.body(), leg.foot, FOOT)));
         let mut solver = Solver::new(Terms::new(&self.kinematics, &goals), HOLD);
         let mut pose = self.kinematics.rest();
-        // How much lower than where the middle of a sole should be its lowest point is, above that of a straight leg.
+        // The extra depth of a sole's lowest point below the goal of its middle, compared with a straight leg.
         let mut sunk = [0.0; 4];
         for (frame, wanted) in wanted.iter().enumerate() {
             goals.rotations[0].target = wanted.base.rotation;
@@ -329,7 +333,7 @@ impl QuadrupedRetargeter {
         }
     }
 
-    /// Keeps joints within the velocities of the robot's file, and below a jump.
+    /// Keeps joints within the velocities of the robot's file, and below the threshold of a jump.
     fn slow_down(&self, motion: &mut RobotMotion) {
         let count = motion.dof_names.len();
         for (position, body) in self.kinematics.bodies[1..].iter().enumerate() {
@@ -361,7 +365,7 @@ impl QuadrupedRetargeter {
         heights
     }
 
-    /// The report of a motion with this factor of its steps against the source.
+    /// The report of a motion. `steps` is the factor of its steps relative to the source.
     fn report(&self, track: &AnimalTrack, motion: &RobotMotion, steps: f64) -> RobotReport {
         let legs = &self.legs.legs;
         let mut errors = [(0.0, 0.0_f64, 0_usize); 4];
@@ -425,7 +429,7 @@ impl QuadrupedRetargeter {
         report
     }
 
-    /// The fraction of frames after which a joint of a leg jumps without a reason in the source.
+    /// The fraction of frames after which a joint of a leg jumps without a cause in the source.
     fn fraction_of_jumps(&self, track: &AnimalTrack, motion: &RobotMotion) -> f64 {
         let window = (WINDOW * motion.fps).round().max(1.0) as usize;
         let frames = motion.frames().saturating_sub(window);
@@ -453,7 +457,7 @@ fn lowest(heights: &[f64; 4]) -> f64 {
     heights.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// A place of a foot, brought within the reach of its leg.
+/// Moves a foot's position within the reach of its leg.
 fn within(hip: DVec3, foot: DVec3, reach: f64) -> DVec3 {
     hip + (foot - hip).clamp_length_max(WITHIN_REACH * reach)
 }

@@ -1,4 +1,4 @@
-//! Puts the motion of a humanoid on a robot.
+//! Retargets the motion of a humanoid to a robot.
 
 pub(crate) mod balance;
 mod judge;
@@ -42,7 +42,7 @@ use super::window::{Bound, Windows};
 use crate::{PoseRetargeter, Scale};
 use mocap_figure::LimbAngles;
 
-/// How a [`RobotRetargeter`] moves a motion.
+/// The options of a [`RobotRetargeter`].
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -55,7 +55,7 @@ use mocap_figure::LimbAngles;
 /// let bones = robot_bones(&robot, None)?;
 /// let knee = bones.iter().find(|bone| bone.bone == HumanoidBone::LeftLowerLeg).unwrap();
 /// assert_eq!(robot.links[knee.link].name, "left_knee_link");
-/// // Steps as long as those of the person, and a torso that is no bone of its own.
+/// // Steps as long as the person's steps, and a torso that does not count as a bone.
 /// let map = RobotMap::from([(HumanoidBone::Chest, None)]);
 /// let options = RobotOptions::new().scale(Scale::None).map(map).velocity_limits(true);
 /// assert!(options.lock_feet);
@@ -64,24 +64,24 @@ use mocap_figure::LimbAngles;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RobotOptions {
-    /// How large the steps of the robot are. Default: in the proportion of the legs.
+    /// The scale of the robot's root motion. Default: the ratio of the leg lengths.
     pub scale: Scale,
-    /// Which joints of the source are which bones. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds them.
+    /// The joint of each bone of the source. Default: [`Humanoid::of`](mocap_figure::Humanoid::of) finds the bones.
     pub source: Option<Humanoid>,
-    /// Links that are other bones than those that are found.
+    /// The links of bones, if the guess is wrong.
     pub map: RobotMap,
-    /// Whether joints keep within the velocities of the robot's file too. Default: `false`.
+    /// Whether joints also keep within the velocities of the robot's file. Default: `false`.
     pub velocity_limits: bool,
-    /// Whether feet are held on the ground while the source's feet are in contact. Default: `true`.
+    /// Whether feet are locked to the ground while the source's feet are in contact. Default: `true`.
     pub lock_feet: bool,
-    /// How often a motion is solved. 1: frame by frame. 2: then all frames of a window together, so that joints move
-    /// smoothly, within the velocities of the robot's file, and without jumps. Default: 2.
+    /// The number of solver passes. 1 solves frame by frame. 2 then solves all frames of a window together. Joints then
+    /// move smoothly, within the velocities of the robot's file, and without jumps. Default: 2.
     pub passes: u8,
-    /// Where the floor is. Default: under the feet that stand.
+    /// The height of the floor. Default: under the feet in stance.
     pub floor: Floor,
     /// The weights of the solver.
     pub weights: Weights,
-    /// The weights by which feet are held before the robot follows them.
+    /// The weights of the foot lock before the robot follows the feet.
     pub foot_lock: FootLockWeights,
 }
 
@@ -115,13 +115,13 @@ setters! {
     }
 }
 
-/// Steps of the solver for the first frame, which has no frame before it.
+/// The number of solver steps for the first frame, which has no previous frame.
 pub(super) const FIRST_STEPS: usize = 120;
 
-/// Steps of the solver at most for each frame after the first: it begins at the frame before.
+/// The largest number of solver steps for each further frame, which starts from the previous frame.
 pub(super) const STEPS: usize = 8;
 
-/// Puts the motions of one source on a robot.
+/// Retargets the motions of one source to a robot.
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug)]
@@ -138,15 +138,16 @@ pub struct RobotRetargeter {
     pub(super) branches: Branches,
     pub(super) fingers: Fingers,
     pub(super) windows: Windows,
-    /// Where the source faces in each frame, for a robot whose base stays.
+    /// The heading of the source in each frame, for a robot with a fixed base.
     pub(super) headings: Vec<DQuat>,
 }
 
 impl RobotRetargeter {
-    /// Prepares motions of the skeleton of `source` for `robot`. The animations of `source` tell where its floor is.
+    /// Prepares to retarget motions of the skeleton of `source` to `robot`. The animations of `source` show the height
+    /// of its floor.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where the source or the robot is no humanoid; [`Code::InvalidValue`] for a weight that is
+    /// [`Code::NotHumanoid`] if the source or the robot is not a humanoid. [`Code::InvalidValue`] for a weight that is
     /// out of its range.
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
         let weights = &options.weights;
@@ -178,10 +179,10 @@ impl RobotRetargeter {
         })
     }
 
-    /// An animation of `source`, by its index, on the robot, and how well it is the same.
+    /// Retargets an animation of `source`, by its index, to the robot, and reports its quality.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is no such animation.
+    /// [`Code::NoMotion`] if there is no such animation.
     pub fn clip(&mut self, source: &Scene, index: usize) -> Result<(RobotMotion, RobotReport)> {
         let (motion, mut report) = self.solved(source, index)?;
         report.scores = self.scores(source, &source.animations[index], &motion, &report);
@@ -214,7 +215,7 @@ impl RobotRetargeter {
             let steps = Steps::new(&self.kinematics, &self.twin, &goals, rotations, given.fps);
             return Ok(self.judged(source, animation, given, &goals, &steps));
         }
-        // The box of a frame is that of the frame before, where velocities are kept.
+        // With velocity limits, the limits of a frame depend on the previous frame.
         if !self.options.velocity_limits {
             let free = Free {
                 goals: &goals,
@@ -254,12 +255,12 @@ impl RobotRetargeter {
         )
     }
 
-    /// The angles between the limbs of the last motion and those of its source, frame by frame.
+    /// The angles between the limbs of the last motion and the limbs of its source, frame by frame.
     pub(crate) fn limb_angles(&self, source: &Scene, animation: &Animation, motion: &RobotMotion) -> Vec<LimbAngles> {
         self.measured(motion).limb_angles(&self.retargeter, source, animation)
     }
 
-    /// A motion on its floor, and its report.
+    /// A motion on its floor, with its report.
     pub(super) fn judged(
         &self,
         source: &Scene,
@@ -269,7 +270,7 @@ impl RobotRetargeter {
         steps: &Steps,
     ) -> (RobotMotion, RobotReport) {
         match self.following.stand {
-            // The remaining error of its goals: micrometres.
+            // The solver leaves an error of micrometres to these goals, which is removed.
             Some(stand) => motion.root.fill(stand),
             None => {
                 let raised = self.raised(&motion);
@@ -321,7 +322,7 @@ impl RobotRetargeter {
                 .trunk_degrees(source, animation, (&self.twin.scene, &as_twin), self.twin.has_legs),
             unmeasured_limbs: self.twin.unmeasured_limbs(),
             guessed,
-            // What the wheels of an upper body carry is not known.
+            // The load of an upper body's wheels is not known.
             dynamics: match self.twin.has_legs {
                 true => feasibility(&self.robot, &self.kinematics, &self.following.soles(), motion),
                 false => None,
@@ -331,7 +332,7 @@ impl RobotRetargeter {
         robot_report::report(&self.robot, motion, seen)
     }
 
-    /// Solves the frames of each window together.
+    /// Solves the frames of each window together, in the second pass.
     fn second_pass(&mut self, goals: &mut [Goals], steps: &Steps, motion: &mut RobotMotion) {
         self.following.loosen(goals, &motion.contacts, motion.fps);
         // A body with thicker knees or a thicker seat than the source rests higher.
@@ -357,7 +358,7 @@ impl RobotRetargeter {
         self.windows.smooth(&self.kinematics, &bound, motion);
     }
 
-    /// The robot at each frame of a motion of the twin; `goals` become what it follows in each of them.
+    /// The robot in each frame of a motion of the twin. Sets `goals` to the goals of each frame.
     fn follow(
         &mut self,
         held: &Animation,
@@ -405,7 +406,7 @@ impl RobotRetargeter {
         motion
     }
 
-    /// Follows the twin into its next frame, brought down by `drop`.
+    /// Follows the twin to its next frame, lowered by `drop`.
     pub(super) fn next(&mut self, followed: &mut FrameState, twin: &Pose, drop: f64, contacts: [bool; 2], fps: f64) {
         self.following.aim(twin, drop);
         let returned = self.following.returned(fps);
@@ -434,7 +435,7 @@ impl RobotRetargeter {
         Bounds::of(&self.kinematics)
     }
 
-    /// The limits, narrowed to what joints reach until the next frame.
+    /// The limits, narrowed to the positions that joints can reach until the next frame.
     fn reachable(&self, limits: &Bounds, pose: &RobotPose, fps: f64) -> Bounds {
         let mut bounds = limits.clone();
         if !self.options.velocity_limits {
@@ -460,7 +461,7 @@ impl RobotRetargeter {
     }
 }
 
-/// For each frame whether the left and the right foot are at rest.
+/// For each frame, whether the left and the right foot are in contact.
 pub(super) fn feet_at_rest(found: &DetectedContacts, frames: usize) -> Vec<[bool; 2]> {
     let rests = |side: Side, frame: usize| {
         let mut points = found.points.iter().filter(|point| point.bone.side() == Some(side));
@@ -471,12 +472,12 @@ pub(super) fn feet_at_rest(found: &DetectedContacts, frames: usize) -> Vec<[bool
         .collect()
 }
 
-/// The robot and its feet in the frame that was followed last.
+/// The robot and its feet in the last followed frame.
 #[derive(Clone, Debug)]
 pub(super) struct FrameState {
     pub(super) pose: RobotPose,
     stands: [FootState; 2],
-    /// Which feet stood; `None` before the first frame.
+    /// The feet in contact; `None` before the first frame.
     #[doc(hidden)]
     pub contacts: Option<[bool; 2]>,
 }
@@ -491,7 +492,7 @@ impl FrameState {
     }
 }
 
-/// The same rotation on the shorter arc from the frame before.
+/// The same placement with its rotation on the shorter arc from the previous frame.
 pub(super) fn continued(root: Placement, before: Option<&Placement>) -> Placement {
     let turned_away = before.is_some_and(|before| before.rotation.dot(root.rotation) < 0.0);
     Placement {

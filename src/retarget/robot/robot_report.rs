@@ -1,4 +1,4 @@
-//! How well a motion sits on a robot.
+//! The quality of a motion on a robot.
 
 use std::fmt;
 
@@ -17,35 +17,35 @@ use crate::quality::{LimbError, RetargetReport};
 /// The depth below the floor that counts, in metres.
 const BELOW: f64 = 0.01;
 
-/// A joint within this of its limit is at it, in radians or metres.
+/// The largest distance from a limit at which a joint is at the limit, in radians or metres.
 const AT_LIMIT: f64 = 1e-9;
 
-/// Velocities are above a limit beyond this, as a fraction.
+/// The largest relative excess of a velocity over its limit that is rounding, as a fraction.
 const ROUNDING: f64 = 1e-9;
 
-/// A foot that stands in the source floats where its sole is higher than this, in metres.
+/// The height of a sole above which a foot in stance floats, in metres.
 const FLOATS: f64 = 0.05;
 
-/// The fraction of floating frames above which a report says what helps: the bound of a good motion.
+/// The fraction of floating frames above which a report suggests a remedy: the limit of a good motion.
 const OFTEN_FLOATING: f64 = 0.02;
 
-/// The number of parts in a hundred below which a figure for people would be rounded to 0 %.
+/// The smallest number of percent that is printed. A smaller fraction would be rounded to 0 %.
 const LEAST_PERCENT: f64 = 0.5;
 
-/// A joint that would go beyond its limit.
+/// A joint that would exceed its limit.
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ClampedJoint {
-    /// Its name.
+    /// The name of the joint.
     pub joint: String,
     /// The fraction of frames in which it is at its limit.
     pub fraction: f64,
 }
 
-/// How well a motion sits on a robot.
+/// The quality of a motion on a robot.
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,84 +54,83 @@ pub struct ClampedJoint {
 pub struct RobotReport {
     /// The name of the motion.
     pub clip: String,
-    /// Frames.
+    /// The number of frames.
     pub frames: usize,
     /// Frames per second.
     pub fps: f64,
-    /// How many times as long the steps of the robot are, both in metres.
+    /// The scale of the robot's root motion, in metres per metre of the source.
     pub scale: f64,
-    /// Arms and legs: the angles between their directions on both.
+    /// Arms and legs: the angles between their directions on source and robot.
     pub limbs: Vec<LimbError>,
-    /// The mean of all limbs and frames, in degrees.
+    /// The mean angle of all limbs and frames, in degrees.
     pub mean_degrees: f64,
-    /// Joints that are at a limit, and how often.
+    /// The joints that are at a limit, with the fraction of frames.
     pub clamped: Vec<ClampedJoint>,
-    /// Positions beyond a limit: 0 in every motion that mocap makes.
+    /// The number of positions beyond a limit: 0 in every motion that mocap writes.
     pub limit_violations: usize,
-    /// The mean speed over the ground of the slowest point of a sole while the foot of the source stands, in metres a
-    /// second; absent where none stands.
+    /// The mean sliding speed of the slowest point of a sole while the foot of the source is in contact, in metres per
+    /// second; absent without contacts.
     pub skate: Option<f64>,
-    /// The same of the source, with the soles of the robot on its feet.
+    /// The same speed of the source, with the soles of the robot on its feet.
     pub source_skate: Option<f64>,
-    /// The fraction of frames in which a sole or another link is more than 1 cm below the floor, links by capsules
+    /// The fraction of frames in which a sole or another link is more than 1 cm below the floor. Links are capsules
     /// within their shapes.
     pub fraction_below_floor: f64,
-    /// How far below the floor a sole or another link is at most, in metres.
+    /// The largest depth of a sole or another link below the floor, in metres.
     pub deepest: f64,
-    /// The fraction of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules
-    /// within their shapes.
+    /// The fraction of frames in which two links of the robot penetrate each other by more than 1 cm. Links are
+    /// capsules within their shapes.
     pub fraction_in_self_collision: f64,
-    /// Which links, the deepest first.
+    /// The links that collide, the deepest first.
     pub self_collisions: Vec<LinkCollision>,
-    /// The largest velocity of a joint, in radians or metres a second, and which joint it is.
+    /// The largest velocity of a joint, in radians or metres per second.
     pub max_velocity: f64,
-    /// The joint.
+    /// The joint with this velocity.
     pub fastest_joint: String,
     /// The fraction of samples in which a joint is faster than the robot's file allows.
     pub fraction_too_fast: f64,
-    /// The largest acceleration of a joint, in radians or metres a second squared.
+    /// The largest acceleration of a joint, in radians or metres per second squared.
     pub max_acceleration: f64,
-    /// How far thighs and upper arms, by which knees and elbows bend, are rolled about themselves against the source:
-    /// the mean, in degrees.
+    /// The mean roll of thighs and upper arms relative to the source, in degrees. Knees and elbows bend by this roll.
     pub roll_degrees: Option<f64>,
-    /// How far the line of the hip joints or that of the shoulder joints is turned against the source: the larger mean,
-    /// in degrees.
+    /// The angle between source and robot of the line of the hip joints, or of the shoulder joints: the larger mean, in
+    /// degrees.
     pub trunk_degrees: Option<f64>,
-    /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, where the limb of the source turns
-    /// by less than half of that.
+    /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, while the limb of the source
+    /// rotates by less than half of that.
     pub fraction_of_jumps: f64,
-    /// The fraction of the frames in which a foot of the source stands, with the sole more than 5 cm above the floor.
-    /// It is 1 if no foot stands and the soles never come nearer to the floor.
+    /// Of the frames in which a foot of the source is in contact, the fraction with the sole more than 5 cm above the
+    /// floor. It is 1 if no foot is in contact and the soles never come nearer to the floor.
     pub fraction_floating: Option<f64>,
-    /// The fraction of frames in which the hips of the source lie: the up axis of the file may be another.
+    /// The fraction of frames in which the hips of the source lie. A large fraction may mean a wrong up axis of the
+    /// file.
     pub fraction_lying: f64,
-    /// The passes that made it; 0 of a motion that was judged alone. Of two the first alone is kept where the second
-    /// would move limbs or feet farther away.
+    /// The number of solver passes of the motion; 0 for a motion that was only judged. Only the first of two passes is
+    /// kept if the second would move limbs or feet farther away.
     pub passes: u8,
-    /// Parts of the robot that its file does not show, and bones of the source whose rotation about themselves nothing
-    /// shows: they were guessed.
+    /// The guessed parts: parts of the robot that its file does not show, and bones of the source whose roll nothing
+    /// shows.
     pub guessed: Vec<String>,
-    /// What of the motion a robot without legs does not do.
+    /// The parts of the motion that a robot without legs does not perform.
     pub left_out: Vec<String>,
-    /// Whether the robot can do the motion; absent where its file states no masses, and of fewer than three frames.
+    /// Whether the robot can perform the motion; absent if its file states no masses, and for fewer than three frames.
     pub dynamics: Option<Feasibility>,
-    /// The measures of publications; absent of a stream, and of a robot without two legs.
+    /// The measures of publications; absent for a stream, and for a robot without two legs.
     pub scores: Option<RobotScores>,
-    /// What the verdict depends on, each with its bounds: the worst decides.
+    /// The criteria of the verdict, each with its limits. The worst criterion decides.
     pub criteria: Vec<Criterion>,
-    /// Whether the motion is good enough to use unchanged: the worst of `criteria`; poor where no limb could be
-    /// compared.
+    /// Whether the motion is good enough to use unchanged: the worst of `criteria`; poor if no limb could be compared.
     pub verdict: Verdict,
 }
 
-/// The largest increase of the mean angle of limbs by the second pass, in degrees: the cost of smoothness.
+/// The largest increase of the limbs' mean angle by the second pass, in degrees, as the cost of smoothness.
 const FARTHER: f64 = 2.0;
 
-/// The largest increase of the sliding speed of soles after the second pass, in metres a second.
+/// The largest increase of the soles' sliding speed by the second pass, in metres per second.
 const FASTER: f64 = 0.05;
 
 impl RobotReport {
-    /// Why the verdict is not good, the worst first.
+    /// The reasons why the verdict is not good, the worst first.
     pub(crate) fn reasons(&self) -> Vec<String> {
         let of = |verdict: Verdict| {
             let criteria = self.criteria.iter().filter(move |found| found.verdict == verdict);
@@ -147,7 +146,7 @@ impl RobotReport {
             .collect()
     }
 
-    /// Why the robot cannot be expected to perform the motion; `None` where by its masses it can.
+    /// The reason why the robot may not be able to perform the motion; `None` if its masses allow the motion.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -163,7 +162,9 @@ impl RobotReport {
     /// ```
     pub fn why_infeasible(&self) -> Option<String> {
         let Some(dynamics) = &self.dynamics else {
-            return Some("not known to be feasible, without inverse dynamics".to_owned());
+            return Some(
+                "not known to be feasible, because inverse dynamics needs masses and at least three frames".to_owned(),
+            );
         };
         let is_good = |name: &str| {
             let found = self.criteria.iter().find(|criterion| criterion.name == name);
@@ -179,11 +180,11 @@ impl RobotReport {
         }
         (!is_good(OVER_EFFORT)).then(|| {
             let (joint, most) = (&dynamics.most_loaded_joint, dynamics.max_effort);
-            format!("too hard for {joint}, at {most:.1} times its effort")
+            format!("too hard for {joint}: {most:.1} times its effort limit")
         })
     }
 
-    /// Whether no joint moves too fast or jumps more often than in `other`, and links collide as seldom.
+    /// Whether no joint exceeds its velocity or jumps more often than in `other`, and links do not collide more often.
     pub(super) fn keeps_limits_as(&self, other: &Self) -> bool {
         let broken = |report: &Self| {
             [
@@ -195,7 +196,7 @@ impl RobotReport {
         std::iter::zip(broken(self), broken(other)).all(|(own, other)| own <= other)
     }
 
-    /// Whether limbs or feet are clearly farther from those of the source than in `other`.
+    /// Whether limbs or feet are clearly farther from the source's limbs or feet than in `other`.
     pub(super) fn is_worse_than(&self, other: &Self) -> bool {
         let slide = |report: &Self| report.skate.unwrap_or(0.0);
         self.mean_degrees > other.mean_degrees + FARTHER || slide(self) > slide(other) + FASTER
@@ -227,8 +228,8 @@ impl fmt::Display for RobotReport {
         if self.fraction_floating.is_some_and(|floating| floating > OFTEN_FLOATING) {
             write!(
                 f,
-                "\n{clip}: soles are above the floor where feet of the source stand: the survey of the source tells \
-                 whether it floats, and the step ground puts it on the floor"
+                "\n{clip}: soles are above the floor while feet of the source are in contact: the survey shows \
+                 whether the source floats, and the step ground puts the source on the floor"
             )?;
         }
         for part in &self.guessed {
@@ -251,7 +252,7 @@ impl fmt::Display for RobotReport {
         if let (Some(skate), Some(source)) = (self.skate, self.source_skate) {
             write!(
                 f,
-                "\n{clip}: feet on the ground slide at {:.1} cm/s in the mean, those of the source at {:.1}; links are \
+                "\n{clip}: feet on the ground slide at {:.1} cm/s in the mean, feet of the source at {:.1}; links are \
                  at most {:.1} mm below the floor",
                 100.0 * skate,
                 100.0 * source,
@@ -270,7 +271,7 @@ impl fmt::Display for RobotReport {
         if self.fraction_too_fast > 0.0 {
             let (percent, help) = (
                 100.0 * self.fraction_too_fast,
-                spelled("{velocity-limits} holds them back"),
+                spelled("{velocity-limits} limits their velocities"),
             );
             write!(
                 f,
@@ -282,7 +283,7 @@ impl fmt::Display for RobotReport {
     }
 }
 
-/// A fraction for people, which is 0 % only if it is 0.
+/// A fraction as text, which is 0 % only if the fraction is 0.
 fn percent(fraction: f64) -> String {
     match 100.0 * fraction {
         percent if percent > 0.0 && percent < LEAST_PERCENT => format!("less than {LEAST_PERCENT} %"),
@@ -291,27 +292,27 @@ fn percent(fraction: f64) -> String {
     }
 }
 
-/// The parts of a motion that a robot with a fixed base or wheels does not do.
+/// The parts of the motion that a robot with a fixed base or wheels does not perform.
 const WITHOUT_LEGS: [&str; 3] = ["legs", "the path over the floor", "turns of the whole body"];
 
-/// The measures of a motion except those of its joints.
+/// The measures of a motion, except the measures of its joints.
 pub(super) struct ObservedFrames {
-    /// The bones of the robot against those of the source.
+    /// The bones of the robot, compared with the bones of the source.
     pub(super) found: RetargetReport,
-    /// The speed of soles that stand.
+    /// The speed of soles in contact.
     pub(super) skate: Option<f64>,
-    /// The speed of the feet of the source that stand.
+    /// The speed of the source's feet in contact.
     pub(super) source_skate: Option<f64>,
     /// The height of the lowest sole in each frame.
     pub(super) lowest: Vec<f64>,
     /// The heights of soles while the foot of the source is in contact.
     pub(super) standing: Vec<f64>,
-    /// How far the deepest link is below the floor in each frame.
+    /// The depth of the deepest link below the floor in each frame.
     pub(super) depths: Vec<f64>,
     pub(super) collisions: SelfCollision,
     pub(super) roll: Option<f64>,
     pub(super) lying: f64,
-    /// How far hips or shoulders are turned.
+    /// The angle of the hips' or the shoulders' line.
     pub(super) trunk: Option<f64>,
     pub(super) jumps: f64,
     pub(super) unmeasured_limbs: usize,
@@ -389,7 +390,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: ObservedFrames) 
     }
 }
 
-/// Of the frames in which a foot of the source stands, the fraction in which its sole floats.
+/// Of the frames in which a foot of the source is in contact, the fraction in which its sole floats.
 fn floating(standing: &[f64], lowest: &[f64]) -> Option<f64> {
     if standing.is_empty() {
         let lowest = lowest.iter().copied().fold(f64::INFINITY, f64::min);
@@ -399,12 +400,12 @@ fn floating(standing: &[f64], lowest: &[f64]) -> Option<f64> {
     Some(floating as f64 / standing.len() as f64)
 }
 
-/// What the joints of a motion do.
+/// The measures of a motion's joints.
 #[derive(Default)]
 struct Joints {
     clamped: Vec<ClampedJoint>,
     limit_violations: usize,
-    /// The fraction of positions that are farther beyond a limit than the rounding of files.
+    /// The fraction of positions that exceed a limit by more than the rounding of files.
     fraction_beyond: f64,
     max_velocity: f64,
     fastest_joint: String,

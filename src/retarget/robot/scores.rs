@@ -1,4 +1,4 @@
-//! How near a motion of a robot is to its reference, by the measures of publications. `docs/scores.md` defines them.
+//! Scores a motion of a robot against its reference, by the measures of publications. `docs/scores.md` defines them.
 
 use std::fmt;
 
@@ -9,10 +9,11 @@ use serde::{Deserialize, Serialize};
 use super::measure::SoleSpeed;
 use super::motion::RobotMotion;
 
-/// The height in metres up to which a sole keeps a contact: the height up to which inverse dynamics lets it carry.
+/// The largest height of a sole that keeps a contact, in metres: the height up to which the sole carries in inverse
+/// dynamics.
 const KEPT: f64 = 0.02;
 
-/// How far beyond a limit a position violates it, in radians or metres: the rounding of files.
+/// The excess over a limit that violates the limit, in radians or metres: the rounding of files.
 pub(super) const BEYOND: f64 = 1e-4;
 
 /// The scores of a motion of a robot against its reference. `docs/scores.md` has the definitions and their sources.
@@ -22,23 +23,24 @@ pub(super) const BEYOND: f64 = 1e-4;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RobotScores {
-    /// How many bodies are compared: the links with a joint and the base against a motion of the same robot, else the
-    /// bones of the robot.
+    /// The number of compared bodies: the base and links with a joint if the reference is a motion of the same robot,
+    /// else the bones of the robot.
     pub bodies: usize,
     /// The mean per-body position error in the world, in metres.
     pub mpbpe_global: f64,
-    /// The same of positions relative to the base, in metres.
+    /// The mean per-body position error relative to the base, in metres.
     pub mpbpe_local: f64,
-    /// The same of the hands alone, relative to the base, in metres; absent of a robot without hands.
+    /// The mean position error of the hands relative to the base, in metres; absent for a robot without hands.
     pub palm_error: Option<f64>,
-    /// The mean speed of the slowest point of a sole while the foot of the reference stands, in metres a second; absent
-    /// if no foot stands.
+    /// The mean speed of the slowest point of a sole while the foot of the reference is in contact, in metres per
+    /// second; absent without contacts.
     pub foot_sliding: Option<f64>,
     /// The fraction of these samples that are faster than 0.1 m/s.
     pub foot_skating_duration: Option<f64>,
     /// The largest of these speeds.
     pub foot_skating_velocity: Option<f64>,
-    /// The fraction of the frames in which a foot of the reference stands, with the sole at most 2 cm above the floor.
+    /// Of the frames in which a foot of the reference is in contact, the fraction with the sole at most 2 cm above the
+    /// floor.
     pub contact_preservation: Option<f64>,
     /// The fraction of frames in which a sole or a link is more than 1 cm below the floor.
     pub penetration_duration: f64,
@@ -97,11 +99,11 @@ impl fmt::Display for RobotScores {
     }
 }
 
-/// Where the bodies of the reference and of the robot are in each frame, in metres.
+/// The positions of the bodies of the reference and of the robot in each frame, in metres.
 pub(super) struct BodyPlaces {
     pub(super) reference: Vec<Vec<DVec3>>,
     pub(super) robot: Vec<Vec<DVec3>>,
-    /// Which body is the base, and which are hands.
+    /// The index of the base, and of the hands.
     pub(super) base: usize,
     pub(super) palms: Vec<usize>,
 }
@@ -151,7 +153,7 @@ pub(super) fn scores(
     }
 }
 
-/// How far a position is beyond the limits of its joint; below 0 within them.
+/// The excess of a position over the limit of its joint; below 0 within the limits.
 pub(super) fn beyond_limit(limits: &JointLimits, position: f64) -> f64 {
     (limits.lower - position).max(position - limits.upper)
 }

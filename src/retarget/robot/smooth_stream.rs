@@ -1,4 +1,4 @@
-//! A motion on a robot while it comes.
+//! Retargets a motion to a robot as it arrives.
 
 use std::collections::VecDeque;
 
@@ -19,34 +19,34 @@ use super::speed::Steps;
 use super::terms::Goals;
 use super::window::Bound;
 
-/// The window of frames that the second pass solves again with each new one, in seconds.
+/// The length of the window that the second pass solves again with each new frame, in seconds.
 const WINDOW: f64 = 0.5;
 
-/// How much later a frame is followed, so that it is known whether its feet come to rest, in seconds.
+/// The delay after which a frame is followed, in seconds. The later frames show whether its feet come to rest.
 const AHEAD: f64 = 0.1;
 
-/// How long frames are kept that were given already, in seconds: those that bells of smoothing and lifts reach.
+/// The time for which returned frames are kept, in seconds. It is the reach of smoothing and of lifts.
 const KEPT: f64 = 0.25;
 
-/// How often another branch is looked for of a limb that is far off, in seconds.
+/// The time between searches for another branch of a limb with a large error, in seconds.
 const LOOKED: f64 = 0.1;
 
-/// How many seconds of feet show where the floor is.
+/// The time over which the feet show the height of the floor, in seconds.
 const FLOOR_SEEN: f64 = 4.0;
 
-/// How long the robot takes to come down on the floor, in seconds.
+/// The time in which the robot is lowered to the floor, in seconds.
 const DROP: f64 = 0.3;
 
-/// Frames a second that a stream may have.
+/// The range of frame rates of a stream, in Hz.
 const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
-/// Puts the motion of one source on a robot while it comes: poses in, poses of the robot out, [`delay`](Self::delay)
-/// seconds later.
+/// Retargets the motion of one source to a robot as it arrives: poses in, poses of the robot out,
+/// [`delay`](Self::delay) seconds later.
 ///
-/// It works as [`RobotRetargeter::clip`], with a window of 0.5 s. Joints keep their limits of position and velocity,
-/// feet in stance keep their place, and soles are above the floor. A limb that is far off is followed from other
-/// beginnings. [`report`](Self::report) is of the last 30 s. [`RobotStream`](super::RobotStream) gives each pose at
-/// once, without a look ahead.
+/// It works like [`RobotRetargeter::clip`], with a window of 0.5 s. Joints keep their limits of position and velocity.
+/// Feet in stance keep their place, and soles are above the floor. A limb with a large error is solved again from other
+/// starting angles. [`report`](Self::report) covers the last 30 s. [`RobotStream`](super::RobotStream) returns each
+/// pose at once, without future frames.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -76,42 +76,43 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 pub struct SmoothRobotStream {
     retargeter: RobotRetargeter,
     fps: f64,
-    /// Frames of the window, and those by which a frame is followed later.
+    /// The number of frames of the window, and of the delay before a frame is followed.
     window: usize,
     ahead: usize,
-    /// The pose of the twin that came last, and those that are not followed yet, with where fingers should be.
+    /// The last received pose of the twin. Then the poses that are not followed yet, with the wanted positions of
+    /// fingers.
     twin: Pose,
     waiting: VecDeque<(Pose, Vec<f64>)>,
     feet: LiveContacts,
     followed: FrameState,
-    /// How far the robot is brought down.
+    /// The lowering of the robot.
     drop: f64,
     recent: FrameWindow,
     given: Given,
-    /// Frames since other branches were looked for.
+    /// The number of frames since the last search for other branches.
     looked: usize,
 }
 
-/// The frames that are kept.
+/// The kept frames.
 #[derive(Clone, Debug)]
 struct FrameWindow {
     goals: Vec<Goals>,
     rotations: SourceRotations,
-    /// As the first pass made them, and as they are.
+    /// The frames after the first pass, and their current state.
     first: RobotMotion,
     motion: RobotMotion,
-    /// How many of them were given.
+    /// The number of frames that were returned.
     given: usize,
 }
 
 impl RobotRetargeter {
-    /// Begins a stream of poses of `source`, the scene from which the retargeter was made, at so many a second.
+    /// Starts a stream of poses of `source`, the scene from which the retargeter was made, at this frame rate.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for a rate that is not from 1 to 1000.
     pub fn stream(self, source: &Scene, fps: f64) -> Result<SmoothRobotStream> {
         if !RATES.contains(&fps) {
-            let message = format!("the rate of a stream must be from 1 to 1000 frames a second, got {fps}");
+            let message = format!("the rate of a stream must be from 1 to 1000 frames per second, got {fps}");
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let frames = |seconds: f64| (seconds * fps).round() as usize;
@@ -155,7 +156,7 @@ impl RobotRetargeter {
 }
 
 impl SmoothRobotStream {
-    /// How many seconds later a frame is given back.
+    /// The delay of a returned frame, in seconds.
     pub fn delay(&self) -> f64 {
         (self.window + self.ahead) as f64 / self.fps
     }
@@ -165,7 +166,7 @@ impl SmoothRobotStream {
         &self.recent.motion.dof_names
     }
 
-    /// Takes the next pose of the source, and gives back the frame whose time has come; none at first.
+    /// Receives the next pose of the source, and returns the frame that is due; `None` at first.
     pub fn push(&mut self, source: &Pose) -> Option<RobotMotion> {
         self.retargeter.retargeter.pose(source, &mut self.twin);
         let fingers = self.retargeter.fingers.wanted(source);
@@ -186,7 +187,7 @@ impl SmoothRobotStream {
         })
     }
 
-    /// Gives back the frames that are left, at the end of a stream. Poses that come afterwards go on from there.
+    /// Returns the remaining frames, at the end of a stream. Later poses continue from there.
     pub fn finish(&mut self) -> RobotMotion {
         while !self.waiting.is_empty() {
             self.follow();
@@ -198,8 +199,8 @@ impl SmoothRobotStream {
         given
     }
 
-    /// How well the frames are the source that were given in the last 30 s, of which at most 3600 are kept; `None`
-    /// before the first.
+    /// The report of the frames that were returned in the last 30 s, of which at most 3600 are kept. `None` before the
+    /// first frame.
     pub fn report(&self) -> Option<RobotReport> {
         let Given {
             motion,
@@ -220,7 +221,7 @@ impl SmoothRobotStream {
         Some(report)
     }
 
-    /// The first pass of the pose that waits longest.
+    /// The first pass for the pose that has waited longest.
     fn follow(&mut self) {
         let contacts = self.feet.at(self.waiting.len() - 1);
         let Some((twin, fingers)) = self.waiting.pop_front() else {
@@ -253,7 +254,7 @@ impl SmoothRobotStream {
         }
     }
 
-    /// Takes a better branch of a limb that is far off, in the frames that were not given yet.
+    /// Chooses a better branch for a limb with a large error, in the frames that were not returned yet.
     fn choose(&mut self) {
         let recent = &mut self.recent;
         let limits = self.retargeter.limits();
@@ -281,7 +282,7 @@ impl SmoothRobotStream {
         kinematics.update(pose);
     }
 
-    /// Brings the robot down by and by where feet that stand are above the floor.
+    /// Lowers the robot gradually if feet in contact are above the floor.
     fn come_down(&mut self, twin: &Pose, contacts: [bool; 2]) {
         let options = &self.retargeter.options;
         if options.floor != Floor::Auto || !options.lock_feet {
@@ -300,7 +301,7 @@ impl SmoothRobotStream {
         }
     }
 
-    /// The second pass of the frames that were not given yet.
+    /// The second pass for the frames that were not returned yet.
     fn smooth(&mut self) {
         let (retargeter, recent) = (&mut self.retargeter, &mut self.recent);
         if self.window == 0 || recent.given == recent.motion.frames() {
@@ -331,7 +332,7 @@ impl SmoothRobotStream {
             .slide(&retargeter.kinematics, &bound, first, motion, recent.given);
     }
 
-    /// The next frames, above the floor.
+    /// Returns the next frames, above the floor.
     fn give(&mut self, count: usize) -> RobotMotion {
         let motion = &self.recent.motion;
         let frames = self.recent.given..self.recent.given + count;
@@ -361,7 +362,7 @@ impl SmoothRobotStream {
         given
     }
 
-    /// Forgets what no later frame needs.
+    /// Drops the frames that no later frame needs.
     fn forget(&mut self) {
         let recent = &mut self.recent;
         let kept = (KEPT.max(LIFT) * self.fps).ceil() as usize + 3;

@@ -1,10 +1,11 @@
-//! Floating-base inverse kinematics: the pose that brings links to their goals, within the limits of the joints.
+//! Floating-base inverse kinematics: solves for the pose in which links reach their goals, within the limits of the
+//! joints.
 //!
-//! Damped Gauss-Newton on the rotation vectors of links and the positions of points, each step the solution of the
-//! normal equations by Cholesky's decomposition. Limits are a box: joints that a step would bring beyond are held at
-//! the limit, and the others are solved again (projected, as in D. Bertsekas, "Projected Newton methods for
-//! optimization problems with simple constraints", SIAM J. Control Optim. 20, 1982). It begins at the pose of the frame
-//! before.
+//! It is damped Gauss-Newton on the rotation vectors of links and the positions of points. Each step solves the normal
+//! equations by Cholesky decomposition. Limits are a box: joints that a step would move beyond a limit are held at the
+//! limit, and the others are solved again (projected, as in D. Bertsekas, "Projected Newton methods for optimization
+//! problems with simple constraints", SIAM J. Control Optim. 20, 1982). The solver starts from the pose of the previous
+//! frame.
 
 use glam::{DQuat, DVec3};
 use mocap_scene::math::cholesky;
@@ -13,13 +14,14 @@ use mocap_scene::scene::robot::Placement;
 use super::kinematics::{Kinematics, RobotPose};
 use super::terms::{Goals, ROOT, Terms};
 
-/// The largest rotation of a joint in a step, in radians: farther away the linear terms do not hold.
+/// The largest rotation of a joint in a step, in radians. The linear terms are not valid farther away.
 const LARGEST_STEP: f64 = 0.6;
 
-/// The step below which the solver ends, in radians or metres: a tenth of the last of six decimals of a file.
+/// The step below which the solver ends, in radians or metres: a tenth of the last of six decimals in a file.
 const SMALLEST_STEP: f64 = 2e-6;
 
-/// Rounds in which joints are held at their limits: a limb has at most as many joints that reach them at once.
+/// The number of rounds in which joints are held at their limits. In a limb, at most this number of joints reach their
+/// limits at once.
 const ROUNDS: usize = 4;
 
 /// The limits of the positions in a frame.
@@ -30,7 +32,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Those of the robot's file.
+    /// The limits of the robot's file.
     pub(super) fn of(kinematics: &Kinematics) -> Self {
         let bodies = &kinematics.bodies[1..];
         Self {
@@ -40,11 +42,11 @@ impl Bounds {
     }
 }
 
-/// Solves one frame after another.
+/// A solver for one frame after another.
 #[derive(Clone, Debug)]
 pub struct Solver {
     pub(super) terms: Terms,
-    /// The weight of a change of a joint from the frame before, in 1/rad^2.
+    /// The weight of the change of a joint from the previous frame, in 1/rad^2.
     hold: f64,
     step: Vec<f64>,
     scratch: Vec<f64>,
@@ -93,7 +95,7 @@ impl Solver {
         }
     }
 
-    /// The step of all unknowns that keeps the bounds.
+    /// The step of all unknowns within the limits.
     fn bounded_step(&mut self, bounds: &Bounds, pose: &RobotPose) {
         let size = self.terms.gradient.len();
         let mut fixed: Vec<Option<f64>> = vec![None; size];
@@ -123,7 +125,7 @@ impl Solver {
         }
     }
 
-    /// The step of the free unknowns where the others make the given ones.
+    /// The step of the free unknowns for the given steps of the fixed unknowns.
     fn solve_free(&mut self, fixed: &[Option<f64>]) {
         let size = self.terms.gradient.len();
         let free: Vec<usize> = (0..size).filter(|unknown| fixed[*unknown].is_none()).collect();

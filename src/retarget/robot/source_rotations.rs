@@ -1,7 +1,7 @@
-//! The rotations of the joints of the source, each by itself. They explain rotations of the robot's joints.
+//! The rotations of the source's joints, each relative to its parent. They explain rotations of the robot's joints.
 //!
-//! The bones that the robot follows may stand for several joints of the source, whose rotations add up, and they have
-//! a roll that was made for the robot. So a jump is judged by the file itself.
+//! The bones that the robot follows are not used. Such a bone may combine the rotations of several joints of the
+//! source, and has a roll that was computed for the robot. So jumps are judged by the rotations in the file.
 
 use glam::Quat;
 
@@ -10,10 +10,10 @@ use mocap_scene::pose::{Binding, Pose, Trs};
 use mocap_scene::scene::HumanoidBone as Bone;
 use mocap_scene::scene::{Animation, NodeId, Scene, Side};
 
-/// The trunk, and the arms and legs of both sides.
+/// The number of limbs: the trunk, and the arms and legs of both sides.
 pub(super) const LIMBS: usize = 5;
 
-/// The bones of a trunk and of limbs, without fingers, toes and the face, which turn nothing of a robot's limbs.
+/// The bones of the trunk and of limbs. Fingers, toes and the face are missing, because they move no limb of a robot.
 const BONES: [Bone; 20] = [
     Bone::Hips,
     Bone::Spine,
@@ -40,12 +40,13 @@ const BONES: [Bone; 20] = [
 /// The rotations of the joints in each frame.
 #[derive(Clone, Debug)]
 pub struct SourceRotations {
-    /// Each bone, its joint, and the rotation of that to its parent in each frame; that of the hips to the world.
+    /// Each bone, its joint, and the rotation of the joint relative to its parent in each frame. The rotation of the
+    /// hips is relative to the world.
     tracks: Vec<(Bone, NodeId, Vec<Quat>)>,
 }
 
 impl SourceRotations {
-    /// Those of no frame yet.
+    /// The rotations without a frame yet.
     pub fn empty(bones: &Humanoid) -> Self {
         let joints = BONES
             .into_iter()
@@ -77,15 +78,15 @@ impl SourceRotations {
         }
     }
 
-    /// Forgets the first frames.
+    /// Drops the first frames.
     pub(super) fn forget(&mut self, frames: usize) {
         self.tracks
             .iter_mut()
             .for_each(|(_, _, track)| drop(track.drain(..frames)));
     }
 
-    /// How far the joint of each limb turns that turns farthest from one frame to another, in radians. Those of the
-    /// other side count too, since some devices name the sides as a mirror shows them.
+    /// The largest rotation of a joint of each limb between two frames, in radians. Rotations of the other side count
+    /// too, because some devices name the sides as in a mirror.
     pub(super) fn between(&self, from: usize, to: usize) -> [f64; LIMBS] {
         let mut found = [0.0; LIMBS];
         for (bone, _, track) in &self.tracks {
@@ -103,7 +104,7 @@ impl SourceRotations {
     }
 }
 
-/// Which limb a bone is of; 0 is the trunk.
+/// The index of a bone's limb; 0 is the trunk.
 pub(super) fn limb(bone: Bone) -> usize {
     let side = match bone.side() {
         None => return 0,

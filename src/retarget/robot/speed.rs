@@ -1,4 +1,4 @@
-//! How far joints may move from frame to frame: as the robot's file allows, and no farther than the source explains.
+//! The limits of joint steps between frames: by the robot's file, and by the rotations of the source.
 
 use mocap_scene::math::quaternion::rotation_vector;
 use mocap_scene::scene::robot::JointKind;
@@ -9,30 +9,30 @@ use super::source_rotations::{LIMBS, SourceRotations, limb};
 use super::terms::Goals;
 use super::twin::StandIn;
 
-/// The angle in radians, or the distance in metres, above which a joint jumps in [`WINDOW`]: 15 rad/s, faster than
-/// people move limbs.
+/// The largest step of a joint within [`WINDOW`] that is not a jump, in radians or metres: 15 rad/s, faster than human
+/// limbs.
 pub(super) const JUMP: f64 = 0.5;
 
-/// The time in seconds over which a jump is looked for: a frame of film.
+/// The time window of a jump, in seconds: a frame of film.
 pub(super) const WINDOW: f64 = 1.0 / 30.0;
 
-/// The fraction of that angle by which the limb of the source must turn for it to be no jump.
+/// The fraction of this step by which the limb of the source must rotate to explain a jump.
 pub(super) const EXPLAINED: f64 = 0.5;
 
-/// The fraction of the limit of a jump that is used.
+/// The used fraction of the limit of a jump.
 const WITHIN: f64 = 0.9;
 
 /// The largest steps of the joints.
 #[derive(Clone, Debug)]
 pub(super) struct Steps {
-    /// Which limb each position is of.
+    /// The limb of each position.
     limb_of: Vec<usize>,
-    /// The largest steps by the velocities of the file.
+    /// The largest steps by the velocities in the file.
     by_file: Vec<f64>,
-    /// For each frame and each limb how far it turns in the source since the frame before, in radians.
+    /// For each frame and each limb, the rotation in the source since the previous frame, in radians.
     turned: Vec<[f64; LIMBS]>,
     source: SourceRotations,
-    /// How far a joint may go in a frame whatever the source does.
+    /// The step of a joint in a frame that is always allowed.
     free: f64,
 }
 
@@ -78,7 +78,7 @@ impl Steps {
         }
     }
 
-    /// The fraction of frames after which a joint jumps without a reason in the source.
+    /// The fraction of frames after which a joint jumps without a cause in the source.
     pub(super) fn fraction_of_jumps(&self, kinematics: &Kinematics, motion: &RobotMotion) -> f64 {
         let window = (WINDOW * motion.fps).round().max(1.0) as usize;
         let (frames, count) = (motion.frames().saturating_sub(window), motion.dof_names.len());
@@ -100,16 +100,16 @@ impl Steps {
         (0..frames).filter(|frame| jumps(*frame)).count() as f64 / frames.max(1) as f64
     }
 
-    /// How far a position may go from the frame before to a frame.
+    /// The largest step of a position from the previous frame to a frame.
     pub(super) fn most(&self, frame: usize, position: usize) -> f64 {
         let turned = &self.turned[frame];
         let explained = WITHIN / EXPLAINED * turned[self.limb_of[position]].max(turned[0]);
         self.by_file[position].min(self.free.max(explained))
     }
 
-    /// The mean of the largest motion below and the smallest above `values` whose steps are small enough: where steps
-    /// are too long, earlier and later frames meet in the middle. `values` are those of the frames from `first`;
-    /// `before` is the value of the frame before, which stays.
+    /// Shortens steps that are too long. The result is the mean of two motions with short enough steps: the largest
+    /// motion below `values` and the smallest motion above. So earlier and later frames meet in the middle. `values`
+    /// has the frames from `first` on. `before` is the value of the previous frame, which does not change.
     pub(super) fn keep(&self, position: usize, first: usize, before: Option<f64>, values: &mut [f64]) {
         let most = |index: usize| self.most(first + index, position);
         let is_kept = |from: f64, to: f64, index: usize| (to - from).abs() <= most(index);
@@ -133,8 +133,8 @@ impl Steps {
     }
 }
 
-/// Replaces values by the mean of the largest motion below and the smallest above them that takes no step longer than
-/// `most` of the index to which it leads.
+/// Replaces values by the mean of two sequences: the largest sequence below the values and the smallest above. No step
+/// of these sequences is longer than `most` of the index to which the step leads.
 pub(super) fn within_steps(values: &mut [f64], most: impl Fn(usize) -> f64) {
     let (mut above, mut below) = (values.to_vec(), values.to_vec());
     let steps = (1..values.len()).map(|index| (index - 1, index, index));
@@ -152,8 +152,8 @@ fn least(a: [f64; LIMBS], b: [f64; LIMBS]) -> [f64; LIMBS] {
     std::array::from_fn(|limb| a[limb].min(b[limb]))
 }
 
-/// How far the bones of each limb turn against the bone above from frame to frame, the farthest of each limb; of the
-/// trunk, how far the hips turn too.
+/// The largest rotation of a bone of each limb relative to its parent bone from frame to frame. For the trunk, the
+/// rotation of the hips counts too.
 fn turned(twin: &StandIn, goals: &[Goals]) -> Vec<[f64; LIMBS]> {
     let parent_of = |index: usize| {
         let mut node = twin.scene.nodes[twin.bones[index].node.index()].parent;

@@ -1,20 +1,21 @@
-//! How high a foot swings.
+//! The height of a foot in its swing.
 
 use glam::DVec3;
 
 use super::twin::StandIn;
 use mocap_scene::scene::HumanoidBone as Bone;
 
-/// How high a sole swings at least, as a fraction of the leg: what a person's toes clear.
+/// The smallest height of a sole in its swing, as a fraction of the leg: the clearance of a person's toes.
 const CLEARANCE: f64 = 0.05;
 
-/// The same at most, in metres: above the 2 cm that a robot needs over an uneven floor.
+/// The largest value of this height, in metres: above the 2 cm that a robot needs over an uneven floor.
 const MOST: f64 = 0.025;
 
-/// The time in seconds after which a foot that leaves the floor swings so high, and before which it comes down.
+/// The time after lifting off in which a foot reaches this height, and before landing in which it comes down, in
+/// seconds.
 const RISE: f64 = 0.15;
 
-/// How high the soles of a robot swing at least, in metres.
+/// The smallest height of the robot's soles in a swing, in metres.
 pub(super) fn most_clearance(twin: &StandIn) -> f64 {
     let legs = [Bone::LeftLowerLeg, Bone::LeftFoot].map(|bone| twin.bone(bone));
     let length = legs.into_iter().flatten().map(|bone| {
@@ -24,11 +25,12 @@ pub(super) fn most_clearance(twin: &StandIn) -> f64 {
     f64::min(CLEARANCE * length.sum::<f64>(), MOST)
 }
 
-/// The least height of a sole for each m/s of its speed over the floor, in seconds. A sole that lands or pushes off is
-/// slow, and carries the body. 1.2 cm at 0.3 m/s, from which on a sole scrapes.
+/// The smallest height of a sole per m/s of its horizontal speed, in seconds. A sole that lands or pushes off is slow,
+/// and carries the body. At 0.3 m/s, above which a sole scrapes, the height is 1.2 cm.
 const BY_SPEED: f64 = 0.04;
 
-/// The speed over the floor of the slowest point of each sole in each frame, in metres a second: a foot may roll.
+/// The horizontal speed of the slowest point of each sole in each frame, in metres per second. The slowest point
+/// counts, because a foot may roll.
 pub(super) fn speeds(points: &[[Vec<DVec3>; 2]], fps: f64) -> Vec<[f64; 2]> {
     let last = points.len().saturating_sub(1);
     let of_frame = |frame: usize| {
@@ -42,8 +44,8 @@ pub(super) fn speeds(points: &[[Vec<DVec3>; 2]], fps: f64) -> Vec<[f64; 2]> {
     (0..points.len()).map(of_frame).collect()
 }
 
-/// The least height of the lowest point of each sole in each frame. It is `most` in the middle of a swing, less for a
-/// slow sole, and 0 in stance. A foot that never stands has no swing.
+/// The smallest height of the lowest point of each sole in each frame. It is `most` in the middle of a swing, less for
+/// a slow sole, and 0 in stance. A foot without a stance has no swing.
 pub fn clearances(contacts: &[[bool; 2]], speeds: &[[f64; 2]], fps: f64, most: f64) -> Vec<[f64; 2]> {
     let mut found = vec![[0.0; 2]; contacts.len()];
     for side in 0..2 {

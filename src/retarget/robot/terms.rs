@@ -1,4 +1,4 @@
-//! The terms of the pose that is looked for, linearised: normal equations of one frame.
+//! The linearised terms of a pose: the normal equations of one frame.
 
 use glam::{DMat3, DQuat, DVec3};
 use mocap_scene::math::quaternion::rotation_vector;
@@ -9,52 +9,51 @@ use super::kinematics::{Kinematics, RobotPose};
 /// The unknowns of the base: three of its position and three of its rotation.
 pub(super) const ROOT: usize = 6;
 
-/// The weight of every unknown, in 1/rad^2 and 1/m^2: a billionth of a direction, against directions in which nothing
+/// The weight of every unknown, in 1/rad^2 and 1/m^2: a billionth of a direction's weight, for directions that no term
 /// changes.
 const DAMPING: f64 = 1e-9;
 
-/// How a link should be turned.
+/// The rotation goal of a link.
 #[derive(Clone, Debug)]
 pub struct RotationGoal {
     pub body: usize,
     /// The axes of the weights, in the frame of the body.
     pub weight_axes: DQuat,
-    /// Squares of the weights about these axes.
+    /// The squared weights about these axes.
     pub weights: DVec3,
-    /// The rotation of the body to the world.
+    /// The wanted rotation from the body to the world.
     pub target: DQuat,
 }
 
-/// Where a point of a link should be.
+/// The position goal of a point of a link.
 #[derive(Clone, Debug)]
 pub struct Reach {
     pub body: usize,
     pub point: DVec3,
-    /// The squares of the weights along the axes of the world, of a metre against a radian.
+    /// The squared weights along the axes of the world. They weigh metres against radians.
     pub weight: DVec3,
     pub target: DVec3,
 }
 
-/// What a pose should be.
+/// The goals of a pose.
 #[derive(Clone, Debug, Default)]
 pub struct Goals {
     pub rotations: Vec<RotationGoal>,
     pub reaches: Vec<Reach>,
-    /// How high the lowest points of both soles are at least, in metres.
+    /// The smallest heights of the lowest points of both soles, in metres.
     pub clearances: [f64; 2],
 }
 
-/// The normal equations of the terms of one frame, by the unknowns: those of the base, where it moves, and the
-/// positions.
+/// The normal equations of one frame. The unknowns are the base, if it is free, and the positions.
 #[derive(Clone, Debug)]
 pub struct Terms {
-    /// How many unknowns the base has: [`ROOT`], or none where it stays.
+    /// The number of unknowns of the base: [`ROOT`], or 0 for a fixed base.
     pub(super) base: usize,
-    /// The unknown of each position, and how much it moves with that; none for joints that stay.
+    /// The unknown of each position, and the factor between both; `None` for fixed joints.
     unknown: Vec<Option<(usize, f64)>>,
-    /// The position of each unknown after those of the base.
+    /// The position of each unknown after the unknowns of the base.
     pub(super) positions: Vec<usize>,
-    /// The lower triangle, row by row.
+    /// The lower triangle of the matrix, row by row.
     pub(super) normal: Vec<f64>,
     pub(super) gradient: Vec<f64>,
     columns: Vec<(usize, DVec3, DVec3)>,
@@ -62,7 +61,7 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// Of the joints that turn the bodies of `goals`.
+    /// The equations of the joints that move the bodies of `goals`.
     pub fn new(kinematics: &Kinematics, goals: &Goals) -> Self {
         let mut used = vec![false; kinematics.bodies.len() - 1];
         let bodies = goals.rotations.iter().map(|goal| goal.body);
@@ -74,7 +73,7 @@ impl Terms {
         Self::of_positions(kinematics, used, ROOT)
     }
 
-    /// Of the positions that are `used`; the base has `base` unknowns.
+    /// The equations of the positions that are `used`. The base has `base` unknowns.
     pub(super) fn of_positions(kinematics: &Kinematics, mut used: Vec<bool>, base: usize) -> Self {
         let count = used.len();
         // A follower has the unknown of its leader.
@@ -102,12 +101,12 @@ impl Terms {
         }
     }
 
-    /// How many unknowns there are.
+    /// The number of unknowns.
     pub(super) fn size(&self) -> usize {
         self.gradient.len()
     }
 
-    /// Sets the equations to those of `goals` at a pose.
+    /// Sets the equations for `goals` at a pose.
     pub(super) fn assemble(&mut self, kinematics: &Kinematics, goals: &Goals, pose: &RobotPose) {
         let size = self.size();
         self.normal.fill(0.0);
@@ -128,7 +127,7 @@ impl Terms {
         }
     }
 
-    /// Adds that a point should be elsewhere.
+    /// Adds the residual of a position goal.
     pub(super) fn add_reach(&mut self, kinematics: &Kinematics, reach: &Reach, pose: &RobotPose) {
         let point = pose.bodies[reach.body].point(reach.point);
         let weights = DMat3::from_diagonal(reach.weight);
@@ -136,14 +135,14 @@ impl Terms {
         self.add(weights, reach.target - point, |(_, _, linear)| *linear);
     }
 
-    /// Adds that a position should change by `error`, with the square of a weight.
+    /// Adds a residual that changes a position by `error`, with a squared weight.
     pub(super) fn add_position(&mut self, unknown: usize, weight: f64, error: f64) {
         let size = self.size();
         self.normal[unknown * size + unknown] += weight;
         self.gradient[unknown] += weight * error;
     }
 
-    /// Adds a separation residual: moves the two points apart by `error` metres along `direction`, the first along it.
+    /// Adds a separation residual: moves the two points apart by `error` metres. The first moves along `direction`.
     pub(super) fn add_apart(
         &mut self,
         kinematics: &Kinematics,
@@ -174,8 +173,8 @@ impl Terms {
         &self.row
     }
 
-    /// The columns of the Jacobian at a point of a body: the unknown, how it turns the body, and how it moves the
-    /// point.
+    /// Collects the columns of the Jacobian at a point of a body: the unknown, its rotation of the body, and its motion
+    /// of the point.
     fn collect(&mut self, kinematics: &Kinematics, pose: &RobotPose, body: usize, point: DVec3) {
         self.columns.clear();
         let from_root = point - pose.root.translation;
@@ -194,7 +193,7 @@ impl Terms {
                 JointKind::Slide => (DVec3::ZERO, axis),
                 _ => (axis, axis.cross(point - anchor)),
             };
-            // Joints that are tied share a column.
+            // A joint and its followers share a column.
             let is_tied = !kinematics.followers.is_empty();
             let mut columns = self.columns.iter_mut().filter(|_| is_tied);
             match columns.find(|column| column.0 == unknown) {

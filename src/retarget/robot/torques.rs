@@ -1,4 +1,4 @@
-//! The inverse dynamics of a motion, as MuJoCo has them.
+//! The inverse dynamics of a motion, in MuJoCo's layout.
 
 use mocap_scene::scene::robot::{Placement, Robot};
 
@@ -6,7 +6,7 @@ use super::dynamics::{Dynamics, Rates, rates};
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
 
-/// The velocities, the accelerations and the forces of each frame: six numbers of the base and one of each joint.
+/// The velocities, the accelerations and the forces of each frame: six numbers for the base and one for each joint.
 #[derive(Clone, Debug, Default)]
 #[doc(hidden)]
 pub struct InverseDynamics {
@@ -19,7 +19,7 @@ pub struct InverseDynamics {
 }
 
 impl InverseDynamics {
-    /// Of every frame of a motion; empty where there are fewer than three, of which none has an acceleration.
+    /// The values of every frame of a motion. Empty for fewer than three frames, which have no accelerations.
     #[doc(hidden)]
     pub fn new(robot: &Robot, motion: &RobotMotion) -> Self {
         let kinematics = Kinematics::new(robot);
@@ -44,7 +44,7 @@ impl InverseDynamics {
     }
 }
 
-/// A row as MuJoCo has it: along the axes of the world, about those of the base, joints.
+/// A row in MuJoCo's layout: along the axes of the world, about the axes of the base, then the joints.
 fn row(root: &Placement, rates: &Rates) -> Vec<f64> {
     let mut values = rates.linear.to_array().to_vec();
     values.extend((root.rotation.inverse() * rates.angular).to_array());

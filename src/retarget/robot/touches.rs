@@ -1,8 +1,8 @@
-//! Links that are pushed apart, from round to round of a window.
+//! Pushes links apart that penetrate each other, from round to round of a window.
 //!
-//! A term pushes links apart that are in each other. In the next round they are apart, and without the term they would
-//! go back: half of the frames would end in each other. So a term stays as long as it pushes, and is removed if it
-//! would pull.
+//! A term pushes two penetrating links apart. In the next round they no longer penetrate each other. Without the term
+//! they would move back, and half of the frames would end with a penetration. So a term stays while it pushes, and is
+//! removed if it would pull.
 
 use std::collections::BTreeSet;
 
@@ -10,32 +10,32 @@ use super::collision::Collisions;
 use super::kinematics::{Kinematics, RobotPose};
 use super::terms::Terms;
 
-/// The depth in metres by which links may be in each other: less than half of the 10 mm that a report counts.
+/// The allowed depth of a penetration, in metres: less than half of the 10 mm that a report counts.
 const TOUCHING: f64 = 0.004;
 
-/// The depth in metres below [`TOUCHING`] from which on links count in the first round: a round before may have pushed
-/// them apart.
+/// The depth below [`TOUCHING`] from which a penetration counts in the first round, in metres. An earlier round may
+/// have pushed the links apart.
 const NEAR: f64 = 0.002;
 
-/// The term of two links in one frame.
+/// The separation term of two links in one frame.
 #[derive(Clone, Debug)]
 struct PushTerm {
     frame: usize,
     pair: usize,
-    /// How far they are too deep, in metres.
+    /// The excess depth of the penetration, in metres.
     error: f64,
-    /// Unknowns of the frame, and how far a change of each brings the links apart.
+    /// Unknowns of the frame, each with the separation that its change causes.
     row: Vec<(usize, f64)>,
 }
 
-/// The links that are pushed apart in the frames of a window.
+/// The separation terms in the frames of a window.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LinkSeparation {
     pushes: Vec<PushTerm>,
-    /// Frames and pairs whose terms pushed in the round before.
+    /// The frames and pairs whose terms pushed in the previous round.
     held: BTreeSet<(usize, usize)>,
     is_first: bool,
-    /// The weight of a metre of depth, in 1/m^2.
+    /// The weight of the penetration depth, in 1/m^2.
     weight: f64,
 }
 
@@ -47,7 +47,7 @@ impl LinkSeparation {
         }
     }
 
-    /// Begins a window.
+    /// Starts a window.
     pub(super) fn begin(&mut self) {
         self.held.clear();
         self.is_first = true;
@@ -82,7 +82,8 @@ impl LinkSeparation {
         self.pushes.extend(pushes);
     }
 
-    /// Keeps the terms that push after a step of the frames from `first`, each of `size` unknowns.
+    /// Keeps the terms that still push after a step. The step has the frames from `first` on, each with `size`
+    /// unknowns.
     pub(super) fn settle(&mut self, step: &[f64], first: usize, size: usize) {
         self.is_first = false;
         for push in self.pushes.drain(..) {

@@ -1,7 +1,7 @@
-//! The twin of a robot: a humanoid of its proportions in the T-pose, with joints that turn freely.
+//! The twin of a robot: a humanoid with the robot's proportions in the T-pose, with joints that rotate freely.
 //!
-//! A motion goes onto the twin as onto any character, with its feet held on the ground; the robot then follows the twin
-//! as far as its joints go.
+//! A motion is retargeted to the twin as to any character, with locked feet. The robot then follows the twin as far as
+//! its joints allow.
 
 use std::collections::BTreeMap;
 
@@ -14,17 +14,17 @@ use mocap_scene::error::Result;
 use mocap_scene::scene::robot::Robot;
 use mocap_scene::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 
-/// A bone of the twin, and the link that follows it.
+/// A bone of the twin, with the link that follows it.
 #[derive(Clone, Debug)]
 pub(super) struct StandInBone {
     pub(super) bone: Bone,
     pub(super) node: NodeId,
     pub(super) link: usize,
-    /// The joints between this bone and the one above.
+    /// The joints between this bone and its parent bone.
     pub(super) joints: Vec<usize>,
-    /// The link to the figure's axes in the T-pose, as a rotation.
+    /// The rotation from the link to the figure's axes in the T-pose.
     pub(super) link_to_frame: DQuat,
-    /// Where the bone begins, in the frame of the link.
+    /// The start of the bone, in the frame of the link.
     pub(super) start: DVec3,
 }
 
@@ -32,18 +32,19 @@ pub(super) struct StandInBone {
 #[derive(Clone, Debug)]
 pub struct StandIn {
     pub(super) scene: Scene,
-    /// Its figure, in which every bone is known.
+    /// The figure of the twin, with all bones known.
     pub(super) figure: Figure,
     pub(super) bones: Vec<StandInBone>,
-    /// The tips of forearms without a hand: the node, and the link that it is fixed to with its position there.
+    /// The ends of forearms without a hand: the node, the link to which the end is fixed, and its position in the frame
+    /// of the link.
     pub(super) tips: Vec<(NodeId, usize, DVec3)>,
-    /// The figure's axes to the robot's world.
+    /// The rotation from the figure's axes to the robot's world.
     pub(super) figure_to_world: DQuat,
     /// The soles of both feet, in the frame of the link.
     pub(super) soles: [Vec<SoleBall>; 2],
-    /// Whether the robot has legs: an upper body, on wheels or fixed, has a twin with legs that nothing follows.
+    /// Whether the robot has legs. An upper body, on wheels or fixed, has a twin with legs that no link follows.
     pub(super) has_legs: bool,
-    /// What nothing in the robot's file shows, in words.
+    /// The guesses that nothing in the robot's file supports, as text.
     pub(super) guessed: Vec<String>,
 }
 
@@ -124,7 +125,7 @@ impl StandIn {
         })
     }
 
-    /// How many forearms have no end, by which their direction could be measured.
+    /// The number of forearms without an end. Their direction cannot be measured.
     pub(super) fn unmeasured_limbs(&self) -> usize {
         let has = |bone: Bone| self.bone(bone).is_some();
         let is_open = |side: Side| {

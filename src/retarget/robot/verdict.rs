@@ -1,4 +1,4 @@
-//! The verdict on a motion: its measures with the bounds of good and fair, in one table.
+//! The verdict on a motion: a table of measures with their limits of good and fair.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,27 +10,27 @@ pub(super) const INFEASIBLE: &str = "fraction_infeasible";
 /// The name of the fraction of samples above the efforts of motors.
 pub(super) const OVER_EFFORT: &str = "fraction_over_effort";
 
-/// One thing that the verdict on a motion depends on.
+/// One criterion of the verdict on a motion.
 ///
 /// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Criterion {
-    /// What it is: a name of the table in `docs/robots-report.md`, which says its unit too.
+    /// The name of the criterion in the table of `docs/robots-report.md`, which has its unit too.
     pub name: String,
-    /// What was measured.
+    /// The measured value.
     pub value: f64,
-    /// Up to this it is good.
+    /// The largest value of a good motion.
     pub good: f64,
-    /// Up to this it is fair; absent where it is never poor by this alone.
+    /// The largest value of a fair motion; absent if this criterion alone never makes a motion poor.
     pub fair: Option<f64>,
-    /// The verdict by this alone.
+    /// The verdict by this criterion alone.
     pub verdict: Verdict,
 }
 
 impl Criterion {
-    /// What it is and which bound it is above.
+    /// The criterion, and the limit that its value exceeds.
     pub(super) fn finding(&self) -> String {
         let bound = match (self.verdict, self.fair) {
             (Verdict::Poor, Some(fair)) => fair,
@@ -40,7 +40,7 @@ impl Criterion {
     }
 }
 
-/// What of a motion the verdict depends on. What could not be measured is `None`, and does not count.
+/// The measures of a motion for the verdict. A measure that is `None` could not be measured, and does not count.
 #[derive(Clone, Debug, Default)]
 #[doc(hidden)]
 pub struct Measures {
@@ -51,22 +51,22 @@ pub struct Measures {
     pub jumps: f64,
     pub floating: Option<f64>,
     pub below_floor: f64,
-    /// How much faster than in the source feet slide.
+    /// The excess of the feet's sliding speed over the source's speed.
     pub more_slide: Option<f64>,
     pub lying: f64,
     pub self_collision: f64,
     pub too_fast: f64,
     pub beyond_limits: f64,
-    /// The fraction of frames that need more than the floor gives, and of samples above the efforts of motors.
+    /// The fraction of frames that need more force than the floor gives, and of samples above the efforts of motors.
     pub infeasible: Option<f64>,
     pub over_effort: Option<f64>,
-    /// How many limbs of the source could not be compared, and how many parts of the robot were guessed.
+    /// The number of limbs of the source that could not be compared, and of guessed parts of the robot.
     pub unmeasured_limbs: usize,
     pub guessed_parts: usize,
 }
 
 impl Measures {
-    /// Each measure with its bounds: the name, the value, up to what it is good and up to what fair.
+    /// The measures with their limits: name, value, largest good value, largest fair value.
     fn table(&self) -> [(&'static str, Option<f64>, f64, Option<f64>); 16] {
         let count = |count: usize| Some(count as f64);
         [
@@ -82,7 +82,8 @@ impl Measures {
             ("fraction_in_self_collision", Some(self.self_collision), 0.02, Some(0.2)),
             ("fraction_too_fast", Some(self.too_fast), 0.001, Some(0.02)),
             ("fraction_beyond_limits", Some(self.beyond_limits), 0.0, Some(0.02)),
-            // Never poor by these: hands on a table carry too, and inverse dynamics knows soles alone.
+            // These two never make a motion poor: hands on a table carry too, but inverse dynamics knows only the
+            // soles.
             (INFEASIBLE, self.infeasible, 0.05, None),
             (OVER_EFFORT, self.over_effort, 0.01, None),
             ("unmeasured_limbs", count(self.unmeasured_limbs), 0.0, None),
@@ -90,7 +91,7 @@ impl Measures {
         ]
     }
 
-    /// The verdict by each measure, and the worst of them. Where no limb could be compared it is poor.
+    /// The verdict by each measure, and the worst of all. If no limb could be compared, it is poor.
     pub fn verdict(&self) -> (Vec<Criterion>, Verdict) {
         let measured = self.table().into_iter().filter_map(|(name, value, good, fair)| {
             let value = value?;

@@ -1,12 +1,12 @@
-//! The second pass: one problem over the frames of a window, in which the pose of each frame follows its goals and the
-//! joints move smoothly.
+//! The second pass: one problem over the frames of a window. The pose of each frame follows its goals, and the joints
+//! move smoothly.
 //!
-//! Gauss-Newton over the terms of the first pass, with the changes of positions and of velocities from frame to frame.
-//! Only frames that are at most two apart have terms in common, and those by joint, so that the normal equations are a
-//! band, which Cholesky's decomposition solves. Limits of positions are a box, as in the first pass. Steps that are
-//! longer than [`Steps`] allows are shortened, and a term holds them back in the next round. A round solves the frames
-//! again that still moved in the round before, with those near them. Windows overlap: the frames before a window stay,
-//! those at its end are solved again in the next.
+//! It is Gauss-Newton over the terms of the first pass, with the changes of positions and of velocities from frame to
+//! frame. Only frames with a distance of at most two share terms, joint by joint. So the normal equations are a band
+//! matrix, which Cholesky decomposition solves. Limits of positions are a box, as in the first pass. Steps that are
+//! longer than [`Steps`] allows are shortened, and a term limits them in the next round. A round solves only the frames
+//! that still moved in the previous round, and frames near them. Windows overlap. The frames before a window are fixed,
+//! and the frames at its end are solved again in the next window.
 
 use std::ops::Range;
 
@@ -25,41 +25,43 @@ use super::touches::LinkSeparation;
 use super::weights::Weights;
 use mocap_figure::robot_bones::sole::SoleBall;
 
-/// Frames of a window: some steps of a walk. Memory grows with them.
+/// The number of frames of a window: some steps of a walk. Memory grows with it.
 const FRAMES: usize = 192;
 
-/// Frames of a window that the next window solves again: the Gaussians reach 0.18 s, 22 frames at 120 fps.
+/// The number of frames of a window that the next window solves again. The Gaussians reach 0.18 s, 22 frames at 120
+/// fps.
 const OVERLAP: usize = 32;
 
-/// Rounds of Gauss-Newton at most: three are enough where nothing reaches its limits.
+/// The largest number of rounds of Gauss-Newton. Three are enough for a motion within its limits.
 const ROUNDS: usize = 10;
 
-/// Rounds of a window in which one frame is new: the others were solved before.
+/// The number of rounds of a window in which one frame is new. The other frames were solved before.
 const LIVE_ROUNDS: usize = 3;
 
-/// The change in a round, in radians or metres, below which a frame is solved: a millimetre is not seen.
+/// The change in a round below which a frame is solved, in radians or metres: a millimetre is not visible.
 pub const SMALL: f64 = 1e-3;
 
-/// The time in seconds around a frame that moved in which frames are solved again: some times the reach of the
-/// Gaussians that make it smooth.
+/// The time around a moving frame in which frames are solved again, in seconds: longer than the reach of the smoothing
+/// Gaussians.
 const NEAR: f64 = 0.2;
 
-/// The weight of the angular acceleration of the base, as a multiple of that of a joint: the base turns the whole mass.
+/// The weight of the angular acceleration of the base, as a multiple of the weight for a joint. The base rotates the
+/// whole mass.
 const TURN_OF_BASE: f64 = 10.0;
 
-/// The largest step of a frame in a round, in radians or metres: farther away the linear terms do not hold.
+/// The largest step of a frame in a round, in radians or metres. The linear terms are not valid farther away.
 const LARGEST: f64 = 0.5;
 
-/// The fraction of a limit from which on a step is held back: 1, less the rounding of a step that was cut off there.
+/// The fraction of a limit above which a step is limited by a term: 1, less the rounding of a step that was shortened.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// Standard deviations that a Gaussian reaches on either side: beyond are 0.3 % of it.
+/// The reach of a Gaussian to either side, in standard deviations. Only 0.3 % of it are beyond.
 const REACH: f64 = 3.0;
 
-/// The weight of the height of a foot that swings too low, as a fraction of the weight of links in each other.
+/// The weight of the height of a foot that swings too low, as a fraction of the weight of penetrating links.
 const SWING: f64 = 0.2;
 
-/// What a motion keeps to.
+/// The goals and limits of a motion.
 pub(super) struct Bound<'a> {
     pub(super) goals: &'a [Goals],
     pub(super) limits: &'a Bounds,
@@ -69,15 +71,15 @@ pub(super) struct Bound<'a> {
     pub(super) collisions: &'a Collisions,
 }
 
-/// Solves windows.
+/// Solves the windows of a motion.
 #[derive(Clone, Debug)]
 pub(super) struct Windows {
     terms: Terms,
     band: Band,
     touches: LinkSeparation,
     weights: Weights,
-    /// For each frame the acceleration that each unknown should have, by step and step: that of the first pass without
-    /// what is faster than people move.
+    /// The wanted acceleration of each unknown in each frame, per squared frame. It is the acceleration of the first
+    /// pass, without changes that are faster than human motion.
     wanted: Vec<f64>,
 }
 
@@ -92,7 +94,7 @@ impl Windows {
         }
     }
 
-    /// Makes a motion smooth.
+    /// Smooths a motion.
     pub(super) fn smooth(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion) {
         let frames = motion.frames();
         self.want(bound, motion);
@@ -104,8 +106,8 @@ impl Windows {
         }
     }
 
-    /// Makes the last frames of a motion smooth, those from `begin`, in which a frame has come; `first` is what the
-    /// first pass made of the same frames.
+    /// Smooths the last frames of a motion, from `begin` on, after a new frame has arrived. `first` is the result of
+    /// the first pass for the same frames.
     pub(super) fn slide(
         &mut self,
         kinematics: &Kinematics,
@@ -119,7 +121,7 @@ impl Windows {
         self.window(kinematics, bound, motion, range, LIVE_ROUNDS);
     }
 
-    /// Solves the frames of a window, which begins where `range` does and ends where the motion is still free.
+    /// Solves the frames of a window. The window starts with `range` and ends with the free part of the motion.
     fn window(
         &mut self,
         kinematics: &Kinematics,
@@ -143,7 +145,7 @@ impl Windows {
         }
     }
 
-    /// A step of Gauss-Newton of the frames of a part of a window that ends at `end`; the others stay.
+    /// One step of Gauss-Newton for a part of a window that ends at `end`. Other frames are fixed.
     fn solve(
         &mut self,
         kinematics: &Kinematics,
@@ -155,7 +157,7 @@ impl Windows {
         let size = self.terms.size();
         self.band.reset(size * part.len(), 2 * size);
         self.add_poses(kinematics, bound, motion, part.clone());
-        // Of the frames after the part two have terms in common with it.
+        // The two frames after the part share terms with the part.
         let rows = Rows {
             part: part.clone(),
             terms: part.start.max(1)..(part.end + 2).min(end),
@@ -168,7 +170,7 @@ impl Windows {
         self.apply(bound, motion, part);
     }
 
-    /// Finds the accelerations that the motion should have: those of its steps, smoothed by Gauss's bells.
+    /// Computes the wanted accelerations: the accelerations of the motion's steps, smoothed by Gaussians.
     fn want(&mut self, bound: &Bound<'_>, motion: &RobotMotion) {
         let (size, frames, count) = (self.terms.size(), motion.frames(), motion.dof_names.len());
         let mut steps = vec![0.0; frames * size];
@@ -199,7 +201,7 @@ impl Windows {
         }
     }
 
-    /// The terms of each pose.
+    /// Adds the terms of each pose.
     fn add_poses(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
         let size = self.terms.size();
         let mut pose = kinematics.rest();
@@ -211,7 +213,7 @@ impl Windows {
                     let point = pose.bodies[*body].point(ball.centre);
                     let least = ball.radius + clearance;
                     if point.z < least {
-                        // A swing that is lower does less harm than links in each other.
+                        // A low swing does less harm than penetrating links.
                         let weight = match point.z < ball.radius {
                             true => self.weights.foot_place,
                             false => SWING * self.weights.apart,
@@ -236,8 +238,8 @@ impl Windows {
         }
     }
 
-    /// Adds the term `weight * (sum of factors * unknowns + error)^2` of one unknown in several frames; frames that are
-    /// not in the part stay.
+    /// Adds the term `weight * (sum of factors * unknowns + error)^2` of one unknown in several frames. Frames outside
+    /// the part are fixed.
     fn add(&mut self, part: &Range<usize>, unknown: usize, factors: &[(usize, f64)], weight: f64, error: f64) {
         let size = self.terms.size();
         let here = |frame: usize| part.contains(&frame).then(|| (frame - part.start) * size + unknown);
@@ -311,7 +313,7 @@ impl Windows {
         }
     }
 
-    /// Joints that are at a limit and pull outwards stay.
+    /// Fixes joints that are at a limit and pull outwards.
     fn fix(&mut self, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
         let (size, count) = (self.terms.size(), motion.dof_names.len());
         for (index, frame) in range.enumerate() {
@@ -342,7 +344,7 @@ impl Windows {
         }
     }
 
-    /// Takes back what is too long of the steps of a window.
+    /// Shortens the steps of a window that are too long.
     fn keep(&self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion, range: Range<usize>) {
         let count = motion.dof_names.len();
         let mut values = Vec::with_capacity(range.len());
@@ -368,13 +370,13 @@ impl Windows {
     }
 }
 
-/// The frames that a step solves, and those whose changes it has terms of.
+/// The frames that a step solves, and the frames in its terms.
 struct Rows {
     part: Range<usize>,
     terms: Range<usize>,
 }
 
-/// Frames as they were.
+/// Copies of frames.
 struct FrameCopies {
     root: Vec<Placement>,
     dof_pos: Vec<f64>,
@@ -389,7 +391,7 @@ impl FrameCopies {
         }
     }
 
-    /// How far each frame has moved, in radians or metres: the largest change.
+    /// The largest change of each frame, in radians or metres.
     fn moved(&self, motion: &RobotMotion, range: Range<usize>) -> Vec<f64> {
         let count = motion.dof_names.len();
         let moved = |(index, frame): (usize, usize)| {
@@ -404,7 +406,7 @@ impl FrameCopies {
     }
 }
 
-/// The frames that are at most so many from one that has moved, counted from the first.
+/// The frames within `reach` of a frame that has moved, counted from the first.
 pub fn near(moved: &[f64], first: usize, reach: f64) -> Vec<Range<usize>> {
     let reach = reach.ceil().max(2.0) as usize;
     let mut parts: Vec<Range<usize>> = Vec::new();
@@ -418,8 +420,8 @@ pub fn near(moved: &[f64], first: usize, reach: f64) -> Vec<Range<usize>> {
     parts
 }
 
-/// Smooths columns of the rows of frames by Gauss's bell of a deviation in frames. The first row is no step, and stays
-/// out.
+/// Smooths columns of the frames' rows by a Gaussian. Its standard deviation is in frames. The first row is not a step,
+/// and is ignored.
 fn smoothed(steps: &[f64], size: usize, columns: Range<usize>, deviation: f64, smooth: &mut [f64]) {
     let frames = steps.len() / size;
     let reach = (REACH * deviation).ceil().min(frames as f64) as usize;
@@ -438,7 +440,7 @@ fn smoothed(steps: &[f64], size: usize, columns: Range<usize>, deviation: f64, s
     }
 }
 
-/// How far the base goes and turns from the frame before.
+/// The translation and the rotation of the base from the previous frame.
 fn root_step(motion: &RobotMotion, frame: usize) -> (DVec3, DVec3) {
     let (from, to) = (&motion.root[frame - 1], &motion.root[frame]);
     let turn = rotation_vector(to.rotation * from.rotation.inverse());

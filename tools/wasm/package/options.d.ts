@@ -420,11 +420,11 @@ export interface FileOutputOptions {
 export type FirstFrame = "auto" | "yes" | "no";
 
 /**
- * Where the floor of a motion on a robot is.
+ * The height of the floor for a motion on a robot.
  * `"auto"`: Under the feet in stance. A foot that stands up to 6 cm too high is lowered with the whole robot, and a robot
  * that would be below the floor is raised.
- * `"z=0"`: At height 0 of the source's file; a robot that would be below it is raised.
- * `"keep"`: Where the source has it in the mean, with every height as in the source, also below it.
+ * `"z=0"`: At height 0 of the source's file. A robot that would be below this height is raised.
+ * `"keep"`: At its mean height in the source. Heights do not change, even below the floor.
  */
 export type Floor = "auto" | "z=0" | "keep";
 

@@ -1,10 +1,11 @@
-//! Balance: the base goes to where the floor can carry the robot.
+//! Balance: shifts the base to where the floor can carry the robot.
 //!
-//! A robot has its masses and its feet elsewhere than a person. Over the feet of a person it would fall, because the
-//! centre of pressure would be outside the soles. For a mass at the height h it is at x - h/g x'' (the cart on a table
-//! of S. Kajita et al., "Biped walking pattern generation by using preview control of zero-moment point", ICRA 2003).
-//! It comes nearer by e if the mass is shifted by d, with d - h/g d'' = -e. The shift that is bounded at all times is e
-//! smoothed by exp(-|t|/T) / 2T, with T = sqrt(h/g).
+//! The masses and the feet of a robot are not where a person has them. With its hips over its feet like a person, a
+//! robot would fall, because the centre of pressure would be outside the soles. The centre of pressure of a mass at the
+//! position x and the height h is x - h/g x'' (the cart on a table of S. Kajita et al., "Biped walking pattern
+//! generation by using preview control of zero-moment point", ICRA 2003). It moves nearer by e if the mass is shifted
+//! by d, with d - h/g d'' = -e. The only shift that is bounded at all times is e smoothed by exp(-|t|/T) / 2T, with T =
+//! sqrt(h/g).
 
 use glam::DVec2;
 use mocap_scene::scene::{Animation, Scene};
@@ -17,28 +18,29 @@ use super::super::speed::Steps;
 use super::super::terms::Goals;
 use super::RobotRetargeter;
 
-/// How often the base is shifted at most.
+/// The largest number of shifts of the base.
 const SHIFTS: usize = 2;
 
-/// The fraction of feasible frames that is enough: the others are moments of contact.
+/// The fraction of feasible frames that is enough. The remaining frames are impacts of feet.
 const FEASIBLE: f64 = 0.97;
 
-/// The fraction of frames that a shift must gain: less is not worth what it costs.
+/// The fraction of frames that a shift must gain. A smaller gain is not worth its cost.
 const GAIN: f64 = 0.01;
 
-/// The angle in degrees by which limbs may become worse: a tenth of a visible angle.
+/// The largest increase of the limbs' angle by a shift, in degrees: a tenth of a visible angle.
 const FARTHER: f64 = 0.3;
 
-/// The speed in m/s by which feet in stance may become worse: below the resolution of a report.
+/// The largest increase of the sliding speed of feet in stance by a shift, in m/s: below the resolution of a report.
 const FASTER: f64 = 0.002;
 
-/// How far outside a centre of pressure is believed, in metres.
+/// The largest distance of a centre of pressure outside the soles that counts, in metres. A larger distance is not
+/// reliable.
 const FARTHEST: f64 = 0.3;
 
-/// The base stays where no shift is longer than this, in metres.
+/// The smallest length of the longest shift at which the base is shifted, in metres.
 const LEAST_SHIFT: f64 = 0.002;
 
-/// A motion of the second pass before soles are raised above the floor, with what it follows.
+/// A motion of the second pass before soles are raised above the floor, with its goals.
 pub(super) struct Balance<'a> {
     pub(super) goals: &'a mut [Goals],
     pub(super) steps: &'a Steps,
@@ -46,7 +48,7 @@ pub(super) struct Balance<'a> {
 }
 
 impl RobotRetargeter {
-    /// A motion of the second pass, or the one that is better balanced.
+    /// A motion of the second pass, or a better balanced motion.
     pub(super) fn balanced(
         &mut self,
         source: &Scene,
@@ -73,8 +75,8 @@ impl RobotRetargeter {
         found
     }
 
-    /// Shifts the base to where the floor carries it, and solves the windows again; false where nothing is to be
-    /// shifted.
+    /// Shifts the base to where the floor carries it, and solves the windows again. Returns `false` if no shift is
+    /// needed.
     fn shift(&mut self, balance: &mut Balance<'_>) -> bool {
         let Balance { goals, steps, motion } = balance;
         let soles = self.following.soles();
@@ -92,7 +94,8 @@ impl RobotRetargeter {
     }
 }
 
-/// The shifts of the base for centres of pressure that are so far outside the soles; `None` where none is needed.
+/// The shifts of the base for the vectors from the soles to the centres of pressure outside them; `None` if no shift is
+/// needed.
 pub fn shifts(outside: &[DVec2], height: f64, fps: f64) -> Option<Vec<DVec2>> {
     let time = (height.max(0.1) / GRAVITY).sqrt() * fps;
     let fades = (-1.0 / time).exp();

@@ -1,4 +1,4 @@
-//! Motions of the robot, which any program made, against what they follow.
+//! Measures motions of the robot that any program wrote, against their references.
 
 use glam::DVec3;
 use mocap_figure::HumanoidBone as Bone;
@@ -14,13 +14,13 @@ use super::super::source_rotations::SourceRotations;
 use super::super::speed::Steps;
 use super::RobotRetargeter;
 
-/// Largest difference of two frame rates that are one, as a fraction.
+/// The largest relative difference of two equal frame rates, as a fraction.
 const SAME_RATE: f64 = 1e-3;
 
 impl RobotRetargeter {
-    /// How well a motion of the robot is an animation of `source`, by its index. Any program may have made it; it is
-    /// not changed. Both have one frame rate and begin at the same moment. Frames that one of them lacks are not
-    /// compared.
+    /// Measures how well a motion of the robot follows an animation of `source`, by its index. Any program may have
+    /// written the motion, and the motion is not changed. Both have the same frame rate and begin at the same moment.
+    /// Frames that one of the motions lacks are not compared.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -38,24 +38,24 @@ impl RobotRetargeter {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] if there is no such animation, or no frame that both have; [`Code::InvalidValue`] if the
-    /// frame rates differ, or the joints are not those of the robot.
+    /// [`Code::NoMotion`] if there is no such animation, or the motions have no frame in common. [`Code::InvalidValue`]
+    /// if the frame rates differ, or the joints are not the joints of the robot.
     pub fn judge(&mut self, source: &Scene, index: usize, motion: &RobotMotion) -> Result<RobotReport> {
         let mut animation = Self::animation_of(source, index)?.clone();
         let (own, theirs) = (motion.fps, animation.ticks_per_second);
         if (own - theirs).abs() > SAME_RATE * theirs {
-            let message = format!("the motion has {own} frames per second, and its reference {theirs}");
+            let message = format!("the motion has {own} frames per second, but its reference has {theirs}");
             return Err(Diagnostic::new(Code::InvalidValue, message)
                 .help("resample one of them")
                 .into());
         }
         if motion.dof_names != self.robot.dof_names() {
-            let message = format!("the joints of the motion are not those of {}", self.robot.name);
+            let message = format!("the joints of the motion are not the joints of {}", self.robot.name);
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
         let frames = motion.frames().min(animation.frame_count());
         if frames == 0 {
-            return Err(Diagnostic::new(Code::NoMotion, "there is no frame that both motions have").into());
+            return Err(Diagnostic::new(Code::NoMotion, "the two motions have no frame in common").into());
         }
         animation.duration = animation.duration.min((frames - 1) as f64);
         let mut motion = motion.clone();
@@ -72,7 +72,7 @@ impl RobotRetargeter {
         Ok(report)
     }
 
-    /// The scores of a motion with this report; `None` of a robot without legs, whose base stays.
+    /// The scores of a motion with this report; `None` for a robot without legs, whose base is fixed.
     pub(super) fn scores(
         &self,
         source: &Scene,
@@ -99,7 +99,7 @@ impl RobotRetargeter {
         })
     }
 
-    /// The links with a joint and the base, in two motions of the robot.
+    /// The positions of the base and of links with a joint, in two motions of the robot.
     fn links(&self, reference: &RobotMotion, motion: &RobotMotion) -> BodyPlaces {
         let of_motion = |motion: &RobotMotion| {
             let mut pose = self.kinematics.rest();
@@ -119,7 +119,7 @@ impl RobotRetargeter {
         }
     }
 
-    /// The bones of the robot, against a person of its proportions that does the motion.
+    /// The positions of the robot's bones, and of a person with the robot's proportions in the same motion.
     fn bones(&self, source: &Scene, animation: &Animation, motion: &RobotMotion) -> BodyPlaces {
         let moved = self.retargeter.clone().animation(source, animation);
         let twin = &self.twin;

@@ -1,4 +1,4 @@
-//! Motions of the robot itself, and where a motion begins.
+//! Motions of the robot itself, and the start of a motion.
 
 use glam::DVec3;
 use mocap_scene::scene::robot::{Placement, Robot};
@@ -9,14 +9,13 @@ use super::super::motion::RobotMotion;
 use super::super::solver::Bounds;
 use super::RobotRetargeter;
 
-/// Largest difference from 1 of the scale of a motion of the robot itself: the rounding of a scene.
+/// The largest difference from 1 of the scale for a motion of the robot itself: the rounding of a scene.
 const SAME_SCALE: f64 = 1e-3;
 
-/// How far beyond a limit a motion of the robot itself may be, in radians or metres: the rounding of files.
+/// The largest excess over a limit in a motion of the robot itself, in radians or metres: the rounding of files.
 const SAME_POSITION: f64 = 1e-4;
 
-/// The motion as it is, where the robot itself moves in it within `limits`; `scale` is how many times as long steps
-/// should be.
+/// The unchanged motion, if the robot itself moves in it within `limits`. `scale` is the wanted factor of the steps.
 pub(in super::super) fn own_motion(
     robot: &Robot,
     (source, animation): (&Scene, &Animation),
@@ -38,7 +37,7 @@ pub(in super::super) fn own_motion(
 }
 
 impl RobotRetargeter {
-    /// The motion as it is, where the robot itself moves in it, and no map says otherwise.
+    /// The unchanged motion, if the robot itself moves in it, and no map states other bones.
     pub(super) fn own_motion(&self, source: &Scene, animation: &Animation) -> Option<RobotMotion> {
         let own = || {
             own_motion(
@@ -51,7 +50,7 @@ impl RobotRetargeter {
         self.options.map.is_empty().then(own).flatten()
     }
 
-    /// Puts the base where the hips should be.
+    /// Moves the base so that the hips have their wanted position.
     pub(super) fn begin(&self, pose: &mut RobotPose) {
         let Some((turn, reach)) = self.following.hips() else {
             return;

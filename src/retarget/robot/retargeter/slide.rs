@@ -1,4 +1,4 @@
-//! How fast the feet of the source slide, measured as those of the robot.
+//! The sliding speed of the source's feet, measured like the robot's feet.
 
 use glam::{DVec3, Quat, Vec3};
 use mocap_figure::HumanoidBone as Bone;
@@ -12,7 +12,7 @@ use super::RobotRetargeter;
 struct SourceSole {
     ankle: NodeId,
     toes: Option<NodeId>,
-    /// Points that move with the ankle, and with the joint of the toes, each from it in the axes of that joint.
+    /// Points that move with the ankle, and points that move with the joint of the toes, each relative to its joint.
     points: Vec<Vec3>,
     in_front: Vec<Vec3>,
 }
@@ -35,9 +35,9 @@ impl SourceSole {
 }
 
 impl RobotRetargeter {
-    /// The mean speed of the slowest point of a sole while the foot of the source stands. The soles are those of the
-    /// robot, in the proportion of the legs: both bodies are measured at the same points. Points in front of the toes'
-    /// joint move with it.
+    /// The mean speed of the slowest point of a sole while the foot of the source is in contact. The soles are the
+    /// robot's soles, scaled by the ratio of the leg lengths, so both bodies are measured at the same points. Points in
+    /// front of the toes' joint move with this joint.
     pub(super) fn source_slide(&self, source: &Scene, animation: &Animation, contacts: &[[bool; 2]]) -> Option<f64> {
         if !self.twin.has_legs {
             return None;
@@ -72,7 +72,7 @@ impl RobotRetargeter {
         let to_source = body.leg / self.retargeter.target.leg;
         let in_ankle = body.frame_to_joint(foot, ankle).inverse();
         let toes_bone = Bone::LeftToes.on(side);
-        // Where the toes begin, in the frame of the foot.
+        // The position of the toes' joint, in the frame of the foot.
         let toes = body.joint(toes_bone).map(|toes| {
             let from_ankle = body.rotation(ankle).inverse() * (body.position(toes) - body.position(ankle));
             (toes, in_ankle.inverse() * from_ankle)

@@ -1,4 +1,4 @@
-//! Where the soles of the twin are, and how far the robot is brought down for them.
+//! The positions of the twin's soles, and the lowering of the robot for them.
 
 use glam::DVec3;
 use mocap_scene::pose::{Binding, Pose};
@@ -22,7 +22,7 @@ impl RobotRetargeter {
         points.collect()
     }
 
-    /// How far the robot is brought down in each frame, so that its floor is where the options have it.
+    /// The lowering of the robot in each frame, for the floor of the options.
     pub(super) fn drops(&self, soles: &[[Vec<DVec3>; 2]], fps: f64, contacts: &[[bool; 2]]) -> Vec<f64> {
         match self.options.floor {
             Floor::Auto if self.options.lock_feet => {
@@ -35,7 +35,7 @@ impl RobotRetargeter {
         }
     }
 
-    /// How far the robot is raised in each frame, smoothly, wherever a sole or a link would be below the floor.
+    /// The smooth raise of the robot in each frame, so that no sole and no link is below the floor.
     pub(in super::super) fn raised(&self, motion: &RobotMotion) -> Vec<f64> {
         match self.options.floor {
             Floor::Keep => vec![0.0; motion.frames()],

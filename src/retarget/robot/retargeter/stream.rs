@@ -1,4 +1,4 @@
-//! A robot that follows a motion as it comes: each pose is solved from the one before, without a look ahead.
+//! A robot that follows a motion as it arrives. Each pose is solved from the previous pose, without future frames.
 
 use mocap_scene::error::Result;
 use mocap_scene::pose::Pose;
@@ -9,8 +9,8 @@ use super::super::kinematics::RobotPose;
 use super::super::solver::Bounds;
 use super::{FIRST_STEPS, RobotOptions, RobotRetargeter, STEPS, continued};
 
-/// Puts poses of a source on a robot, one after the other. A stream lacks two things of a clip: feet that are held in
-/// contact, and smoothness by coming frames. A stream keeps the limits of joints, and soles above the floor.
+/// Retargets poses of a source to a robot, one after the other. Unlike a clip, a stream does not lock feet in contact,
+/// and does not use future frames for smoothness. A stream keeps the limits of joints, and soles above the floor.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -37,7 +37,7 @@ pub struct RobotStream {
 }
 
 impl RobotStream {
-    /// Prepares poses of the skeleton of `source` for `robot`; of the options those of clips alone have no effect.
+    /// Prepares to retarget poses of the skeleton of `source` to `robot`. Options for clips have no effect.
     ///
     /// # Errors
     /// As [`RobotRetargeter::new`].
@@ -52,15 +52,15 @@ impl RobotStream {
         })
     }
 
-    /// The base, in metres with +Z up, and the positions of the joints in a pose of the source, so many seconds after
-    /// the pose before.
+    /// The base, in metres with +Z up, and the positions of the joints for a pose of the source, which is `seconds`
+    /// after the previous pose.
     pub fn pose(&mut self, source: &Pose, seconds: f64) -> (Placement, &[f64]) {
         let Self {
             retargeter, twin, pose, ..
         } = self;
         retargeter.retargeter.pose(source, twin);
         retargeter.following.aim(twin, 0.0);
-        // What is below the floor is raised.
+        // Raises soles that are below the floor.
         let lowest = retargeter.following.heights().into_iter().fold(f64::INFINITY, f64::min);
         if lowest < 0.0 {
             retargeter.following.aim(twin, lowest);
@@ -88,5 +88,5 @@ impl RobotStream {
     }
 }
 
-/// Seconds between two poses at least, for how far joints come.
+/// The smallest time between two poses that limits the steps of joints, in seconds.
 const SHORTEST: f64 = 1e-4;

@@ -74,7 +74,7 @@ fn a_walk_in_the_air_is_not_good() {
         ": poor because fraction floating is ",
         ", above 0.2\n",
         ": also, fraction infeasible is ",
-        "the step ground puts it on the floor",
+        "the step ground puts the source on the floor",
     ] {
         assert!(said.contains(text), "{text}: {said}");
     }
