@@ -1,4 +1,4 @@
-//! Converts a scene from the unit, axes and frames of its file to those of an output.
+//! Converts a scene from the unit, axes and frames of its file to the unit, axes and frames of an output.
 //!
 //! Motion files rarely state their unit or their up axis, and glTF is in metres with +Y up. A [`Conversion`] has the
 //! caller's choices, [`Survey`](crate::Survey) guesses the rest, and [`Conversion::apply`] returns the
@@ -74,8 +74,8 @@ pub enum RestPoseSource {
     InFile,
     /// The pose of a frame of the file, from 0.
     Frame(u64),
-    /// The T-pose of the humanoid: arms sideways, facing along an axis. All joint rotations are zero: the axes of all
-    /// joints are those of the world.
+    /// The T-pose of the humanoid: arms sideways, facing along an axis. All joint rotations are zero, so the axes of
+    /// all joints are the world axes.
     TPose,
     /// The T-pose with its arms lowered by 45 degrees. All joint rotations are zero.
     APose,
@@ -99,7 +99,7 @@ pub enum RootMotion {
 
 /// Converts an imported scene to the unit, the axes and the frames of an output.
 ///
-/// By default it converts lengths to metres and the axes to +Y up, and changes nothing else. The steps are those of
+/// By default it converts lengths to metres and the axes to +Y up, and changes nothing else. The steps are steps of
 /// [`process`](mocap_scene::process), in this order: rest pose, trim, frame rate, unit and axes, root motion. Each is
 /// recorded in [`Metadata::steps`](mocap_scene::scene::Metadata::steps), so that `verify` can undo it.
 ///
@@ -245,9 +245,9 @@ impl Conversion {
     ///
     /// Default: `false`, the output is in metres with +Y up.
     ///
-    /// For BVH, which has no unit and no up axis: without other options the values do not change. A unit or axis that
-    /// is kept and not needed is not guessed. `Exporter` does not guess either: it writes such a scene with its values
-    /// and a warning.
+    /// This is for BVH, which has no unit and no up axis: without other options, the values do not change. A unit or
+    /// axis that is kept and not needed is not guessed. `Exporter` does not guess either: it writes such a scene with
+    /// its values and a warning.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -343,7 +343,7 @@ impl Conversion {
         self
     }
 
-    /// What to do with the first frame.
+    /// The treatment of the first frame.
     ///
     /// Default: [`FirstFrame::Keep`].
     ///

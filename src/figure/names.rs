@@ -115,7 +115,7 @@ impl Name {
         }
     }
 
-    /// How well the name fits `part`: at most 1, 0 if the name has no meaning, below 0 if it means another bone.
+    /// The fit of the name to `part`: at most 1, 0 if the name has no meaning, below 0 if it means another bone.
     pub(crate) fn fits(&self, part: Part) -> f32 {
         let weight = self
             .meaning

@@ -37,15 +37,15 @@ const FAR_FROM_PARENT: f32 = 0.2;
 /// skeleton.
 const NEAR_SKIN: f32 = 0.05;
 
-/// A scene in which each joint of the skin is a child of the joint that it follows. The rest pose is that of the file.
+/// A scene in which each joint of the skin is a child of the joint that it follows, in the rest pose of the file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Rig {
     /// The nodes and meshes, without animations. Node ids differ from those of the file.
     pub scene: Scene,
-    /// The node of the file, by the node of `scene`.
+    /// The node of the file for each node of `scene`.
     to_file: Vec<NodeId>,
-    /// The node of `scene`, by the node of the file.
+    /// The node of `scene` for each node of the file.
     of_file: Vec<NodeId>,
     /// The nodes of `scene` with a new parent, each with its parent in the file.
     moved: Vec<(NodeId, Option<NodeId>)>,

@@ -18,29 +18,29 @@ use crate::Confidence;
 use crate::names::words::Part;
 use crate::rig::Rig;
 
-/// Pairs of limbs that are looked at as front and hind legs, the longest of a skeleton.
+/// The largest number of pairs of limbs that are examined as front and hind legs. The longest pairs are examined.
 const MOST_PAIRS: usize = 48;
 
-/// The fraction of the poses in which the legs must stand: jumps and gallops have poses in which they do not.
+/// The smallest fraction of the poses in which the legs stand. In jumps and gallops, some poses do not stand.
 const LEAST_STANDING: f32 = 0.4;
 
-/// The least distance between the tops of front and hind legs, as a fraction of their length: a skirt begins above the
-/// legs.
+/// The smallest distance between the tops of front and hind legs, as a fraction of the length of the legs. A skirt
+/// begins above the legs.
 const LEGS_APART: f32 = 0.4;
 
-/// The cosine of the angle to a leg above which a trunk is not level: 53 degrees.
+/// The cosine of the angle between trunk and leg above which the trunk is not level: 53 degrees.
 const STEEP: f32 = 0.6;
 
-/// The cosine of the angle from down up to which a leg stands: 60 degrees.
+/// The smallest cosine of the angle between a leg and straight down in a stance: 60 degrees.
 const POINTS_DOWN: f32 = 0.5;
 
-/// How far paws may differ in height, as a fraction of the length of the legs: those in the air too.
+/// The largest height difference between paws, as a fraction of the length of the legs. Paws in the air count too.
 const LEVEL: f32 = 0.5;
 
-/// The least length of the shorter legs, as a fraction of the longer ones: arms of a dinosaur are shorter.
+/// The smallest length of the shorter legs, as a fraction of the longer legs. The arms of a dinosaur are shorter.
 const SHORTEST_LEG: f32 = 0.55;
 
-/// The first bone of a leg is a girdle where it is shorter than this, as a fraction of the chain: thighs are longer.
+/// The largest length of a girdle, the first bone of a leg, as a fraction of the chain. Thighs are longer.
 const SHORT_GIRDLE: f32 = 0.2;
 
 /// A leg of an animal on four legs: the joints at which its segments begin.
@@ -121,7 +121,7 @@ pub struct Quadruped {
 }
 
 impl Quadruped {
-    /// The animal in a scene of a creature on four legs, whose bones were searched for.
+    /// The animal in a scene whose creature walks on four legs, with the found bones.
     pub(crate) fn of(scene: &Scene, humanoid: &Humanoid) -> Option<Self> {
         let Some(mut rig) = Rig::new(scene, &humanoid.follow) else {
             return find(scene, &Tree::new(scene, Vec::new()));
@@ -154,7 +154,7 @@ impl Quadruped {
     }
 }
 
-/// A chain of joints read as a leg, by the indices of its nodes.
+/// A chain of joints that is assigned as a leg, by the indices of its nodes.
 #[derive(Clone, Debug)]
 struct Limb {
     root: usize,
@@ -165,7 +165,7 @@ struct Limb {
     paw: usize,
     /// The last node of the chain.
     tip: usize,
-    /// From the hip or shoulder to the paw, along the bones.
+    /// The length from the hip or shoulder to the paw, along the bones.
     length: f32,
 }
 
@@ -213,7 +213,7 @@ impl Limb {
     }
 }
 
-/// Two limbs of one branch.
+/// A pair of limbs of one branch.
 #[derive(Clone, Debug)]
 struct Legs {
     branch: usize,
@@ -237,7 +237,7 @@ impl Legs {
         0.5 * (view[self.limbs[0].upper] + view[self.limbs[1].upper])
     }
 
-    /// 1 where the names say that they are front legs, -1 where they say hind legs.
+    /// 1 if the names mean front legs, -1 if the names mean hind legs.
     fn named(&self, tree: &Tree) -> f32 {
         let of_name = |node: usize| {
             let name = &tree.names[node];
@@ -265,7 +265,7 @@ pub(super) fn find(scene: &Scene, tree: &Tree) -> Option<Quadruped> {
     search(scene, tree, &legs).map(Stance::read)
 }
 
-/// Whether an animal stands on four legs at rest too, as no person does.
+/// Whether an animal also stands on four legs at rest, unlike a person.
 pub(super) fn rests_on_four_legs(scene: &Scene, tree: &Tree) -> bool {
     let legs = legs(tree);
     search(scene, tree, &legs).is_some_and(|stance| stands(&tree.at, stance.pairs))
@@ -276,7 +276,7 @@ fn legs(tree: &Tree) -> Vec<Legs> {
     pairs.iter().filter_map(|pair| Legs::new(tree, pair)).collect()
 }
 
-/// The two pairs of limbs that stand in most poses, the longest of several.
+/// The two pairs of limbs that stand in most poses. Of several, the longest pairs.
 fn search<'a>(scene: &Scene, tree: &'a Tree, all: &'a [Legs]) -> Option<Stance<'a>> {
     let positions = |pose: &mocap_scene::pose::Pose| -> Vec<Vec3> {
         (0..tree.at.len())
@@ -316,8 +316,8 @@ fn search<'a>(scene: &Scene, tree: &'a Tree, all: &'a [Legs]) -> Option<Stance<'
     best.map(|(_, stance)| stance)
 }
 
-/// How much longer than wide the trunk between two pairs of limbs is, from 0 to 1. It is needed because four limbs of
-/// one joint can be paired across the trunk and along it.
+/// The excess of the trunk's length over its width between two pairs of limbs, from 0 to 1. It is needed because four
+/// limbs of one joint can be paired across the trunk or along the trunk.
 fn length_of_trunk(views: &[&[Vec3]], pairs: [&Legs; 2]) -> f32 {
     let of_view = |view: &&[Vec3]| {
         let along = pairs[0].middle(view).distance(pairs[1].middle(view));
@@ -339,7 +339,7 @@ fn stands(view: &[Vec3], pairs: [&Legs; 2]) -> bool {
         .normalize_or_zero();
     let along = pairs[0].middle(view) - pairs[1].middle(view);
     let forward = along.normalize_or_zero();
-    // In a step all legs may lean one way: the ground is along the trunk.
+    // In a step, all legs may lean in one direction, so the ground is along the trunk.
     let below = down.reject_from(along.normalize_or(Vec3::X)).normalize_or_zero();
     let levels = limbs.map(|limb| view[limb.paw].dot(below));
     let (least, most) = levels.fold((f32::MAX, f32::MIN), |(least, most), level| {

@@ -1,4 +1,4 @@
-//! The skeleton as a tree of bones: lengths, chains, and limbs that come in pairs.
+//! The skeleton as a tree of bones: lengths, chains, and pairs of limbs.
 
 use glam::Vec3;
 use mocap_scene::pose::{Binding, Pose};
@@ -7,33 +7,35 @@ use mocap_scene::scene::{NodeId, NodeKind, Scene};
 use crate::names::Name;
 use crate::names::words::Part;
 
-/// Nodes of a chain that are looked at; a limb with twist and helper joints has a dozen.
+/// The largest number of nodes of a chain that are examined. A limb with twist and helper joints has a dozen.
 const MOST_IN_A_CHAIN: usize = 16;
 
-/// Children of one node among which pairs are looked for. Hands and faces have fewer; hundreds are markers.
+/// The largest number of children of one node among which pairs are searched. Hands and faces have fewer. Hundreds of
+/// children are markers.
 const MOST_CHILDREN: usize = 64;
 
-/// Fraction by which the two limbs of a pair may differ in length. Solvers fit each side on its own.
+/// The largest relative difference between the lengths of a pair's limbs, as a fraction. Solvers fit each side
+/// separately.
 const PAIR_TOLERANCE: f32 = 0.2;
 
-/// A limb is at least this fraction of the longest chain of the skeleton, from its root on.
+/// The smallest length of a limb, as a fraction of the longest chain of the skeleton from its root.
 const SHORTEST_LIMB: f32 = 0.12;
 
 /// The fraction of joints without a length from which OFFSETs count as missing.
 const NO_LENGTHS: f32 = 0.8;
 
-/// The joints with names of parts of a body from which on a skeleton names its bones: hips, two legs and two arms of
-/// three joints each, less one.
+/// The number of joints with names of body parts from which a skeleton counts as naming its bones. It is one less than
+/// the hips, and two legs and two arms of three joints each.
 const NAMED_JOINTS: usize = 12;
 
-/// How well the name of a joint without a meaning fits a part of such a skeleton. It takes away as much as the lengths
-/// of an optional bone add.
+/// The fit of a joint without a meaningful name to a part, in such a skeleton. Its penalty equals the score that the
+/// lengths of an optional bone add.
 const NAMELESS: f32 = -0.4;
 
-/// How well a joint that a map names as another part fits a part: no length outweighs it.
+/// The fit of a joint that a map names as another part. No length outweighs this penalty.
 const STATED_OTHERWISE: f32 = -8.0;
 
-/// The nodes of a scene with their names read and their bones measured.
+/// The nodes of a scene, with the meanings of their names and the lengths of their bones.
 pub(super) struct Tree {
     /// The meaning of each name.
     pub(super) names: Vec<Name>,
@@ -45,13 +47,13 @@ pub(super) struct Tree {
     pub(super) children: Vec<Vec<usize>>,
     /// Nodes that the file can animate.
     pub(super) is_joint: Vec<bool>,
-    /// Distance to the parent.
+    /// The distance to the parent.
     pub(super) bone: Vec<f32>,
-    /// Length of the longest chain from the node down.
+    /// The length of the longest chain from the node down.
     pub(super) reach: Vec<f32>,
-    /// Whether the skeleton names its bones, so that a joint without a meaning is less likely one.
+    /// Whether the skeleton names its bones. A joint without a meaningful name is then less likely a bone.
     is_named: bool,
-    /// The joints that a map names, which have the names of their bones.
+    /// The joints that a map names. They have the names of their bones.
     pub(super) stated: Vec<usize>,
 }
 
@@ -91,8 +93,8 @@ impl Tree {
         }
     }
 
-    /// How well the name of a node fits a part, as [`Name::fits`]; among joints with names, one without a meaning fits
-    /// less.
+    /// The fit of a node's name to a part, as [`Name::fits`]. If the skeleton names its bones, a name without a meaning
+    /// fits less.
     pub(super) fn fits(&self, node: usize, part: Part) -> f32 {
         let name = &self.names[node];
         let says_nothing = name.meaning.is_empty() && !name.is_helper;
@@ -110,12 +112,12 @@ impl Tree {
         std::iter::successors(self.parent[node], |above| self.parent[*above])
     }
 
-    /// Whether `node` is `above` or a descendant of it.
+    /// Whether `node` is `above` or a descendant of `above`.
     pub(super) fn is_within(&self, node: usize, above: usize) -> bool {
         node == above || self.above(node).any(|other| other == above)
     }
 
-    /// The nodes from one node to another through the tree, both included.
+    /// The nodes on the path from one node to another through the tree, including both.
     pub(super) fn path(&self, from: usize, to: usize) -> Vec<usize> {
         let up: Vec<usize> = std::iter::once(from).chain(self.above(from)).collect();
         let mut down = Vec::new();
@@ -127,7 +129,7 @@ impl Tree {
             down.push(node);
             match self.parent[node] {
                 Some(parent) => node = parent,
-                // Two trees, with no path between them. A scene has one root.
+                // The nodes are in two trees, with no path between them. A scene has one root.
                 None => break up.len() - 1,
             }
         };
@@ -136,20 +138,20 @@ impl Tree {
         path
     }
 
-    /// Length of a path through the tree.
+    /// The length of a path through the tree.
     pub(super) fn length_of(&self, path: &[usize]) -> f32 {
         path.windows(2)
             .map(|pair| self.at[pair[0]].distance(self.at[pair[1]]))
             .sum()
     }
 
-    /// Length of the path between two nodes.
+    /// The length of the path between two nodes.
     pub(super) fn between(&self, from: usize, to: usize) -> f32 {
         self.length_of(&self.path(from, to))
     }
 
     /// The longest chain that begins with `start`: its nodes, including end sites. Of two chains of similar length, the
-    /// chain with more joints, so that a stub next to a limb is not chosen.
+    /// chain with more joints is chosen, so that a stub next to a limb is not chosen.
     pub(super) fn chain(&self, start: usize) -> Vec<usize> {
         let mut chain = vec![start];
         let mut node = start;
@@ -171,18 +173,18 @@ impl Tree {
     }
 }
 
-/// Two limbs that are children of one node and are alike.
+/// Two similar limbs that are children of one node.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
     /// The parent of both limbs.
     pub(super) branch: usize,
-    /// The first node of each, in the order of the file.
+    /// The first node of each limb, in the order of the file.
     pub(super) roots: [usize; 2],
-    /// The longer reach of the two, from the branch.
+    /// The larger reach of the two limbs, from the branch.
     pub(super) reach: f32,
 }
 
-/// Pairs of limbs that can be arms or legs, the longest first.
+/// The pairs of limbs that can be arms or legs, the longest first.
 pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
     let mut pairs = Vec::new();
     let longest = tree.reach.get(trunk_of(tree)).copied().unwrap_or(0.0);
@@ -214,11 +216,11 @@ pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
     pairs
 }
 
-/// The fraction of the nodes below a node that are in one of its limbs, from which on the node only carries that limb.
+/// The fraction of a node's descendants in one of its limbs above which the node only carries that limb.
 const CARRIES: f32 = 0.9;
 
-/// The topmost node that more hangs on than one other with all that is below it. Those above it only place the figure:
-/// some have an OFFSET of many metres.
+/// The topmost node whose descendants are not nearly all below one child. Its ancestors only place the figure, and some
+/// have an OFFSET of many metres.
 fn trunk_of(tree: &Tree) -> usize {
     let mut below = vec![1_usize; tree.parent.len()];
     for node in (0..below.len()).rev() {
@@ -238,7 +240,7 @@ fn trunk_of(tree: &Tree) -> usize {
     node
 }
 
-/// Whether two limbs can be the left and the right one of a body.
+/// Whether two limbs can be the left and the right limb of a body.
 fn are_alike(tree: &Tree, a: usize, b: usize, more_nodes: usize) -> bool {
     let (names_a, names_b) = (&tree.names[a], &tree.names[b]);
     if names_a.side.is_some() && names_a.side == names_b.side {
@@ -252,7 +254,8 @@ fn are_alike(tree: &Tree, a: usize, b: usize, more_nodes: usize) -> bool {
     short > (1.0 - PAIR_TOLERANCE) * long && more_nodes <= 1
 }
 
-/// Where the nodes are at rest. Where the file leaves the lengths to the position channels, in its first frame.
+/// The positions of the nodes at rest. If the lengths are only in the position channels of the file, the positions in
+/// its first frame.
 pub(crate) fn rest_positions(scene: &Scene) -> Vec<Vec3> {
     let rest = Pose::rest(scene);
     let positions = |pose: &Pose| {

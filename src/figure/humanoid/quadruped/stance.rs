@@ -1,4 +1,4 @@
-//! How four legs that stand are read: front and hind, left and right, neck, head and tail.
+//! Interprets four standing legs: front and hind, left and right, neck, head and tail.
 
 use std::collections::BTreeMap;
 
@@ -10,34 +10,34 @@ use crate::Confidence;
 use crate::humanoid::topology::Tree;
 use crate::names::words::{AnimalPart, Part};
 
-/// The cosine of the angle between a leg and its first bone below which that is a girdle: 66 degrees.
+/// The cosine of the angle between a leg and its first bone below which the first bone is a girdle: 66 degrees.
 const ASIDE: f32 = 0.4;
 
-/// The length of a neck or a tail at least, as a fraction of the length of the legs: ears and helpers are shorter.
+/// The smallest length of a neck or a tail, as a fraction of the length of the legs. Ears and helpers are shorter.
 const SHORTEST_CHAIN: f32 = 0.15;
 
-/// The weight of names of front and hind legs in the vote on which pair is in front: the largest of all.
+/// The weight of names of front and hind legs in the vote on which pair is in front. It is the largest weight.
 const BY_NAME: f32 = 3.0;
 
-/// The weight of a head or a tail that is named, in the same vote: less than legs that are named.
+/// The weight of a named head or tail, in the same vote. It is below the weight of named legs.
 const BY_HEAD_OR_TAIL: f32 = 2.0;
 
-/// The weight of the path, in the same vote: animals seldom walk backward.
+/// The weight of the path, in the same vote. Animals seldom walk backward.
 const BY_TRAVEL: f32 = 1.5;
 
-/// The weight of the toes, in the same vote: they point forward, but tips of some files are anywhere.
+/// The weight of the toes, in the same vote. They point forward, but tips in some files are misplaced.
 const BY_TOES: f32 = 1.0;
 
-/// The weight of the tree, in the same vote: in most files the hind legs are nearer to the root.
+/// The weight of the tree, in the same vote. In most files, the hind legs are nearer to the root.
 const BY_TREE: f32 = 0.75;
 
-/// The length of a path that counts, as a fraction of the length of the legs: shorter ones are sway.
+/// The smallest length of a path that counts, as a fraction of the length of the legs. A shorter path is sway.
 const TRAVELLED: f32 = 1.0;
 
-/// How far toes are before their paws at least, as a fraction of the length of the legs: less is rounding.
+/// The smallest distance of toes in front of their paws, as a fraction of the length of the legs. Less is rounding.
 const TOES_AHEAD: f32 = 0.03;
 
-/// Where everything is in the poses in which four legs stand.
+/// The positions of all nodes in the poses in which four legs stand.
 pub(super) struct Stance<'a> {
     pub(super) tree: &'a Tree,
     pub(super) views: Vec<Vec<Vec3>>,
@@ -52,12 +52,12 @@ impl Stance<'_> {
         sum / self.views.len().max(1) as f32
     }
 
-    /// From the second pair to the first.
+    /// The direction from the second pair to the first pair.
     fn along(&self, view: &[Vec3]) -> Vec3 {
         (self.pairs[0].middle(view) - self.pairs[1].middle(view)).normalize_or_zero()
     }
 
-    /// How far a node is in the direction of the first pair from the middle of the trunk, in lengths of legs.
+    /// The distance of a node from the middle of the trunk towards the first pair, in lengths of legs.
     fn ahead(&self, node: usize) -> f32 {
         self.mean(|view| {
             let middle = 0.5 * (self.pairs[0].middle(view) + self.pairs[1].middle(view));
@@ -65,7 +65,7 @@ impl Stance<'_> {
         })
     }
 
-    /// The votes on whether the first pair is in front: above 0 where it is.
+    /// The votes on whether the first pair is in front. Positive votes confirm it.
     fn votes(&self) -> Vec<f32> {
         let tree = self.tree;
         let [one, other] = self.pairs;
@@ -86,7 +86,7 @@ impl Stance<'_> {
             let moved = one.middle(&pair[1]) + other.middle(&pair[1]) - one.middle(&pair[0]) - other.middle(&pair[0]);
             0.5 * moved.dot(self.along(&pair[0]))
         });
-        // The last view is the rest pose, to which nothing travels.
+        // The last view is the rest pose, which is no part of the path.
         let count = self.views.len().saturating_sub(2);
         let travel = steps.take(count).sum::<f32>() / self.length;
         let is_below = |node: usize, above: usize| node != above && tree.is_within(node, above);
@@ -113,7 +113,7 @@ impl Stance<'_> {
         votes
     }
 
-    /// A limb whose first bone does not point down, like a girdle: it carries the leg sideways.
+    /// A limb without its girdle: a first bone that does not point down, and carries the leg sideways.
     fn without_girdle(&self, limb: &Limb) -> Limb {
         let down = self.mean(|view| {
             let leg = (view[limb.paw] - view[limb.upper]).normalize_or_zero();
@@ -164,15 +164,15 @@ impl Stance<'_> {
             ordered
         });
         let (confidence, reason) = match agrees {
-            Some(false) => (
-                Confidence::Unsure,
-                "the names of the sides are those of the other sides",
-            ),
+            Some(false) => (Confidence::Unsure, "the names exchange left and right"),
             _ if sum == 0.0 => (Confidence::Unsure, "nothing shows which legs are in front"),
-            _ if against > 0.5 * sum.abs() => (Confidence::Unsure, "signs of front and hind legs disagree"),
+            _ if against > 0.5 * sum.abs() => (
+                Confidence::Unsure,
+                "the signs of front and hind legs contradict each other",
+            ),
             Some(true) if votes[0] != 0.0 => (
                 Confidence::Sure,
-                "four legs stand below a trunk, and have names of legs",
+                "four legs stand below a trunk, and have the names of legs",
             ),
             _ => (Confidence::Likely, "four legs stand below a trunk"),
         };
@@ -208,7 +208,7 @@ impl Stance<'_> {
         }
     }
 
-    /// The neck, the head and the tail: chains that spring from the trunk, or from what is above it.
+    /// The neck, the head and the tail: chains that branch from the trunk or from its ancestors.
     fn ends(&self, trunk: &[usize]) -> (Vec<usize>, Option<usize>, Vec<usize>) {
         let tree = self.tree;
         let above = |node: &usize| std::iter::successors(tree.parent[*node], |node| tree.parent[*node]);
@@ -223,7 +223,7 @@ impl Stance<'_> {
         let holds_a_leg = |node: usize| roots.iter().any(|root| tree.is_within(*root, node));
         let starts = stems.iter().flat_map(|stem| &tree.children[*stem]).copied();
         let starts = starts.filter(|start| tree.is_joint[*start] && !stems.contains(start) && !holds_a_leg(*start));
-        // A leg that is no joint's child of the trunk is excluded above; roots themselves hold legs.
+        // Chains with a leg are excluded above.
         let mut chains: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for start in starts {
             let length = tree.bone[start] + tree.reach[start];
@@ -262,7 +262,7 @@ impl Stance<'_> {
         };
         let (mut neck, mut tail) = (joints(neck), joints(tail));
         neck.retain(|node| !tree.names[*node].is_helper);
-        // To people tails are helpers too.
+        // For people, tails are helpers too.
         tail.retain(|node| !tree.names[*node].is_helper || tree.names[*node].animal.is_some());
         let named = neck.iter().position(|node| tree.names[*node].says(Part::Head));
         let branches = || neck.iter().position(|node| tree.children[*node].len() > 2);
