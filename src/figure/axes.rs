@@ -31,7 +31,7 @@ use super::hierarchy::Hierarchy;
 use super::knuckles::Knuckles;
 use super::poses::sample;
 
-/// The fewest frames that show an axis or an average.
+/// The smallest number of frames that show an axis or an average.
 const FEWEST: usize = 5;
 
 /// The largest angle in radians between the axis of a loose hinge and its expected axis. Up to this angle, the lower
@@ -61,7 +61,7 @@ const PELVIS_ALONG: f32 = 0.99;
 pub(super) enum Evidence {
     /// The bone's hinge.
     Hinge,
-    /// The bone's hinge, which is not the mirrored hinge of the other side.
+    /// The bone's hinge, although the hinge of the other side is not its mirror image.
     UnlikeOtherSide,
     /// The mirrored hinge of the other side.
     OtherSide,
@@ -272,7 +272,7 @@ impl Shown {
             (Bone::LeftUpperLeg | Bone::LeftUpperArm, None) => self.averages.get(&joint).map(|mean| axes * *mean),
             _ => None,
         };
-        // From the T-pose to the average, twisted about the bone.
+        // The rotation from the T-pose to the average, reduced to a twist about the bone.
         let average = average.map(|average| {
             let moved = average * rotation(joint).inverse();
             let sine = Vec3::new(moved.x, moved.y, moved.z).dot(along);

@@ -58,7 +58,7 @@ impl Body {
         FrameBudget::of_scene(&Limits::default()).check(scene)?;
         let refused = |reason: String| -> mocap_scene::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
-                .help("name its bones in a map, or choose another file; markers become a skeleton by {markers} auto, or mocap solve")
+                .help("name its bones in a map, or choose another file; for markers, solve a skeleton by {markers} auto or mocap solve")
                 .into()
         };
         let Some(t_pose) = figure.t_pose(scene).cloned() else {

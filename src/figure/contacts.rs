@@ -15,9 +15,9 @@ pub struct ContactRule {
     pub speed: f64,
     /// The factor by which height or speed must exceed its threshold to end a contact.
     pub release: f64,
-    /// The shortest contact, in seconds; shorter ones are dropped.
+    /// The shortest contact, in seconds. Shorter contacts are dropped.
     pub shortest: f64,
-    /// The shortest gap between two contacts, in seconds; shorter ones are closed.
+    /// The shortest gap between two contacts, in seconds. Shorter gaps are closed.
     pub gap: f64,
 }
 

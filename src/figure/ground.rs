@@ -26,8 +26,8 @@ use crate::{Confidence, Humanoid, HumanoidBone as Bone};
 /// The largest distance from the ground of the lowest joint in a standing rest pose, as a fraction of the leg.
 const STANDS: f32 = 0.1;
 
-/// The largest height of a motion's ankles above the ankles of a standing body, as a fraction of the leg. If they are
-/// higher, the body does not stand in this motion.
+/// The largest height of a motion's ankles above the ankles of a standing body, as a fraction of the leg. If the ankles
+/// are higher, the body does not stand in this motion.
 const HIGHEST: f32 = 0.2;
 
 /// The largest height of the ankles in stance above the ankles of flat feet, as a fraction of the leg. In 153 clips the

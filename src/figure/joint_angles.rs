@@ -75,9 +75,9 @@ pub fn parts() -> impl Iterator<Item = Part> {
 /// The decomposition of a joint's rotation.
 #[derive(Clone, Copy)]
 pub enum Rotations {
-    /// About Z, X and Y, with these signs.
+    /// Rotations about Z, X and Y, with these signs.
     Zxy([f64; 3]),
-    /// About Y, X and Y: plane of elevation, elevation, rotation.
+    /// Rotations about Y, X and Y: plane of elevation, elevation, rotation.
     Yxy,
 }
 
@@ -99,7 +99,7 @@ impl Joint {
         }
     }
 
-    /// Every joint; joints of both sides only once.
+    /// Every joint. Joints of both sides occur only once.
     pub(crate) fn all() -> impl Iterator<Item = &'static Self> + Clone {
         Self::OF_TRUNK.iter().chain(&Self::OF_SIDES)
     }

@@ -100,7 +100,8 @@ impl<'a> Measures<'a> {
         (length.is_finite() && length > 0.0).then_some(length)
     }
 
-    /// The length of bone from ankle to head: shin, thigh, and the trunk from the hips to the joint of the head.
+    /// The summed length of the bones from ankle to head: shin, thigh, and the trunk from the hips to the joint of the
+    /// head.
     pub(super) fn bone_length(&self) -> Option<f64> {
         let length = self.leg_length()? + self.distance(Bone::Hips, Bone::Head)?;
         length.is_finite().then_some(length)

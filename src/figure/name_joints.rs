@@ -164,7 +164,7 @@ pub fn apply_names(scene: &mut Scene, joints: &[JointRename]) -> Vec<(NodeId, St
         names.push(name.map_or_else(|| node.name.clone(), |name| (*name).to_owned()));
         *earlier += 1;
     }
-    // Channels find their nodes by the old names here for the last time.
+    // Find the nodes of channels by their old names, before the nodes are renamed.
     let driven: Vec<Vec<(NodeId, usize)>> = scene
         .animations
         .iter()

@@ -12,9 +12,9 @@ use self::words::{AnimalPart, FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS,
 pub struct Name {
     /// Left or right, if the name has a side.
     pub side: Option<Side>,
-    /// The parts of the body that it can mean.
+    /// The parts of the body that the name can mean.
     pub meaning: Meaning,
-    /// The finger that it belongs to.
+    /// The finger of the joint.
     pub finger: Option<FingerKind>,
     /// Whether the joint helps another joint, as twist joints do, or is the end of another joint.
     pub is_helper: bool,
@@ -140,7 +140,7 @@ impl Name {
                 .is_some_and(|(first, weight)| *first == part && *weight >= 0.5)
     }
 
-    /// Whether it is the name of the same joint on the other side.
+    /// Whether `other` is the name of the same joint on the other side.
     pub fn mirrors(&self, other: &Self) -> bool {
         self.side.is_some()
             && other.side.is_some()

@@ -1,4 +1,4 @@
-//! Rigs in which joints of the skin have another parent than the joint that they follow.
+//! Rigs in which joints of the skin follow another joint than their parent.
 //!
 //! In a modelling program, constraints move such joints, but files do not store constraints. Examples: an IK control of
 //! a foot as a child of the root, an eye or a hat outside the skeleton, and a deforming spine separate from the

@@ -69,7 +69,7 @@ pub enum TPoseReason {
     /// It has its direction of a T-pose. Its roll makes its knee or elbow bend as in the motion: a shin bends back, a
     /// forearm forward.
     Hinge,
-    /// Its knee or elbow bends as in the motion, but the hinge of the other side is not the mirror image of this one.
+    /// Its knee or elbow bends as in the motion, but the hinge of the other side is not the mirror image of its hinge.
     HingeUnlikeOtherSide,
     /// It never bends, and gets the mirrored hinge of the other side.
     OtherSide,
@@ -202,7 +202,7 @@ impl TPose {
         Some(builder.finish(scene, &reference))
     }
 
-    /// The largest rotation of a bone from the rest pose, after its ancestors, in degrees.
+    /// The largest rotation of a bone from the rest pose, in addition to the rotations of its ancestors, in degrees.
     pub fn largest_rotation(&self) -> f32 {
         let angles = self.bones.values().map(|bone| Self::degrees(bone.rotation));
         angles.fold(0.0, f32::max)

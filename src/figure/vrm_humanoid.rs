@@ -79,7 +79,7 @@ pub fn vrm_humanoid_shown(scene: &Scene, other: Option<&Scene>, known: Option<Hu
     }
     let bones = bones(&body);
     let t_pose = t_pose(&body, &bones);
-    // Move the ground below the origin to the origin.
+    // If the ground is below the origin, move it to the origin.
     let (usual, ankle) = (ground::of_skeleton(&body), ground::of_motion(&body, scene));
     let lift = if ankle < 0.0 { usual - ankle } else { 0.0 };
     let height = ankle + lift - lowest_ankle(&t_pose);

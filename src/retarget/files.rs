@@ -57,7 +57,7 @@ use mocap_figure::LimbAngles;
 pub struct Retargeter {
     /// With a root above the hips, if the options ask for a root.
     target: Target,
-    /// The figure of the target; a robot has its own.
+    /// The figure of the target; `None` for a robot.
     figure: Option<Figure>,
     options: RetargetOptions,
     /// The names of clips that are already in the output.

@@ -213,7 +213,7 @@ impl Limb {
 
 /// A robust mean of weighted axes, in which outliers have little weight; `None` if there is no clear mean.
 fn hinge(seen: &[(Vec3, f32)]) -> Option<Hinge> {
-    /// Iterations of the robust mean. Each iteration moves the mean less.
+    /// The number of iterations of the robust mean. Each iteration moves the mean less.
     const ROUNDS: usize = 8;
     if seen.len() < FEWEST {
         return None;

@@ -13,9 +13,10 @@ impl Conversion {
     ///
     /// The guesses of unit, up axis and first frame are added to
     /// [`Metadata::assumptions`](mocap_scene::scene::Metadata::assumptions), so they become part of the output. Guesses
-    /// about the figure are added too, but do not affect the conversion. They state whether it is a humanoid, and for a
-    /// humanoid its facing at rest in the axes of the file, its rest pose and its sides. Of these, only names of the
-    /// wrong side are returned. The exact rate of a rounded frame time is returned, but not added.
+    /// about the figure are added too, but do not affect the conversion. They state whether the figure is a humanoid,
+    /// and for a humanoid its facing at rest in the axes of the file, its rest pose and its sides. Of the guesses about
+    /// the figure, only names of the wrong side are returned. The exact rate of a rounded frame time is returned, but
+    /// not added.
     ///
     /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///
@@ -83,7 +84,7 @@ impl Conversion {
         if self.root != RootMotion::Keep && scene.has_points() {
             let message = "root motion needs a skeleton, and the motion has only points without a skeleton";
             return Err(Diagnostic::new(Code::Unrepresentable, message)
-                .help("markers become a skeleton by {markers} auto, or mocap solve")
+                .help("for markers, solve a skeleton by {markers} auto or mocap solve")
                 .into());
         }
         if self.bone_axis.is_some() {

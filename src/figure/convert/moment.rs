@@ -65,7 +65,7 @@ as_text!(TimeRange);
 
 impl TimeRange {
     #[cfg(feature = "schema")]
-    const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end may be left out";
+    const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end is optional";
 
     /// Whether the part ends before it begins in any file. This is known if both ends are times, or both are frames.
     fn ends_before_it_begins(self) -> bool {

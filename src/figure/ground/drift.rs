@@ -20,7 +20,7 @@ const PART: f64 = 0.25;
 /// The shortest time in seconds between two parts whose heights are compared.
 const APART: f32 = 0.15;
 
-/// The most parts, because all pairs are compared.
+/// The largest number of parts. It is limited, because all pairs of parts are compared.
 const PARTS: usize = 400;
 
 /// The largest speed of a drift, in m/s. Stairs rise faster.
@@ -30,7 +30,7 @@ const FASTEST: f32 = 0.2;
 /// not rise.
 const HILL: f32 = 0.08;
 
-/// The smallest speed of such a foot, as a fraction of the ground's speed.
+/// The smallest vertical speed of a foot in contact with a drifting ground, as a fraction of the ground's speed.
 const CARRIED: f32 = 0.4;
 
 /// The height drift of the ground in metres, from the median slope between stances (Theil and Sen). `kinds` has the

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-/// The most examined frames of an animation, evenly spaced.
+/// The largest number of examined frames of an animation. They are evenly spaced.
 const FRAMES: usize = 2000;
 
 /// The weighted fraction of frames in which the lowest foot is below its resting level: a rolling foot is lower than a
@@ -109,7 +109,7 @@ fn level(mut rests: Vec<(f32, f32)>, metres: f32) -> Option<f32> {
     before.map(|(height, _)| height)
 }
 
-/// The weight of each examined frame: half of the mean distance that the points move to it and from it, in metres.
+/// The weight of each examined frame: half of the mean distance that the points move before and after it, in metres.
 fn weights(tracks: &[&[Vec3]], (frames, stride): (usize, usize), metres: f32, rate: f64) -> Vec<f32> {
     let examined: Vec<usize> = (0..frames).step_by(stride).collect();
     let standing = STANDING * (stride as f64 / rate.max(f64::MIN_POSITIVE)) as f32;
@@ -154,7 +154,7 @@ fn weights(tracks: &[&[Vec3]], (frames, stride): (usize, usize), metres: f32, ra
         .collect()
 }
 
-/// From an examined frame to the next.
+/// The number of frames from one examined frame to the next.
 pub(super) fn stride(frames: usize) -> usize {
     frames.div_ceil(FRAMES).max(1)
 }

@@ -192,7 +192,8 @@ pub(super) fn trunk_but(tree: &Tree, legs: &Fit, arms: Option<&Fit>, but: Option
         let limbs = arms.iter().flat_map(|arms| arms.pair.roots);
         roots.into_iter().chain(limbs).any(|root| root == node)
     };
-    // From the pelvis towards the arms; the head is at the end of a chain that branches off this path, or continues it.
+    // The path from the pelvis towards the arms. The head is at the end of a chain that branches off this path or
+    // continues it.
     let path = tree.path(pelvis, shoulders.unwrap_or(pelvis));
     if path.len() > LONGEST_TRUNK {
         return None;

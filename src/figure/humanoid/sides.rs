@@ -288,7 +288,7 @@ impl Found {
     }
 }
 
-/// The parts of the body that agree with the sum.
+/// The parts of the body whose evidence has the sign of the sum.
 fn parts_of(evidence: &Evidence, sum: f32) -> String {
     let parts = [
         ("feet", evidence.feet),
@@ -356,8 +356,8 @@ fn is_wrung(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> bool {
 /// legs.
 const ABOVE: f32 = 0.5;
 
-/// How much the first arm is on the side of the first leg, from -1 to 1. It is measured at rest, or in the mean of the
-/// motion if the rest pose does not show it.
+/// The degree to which the first arm is on the side of the first leg, from -1 to 1. It is measured at rest, or as the
+/// mean of the motion if the rest pose does not show it.
 fn arm_above_leg(scene: &Scene, tree: &Tree, body: &Body) -> f32 {
     let Some(arms) = &body.arms else { return 1.0 };
     let same_way = |at: &dyn Fn(usize) -> Vec3| {

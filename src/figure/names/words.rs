@@ -40,7 +40,7 @@ use Part::{
     Eye, Finger, Foot, Hand, Head, Hips, Jaw, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperLeg,
 };
 
-/// In lower case, without blanks, sides and numbers.
+/// The words, in lower case, without blanks, sides and numbers, each with its meaning.
 const WORDS: &[(Meaning, &[&str])] = &[
     (
         &[(Hips, 1.0)],
@@ -62,7 +62,7 @@ const WORDS: &[(Meaning, &[&str])] = &[
             "下半身",
         ],
     ),
-    // Without a side the hips; with a side the thigh: see `part_of`.
+    // Without a side, the word means the hips. With a side, it means the thigh: see `part_of`.
     (&[(Hips, 0.9)], &["hip", "腰"]),
     (
         &[(Hips, 0.4)],
@@ -364,7 +364,7 @@ pub(crate) const NOISE: &[&str] = &[
     "body",
 ];
 
-/// Words of helper and attached joints, which begin no bone of the body.
+/// Words of helper and attached joints, which are not the start of a bone.
 pub(crate) const HELPERS: &[&str] = &[
     "twist",
     "roll",
@@ -492,7 +492,7 @@ pub enum FingerKind {
     Little,
 }
 
-/// The words for each finger, at any place of a name.
+/// The words for each finger, at any position in a name.
 pub(crate) const FINGERS_WITHIN: &[(FingerKind, &[&str])] = &[
     (FingerKind::Little, &["pinky", "pinkie", "little", "小指"]),
     (

@@ -198,8 +198,7 @@ impl Builder {
             .find_map(|bone| Some((bone, self.joint(bone)?)))
     }
 
-    /// Rotates the joint of a bone in the reference pose, with all nodes below it; `rotation` is in the bone's
-    /// frame.
+    /// Rotates the joint of a bone in the reference pose, with all its descendants. `rotation` is in the bone's frame.
     fn rotate(&mut self, bone: Bone, joint: NodeId, rotation: Quat) {
         let axes = self.reference_to_t_pose(bone).inverse() * self.axes;
         let rotation = axes * rotation * axes.inverse();

@@ -55,7 +55,7 @@ pub(crate) fn next(
         .or_else(|| hierarchy.only_child(joint))
 }
 
-/// The bone that ends a bone of a limb.
+/// The bone at which a bone of a limb ends.
 pub fn limb_end(bone: Bone) -> Option<Bone> {
     let next = match bone.on(Side::Left) {
         Bone::LeftUpperLeg => Bone::LeftLowerLeg,

@@ -197,7 +197,7 @@ impl VmcRecorder {
     /// [`Code::NoMotion`] if no bone was received.
     pub fn scene(self) -> Result<Scene> {
         if !self.bones.contains_key(&Bone::Hips) {
-            let message = "no pose of a humanoid came: /VMC/Ext/Bone/Pos of the hips is missing";
+            let message = "no humanoid pose was received: /VMC/Ext/Bone/Pos of the hips is missing";
             return Err(Diagnostic::new(Code::NoMotion, message)
                 .help("set the sender to send bones to this address and port, and check the firewall")
                 .into());

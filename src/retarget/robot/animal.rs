@@ -18,7 +18,8 @@ const SLOW: f64 = 0.8;
 /// the capture.
 const AROUND: f64 = 0.02;
 
-/// Shorter gaps between contacts are closed, and shorter contacts dropped, in seconds: a gallop has contacts of 0.06 s.
+/// The shortest gap and the shortest contact, in seconds. Shorter gaps are closed, and shorter contacts dropped. A
+/// gallop has contacts of 0.06 s.
 const SHORTEST: f64 = 0.04;
 
 /// The fraction of frames in which a paw is below its resting level, because of noise in the capture.

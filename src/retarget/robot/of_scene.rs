@@ -132,6 +132,6 @@ fn not_of(message: String) -> Error {
         Code::Unrepresentable,
         format!("the motion is not the motion of this robot: {message}"),
     )
-    .help("retarget it to the robot")
+    .help("retarget the motion to the robot")
     .into()
 }

@@ -1177,7 +1177,7 @@ export interface SurveySources {
   inputs?: string[];
 }
 
-/** A..B in seconds, or Af..Bf in frames; either end may be left out. */
+/** A..B in seconds, or Af..Bf in frames; either end is optional. */
 export type TimeRange = `${string}..${string}`;
 
 /** auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit. */

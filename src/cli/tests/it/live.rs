@@ -86,7 +86,11 @@ fn addresses_and_outputs_are_refused_before_anything_is_heard() {
         ("record vmc:70000 -o take.vrma", 2, "neither a port nor an address"),
         ("record vmc:0 -o take.xyz", 2, "must end in"),
         ("record vmc:0 -o lecture_Test.bvh", 1, "would replace a file"),
-        ("record vmc:0 -o take.vrma --seconds 0", 1, "no pose of a humanoid came"),
+        (
+            "record vmc:0 -o take.vrma --seconds 0",
+            1,
+            "no humanoid pose was received",
+        ),
         ("play lecture_Test.bvh --vmc 127.0.0.1:0", 2, "from 1 to 65535"),
         ("play lecture_Test.bvh --vmc 9", 1, "not-humanoid"),
         ("play lecture_Test.bvh --vmc 9 --clean --delay 1", 2, "is for a stream"),
