@@ -137,7 +137,7 @@ impl<'a> Measures<'a> {
         let lopsided = self.lopsided().unwrap_or(0.0).to_degrees();
         if lopsided > LOPSIDED || lopsided > SLANTING && self.off_axes() > Some(ALONG_AN_AXIS) {
             return Some(format!(
-                "left and right differ from a mirror image by {lopsided:.0} degrees, as in a moment of a motion"
+                "left and right differ from a mirror image by {lopsided:.0} degrees, as in a frame of a motion"
             ));
         }
         let bend = |side: Side| {
@@ -149,7 +149,7 @@ impl<'a> Measures<'a> {
         let bends = [Side::Left, Side::Right].into_iter().filter_map(bend);
         let bent = bends.filter(|bend| *bend > BENT_ELBOW).reduce(f32::max)?;
         Some(format!(
-            "an elbow is bent by {bent:.0} degrees, as in a moment of a motion"
+            "an elbow is bent by {bent:.0} degrees, as in a frame of a motion"
         ))
     }
 
@@ -291,10 +291,7 @@ impl<'a> Measures<'a> {
                 .map(|(upper, foot)| upper - foot);
             let hangs = leg.is_some_and(|leg| Axis::nearest(leg).0 == up);
             let (value, reason) = if hangs {
-                (
-                    RestPose::Other,
-                    "the legs hang down, and the trunk does not stand above them",
-                )
+                (RestPose::Other, "the legs hang down, but the trunk is not above them")
             } else {
                 (
                     RestPose::Collapsed,

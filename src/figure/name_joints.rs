@@ -87,7 +87,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
     if let Some(name) = kept.clone().find(|name| given.contains(name.as_str())) {
         let bone = names.iter().find(|(_, given)| given.as_ref() == Some(name));
         let bone = bone.map_or("", |(bone, _)| bone.as_str());
-        let message = format!("two joints would be called \"{name}\": {bone}, and one that keeps its name");
+        let message = format!("two joints would be called \"{name}\": {bone}, and a joint that keeps its name");
         return Err(Diagnostic::new(Code::InvalidValue, message)
             .help("give the bone another name in a file of names, or name the joint of the bone in a {map}")
             .into());
@@ -199,7 +199,7 @@ impl fmt::Display for NamingReport {
         }
         if !self.others.is_empty() {
             let names = self.others.iter().map(|name| format!("\"{name}\""));
-            write!(f, "; kept, because they are no bones: {}", listed(names))?;
+            write!(f, "; kept, because they are not bones: {}", listed(names))?;
         }
         Ok(())
     }

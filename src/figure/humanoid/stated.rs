@@ -96,7 +96,7 @@ impl StatedJoints {
             let joint = joint(scene, name, || format!("which the map names as {}", bone.as_str()))?;
             if let Some(other) = bone_of.insert(joint, *bone) {
                 let (other, bone) = (other.as_str(), bone.as_str());
-                let message = format!("the map names {name:?} as {other} and as {bone}: a joint is one bone");
+                let message = format!("the map names {name:?} as {other} and as {bone}: a joint can be only one bone");
                 return Err(refused(message));
             }
             bones.insert(*bone, Some(joint));
@@ -110,8 +110,7 @@ impl StatedJoints {
             let leader_node = stated.leader(scene, found, follower, leader)?;
             stated.follow.insert(node, leader_node);
             if stated.hangs_from(scene, leader_node, node) {
-                let message =
-                    format!("the map lets {follower:?} follow {leader:?}, which is or hangs from {follower:?}");
+                let message = format!("the map lets {follower:?} follow {leader:?}, which is {follower:?} or below it");
                 return Err(refused(message));
             }
         }

@@ -112,7 +112,7 @@ impl StandIn {
                 });
             }
         }
-        let humanoid = Humanoid::stated(nodes, "the robot's bones");
+        let humanoid = Humanoid::stated(nodes, "the joints of the robot show the bones");
         Ok(Self {
             figure: Figure::with_bones(&scene, humanoid),
             scene,

@@ -18,7 +18,7 @@ fn the_program_takes_words_and_files() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
     let said = folder.succeeds("convert cmu_short.bvh out.glb --names unreal");
     assert!(
-        said.contains("kept, because they are no bones: \"LHipJoint\""),
+        said.contains("kept, because they are not bones: \"LHipJoint\""),
         "{said}"
     );
     folder.succeeds("verify cmu_short.bvh out.glb");

@@ -524,6 +524,6 @@ fn a_joint_of_a_map_is_one_bone() {
     );
     assert!(Figure::with_bones(&scene, mapped).t_pose(&scene).is_some());
     let error = map(&[(HumanoidBone::Neck, "Neck"), (HumanoidBone::Head, "Neck")]).unwrap_err();
-    let message = "the map names \"Neck\" as neck and as head: a joint is one bone";
+    let message = "the map names \"Neck\" as neck and as head: a joint can be only one bone";
     assert_eq!(error.diagnostic().message, message);
 }

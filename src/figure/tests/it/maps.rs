@@ -95,11 +95,11 @@ fn a_map_that_cannot_be_followed_is_refused() {
     let hangs = |what: &str| (format!("the map lets {what}"), None);
     assert_eq!(
         refusal(&scene, r#"{"follow": {"J01": "J05"}}"#),
-        hangs(r#""J01" follow "J05", which is or hangs from "J01""#)
+        hangs(r#""J01" follow "J05", which is "J01" or below it"#)
     );
     assert_eq!(
         refusal(&scene, r#"{"follow": {"J14": "J17", "J17": "J15"}}"#),
-        hangs(r#""J17" follow "J15", which is or hangs from "J17""#)
+        hangs(r#""J17" follow "J15", which is "J17" or below it"#)
     );
     assert_eq!(
         refusal(&scene, r#"{"follow": {"J5": "J16"}}"#).0,

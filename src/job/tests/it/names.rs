@@ -334,11 +334,11 @@ fn bad_names_are_refused_and_say_which() {
         ),
         (
             json!({"hips": "LHipJoint"}),
-            "two joints would be called \"LHipJoint\": hips, and one that keeps its name",
+            "two joints would be called \"LHipJoint\": hips, and a joint that keeps its name",
         ),
         (
             json!({"hips": "Head", "head": null}),
-            "two joints would be called \"Head\": hips, and one that keeps its name",
+            "two joints would be called \"Head\": hips, and a joint that keeps its name",
         ),
     ] {
         let mut scene = before.clone();

@@ -46,7 +46,7 @@ impl RobotRetargeter {
         if (own - theirs).abs() > SAME_RATE * theirs {
             let message = format!("the motion has {own} frames per second, but its reference has {theirs}");
             return Err(Diagnostic::new(Code::InvalidValue, message)
-                .help("resample one of them")
+                .help("resample one of the motions")
                 .into());
         }
         if motion.dof_names != self.robot.dof_names() {
