@@ -6,7 +6,7 @@
 //! | type | from | to |
 //! |---|---|---|
 //! | [`VmcRecorder`] | the bytes of packets | a scene |
-//! | [`VmcPoses`] | packets | poses as they come |
+//! | [`VmcPoses`] | packets | poses as they arrive |
 //! | [`VmcMotion`] | a scene and a time | packets |
 //! | [`VmcCleaner`] | packets | packets without noise, after a delay |
 //! | [`VmcBridge`] | packets | packets for another body |
