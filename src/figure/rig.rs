@@ -29,7 +29,7 @@ const SAME_PLACE: f32 = 2e-4;
 /// the joint follows a joint further down.
 const NEAR_PARENT: f32 = 0.05;
 
-/// The smallest distance from a joint to its parent at which the joint may follow another joint with a near skin, as a
+/// The smallest distance from a joint to its parent at which the skin may show that it follows another joint, as a
 /// fraction of the height of the skeleton. Hips without a skin of their own are near to thighs and spine.
 const FAR_FROM_PARENT: f32 = 0.2;
 

@@ -68,8 +68,7 @@ const ARMS: [Bone; 4] = [
     Bone::RightLowerArm,
 ];
 
-/// The smallest length of the parts of a limb on both sides of a joint that may be its knee or elbow, as a fraction of
-/// the limb.
+/// The smallest length of both parts of a limb, above and below a knee or an elbow, as a fraction of the limb.
 const HALF: f64 = 0.25;
 
 /// A chain of moving links without a branch.

@@ -277,8 +277,8 @@ impl Limb {
         off <= CONSTANT * axes.len() as f32
     }
 
-    /// The angle about the bone from the bending direction of the target to the bending direction of the source, in
-    /// radians, and the sine of the bend. `None` for a straight limb.
+    /// The angle about the bone from the target's bending direction to the source's bending direction, in radians, and
+    /// the sine of the bend. `None` for a straight limb.
     fn roll(&mut self, was: &Pose, is: &Pose, to_source: Quat, to_target: Quat) -> Option<(f32, f32)> {
         let at = self.joints.map(|joint| was.position(joint));
         let upper = (at[1] - at[0]).try_normalize()?;

@@ -180,8 +180,8 @@ impl Limb {
         ]
     }
 
-    /// The axis of the upper (0) or lower (1) joint that is across the bone and nearest to `axis`, if the joint's
-    /// coordinate frame lies along the bone. This axis does not depend on the examined frames.
+    /// The axis of the upper (0) or lower (1) joint that is across the bone and nearest to `axis`. `None` unless the
+    /// joint's coordinate frame lies along the bone. This axis does not depend on the examined frames.
     pub(super) fn axis_of_joint(&self, segment: usize, axis: Vec3, cosine: f32) -> Option<Vec3> {
         let along = nearest_axis(self.along[segment].filter(|_| self.is_laid)?, ALONG)?;
         nearest_axis(axis.reject_from_normalized(along), 0.0).filter(|nearest| nearest.dot(axis) >= cosine)

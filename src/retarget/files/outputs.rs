@@ -32,8 +32,8 @@ impl Retargeter {
         character.clip_files(clips, replace, options, name).map(Some)
     }
 
-    /// The target as a scene in its own unit and axes, with only the new clips, and with nodes for faces of the sources
-    /// that the target lacks. The scene records the motion of the first clip.
+    /// The target as a scene in its own unit and axes, with only the new clips. It has further nodes for faces of the
+    /// sources that the target lacks. The scene records the motion of the first clip.
     pub fn scene(&self) -> Scene {
         let mut scene = self.with_clips(self.animations());
         self.record(&mut scene);

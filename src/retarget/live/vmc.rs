@@ -2,7 +2,7 @@
 //!
 //! Unity is left-handed with +Y up. A figure in Unity faces +Z and has its left hand at -X. A scene of this crate is
 //! right-handed with +Y up. A figure that faces +Z has its left hand at +X. The mirror S = diag(-1, 1, 1) converts one
-//! to the other: a position p becomes S p = (-x, y, z), and a rotation R becomes S R S. The mirrored rotation has the
+//! to the other. A position p becomes S p = (-x, y, z), and a rotation R becomes S R S. The mirrored rotation has the
 //! opposite angle about the mirrored axis. So the axis a becomes -S a = (x, -y, -z), and the quaternion (x, y, z, w)
 //! becomes (x, -y, -z, w). Both conversions are their own inverses.
 

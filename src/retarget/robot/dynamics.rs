@@ -1,5 +1,5 @@
-//! Inverse dynamics of a robot with a floating base: the force and the moment at the base, and the torques of the
-//! joints, that a motion needs.
+//! Inverse dynamics of a robot with a floating base. It computes the force and the moment at the base, and the torques
+//! of the joints, that a motion needs.
 //!
 //! It is the recursive Newton-Euler algorithm (R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008,
 //! chapter 5), in the axes of the world. Velocities and accelerations are computed from the base outwards, forces from

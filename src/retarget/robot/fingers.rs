@@ -213,7 +213,7 @@ pub fn curl(joints: &[FingerBend], pose: &Pose) -> f64 {
     (bent.sum::<f64>() / range.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
 }
 
-/// The finger joints of one hand: the joints below its link, or below the link of the forearm, that belong to no bone
+/// The finger joints of one hand. They are below its link, or below the link of the forearm. They belong to no bone,
 /// and bend only to one side.
 fn joints_of(
     robot: &Robot,

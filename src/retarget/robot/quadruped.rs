@@ -42,9 +42,8 @@ const HOLD: f64 = 1e-3;
 /// The standard deviation of the Gaussian that smooths the base, in seconds. Captures are noisy, and the base is heavy.
 const SMOOTH_BASE: f64 = 0.04;
 
-/// The length of a robot's legs in the ratio to an animal's legs, as a fraction of the straight leg, because robots
-/// stand with bent knees. With 0.83, paths are as long as in a dog's takes that their authors retargeted to their
-/// robot.
+/// The length of a robot's legs that is compared with an animal's legs, as a fraction of the straight leg. Robots stand
+/// with bent knees. With 0.83, paths are as long as in a dog's takes that their authors retargeted to their robot.
 const STANDING: f64 = 0.83;
 
 /// The time in which a foot in the air returns to its paw, in seconds: half of a step.

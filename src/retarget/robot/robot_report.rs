@@ -69,7 +69,7 @@ pub struct RobotReport {
     /// The number of positions beyond a limit: 0 in every motion that mocap writes.
     pub limit_violations: usize,
     /// The mean sliding speed of the slowest point of a sole while the foot of the source is in contact, in metres per
-    /// second; absent without contacts.
+    /// second. Absent without contacts.
     pub skate: Option<f64>,
     /// The same speed of the source, with the soles of the robot on its feet.
     pub source_skate: Option<f64>,
@@ -96,8 +96,8 @@ pub struct RobotReport {
     /// The angle between source and robot of the line of the hip joints, or of the shoulder joints: the larger mean, in
     /// degrees.
     pub trunk_degrees: Option<f64>,
-    /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, while the limb of the source
-    /// rotates by less than half of that.
+    /// The fraction of frames after which a joint jumps. A jump is a step of more than 0.5 rad in 1/30 s, while the
+    /// limb of the source rotates by less than half of that.
     pub fraction_of_jumps: f64,
     /// Of the frames in which a foot of the source is in contact, the fraction with the sole more than 5 cm above the
     /// floor. It is 1 if no foot is in contact and the soles never come nearer to the floor.

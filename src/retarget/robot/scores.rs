@@ -23,8 +23,8 @@ pub(super) const BEYOND: f64 = 1e-4;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RobotScores {
-    /// The number of compared bodies: the base and links with a joint if the reference is a motion of the same robot,
-    /// else the bones of the robot.
+    /// The number of compared bodies. They are the base and links with a joint if the reference is a motion of the same
+    /// robot, and else the bones of the robot.
     pub bodies: usize,
     /// The mean per-body position error in the world, in metres.
     pub mpbpe_global: f64,
