@@ -1,4 +1,4 @@
-//! What the tests of this package need, and nothing else.
+//! Items that are public only for the tests of this package.
 
 pub use crate::matching::controller::nearest_to;
 pub use crate::matching::features::{AHEAD, Root};

@@ -1,6 +1,6 @@
-//! Many motions: surveys, search and motion matching.
+//! Tools for collections of motions: surveys, search and motion matching.
 
-// Tests may unwrap and print; the library may not.
+// Only tests may call `unwrap` and print.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 #[doc(hidden)]

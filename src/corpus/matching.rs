@@ -1,5 +1,6 @@
-//! Search in many motions: a database of the frames of every clip, on one body. A search returns its frames and parts
-//! that are most like a query. `docs/search-algorithm.md` has the features, the file and the sources.
+//! Search in many motions. A database has the features of every frame of every clip, scaled to one body. A search
+//! returns the frames or parts that are most similar to a query. `docs/search-algorithm.md` describes the features, the
+//! file and the sources.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -7,7 +8,7 @@
 //! # fn main() -> mocap::Result<()> {
 //! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 //! let database = Database::new(IndexedClip::of(&walk, "walk.bvh", false));
-//! // A second of the same walk, on another skeleton or not.
+//! // One second of the same walk. The query may have another skeleton.
 //! let second = Query::part(&walk, 0, "1..2".parse().unwrap())?;
 //! let found = database.find(&second, &FindOptions::new());
 //! assert!(found[0].distance < 0.03 && (found[0].first - 1.0).abs() < 0.1);

@@ -1,5 +1,5 @@
-//! A corpus at a glance: one row for each clip, what is wrong with it and where, which clips repeat others, and which
-//! to choose. `docs/survey-algorithm.md` has every rule.
+//! Surveys a corpus of motions: one row for each clip, its defects, near-duplicates, and a diverse subset.
+//! `docs/survey-algorithm.md` describes every rule.
 //!
 //! ```
 //! # std::env::set_current_dir("../..").unwrap();
@@ -53,7 +53,8 @@ pub use self::thresholds::{DefectKind, Thresholds};
 pub(crate) use self::twins::{are_of_one_take, mirrored_row};
 
 impl Thresholds {
-    /// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.
+    /// Examines every clip of a file. A file without motion becomes one row without frames. `file` is the name of the
+    /// file in the rows.
     ///
     /// The [module](crate::survey) has an example.
     pub fn examine(&self, scene: &Scene, file: &str) -> Vec<ClipRecord> {
@@ -70,7 +71,7 @@ impl Thresholds {
     }
 }
 
-/// Hands over the row of every clip of a file, with the motion where it has one that can be read.
+/// Calls a function with the row of every clip of a file, and with the motion if the clip has a readable motion.
 pub(crate) fn examine_each(
     scene: &Scene,
     figure: &Figure,
@@ -107,7 +108,7 @@ pub(crate) fn examine_each(
     }
 }
 
-/// What all clips of a file have in common.
+/// The columns that all clips of a file share.
 fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
     let origin = scene.metadata.origin.as_ref();
     ClipRow {
@@ -132,7 +133,7 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
     }
 }
 
-/// A motion of which it is known where defects are looked for.
+/// A motion with the range of frames in which defects are searched.
 fn started<'a>(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Motion<'a>> {
     let mut motion = Motion::new(scene, animation, figure)?;
     motion.starts = defects::starts(&motion);
@@ -149,7 +150,7 @@ fn of_clip<'a>(
     let animation = &scene.animations[index];
     let mut moving = Findings::new(thresholds);
     let part = MovingPart::new(scene, animation, &Motion::without_contacts(scene, animation, figure)?);
-    // What the errors and the moving part need is dropped before the motion takes its own.
+    // Free the memory of the errors and of the moving part before the motion allocates its own.
     let errors = match part {
         Some(part) => {
             let errors = MotionErrors::find(&part.scene, 0, &part.figure)?;
@@ -181,7 +182,7 @@ fn of_clip<'a>(
     Ok(motion)
 }
 
-/// What the reader says of values that are no numbers.
+/// Finds values that are not finite, from the losses that the reader reported.
 fn not_finite(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
     findings.look_for(&[DefectKind::NotFinite]);
     let codes = [Code::NonFiniteValue, Code::NonFiniteOffset];
@@ -198,7 +199,7 @@ fn not_finite(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
     }
 }
 
-/// How many of the frames that the file states are missing, as the reader says.
+/// Finds how many of the declared frames are missing, from the reader's report.
 fn cut_off(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
     findings.look_for(&[DefectKind::CutOff]);
     let number = |text: &Option<String>| text.as_ref()?.split(' ').next()?.parse::<f32>().ok();
@@ -212,13 +213,13 @@ fn cut_off(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
     }
 }
 
-/// How far and how fast the hips, or the root, move.
+/// Measures the distance and the speed of the hips, or of the root.
 fn travel(motion: &Motion, row: &mut ClipRow) {
     let node = motion.body.as_ref().map_or(0, Body::hips);
     if motion.nodes() == 0 || motion.rate <= 0.0 {
         return;
     }
-    // Steps of a tenth of a second: noise of single frames is no path.
+    // Use steps of 0.1 s, so that jitter between frames does not lengthen the path.
     let step = motion.frames_in(0.1);
     let points: Vec<_> = (motion.first..motion.frames)
         .step_by(step)
@@ -237,7 +238,7 @@ fn travel(motion: &Motion, row: &mut ClipRow) {
     row.jerk = jerk(motion);
 }
 
-/// The root mean square of the third differences of the positions of all joints, over the third power of a frame's
+/// The root mean square jerk of all joints: third differences of positions, divided by the third power of the frame
 /// time.
 fn jerk(motion: &Motion) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0_u64);
@@ -304,7 +305,7 @@ fn asymmetry(motion: &Motion, body: &Body) -> Option<f64> {
 }
 
 impl ClipRow {
-    /// Sets verdict, quality, reasons and properties by the amounts.
+    /// Computes verdict, quality, reasons and properties from the amounts.
     pub fn judge(&mut self, thresholds: &Thresholds) {
         let mut ratios: Vec<(f64, DefectKind)> = Vec::new();
         for (kind, amount) in &self.amounts {
@@ -330,7 +331,7 @@ impl ClipRow {
     }
 }
 
-/// The spans of frames in which something holds, each as its first and its last frame.
+/// The spans of consecutive frames for which `holds` is true, each as its first and last frame.
 fn spans(frames: usize, holds: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let mut spans: Vec<[usize; 2]> = Vec::new();
     for frame in (0..frames).filter(|frame| holds(*frame)) {
@@ -342,7 +343,7 @@ fn spans(frames: usize, holds: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     spans
 }
 
-/// The name of a clip of a file: its number if it has none.
+/// The name of a clip in a file, or its index if the clip has no name.
 pub(crate) fn clip_name((index, clip): (usize, &Animation)) -> String {
     match clip.name.is_empty() {
         true => index.to_string(),

@@ -1,4 +1,4 @@
-//! What of a clip is kept in a database.
+//! The data that a database keeps of a clip.
 
 use mocap_compress::{ErrorBound, PackedClip};
 use mocap_figure::Figure;
@@ -13,19 +13,19 @@ use super::features::{self, FEATURE_RATE, FEATURES, LEG, Track};
 use crate::survey::report::ClipRow;
 use crate::survey::{Fingerprint, Thresholds, WIDTH, examine_each, mirrored_row};
 
-/// Samples in a second of where limbs point, by which parts are compared.
+/// Samples per second of the directions of the limbs. A search compares these samples.
 pub(super) const SAMPLE_RATE: f64 = 20.0;
-/// The largest error of the position of a joint of a packed motion, in metres. On a body with longer legs the knee of a
-/// leg that is almost straight bends as its position tells: with a millimetre some bent sideways for a frame.
+/// The largest error of a joint position in a packed motion, in metres. Retargeting to longer legs reads the bend of an
+/// almost straight knee from its position. With an error of 1 mm, some knees bent sideways for a frame.
 const PACKED_ERROR: f64 = 0.0001;
-/// The same distance around each joint, which keeps rotations within a sixteenth of a degree. Otherwise nothing bounds
-/// the roll of a hand, which has more joints on another body.
+/// The distance from each joint, in metres, at which [`PACKED_ERROR`] also holds: rotations stay within 1/16 degree.
+/// Without this limit the roll of a hand would be free, and another body can have more joints below the hand.
 const PACKED_SHELL: f64 = 0.1;
 
-/// The longest leg in metres that is believed: larger numbers are damage.
+/// The longest plausible leg, in metres. A larger number comes from a damaged file.
 const LONGEST_LEG: f32 = 1000.0;
 
-/// The latest begin in seconds that is believed: 115 days.
+/// The latest plausible begin of a clip, in seconds: 115 days.
 const LATEST: f64 = 1e7;
 
 /// A clip of a database.
@@ -34,32 +34,34 @@ const LATEST: f64 = 1e7;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct IndexedClip {
-    /// Its row in a survey: the file with its SHA-256, the name of the clip, and what the motion is like.
+    /// The row of the clip in a survey: the file with its SHA-256, the name of the clip, and measures of the motion.
     pub row: ClipRow,
     /// Whether left and right are exchanged.
     pub mirrored: bool,
-    /// From hip through knee to ankle, in metres.
+    /// The length from hip through knee to ankle, in metres.
     pub leg: f32,
-    /// The time of the first frame in the file, in seconds: above 0 where a rest pose stands before the motion.
+    /// The time of the first indexed frame in the file, in seconds: above 0 if the file has a rest pose before the
+    /// motion.
     pub begin: f64,
-    /// Of each frame, [`Database::RATE`](crate::matching::Database::RATE) in a second.
+    /// The features of each frame, at [`Database::RATE`](crate::matching::Database::RATE) frames per second.
     pub(super) features: Vec<[f32; FEATURES]>,
     pub(super) contacts: Vec<u8>,
-    /// [`SAMPLE_RATE`] in a second, [`WIDTH`] bytes each.
+    /// [`SAMPLE_RATE`] samples per second, of [`WIDTH`] bytes each.
     pub(super) samples: Vec<i8>,
-    /// The file of a packed clip with its motion; empty where it is kept by reference, and for a mirrored clip.
+    /// The bytes of a packed clip (`.mclip`) with the motion. They are empty for a mirrored clip, and if the database
+    /// only refers to the file.
     pub(super) packed: Vec<u8>,
 }
 
 impl IndexedClip {
-    /// The features of each frame, [`Database::RATE`](crate::matching::Database::RATE) in a second; `docs/search.md`
-    /// says what the numbers are.
+    /// The features of each frame, at [`Database::RATE`](crate::matching::Database::RATE) frames per second.
+    /// `docs/search.md` lists the numbers.
     pub fn features(&self) -> &[[f32; FEATURES]] {
         &self.features
     }
 
-    /// The parts of the feet that are at rest in each frame. It is the sum of 1 for the left ankle, 2 for the right
-    /// one, 4 for the left ball, 8 for the right one.
+    /// The parts of the feet that are at rest in each frame. A value is the sum of 1 for the left ankle, 2 for the
+    /// right ankle, 4 for the left ball and 8 for the right ball.
     pub fn contacts(&self) -> &[u8] {
         &self.contacts
     }
@@ -85,16 +87,16 @@ impl IndexedClip {
 }
 
 impl IndexedClip {
-    /// Indexes the clips of a file that move a humanoid, and with `mirror` each with left and right exchanged too.
-    /// `file` is its name in the database. A clip that cannot be indexed is skipped.
+    /// Indexes the clips of a file that move a humanoid. With `mirror`, also indexes the mirror image of each clip.
+    /// `file` is the name of the file in the database. A clip that cannot be indexed is skipped.
     ///
     /// The [module](crate::matching) has an example.
     pub fn of(scene: &Scene, file: &str, mirror: bool) -> Vec<IndexedClip> {
         Self::with_motion(scene, file, mirror, |_| Ok(Vec::new())).unwrap_or_default()
     }
 
-    /// Indexes clips as [`IndexedClip::of`] does, and keeps their motions in the database, packed: no joint is farther
-    /// than 0.1 mm from its position in the file.
+    /// Indexes clips as [`IndexedClip::of`] does, and keeps their compressed motions in the database. Every joint stays
+    /// within 0.1 mm of its position in the file.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -109,7 +111,7 @@ impl IndexedClip {
     /// ```
     ///
     /// # Errors
-    /// As [`PackedClip::encode`] and [`Conversion::apply`].
+    /// The errors of [`PackedClip::encode`] and [`Conversion::apply`].
     pub fn packed(scene: &Scene, file: &str, mirror: bool) -> Result<Vec<IndexedClip>> {
         let mut metres = scene.clone();
         Conversion::new().apply(&mut metres)?;
@@ -170,40 +172,44 @@ impl IndexedClip {
         if let Some(error) = failed {
             return Err(error);
         }
-        // The motion before its mirror image.
+        // Each motion comes before its mirror image.
         clips.sort_by_key(|clip: &IndexedClip| clip.mirrored);
         Ok(clips)
     }
 
-    /// The motion that is within the database, in metres with +Y up.
+    /// The motion that the database has of the clip, in metres with +Y up.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where it is kept by reference, and as [`Importer::read`].
+    /// [`Code::NoMotion`] if the database only refers to the file of the motion, and the errors of [`Importer::read`].
     pub fn motion(&self) -> Result<Scene> {
         if !self.is_packed() {
-            return Err(Diagnostic::new(Code::NoMotion, "the motion of the clip is in its file alone").into());
+            return Err(Diagnostic::new(
+                Code::NoMotion,
+                "the database has no motion of the clip, only a reference to its file",
+            )
+            .into());
         }
         let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
         importer.read(&self.packed, "packed.mclip")
     }
 
-    /// Whether its motion is within the database; that of a mirrored clip is with the clip itself.
+    /// Whether the database has the motion of the clip. A mirrored clip has none: the original clip has the motion.
     pub fn is_packed(&self) -> bool {
         !self.packed.is_empty()
     }
 }
 
-/// Whether a clip can have a leg of so many metres, and begin after so many seconds.
+/// Whether the length of a leg (in metres) and the begin of a clip (in seconds) are plausible.
 pub(super) fn has_leg_and_begin(leg: f32, begin: f64) -> bool {
     leg > 0.0 && leg <= LONGEST_LEG && (0.0..=LATEST).contains(&begin)
 }
 
-/// Whether a number can be a feature: no body is sixty kilometres from where it was a second before.
+/// Whether a number can be a feature: no body moves 60 km in a second.
 pub(super) fn is_plausible(value: f32) -> bool {
     value.abs() <= half::MOST
 }
 
-/// A number as the file of a database has it.
+/// Rounds a number to the 16-bit precision of the database file.
 fn rounded(value: f32) -> f32 {
     half::from_half(half::to_half(value))
 }

@@ -1,9 +1,9 @@
 //! Motion matching, frame by frame.
 //!
-//! Every sixth of a second it searches the nearest frame (Clavet, 2016). The query has feet and hips of the current
-//! frame, and the wanted trajectory. If another frame is nearer, the motion continues there. The difference of both
-//! poses in position and speed fades by a polynomial of degree 5 in a third of a second (inertialisation: Bollo, 2016).
-//! The bones of its leg hold a foot in stance in its place.
+//! Every sixth of a second the controller searches the nearest frame (Clavet, 2016). The query has the feet and hips of
+//! the current frame, and the wanted trajectory. If another frame is nearer, the motion continues there. The difference
+//! of the two poses in position and speed fades out in a third of a second, by a polynomial of degree 5
+//! (inertialisation: Bollo, 2016). Inverse kinematics of the leg holds a foot in place during its stance phase.
 
 use glam::{Quat, Vec2, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -22,29 +22,31 @@ use super::tree::FeatureTree;
 
 /// Frames from one search to the next.
 const SEARCH: usize = 10;
-/// Frames before and after the one that plays that are not jumped to.
+/// The controller does not jump to frames this near to the current frame.
 const NEAR: usize = 20;
-/// Frames in which the difference of two poses fades out.
+/// The number of frames in which the difference of two poses fades out.
 const FADE: usize = 20;
 
-/// The fraction of the distance from the path that is corrected in a frame: half of it in a third of a second.
+/// The fraction of the distance from the path that each frame corrects: half of the distance in a third of a second.
 const CORRECTED: f32 = 0.034;
 
-/// The largest shift of a figure by a correction, as a part of its step: it is not seen as sliding.
+/// The largest shift of a figure by a correction, as a fraction of its step: too small to look like foot sliding.
 const MOST_MOVED: f32 = 0.06;
 
 /// The largest turn of a figure by a correction, in radians per metre of its step.
 const MOST_TURNED: f32 = 0.4;
 
-/// A figure that is not to go farther than this is asked to stand: metres, on legs of [`LEG`](super::features::LEG).
+/// If the wanted trajectory is shorter than this, the figure stops. In metres, on legs of length
+/// [`LEG`](super::features::LEG).
 const STOPS_WITHIN: f32 = 0.1;
-/// The hips of a frame that stands are slower, in metres per second on such legs.
+/// The largest speed of the hips in a frame in which the figure stands, in m/s on legs of length
+/// [`LEG`](super::features::LEG).
 const STANDS_BELOW: f32 = 0.1;
 
-/// The difference of the shown pose from a frame, and its change per frame.
+/// The difference between the shown pose and the pose of a frame, and the change of the difference per frame.
 type Difference = (Vec3, Vec3);
 
-/// A figure that follows a trajectory by jumps between the frames of a database. It allocates nothing after it is made.
+/// Makes a figure follow a trajectory by jumps between the frames of a database. Only the constructor allocates memory.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -62,7 +64,7 @@ type Difference = (Vec3, Vec3);
 /// let mut moves = Moves::new(&hero)?;
 /// moves.add(&database.clips()[0], &clips[0].animation)?;
 /// let mut figure = Controller::new(&database, moves, Vec3::ZERO, Vec3::Z)?;
-/// // A metre a second, straight on.
+/// // Walk straight ahead at 1 m/s.
 /// for _ in 0..60 {
 ///     let positions = [1.0, 2.0, 3.0].map(|thirds| figure.position() + Vec3::Z * thirds / 3.0);
 ///     figure.update(&Trajectory::new(positions, [Vec3::Z; 3]));
@@ -75,16 +77,16 @@ type Difference = (Vec3, Vec3);
 pub struct Controller {
     tree: FeatureTree,
     moves: Moves,
-    /// Whether a frame of the database stands.
+    /// Whether the figure stands in any frame of the database.
     can_stand: bool,
     pose: Pose,
     root: Root,
-    /// The frame that plays, and the frames since the last jump.
+    /// The current frame, and the number of frames since the last jump.
     frame: usize,
     since: usize,
     until_search: usize,
     jumps: usize,
-    /// What is shown: the hips in the world, and the rotations of the nodes, without locks of feet.
+    /// The shown pose before feet are locked: the hips in the world, and the rotations of the nodes.
     hips: (Vec3, Quat),
     shown: Vec<Quat>,
     hips_differ: [Difference; 2],
@@ -94,15 +96,15 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A figure at a position on the ground, which looks along `forward`, and stands in the frame that is most like one
-    /// that stands still.
+    /// Places a figure at a position on the ground, facing `forward`. It begins in the frame that is most similar to
+    /// standing still.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where `moves` are not those of the frames of `database`, or `forward` is vertical.
+    /// [`Code::InvalidValue`] if `moves` do not belong to the frames of `database`, or if `forward` is vertical.
     pub fn new(database: &Database, moves: Moves, position: Vec3, forward: Vec3) -> Result<Self> {
         let invalid = |message: String| Diagnostic::new(Code::InvalidValue, message);
         if moves.frames.len() != database.frames() || moves.frames.is_empty() {
-            let message = "the moves are not those of the frames of the database".to_owned();
+            let message = "the moves do not belong to the frames of the database".to_owned();
             let found = format!("those of {}", moves.frames.len());
             return Err(invalid(message)
                 .expected_found(format!("the poses of {} frames, 1 or more", database.frames()), found)
@@ -142,27 +144,27 @@ impl Controller {
         Ok(controller)
     }
 
-    /// Where the figure stands.
+    /// The position of the figure on the ground.
     pub fn position(&self) -> Vec3 {
         self.root.position
     }
 
-    /// Where it looks.
+    /// The facing of the figure.
     pub fn forward(&self) -> Vec3 {
         self.root.forward
     }
 
-    /// Its pose.
+    /// The pose of the character.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// The frame of the database that plays, counted over all clips.
+    /// The current frame of the database, counted over all clips.
     pub fn frame(&self) -> usize {
         self.frame
     }
 
-    /// How often it has gone on in another frame.
+    /// The number of jumps to other frames.
     pub fn jumps(&self) -> usize {
         self.jumps
     }
@@ -172,12 +174,12 @@ impl Controller {
         self.moves.hips
     }
 
-    /// The nodes that move, but the hips.
+    /// The nodes that move, without the hips.
     pub(super) fn moved(&self) -> &[NodeId] {
         &self.moves.nodes
     }
 
-    /// Goes on by a frame, a sixtieth of a second.
+    /// Advances by one frame, 1/60 s.
     pub fn update(&mut self, trajectory: &Trajectory) {
         self.advance();
         let ends = self.moves.frames[self.frame].is_last;
@@ -189,11 +191,11 @@ impl Controller {
         self.show();
     }
 
-    /// Advances by a frame by the input of a stick. The input is a velocity over the ground along x and z of the world,
-    /// in metres per second, and a facing, `look`. While `look` is zero, the figure faces its velocity. Velocity and
-    /// direction change smoothly.
+    /// Advances by one frame, controlled by a stick. The input is a velocity over the ground along x and z of the
+    /// world, in m/s, and a facing, `look`. While `look` is zero, the figure faces the direction of its velocity.
+    /// Velocity and facing change smoothly.
     ///
-    /// [`play`](Self::play) has the sticks of a file.
+    /// [`play`](Self::play) reads the sticks from a file.
     pub fn steer(&mut self, velocity: Vec2, look: Vec2) {
         let trajectory = self.steering.update(&self.root, velocity, look);
         self.update(&trajectory);
@@ -203,10 +205,10 @@ impl Controller {
         &self.steering
     }
 
-    /// Moves and turns the figure towards where it is to be and to look, by as much of the step before this frame as is
-    /// hardly seen. A figure that stands stays. Feet that stand are held, as ever.
+    /// Moves and turns the figure towards the wanted position and facing. The correction is a small fraction of `step`,
+    /// so that it is hardly visible. A figure that stands still is not corrected. Feet in contact stay locked.
     ///
-    /// Holden's demonstration (2021) brings its character so to the point that is steered: by a part of its own speed.
+    /// Holden's demonstration (2021) corrects its character in the same way, by a fraction of the character's speed.
     pub(super) fn correct(&mut self, position: Vec3, forward: Vec3, step: f32) {
         let missing = (position - self.root.position).with_y(0.0);
         self.root.position += (CORRECTED * missing).clamp_length_max(MOST_MOVED * step);
@@ -217,7 +219,7 @@ impl Controller {
         self.root.forward = (turn * own).with_y(0.0).normalize_or(own);
     }
 
-    /// The next frame of the clip; the last stays.
+    /// Advances to the next frame of the clip, and stays at the last frame.
     fn advance(&mut self) {
         self.since += 1;
         let from = self.moves.frames[self.frame].root;
@@ -234,13 +236,13 @@ impl Controller {
         };
     }
 
-    /// A vector along left, up and forward of the root, in the world.
+    /// Converts a vector from the axes of the root (left, up, forward) to the world.
     fn world(&self, local: Vec3) -> Vec3 {
         let left = Vec3::Y.cross(self.root.forward);
         left * local.x + Vec3::Y * local.y + self.root.forward * local.z
     }
 
-    /// Jumps to the frame nearest to the one that plays with the trajectory that is asked for.
+    /// Jumps to the frame nearest to the current pose with the wanted trajectory.
     fn search(&mut self, trajectory: &Trajectory, ends: bool) {
         let playing = self.moves.features[self.frame];
         let mut wanted = playing;
@@ -249,7 +251,7 @@ impl Controller {
             let direction = self.root.local(direction.with_y(0.0).normalize_or(self.root.forward));
             set_ahead(&mut wanted, index, position, direction);
         }
-        // The velocities of a figure that walks are nearest to those of others that walk: it would walk on.
+        // A walking figure matches other walking frames by its velocities, and would never stop.
         let farthest = STOPS_WITHIN * self.moves.scale;
         let stays = |position: &Vec3| (position - self.root.position).with_y(0.0).length() < farthest;
         if self.can_stand && trajectory.positions.iter().all(stays) {
@@ -266,12 +268,12 @@ impl Controller {
         }
     }
 
-    /// Continues in another frame. The two poses are the one without the change and the last shown one, from that frame
-    /// and the frame before.
+    /// Continues in another frame. The difference to fade out is between the pose shown without the jump and the pose
+    /// of the new frame. The pose of the previous frame gives the change of the difference.
     fn jump(&mut self, frame: usize) {
         let before = frame - usize::from(!self.moves.frames[frame].is_first);
         let (position, rotation) = self.hips_now();
-        // Both as seen from the root of the new frame.
+        // Both poses are relative to the root of the new frame.
         let root = self.moves.frames[frame].root;
         let [new, old] = [frame, before].map(|frame| self.placed(&self.moves.frames[frame], &root));
         let offset = [position - new.0, log(rotation * new.1.inverse())];
@@ -293,7 +295,7 @@ impl Controller {
         self.jumps += 1;
     }
 
-    /// The hips of a frame in the world, where `root` of the database is the figure's.
+    /// The hips of a frame in the world, if `root` of the database is at the root of the figure.
     fn placed(&self, frame: &Frame, root: &Root) -> (Vec3, Quat) {
         let position = self.root.position + self.world(root.local(frame.position - root.position));
         let angle = root
@@ -304,7 +306,7 @@ impl Controller {
         (position, Quat::from_rotation_y(angle) * frame.rotation)
     }
 
-    /// The hips with the remainder of their difference.
+    /// The hips with the remaining difference.
     fn hips_now(&self) -> (Vec3, Quat) {
         let frame = &self.moves.frames[self.frame];
         let (position, rotation) = self.placed(frame, &frame.root);
@@ -314,7 +316,7 @@ impl Controller {
         (position + moved, (exp(turned) * rotation).normalize())
     }
 
-    /// Makes the pose of the frame, with the remaining differences, and holds the feet.
+    /// Computes the pose of the frame with the remaining differences, and locks the feet.
     fn show(&mut self) {
         self.hips = self.hips_now();
         let rotations = self.moves.rotations(self.frame);
@@ -347,8 +349,9 @@ impl Controller {
     }
 }
 
-/// Of the two rotation vectors up to 360 degrees that are the rotation `vector`, the one nearer to `other`. Near 180
-/// degrees the shorter one changes its sign from frame to frame, which is no motion.
+/// The rotation vector of the same rotation as `vector` that is nearer to `other`. A rotation has two rotation vectors
+/// of at most 360 degrees. Near 180 degrees, the shorter vector flips its sign between frames although the joint does
+/// not move.
 pub fn nearest_to(other: Vec3, vector: Vec3) -> Vec3 {
     let angle = vector.length();
     let longer = vector * (1.0 - std::f32::consts::TAU / angle);

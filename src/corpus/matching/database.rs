@@ -1,9 +1,9 @@
-//! Clips with their features.
+//! The clips of a database with their features.
 
 use super::clip::IndexedClip;
 use super::features::{FEATURE_RATE, FEATURES};
 
-/// Clips with the features of their frames, in memory. `.mdb` is its file.
+/// Clips with the features of their frames, in memory. [`Database::to_bytes`] writes the file (`.mdb`).
 ///
 /// The [module](crate::matching) has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,29 +12,29 @@ pub struct Database {
 }
 
 impl Database {
-    /// The numbers of the features of a frame.
+    /// How many numbers the features of a frame have.
     pub const FEATURES: usize = FEATURES;
 
-    /// Frames of features in a second: the rate at which all motions are compared.
+    /// The frame rate of the features, in frames per second. All motions are compared at this rate.
     pub const RATE: f64 = FEATURE_RATE;
 
-    /// The database of these clips, in the order of their files.
+    /// Makes a database of clips, in the order of their files.
     pub fn new(mut clips: Vec<IndexedClip>) -> Self {
         clips.sort_by(|a, b| (&a.row.file, &a.row.clip, a.mirrored).cmp(&(&b.row.file, &b.row.clip, b.mirrored)));
         Self { clips }
     }
 
-    /// Its clips.
+    /// The clips.
     pub fn clips(&self) -> &[IndexedClip] {
         &self.clips
     }
 
-    /// The clips themselves.
+    /// The clips, by value.
     pub fn into_clips(self) -> Vec<IndexedClip> {
         self.clips
     }
 
-    /// The frames of all clips.
+    /// The number of frames of all clips.
     pub fn frames(&self) -> usize {
         self.clips.iter().map(|clip| clip.features.len()).sum()
     }
@@ -43,7 +43,7 @@ impl Database {
     pub fn features(&self) -> impl Iterator<Item = &[f32; FEATURES]> {
         self.clips.iter().flat_map(|clip| &clip.features)
     }
-    /// The clip that has the motion of a clip packed within: the clip itself, or the one that it mirrors.
+    /// The clip that has the packed motion of `clip`: the clip itself, or the original of a mirrored clip.
     pub(super) fn packed<'a>(&'a self, clip: &'a IndexedClip) -> Option<&'a IndexedClip> {
         let is_own = |other: &&IndexedClip| {
             other.is_packed() && other.row.file == clip.row.file && other.row.clip == clip.row.clip

@@ -1,4 +1,4 @@
-//! The features of a frame: those of Holden's motion matching (orangeduck/Motion-Matching), in its order.
+//! The features of a frame: the features of Holden's motion matching (orangeduck/Motion-Matching), in the same order.
 //!
 //! | numbers | feature |
 //! |---|---|
@@ -8,9 +8,9 @@
 //! | 15-20 | position on the ground in 20, 40 and 60 frames: to the left, forward |
 //! | 21-26 | where the body looks in 20, 40 and 60 frames: to the left, forward |
 //!
-//! All are in the frame of the root: the point of the ground below the hips, in the facing of the body. Savitzky and
-//! Golay's filter of degree 3, over 31 and 61 frames, smooths both. Axes are left, up and forward. Lengths are in
-//! metres on a body whose legs are [`LEG`] long.
+//! All features are relative to the root: the point on the ground below the hips, with the facing of the body. A
+//! Savitzky-Golay filter of degree 3 smooths the position over 31 frames and the facing over 61 frames. Axes are left,
+//! up and forward. Lengths are in metres on a body with legs of length [`LEG`].
 
 use glam::Vec3;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
@@ -20,11 +20,12 @@ use crate::survey::{Body, Motion};
 /// Numbers of a frame.
 pub(super) const FEATURES: usize = 27;
 
-/// Frames of features in a second: that of games, so that a jump is not late.
+/// The frame rate of the features, in frames per second. Games have the same rate, so a jump is never late.
 pub(super) const FEATURE_RATE: f64 = 60.0;
-/// From hip through knee to ankle of the body on which all features are, in metres: that of a man of 1.78 m.
+/// The leg length to which all features are scaled, in metres from hip through knee to ankle: the leg of a man 1.78 m
+/// tall.
 pub(super) const LEG: f32 = 0.87;
-/// How far ahead the trajectory is looked at, in frames.
+/// How far ahead the features sample the trajectory, in frames.
 pub const AHEAD: [usize; 3] = [20, 40, 60];
 
 /// The velocities of feet and hips among the numbers: three each.
@@ -39,12 +40,12 @@ const POSITIONS: usize = 15;
 /// Where the three directions of the trajectory begin among the numbers.
 const DIRECTIONS: usize = 21;
 
-/// Half the frames over which the position of the root is smoothed: half a second, a step.
+/// Half the window that smooths the position of the root, in frames. The window is half a second, one step.
 const SMOOTH_POSITION: usize = 15;
 
-/// Half the frames over which the direction of the root is smoothed: a second, two steps.
+/// Half the window that smooths the facing of the root, in frames. The window is one second, two steps.
 const SMOOTH_DIRECTION: usize = 30;
-/// The bits of the contacts of a frame: of the left ankle and ball. Each is one below the bit of the right foot.
+/// The contact bits of the left ankle and ball. The bits of the right foot are these bits shifted left by 1.
 const LEFT: u8 = 0b0101;
 
 /// The place of a body on the ground, and its facing, horizontal and of length 1.
@@ -55,7 +56,7 @@ pub struct Root {
 }
 
 impl Root {
-    /// A vector of the world along left, up and forward.
+    /// Converts a vector from the world to the axes left, up and forward.
     pub(super) fn local(&self, vector: Vec3) -> Vec3 {
         let left = Vec3::Y.cross(self.forward);
         Vec3::new(vector.dot(left), vector.y, vector.dot(self.forward))
@@ -71,7 +72,7 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// `None` for a body without feet, and for a motion without time.
+    /// Returns `None` for a body without feet, and for a motion without duration.
     pub(super) fn new(motion: &Motion, body: &Body) -> Option<Self> {
         let feet = Side::ALL.map(|side| body.bones.get(&Bone::LeftFoot.on(side)).copied());
         let [Some(left), Some(right)] = feet else { return None };
@@ -100,7 +101,7 @@ impl Track {
         self.hips.len()
     }
 
-    /// The features of a frame, times so much for lengths.
+    /// The features of a frame. `scale` multiplies lengths.
     pub(super) fn features(&self, frame: usize, scale: f32) -> [f32; FEATURES] {
         let root = &self.roots[frame];
         let last = self.frames() - 1;
@@ -131,18 +132,18 @@ impl Track {
     }
 }
 
-/// Sets where the body is and looks in the frame of [`AHEAD`] with this index, both in the frame of the root.
+/// Sets the future position and facing at `AHEAD[index]`, both relative to the root.
 pub(super) fn set_ahead(features: &mut [f32; FEATURES], index: usize, position: Vec3, forward: Vec3) {
     features[POSITIONS + 2 * index..][..2].copy_from_slice(&[position.x, position.z]);
     features[DIRECTIONS + 2 * index..][..2].copy_from_slice(&[forward.x, forward.z]);
 }
 
-/// Takes the velocities of feet and hips away: the features of a figure that stands.
+/// Sets the velocities of feet and hips to zero: the features of a figure that stands still.
 pub(super) fn set_still(features: &mut [f32; FEATURES]) {
     features[VELOCITIES].fill(0.0);
 }
 
-/// How fast the hips are.
+/// The speed of the hips.
 pub(super) fn speed_of_hips(features: &[f32; FEATURES]) -> f32 {
     Vec3::from_slice(&features[HIPS_VELOCITY..]).length()
 }
@@ -166,7 +167,7 @@ pub(super) fn mirrored_contacts(contacts: u8) -> u8 {
     (contacts & LEFT) << 1 | (contacts >> 1) & LEFT
 }
 
-/// Which points of the feet are at rest: a bit each for the left and the right ankle, and the left and the right ball.
+/// The points of the feet that are at rest. Bits from the lowest: left ankle, right ankle, left ball, right ball.
 fn contacts_at(body: &Body, frame: usize) -> u8 {
     let bits = body.contacts.points.iter().map(|point| {
         let bit = match point.bone {
@@ -182,7 +183,7 @@ fn contacts_at(body: &Body, frame: usize) -> u8 {
     bits.fold(0, |all, bit| all | bit)
 }
 
-/// The frames of a motion, with fractions, at [`FEATURE_RATE`].
+/// The fractional frames of a motion at which the features are sampled, at [`FEATURE_RATE`].
 fn frames_of(motion: &Motion) -> Option<Vec<f64>> {
     let step = motion.rate / FEATURE_RATE;
     let last = motion.frames.checked_sub(1)? as f64;
@@ -190,7 +191,7 @@ fn frames_of(motion: &Motion) -> Option<Vec<f64>> {
         return None;
     }
     let first = motion.first as f64;
-    // A hundredth of a frame for rates that are no fractions: 119.99 frames a second.
+    // Allow 0.01 frames of rounding, for rates such as 119.99 frames per second.
     let count = ((last - first) / step + 0.01).floor() as usize + 1;
     Some(
         (0..count)
@@ -199,7 +200,7 @@ fn frames_of(motion: &Motion) -> Option<Vec<f64>> {
     )
 }
 
-/// The roots of a motion, smoothed.
+/// The smoothed root of each frame.
 fn roots(hips: &[Vec3], forwards: &[Vec3]) -> Vec<Root> {
     let ground: Vec<Vec3> = hips.iter().map(|hips| hips.with_y(0.0)).collect();
     let positions = smoothed(&ground, SMOOTH_POSITION);
@@ -212,7 +213,7 @@ fn roots(hips: &[Vec3], forwards: &[Vec3]) -> Vec<Root> {
     let pairs = positions.into_iter().zip(directions);
     pairs
         .map(|(position, direction)| {
-            // A body that lies on its side has no facing, and keeps its last one.
+            // A body that lies on its side has no facing, and keeps the previous facing.
             last = direction.with_y(0.0).try_normalize().unwrap_or(last);
             Root {
                 position,
@@ -222,8 +223,8 @@ fn roots(hips: &[Vec3], forwards: &[Vec3]) -> Vec<Root> {
         .collect()
 }
 
-/// Savitzky and Golay's filter of degree 3 over `half` values on both sides, fewer where the list is shorter. Beyond
-/// its ends the list goes on as its point reflection, so that a straight path stays straight.
+/// Applies a Savitzky-Golay filter of degree 3 over `half` values on each side, or fewer if the list is shorter. A
+/// point reflection extends the list beyond both ends, so that a straight path stays straight.
 fn smoothed(values: &[Vec3], half: usize) -> Vec<Vec3> {
     let half = half.min(values.len().saturating_sub(1));
     let [Some(first), Some(last)] = [values.first(), values.last()] else {

@@ -13,8 +13,8 @@
 //! | bytes | the packed clips (`.mclip`) of those that have their motion within |
 //! | 32 | the SHA-256 of all bytes before |
 //!
-//! A reader takes the bytes in blocks and allocates for the bytes that it has read, so that a wrong count costs no
-//! memory. The list states how many bytes follow, and none may follow after them.
+//! The reader reads blocks and allocates memory only for bytes that it has read, so that a wrong count costs no memory.
+//! The list states how many bytes follow. More bytes are an error.
 
 use std::io::{self, Read};
 
@@ -36,10 +36,10 @@ const VERSION: u32 = 2;
 const LONGEST_LIST: u64 = 1 << 28;
 /// The most bytes of all packed clips.
 const MOST_PACKED: u64 = 1 << 31;
-/// Bytes that are read at once.
+/// The size of a block, in bytes.
 const BLOCK: usize = 1 << 16;
 
-/// What the list says of a clip.
+/// The entry of a clip in the list.
 #[derive(Serialize, Deserialize)]
 struct Entry<Row> {
     row: Row,
@@ -48,12 +48,12 @@ struct Entry<Row> {
     begin: f64,
     frames: u64,
     samples: u64,
-    /// Of its packed clip; 0 where the motion is kept by reference.
+    /// The size of the packed clip, in bytes; 0 if the database only refers to the file of the motion.
     packed: u64,
 }
 
 impl Database {
-    /// The bytes of its file.
+    /// The bytes of the file of the database.
     pub fn to_bytes(&self) -> Vec<u8> {
         let entry = |clip: &'_ IndexedClip| Entry {
             row: clip.row.clone(),
@@ -149,7 +149,7 @@ impl Entry<ClipRow> {
     }
 }
 
-/// A source whose bytes are hashed as they are read.
+/// A source that hashes the bytes that are read from it.
 struct Source<R> {
     source: R,
     hash: Sha256,
@@ -168,7 +168,7 @@ impl<R: Read> Source<R> {
         Ok(array)
     }
 
-    /// So many bytes, in blocks.
+    /// Reads `count` bytes, in blocks.
     fn bytes(&mut self, count: usize) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         while bytes.len() < count {
@@ -193,14 +193,16 @@ impl<R: Read> Source<R> {
         Ok(features)
     }
 
-    /// The head and the list, whose counts are within the limits.
+    /// Reads the header and the list, and checks the counts against the limits.
     fn list(&mut self) -> Result<Vec<Entry<ClipRow>>> {
         if self.array::<8>()? != *DATABASE_MARK {
-            return Err(invalid("it does not begin with mocapMDB"));
+            return Err(invalid("it does not begin with `mocapMDB`"));
         }
         let version = u32::from_le_bytes(self.array()?);
         if version != VERSION {
-            return Err(invalid(&format!("its version is {version}, and {VERSION} can be read")));
+            return Err(invalid(&format!(
+                "its version is {version}, and mocap reads version {VERSION}"
+            )));
         }
         let width = u32::from_le_bytes(self.array()?);
         if width as usize != FEATURES {
@@ -232,7 +234,7 @@ impl<R: Read> Source<R> {
         match entries.iter().find(|entry| !is_body(entry)) {
             None => Ok(entries),
             Some(entry) => Err(invalid(&format!(
-                "the clip of {} has no frames, or a leg or a begin that no motion has",
+                "a clip of {} has no frames, or an implausible leg length or begin",
                 entry.row.file
             ))),
         }
@@ -243,11 +245,11 @@ impl<R: Read> Source<R> {
         let found = self.hash.finalize();
         self.source.read_exact(&mut stated).map_err(of_io)?;
         if stated != *found {
-            return Err(invalid("its checksum is not that of its bytes: it is damaged"));
+            return Err(invalid("its checksum does not match its bytes: the file is damaged"));
         }
         match self.source.read(&mut [0]).map_err(of_io)? {
             0 => Ok(()),
-            _ => Err(invalid("bytes follow its checksum")),
+            _ => Err(invalid("more bytes follow the checksum")),
         }
     }
 }
@@ -262,7 +264,7 @@ fn of_io(error: io::Error) -> Error {
 }
 
 fn invalid(why: &str) -> Error {
-    let message = format!("the file is no database of motions: {why}");
+    let message = format!("the file is not a database of motions: {why}");
     Diagnostic::new(Code::InvalidDatabase, message)
         .help("make it again with `mocap index`")
         .into()

@@ -1,4 +1,4 @@
-//! A figure along a path.
+//! Makes a figure follow a path.
 
 use std::fmt;
 
@@ -13,13 +13,13 @@ use super::features::{AHEAD, FEATURE_RATE};
 use super::record::Record;
 use super::trajectory::Trajectory;
 
-/// The length of the path beyond the last place in which the figure is searched, in seconds at its speed.
+/// How far ahead of the last nearest point of the path the next one is searched, in seconds at the wanted speed.
 const LOOKED_AT: f64 = 0.5;
-/// How near the end it has arrived, in metres.
+/// The distance to the end of the path at which the figure has arrived, in metres.
 const ARRIVED: f64 = 0.2;
-/// How long it may take, times what the path needs at its speed, and seconds beyond.
+/// The longest time for a path: a multiple of the path's time at the wanted speed, and additional seconds.
 const LONGEST: (f64, f64) = (3.0, 5.0);
-/// The longest path, in minutes at its speed.
+/// The longest path, in minutes at the wanted speed.
 const MOST_MINUTES: f64 = 60.0;
 
 /// How a figure followed a path.
@@ -29,19 +29,19 @@ const MOST_MINUTES: f64 = 60.0;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FollowReport {
-    /// The frames, 60 in a second.
+    /// The number of frames, at 60 frames per second.
     pub frames: usize,
-    /// How often it went on in another frame of the database.
+    /// The number of jumps to other frames of the database.
     pub jumps: usize,
     /// The length of the path, in metres.
     pub length: f64,
-    /// How far from the path the figure was, in metres: in the mean, and at most.
+    /// The mean distance of the figure from the path, in metres.
     pub mean_distance: f64,
-    /// At most.
+    /// The largest distance of the figure from the path, in metres.
     pub largest_distance: f64,
-    /// How far it looked from where the path leads, in degrees in the mean.
+    /// The mean angle between the facing of the figure and the direction of the path, in degrees.
     pub mean_angle: f64,
-    /// Whether it came to the end of the path.
+    /// Whether the figure reached the end of the path.
     pub has_arrived: bool,
 }
 
@@ -49,7 +49,7 @@ impl fmt::Display for FollowReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} frames, {} jumps; a path of {:.1} m: {:.2} m and {:.0} degrees off it in the mean, {:.2} m at most{}",
+            "{} frames, {} jumps; path of {:.1} m: deviation {:.2} m and {:.0} degrees in the mean, {:.2} m at most{}",
             self.frames,
             self.jumps,
             self.length,
@@ -59,15 +59,16 @@ impl fmt::Display for FollowReport {
             if self.has_arrived {
                 ""
             } else {
-                "; its end was not reached"
+                "; the figure did not reach its end"
             }
         )
     }
 }
 
 impl Controller {
-    /// Lets the figure of `controller`, that of the skeleton of `character`, go along a path over the ground: points
-    /// along x and z, in metres, at `speed` metres per second. Returns its motion, and how it followed.
+    /// Makes the figure walk along a path over the ground at `speed` m/s. `path` has points along x and z, in metres.
+    /// `character` has the skeleton of the controller's moves. Returns the motion, and a report of how well the figure
+    /// followed.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -123,7 +124,8 @@ impl Controller {
             let directions = ahead.map(|along| on_ground(path.direction(along)));
             let step = self.position().distance(before);
             before = self.position();
-            // In that time half of a correction is made: to look along the path there, it begins here.
+            // A turn takes about `AHEAD[0]` frames to half complete. To face along the path there, the turn begins
+            // here.
             let soon = path.direction(along + speed * AHEAD[0] as f64 / FEATURE_RATE);
             self.correct(on_ground(path.at(along)), on_ground(soon), step);
             self.update(&Trajectory::new(positions, directions));
@@ -135,13 +137,13 @@ impl Controller {
     }
 }
 
-/// A point over the ground, in the world.
+/// A point on the ground, in the world.
 fn on_ground(point: DVec2) -> Vec3 {
     let point = point.as_vec2();
     Vec3::new(point.x, 0.0, point.y)
 }
 
-/// The line through the points of a path that is followed at a speed.
+/// Checks the points and the speed, and makes a line of the points.
 fn line(points: &[Vec2], speed: f32) -> Result<Polyline> {
     let mut points: Vec<DVec2> = points.iter().map(|point| point.as_dvec2()).collect();
     points.dedup();
@@ -154,6 +156,6 @@ fn line(points: &[Vec2], speed: f32) -> Result<Polyline> {
     }
     let message = format!("the path is {length} m long at {speed} m/s");
     let expected = format!("two points, a speed above 0 m/s, and at most {MOST_MINUTES} minutes");
-    let diagnostic = Diagnostic::new(Code::InvalidValue, "the path cannot be followed");
+    let diagnostic = Diagnostic::new(Code::InvalidValue, "the figure cannot follow the path");
     Err(diagnostic.expected_found(expected, message).into())
 }

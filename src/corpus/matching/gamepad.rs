@@ -1,4 +1,4 @@
-//! The sticks of a gamepad over time, in a file.
+//! A file with the sticks of a gamepad over time.
 
 use std::borrow::Cow;
 
@@ -8,16 +8,17 @@ use serde::Deserialize;
 use mocap_scene::error::{Code, Diagnostic, Result};
 use mocap_scene::files::Records;
 
-/// The part of the range of a stick that counts as its centre: sticks do not return to it exactly.
+/// The fraction of a stick's range that counts as its centre: sticks do not return exactly to the centre.
 const DEAD_ZONE: f32 = 0.1;
 /// The longest time, in seconds.
 const LONGEST: f64 = 3600.0;
-/// The most rows: an hour of a gamepad that is read a thousand times a second.
+/// The largest number of rows: an hour of a gamepad at 1000 samples per second.
 const MOST_ROWS: usize = 3_600_000;
-/// The columns of a table, and the names in JSON.
+/// The columns of a CSV table. JSON has the same names as keys.
 const COLUMNS: [&str; 5] = ["seconds", "left_x", "left_y", "right_x", "right_y"];
 
-/// The two sticks of a gamepad over time: x to the right and y forward, from -1 to 1. `docs/search.md` has the file.
+/// The two sticks of a gamepad over time: x to the right and y forward, from -1 to 1. `docs/search.md` describes the
+/// file.
 ///
 /// [`Controller::play`](super::Controller::play) has an example.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +26,7 @@ pub struct Gamepad {
     rows: Vec<Row>,
 }
 
-/// Where the sticks are from a time on.
+/// The positions of the sticks from `seconds` on.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Row {
@@ -39,7 +40,7 @@ struct Row {
 }
 
 impl Gamepad {
-    /// Of the text of a file: a table of CSV, or a list of JSON.
+    /// Parses the text of a file: a CSV table or a JSON list.
     ///
     /// ```
     /// use mocap::matching::Gamepad;
@@ -69,12 +70,12 @@ impl Gamepad {
         checked(rows)
     }
 
-    /// How long it is: the time of the last row.
+    /// The duration in seconds: the time of the last row.
     pub fn seconds(&self) -> f64 {
         self.rows[self.rows.len() - 1].seconds
     }
 
-    /// The left and the right stick at a time, at most 1 long each: a row holds until the next one.
+    /// The left and the right stick at a time, each at most 1 long. The values of a row apply until the next row.
     pub fn at(&self, seconds: f64) -> [Vec2; 2] {
         let after = self.rows.partition_point(|row| row.seconds <= seconds);
         let Row {
@@ -103,7 +104,7 @@ fn table(text: &str) -> Result<Vec<(String, Row)>> {
             Some(column) if columns[column].is_none() => columns[column] = Some(place),
             _ => {
                 let found = mocap_scene::error::visible(cell.trim()).into_owned();
-                return Err(of_columns("a column is unknown or there twice", found).into());
+                return Err(of_columns("a column is unknown or appears twice", found).into());
             }
         }
     }
@@ -151,7 +152,7 @@ fn table(text: &str) -> Result<Vec<(String, Row)>> {
 /// Rows in the order of their times, with sticks within their range.
 fn checked(rows: Vec<(String, Row)>) -> Result<Gamepad> {
     if rows.len() > MOST_ROWS {
-        return Err(invalid(format!("it has more than {MOST_ROWS} rows")).into());
+        return Err(invalid(format!("the file has more than {MOST_ROWS} rows")).into());
     }
     let mut before = -1.0;
     for (place, row) in &rows {
@@ -176,7 +177,9 @@ fn checked(rows: Vec<(String, Row)>) -> Result<Gamepad> {
         Some((_, last)) if last.seconds > 0.0 => Ok(Gamepad {
             rows: rows.into_iter().map(|(_, row)| row).collect(),
         }),
-        _ => Err(invalid("it has no row after 0 seconds: the last row says when it ends".to_owned()).into()),
+        _ => Err(
+            invalid("the file has no row after 0 seconds: the time of the last row is the duration".to_owned()).into(),
+        ),
     }
 }
 
@@ -188,6 +191,6 @@ fn of_columns(what: &str, found: String) -> Diagnostic {
 fn invalid(why: String) -> Diagnostic {
     Diagnostic::new(
         Code::InvalidArrays,
-        format!("the file has no sticks of a gamepad over time: {why}"),
+        format!("the file is not a recording of gamepad sticks: {why}"),
     )
 }

@@ -1,17 +1,18 @@
-//! The files of Holden's demonstration of motion matching (orangeduck/Motion-Matching), which its controller reads:
+//! The two files that the controller of Holden's motion matching demonstration (orangeduck/Motion-Matching) reads:
 //! `database.bin` and `features.bin`. All numbers are little-endian.
 //!
-//! `database.bin` has these arrays, each after its counts of rows and columns:
+//! `database.bin` has these arrays. The counts of rows and columns come before each array:
 //!
-//! - positions, velocities, rotations (w, x, y, z) and angular velocities of the bones in every frame, to their parents
+//! - positions, velocities, rotations (w, x, y, z) and angular velocities of the bones in every frame, relative to
+//!   their parents
 //! - the parents of the bones, -1 for the first
 //! - the first and the last frame of each clip
-//! - the foot that stands
+//! - the contacts of the left and the right foot
 //!
-//! Bone 0 is the root, on the ground below the hips; bone 1 is the hips. `features.bin` has the normalized features of
-//! the frames, and their offsets and divisors.
+//! Bone 0 is the root, on the ground below the hips. Bone 1 is the hips. `features.bin` has the normalized features of
+//! the frames, and the offsets and divisors that normalized them.
 //!
-//! They are not a format of `mocap-formats`: they hold a database, which that package does not know.
+//! The files contain a database, which the package `mocap-formats` does not know. So this module writes them.
 
 use glam::{Quat, Vec3};
 use mocap_scene::error::{Code, Diagnostic, Result};
@@ -22,13 +23,13 @@ use super::features::{AHEAD, FEATURE_RATE, FEATURES, set_ahead};
 use super::moves::Moves;
 use super::tree::statistics;
 
-/// The difference of the scales of a bone along its axes, as a fraction, up to which they are one: rounding.
+/// The largest relative difference between the scales of a bone along its axes that counts as rounding.
 const UNIFORM: f32 = 1e-3;
-/// The bits of the contacts of both balls, and of both ankles.
+/// The contact bits of the left and the right ball.
 const BALLS: [u8; 2] = [4, 8];
 const ANKLES: [u8; 2] = [1, 2];
 
-/// One bone in all frames, to its parent.
+/// One bone in all frames, relative to its parent.
 #[derive(Clone, Default)]
 struct Track {
     positions: Vec<Vec3>,
@@ -41,13 +42,13 @@ struct Track {
 struct Bones {
     parents: Vec<i32>,
     tracks: Vec<Track>,
-    /// Of the left and the right foot, among the bones.
+    /// The indices of the left and the right foot.
     feet: [usize; 2],
 }
 
 impl Moves {
-    /// The bytes of `database.bin` and `features.bin` of Holden's demonstration of motion matching: its controller runs
-    /// with them where the character has the joints of its skeleton, in their order.
+    /// Writes `database.bin` and `features.bin` for Holden's motion matching demonstration. Its controller runs with
+    /// these files if the character has the joints of the demonstration's skeleton, in the same order.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -65,8 +66,7 @@ impl Moves {
     /// ```
     ///
     /// # Errors
-    /// [`Code::NoMotion`] without frames; [`Code::Unrepresentable`] where a bone is scaled by other factors along its
-    /// axes.
+    /// [`Code::NoMotion`] without frames; [`Code::Unrepresentable`] if a bone has different scales along its axes.
     pub fn to_holden(&self) -> Result<[Vec<u8>; 2]> {
         if self.frames.is_empty() {
             return Err(Diagnostic::new(Code::NoMotion, "there are no frames to write").into());
@@ -76,7 +76,7 @@ impl Moves {
         Ok([self.database_file(&bones, &ranges), features_file(&bones, &ranges)])
     }
 
-    /// The first frame of each clip, and the one after its last.
+    /// The first frame of each clip, and the frame after its last frame.
     fn ranges(&self) -> Vec<(usize, usize)> {
         let starts = (0..self.frames.len()).filter(|frame| self.frames[*frame].is_first);
         let stops = (0..self.frames.len()).filter(|frame| self.frames[*frame].is_last);
@@ -86,7 +86,7 @@ impl Moves {
     fn bones(&self, ranges: &[(usize, usize)]) -> Result<Bones> {
         let is_bone = |column: &usize| self.node(self.nodes[*column]).kind != NodeKind::EndSite;
         let columns: Vec<usize> = (0..self.nodes.len()).filter(is_bone).collect();
-        // The root and the hips stand before them.
+        // Bones 0 and 1 are the root and the hips.
         let bone_of = |node: NodeId| match node == self.hips {
             true => Some(1),
             false => columns
@@ -117,17 +117,17 @@ impl Moves {
         Ok(Bones { parents, tracks, feet })
     }
 
-    /// The factor by which a node is scaled.
+    /// The uniform scale of a node.
     fn uniform(&self, node: NodeId, scale: Vec3) -> Result<f32> {
         if (scale - Vec3::splat(scale.x)).abs().max_element() <= UNIFORM * scale.x.abs() {
             return Ok(scale.x);
         }
-        let message = "a bone of database.bin has no scales, and this one is scaled by other factors along its axes";
+        let message = "database.bin has no scales of bones, and this bone has different scales along its axes";
         let diagnostic = Diagnostic::new(Code::Unrepresentable, message).in_joint(&self.node(node).name);
         Err(diagnostic.into())
     }
 
-    /// The root on the ground, and the hips to it.
+    /// The root on the ground, and the hips relative to the root.
     fn root_and_hips(&self) -> [Track; 2] {
         let mut tracks = [Track::default(), Track::default()];
         for frame in &self.frames {
@@ -185,8 +185,8 @@ impl Moves {
 }
 
 impl Track {
-    /// Signs of rotations and both velocities of the frames of a clip: central differences, and straight lines at its
-    /// ends.
+    /// Sets the signs of the rotations and both velocities in the frames of a clip. Velocities are central differences,
+    /// with linear extrapolation at the ends of the clip.
     fn complete(&mut self, (start, stop): (usize, usize)) {
         let rate = FEATURE_RATE as f32;
         for frame in start + 1..stop {
@@ -218,7 +218,7 @@ impl Track {
     }
 }
 
-/// The file of the features of all frames.
+/// The bytes of `features.bin`.
 fn features_file(bones: &Bones, ranges: &[(usize, usize)]) -> Vec<u8> {
     let rows: Vec<[f32; FEATURES]> = ranges
         .iter()
@@ -239,7 +239,7 @@ fn features_file(bones: &Bones, ranges: &[(usize, usize)]) -> Vec<u8> {
 }
 
 impl Bones {
-    /// The features of a frame of a clip that ends with `last`, of the bones as they are written.
+    /// The features of a frame, computed from the written bones. `last` is the last frame of the clip.
     fn features(&self, frame: usize, last: usize) -> [f32; FEATURES] {
         let root = &self.tracks[0];
         let to_root = root.rotations[frame].inverse();

@@ -1,10 +1,11 @@
-//! The parts of a database that are most like a part of a motion.
+//! Finds the parts of a database that are most similar to a part of a motion.
 //!
-//! Both are sampled 20 times a second: directions of ten limbs, height and movement of the hips, on no skeleton
-//! (`survey::fingerprint`). Each sample q of the query has one sample of the clip, at j(q), in order. j steps by 0, 1
-//! or 2, and keeps within 20 % of the pace of the query: j(q) - j(0) is from q / 1.2 - 1 to 1.2 q + 1. At the last q it
-//! is from q / 1.2 to 1.2 q. Dynamic time warping finds the cheapest path from each first sample. Of parts that overlap
-//! by more than half, the best is kept. Limbs that one of the bodies lacks are not compared.
+//! Both motions are sampled 20 times per second. A sample has the directions of ten limbs, and the height and movement
+//! of the hips, independent of the skeleton (`survey::fingerprint`). Each sample q of the query matches one sample j(q)
+//! of the clip. From one q to the next, j steps by 0, 1 or 2. The pace of the clip stays within a factor of 1.2 of the
+//! pace of the query: j(q) - j(0) is from q / 1.2 - 1 to 1.2 q + 1. At the last q, j(q) - j(0) is from q / 1.2 to 1.2
+//! q. Dynamic time warping finds the cheapest path from each first sample. If parts overlap by more than half, only the
+//! best of them is kept. Limbs that one of the bodies lacks are not compared.
 
 use mocap_scene::options::setters;
 use serde::Serialize;
@@ -15,28 +16,29 @@ use super::query::Query;
 use crate::survey::report::ClipRow;
 use crate::survey::{Condition, Fingerprint, LIMBS, WIDTH, are_of_one_take, mirrored_row};
 
-/// The factor by which a part may be faster or slower: more looks like another movement.
+/// The largest factor by which a part may be faster or slower than the query. Beyond it, the part looks like another
+/// movement.
 const PACE: f64 = 1.2;
-/// Samples beyond that before the last, for the steps of whole samples.
+/// The additional tolerance before the last sample, in samples, because j steps by whole samples.
 const SLACK: f64 = 1.0;
-/// How much the numbers after the limbs count, each squared difference: height of the hips, steps to the side and
-/// forward, turning.
+/// Weights of the squared differences of the numbers after the limbs: height of the hips, speed sideways, speed
+/// forward, speed of turning.
 const WEIGHTS: [i32; WIDTH - 3 * LIMBS] = [6, 2, 2, 2];
 
-/// How to look for what is like a query.
+/// Options of a search.
 ///
 /// The [module](crate::matching) has an example.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct FindOptions {
-    /// How many are found at most. Default: 10.
+    /// The largest number of matches. Default: 10.
     pub count: usize,
-    /// How many parts of one take are found at most: a clip and its near-duplicates are one take. `None` is any number,
-    /// and finds parts of near-duplicates beside each other. Default: 1.
+    /// The largest number of matches in one take. A clip and its near-duplicates are one take. `None` sets no limit.
+    /// Default: 1.
     pub per_clip: Option<usize>,
-    /// Whether what is like the mirror image of the query is found too. Default: `true`.
+    /// Whether the search also finds matches of the mirrored query. Default: `true`.
     pub mirror: bool,
-    /// The clips that are looked at, by their rows. Default: all.
+    /// A condition on the rows of the clips to search. Default: all clips.
     pub condition: Option<Condition>,
 }
 
@@ -60,7 +62,7 @@ setters! {
     }
 }
 
-/// A part of a clip that is like a query.
+/// A part of a clip that is similar to a query.
 ///
 /// The [module](crate::matching) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,37 +73,37 @@ pub struct Match {
     pub file: String,
     /// The name of the clip.
     pub clip: String,
-    /// The first and the last moment of the part, in seconds of the file.
+    /// The begin of the part, in seconds of the file.
     pub first: f64,
-    /// The last moment.
+    /// The end of the part, in seconds of the file.
     pub last: f64,
-    /// How far a limb points elsewhere, in the mean: a chord of a circle of radius 1, of which 0.1 are 5.7 degrees.
+    /// The mean difference of the directions of limbs, as a chord of the unit circle: 0.1 is 5.7 degrees.
     pub distance: f64,
-    /// Whether it is like the mirror image of the query.
+    /// Whether the part matches the mirrored query.
     pub mirrored: bool,
-    /// How many times as fast it is as the query; 1 for a pose.
+    /// The speed of the part relative to the query; 1 for a pose.
     pub pace: f64,
 }
 
 impl Database {
-    /// The parts that are most like `query`, the best first.
+    /// The parts that are most similar to `query`, the best first.
     pub fn find(&self, query: &Query, options: &FindOptions) -> Vec<Match> {
         let is_looked_at = |row: &ClipRow| options.condition.as_ref().is_none_or(|condition| condition.holds(row));
-        // Mirrored clips are found by the mirrored query, where somebody wants them.
+        // Skip mirrored clips: the mirrored query finds their originals.
         let clips = self.clips.iter();
         let clips = clips.filter(|clip| !clip.mirrored && is_looked_at(&clip.row));
         let search = Search::new(query, options);
         let mut found: Vec<(&IndexedClip, Part)> = clips
             .flat_map(|clip| search.best(clip).into_iter().map(move |part| (clip, part)))
             .collect();
-        // Parts of equal cost stay in the order of their clips.
+        // The sort is stable: parts of equal cost stay in the order of their clips.
         found.sort_by_key(|(_, part)| part.cost);
         let kept = search.of_different_takes(found);
         kept.into_iter().map(|(clip, part)| part.found(clip, query)).collect()
     }
 }
 
-/// What is looked for, and how.
+/// A query with the options of the search.
 struct Search<'a> {
     query: &'a Query,
     mirror: Option<Vec<i8>>,
@@ -118,7 +120,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The best parts of a clip, none of which overlaps a better one.
+    /// The best parts of a clip. No part overlaps a better part by more than half.
     fn best(&self, clip: &IndexedClip) -> Vec<Part> {
         let mut found = parts(clip, &self.query.samples, false);
         if let Some(mirror) = &self.mirror {
@@ -129,7 +131,7 @@ impl<'a> Search<'a> {
         apart(&found, per_clip.map_or(count, |most| most.min(count)))
     }
 
-    /// The first of sorted parts, of each take as many as are wanted.
+    /// The best of the sorted parts, with at most [`FindOptions::per_clip`] of each take.
     fn of_different_takes<'b>(&self, parts: Vec<(&'b IndexedClip, Part)>) -> Vec<(&'b IndexedClip, Part)> {
         let mut kept: Vec<(&IndexedClip, Part)> = Vec::new();
         for (clip, part) in parts {
@@ -146,14 +148,14 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Whether a clip is another, or its near-duplicate, around these parts of both.
+/// Whether two clips are the same clip or near-duplicates around these parts.
 fn is_copy(clips: [&IndexedClip; 2], parts: [&Part; 2]) -> bool {
     let [row, other] = clips.map(|clip| &clip.row);
     if (&row.sha256, &row.clip) == (&other.sha256, &other.clip) && (!row.sha256.is_empty() || row.file == other.file) {
         return true;
     }
     let mirrored = parts[0].mirrored != parts[1].mirrored;
-    // The survey compares every second sample.
+    // The survey compares 10 samples per second: every second sample.
     let fingerprints = clips.map(|clip| Fingerprint {
         values: clip.samples.chunks_exact(WIDTH).step_by(2).flatten().copied().collect(),
         is_body: true,
@@ -162,7 +164,7 @@ fn is_copy(clips: [&IndexedClip; 2], parts: [&Part; 2]) -> bool {
     are_of_one_take([&fingerprints[0], &fingerprints[1]], at, mirrored)
 }
 
-/// A part of a clip, by its first and its last sample.
+/// A part of a clip, as its first and last sample.
 #[derive(Clone, Copy)]
 struct Part {
     cost: i64,
@@ -193,13 +195,13 @@ impl Part {
     fn overlaps(&self, other: &Self) -> bool {
         let shared = (self.last.min(other.last) + 1).saturating_sub(self.first.max(other.first));
         let shorter = (self.last - self.first).min(other.last - other.first) + 1;
-        // Poses within a quarter of a second are one.
+        // Poses within a quarter of a second count as the same pose.
         let near = self.first.abs_diff(other.first) <= (SAMPLE_RATE / 4.0) as usize;
         2 * shared > shorter || near
     }
 }
 
-/// The best of sorted parts, none of which overlaps a better one.
+/// The best `count` of the sorted parts. No part overlaps a better part by more than half.
 fn apart(parts: &[Part], count: usize) -> Vec<Part> {
     let mut kept: Vec<Part> = Vec::new();
     for part in parts {
@@ -213,7 +215,7 @@ fn apart(parts: &[Part], count: usize) -> Vec<Part> {
     kept
 }
 
-/// The limbs that both bodies have: a direction is 0 where a bone of it is missing.
+/// The limbs that both bodies have. The direction of a limb is 0 if one of its bones is missing.
 pub fn limbs_of_both(a: &[i8], b: &[i8]) -> [bool; LIMBS] {
     let has = |samples: &[i8], limb: usize| {
         let mut rows = samples.chunks_exact(WIDTH);
@@ -222,7 +224,7 @@ pub fn limbs_of_both(a: &[i8], b: &[i8]) -> [bool; LIMBS] {
     std::array::from_fn(|limb| has(a, limb) && has(b, limb))
 }
 
-/// For each sample of a clip, the best part that begins there.
+/// For each sample of a clip, the best part that begins at the sample.
 fn parts(clip: &IndexedClip, query: &[i8], mirrored: bool) -> Vec<Part> {
     let rows = query.chunks_exact(WIDTH);
     let count = clip.samples.len() / WIDTH;
@@ -249,7 +251,7 @@ fn parts(clip: &IndexedClip, query: &[i8], mirrored: bool) -> Vec<Part> {
         .collect()
 }
 
-/// The squared distance of two samples, by these limbs: as much for all as if they were ten.
+/// The squared distance of two samples over `limbs`, scaled as if all ten limbs were compared.
 pub fn cost(a: &[i8], b: &[i8], limbs: &[bool; LIMBS]) -> i32 {
     let square = |(a, b): (&i8, &i8)| {
         let difference = i32::from(*a) - i32::from(*b);
@@ -266,13 +268,13 @@ pub fn cost(a: &[i8], b: &[i8], limbs: &[bool; LIMBS]) -> i32 {
     limbs + others.zip(WEIGHTS).map(|(square, weight)| weight * square).sum::<i32>()
 }
 
-/// The least costs of a row of the warp, and of the row before.
+/// The least costs of the current and the previous row of the dynamic time warping.
 struct Warp {
     row: Vec<i64>,
     next: Vec<i64>,
 }
 
-/// What no path reaches.
+/// The cost of a cell that no path reaches.
 const NO_PATH: i64 = i64::MAX / 2;
 
 impl Warp {
@@ -284,7 +286,8 @@ impl Warp {
         }
     }
 
-    /// The least cost of the query along a clip of `count` samples from `first` on, and the steps to its last sample.
+    /// The least cost of the query along a clip of `count` samples from `first` on, and the number of samples to the
+    /// end of the part.
     fn best(&mut self, costs: &[Vec<i32>], first: usize, count: usize) -> Option<(i64, usize)> {
         let queries = costs.len();
         self.row.fill(NO_PATH);

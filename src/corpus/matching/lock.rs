@@ -1,4 +1,4 @@
-//! Holds a foot in contact in its place.
+//! Locks a foot in place during ground contact.
 
 use glam::Vec3;
 
@@ -7,33 +7,34 @@ use mocap_scene::math::inertia::fade;
 use mocap_scene::pose::{Pose, Trs};
 use mocap_scene::scene::NodeId;
 
-/// Frames in which a foot that leaves the ground comes to where the motion has it.
+/// Frames over which a released foot returns to its position in the motion.
 const RELEASE: usize = 12;
-/// How far a foot is held from where the motion has it, in metres on the body of the features; beyond that it is let
-/// go.
+/// The largest distance of a locked foot from its position in the motion, in metres on the body of the features. Beyond
+/// this distance the foot is released.
 const FARTHEST: f32 = 0.15;
 
-/// The bits of the contacts of a foot, after those of the other foot are shifted out.
+/// The contact bits of a foot, after the bits of the other foot are shifted out.
 const ANKLE: u8 = 1;
 const BALL: u8 = 4;
 
-/// The lock of one foot: its shift over the ground from its place in the motion.
+/// The lock of one foot. `moved` is the shift of the foot over the ground from its position in the motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FootLock {
-    /// The bit of the point that is held.
+    /// The contact bit of the locked point.
     point: Option<u8>,
-    /// Where that point is held.
+    /// The position of the locked point.
     held: Vec3,
     moved: Vec3,
-    /// The move when the foot was let go, and the frames since.
+    /// The shift at the release of the foot, and the frames since then.
     from: Vec3,
     since: usize,
-    /// Whether it was let go in this contact because it was too far away.
+    /// Whether the foot was released in this contact because it was too far away.
     gave_way: bool,
 }
 
 impl FootLock {
-    /// Moves the foot of a pose to where it is held. `knee` is the hinge of the limb, `contacts` are those of the foot.
+    /// Moves the foot of a pose to its locked position. `knee` is the hinge axis of the knee, and `contacts` are the
+    /// contact bits of the foot.
     pub(super) fn hold(
         &mut self,
         pose: &mut Pose,
@@ -48,7 +49,7 @@ impl FootLock {
         match point.filter(|_| !self.gave_way) {
             Some(point) => {
                 if self.point != Some(point) {
-                    // It is held where it is shown, which may not be where the motion has it.
+                    // Lock the point at its shown position, which may differ from its position in the motion.
                     (self.point, self.held) = (Some(point), at + self.left());
                 }
                 self.moved = (self.held - at).with_y(0.0);

@@ -29,30 +29,30 @@ pub struct Moves {
     figure: Figure,
     pub(super) rest: Pose,
     pub(super) hips: NodeId,
-    /// The scale of the hips at rest, in the world.
+    /// The scale of the hips in the rest pose, in the world.
     pub(super) hips_scale: Vec3,
-    /// From the world to the node above the hips: it and those above it stay at rest.
+    /// The transform from the world to the parent of the hips. The parent and its ancestors stay in the rest pose.
     pub(super) world_to_above: Mat4,
     /// Thigh, shin and foot of both sides.
     pub(super) legs: [[NodeId; 3]; 2],
-    /// The axes about which both knees bend, in the frames of the thighs, of any length.
+    /// The hinge axes of both knees, in the coordinate frames of the thighs, not normalized.
     pub(super) knees: [Vec3; 2],
-    /// The balls of both feet; the ankles where there are none.
+    /// The balls of both feet, or the ankles of a body without toes.
     pub(super) balls: [NodeId; 2],
-    /// The nodes that move, but the hips.
+    /// The nodes that move, without the hips.
     pub(super) nodes: Vec<NodeId>,
-    /// How they stand to their parents at rest.
+    /// The transforms of these nodes relative to their parents in the rest pose.
     pub(super) at_rest: Vec<Trs>,
-    /// Of each frame.
+    /// One entry for each frame.
     pub(super) frames: Vec<Frame>,
-    /// Frames x nodes: node to parent.
+    /// Rotations relative to the parents, frame by frame.
     rotations: Vec<Quat>,
     pub(super) features: Vec<[f32; FEATURES]>,
-    /// Metres of this body in one of the body of the features.
+    /// The size of this body relative to the body of the features.
     pub(super) scale: f32,
 }
 
-/// A frame, but for the rotations.
+/// A frame without its rotations.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) root: Root,
@@ -65,7 +65,8 @@ pub(super) struct Frame {
 }
 
 impl Moves {
-    /// No moves yet of a character, in metres with +Y up, as [`Conversion`](mocap_figure::Conversion) makes it.
+    /// Makes an empty list for a character, in metres with +Y up. [`Conversion`](mocap_figure::Conversion) converts a
+    /// character to these units.
     ///
     /// # Errors
     /// [`Code::NotHumanoid`] for a body without hips or legs.
@@ -128,9 +129,8 @@ impl Moves {
         })
     }
 
-    /// The poses of all frames of a database on a character, in metres with +Y up: its motions are put on it by
-    /// [`Retargeter`]. `open` reads a file by the name that the database has; files whose motions are packed within
-    /// the database are not asked for.
+    /// Retargets all motions of a database to a character with [`Retargeter`]. The character is in metres with +Y up.
+    /// `open` reads a file by its name in the database. It is not called for files whose motions the database has.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -145,8 +145,8 @@ impl Moves {
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new), [`add`](Self::add), [`Retargeter`] and `open`; [`Code::InvalidDatabase`] where a file
-    /// has changed since it was indexed.
+    /// The errors of [`new`](Self::new), [`add`](Self::add), [`Retargeter`] and `open`; [`Code::InvalidDatabase`] if a
+    /// file has changed since it was indexed.
     pub fn of(database: &Database, character: &Scene, mut open: impl FnMut(&str) -> Result<Scene>) -> Result<Self> {
         let mut moves = Self::new(character)?;
         let mut files: HashMap<&str, HashMap<String, Animation>> = HashMap::new();
@@ -177,18 +177,18 @@ impl Moves {
         Ok(moves)
     }
 
-    /// Adds the frames of a clip of the database, in the order of its clips: `animation` is its motion on the
-    /// character, as [`Retargeter`](mocap_retarget::Retargeter) makes it. Where the clip is mirrored, the motion is
-    /// mirrored here.
+    /// Adds the frames of a clip of the database. Call this function for each clip, in the order of the database.
+    /// `animation` is the motion of the clip on the character, retargeted by
+    /// [`Retargeter`](mocap_retarget::Retargeter). If the clip is mirrored, this function mirrors the motion.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where all poses are too many, and as [`Mirror`].
+    /// [`Code::LimitExceeded`] if there are too many poses, and the errors of [`Mirror`].
     pub fn add(&mut self, clip: &IndexedClip, animation: &Animation) -> Result<()> {
         let count = clip.features().len();
         let values = (self.frames.len() + count).saturating_mul(self.nodes.len()) as u64;
         let most = Limits::default().max_values;
         if values > most {
-            let message = format!("the poses of the database have {values} rotations, and {most} are allowed");
+            let message = format!("the poses of the database have {values} rotations, more than the limit of {most}");
             return Err(Diagnostic::new(Code::LimitExceeded, message).into());
         }
         self.scene.animations = vec![animation.clone()];
@@ -236,7 +236,7 @@ impl Moves {
     }
 }
 
-/// The motions of a file on the character, by the names that a database has for them.
+/// The motions of a file, retargeted to the character. The keys are the names of the clips in the database.
 fn on_character(scene: Scene, character: &Scene) -> Result<HashMap<String, Animation>> {
     let names: Vec<String> = scene.animations.iter().enumerate().map(clip_name).collect();
     let clips = Retargeter::new(scene, character.clone(), RetargetOptions::new())?.into_clips();

@@ -1,4 +1,4 @@
-//! A figure that is led by a gamepad.
+//! Makes a figure follow a gamepad.
 
 use std::fmt;
 
@@ -12,9 +12,9 @@ use super::features::FEATURE_RATE;
 use super::gamepad::Gamepad;
 use super::record::Record;
 
-/// The fastest that a stick at its edge may ask for, in metres per second: no runner is faster.
+/// The largest speed of a stick at its edge, in m/s: no human runs faster.
 const FASTEST: f32 = 12.0;
-/// Over how many frames before and after one the velocity of the figure is measured: a step of a walk.
+/// Half the window over which the velocity of the figure is measured, in frames. The window is one step of a walk.
 const STEP: usize = 15;
 
 /// How a figure followed a gamepad.
@@ -24,17 +24,18 @@ const STEP: usize = 15;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PlayReport {
-    /// The frames, 60 in a second.
+    /// The number of frames, at 60 frames per second.
     pub frames: usize,
-    /// How often it went on in another frame of the database.
+    /// The number of jumps to other frames of the database.
     pub jumps: usize,
-    /// How far it has gone over the ground, in metres.
+    /// The length of the figure's path over the ground, in metres.
     pub distance: f64,
-    /// How far the sticks asked it to go.
+    /// The length of the path that the sticks asked for, in metres.
     pub wanted_distance: f64,
-    /// How far its velocity over half a second is from the one asked for, in the mean: metres per second.
+    /// The mean difference between the velocity of the figure, measured over half a second, and the wanted velocity, in
+    /// m/s.
     pub mean_velocity_error: f64,
-    /// The mean angle between its facing and the wanted facing, in degrees.
+    /// The mean angle between the facing of the figure and the wanted facing, in degrees.
     pub mean_angle: f64,
 }
 
@@ -50,9 +51,10 @@ impl fmt::Display for PlayReport {
 }
 
 impl Controller {
-    /// Lets a gamepad lead the figure, which stands at first. The left stick is the velocity over the ground, `speed`
-    /// metres per second at its edge, forward along +Z of the world and to the right along -X. It looks where the right
-    /// stick points, or where it goes while that is in its centre. Returns its motion, and how it did.
+    /// Makes the figure follow a gamepad. The figure stands at first. The left stick is the velocity over the ground:
+    /// forward along +Z of the world, right along -X, and `speed` m/s at its edge. The right stick is the facing. While
+    /// the right stick is in its centre, the figure faces its direction of motion. Returns the motion, and a report of
+    /// how well the figure followed.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -81,7 +83,7 @@ impl Controller {
     /// [`Code::InvalidValue`] for a speed that is not above 0, or above 12 m/s.
     pub fn play(&mut self, character: &Scene, gamepad: &Gamepad, speed: f32) -> Result<(Animation, PlayReport)> {
         if !(speed > 0.0 && speed <= FASTEST) {
-            let diagnostic = Diagnostic::new(Code::InvalidValue, "the figure cannot be led at this speed");
+            let diagnostic = Diagnostic::new(Code::InvalidValue, "the figure cannot move at this speed");
             let expected = format!("above 0 and at most {FASTEST} m/s");
             return Err(diagnostic.expected_found(expected, speed.to_string()).into());
         }
@@ -112,7 +114,7 @@ impl Controller {
     }
 }
 
-/// How far velocities are from those asked for, in the mean.
+/// The mean difference between the velocities of the figure and the wanted velocities.
 fn velocity_error(positions: &[Vec3], asked: &[Vec3]) -> f64 {
     let last = positions.len() - 1;
     let error = |(frame, asked): (usize, &Vec3)| {

@@ -1,4 +1,4 @@
-//! What is looked for: a part of a motion, or a pose.
+//! Queries: a part of a motion, or a pose.
 
 use mocap_figure::Figure;
 use mocap_figure::convert::{Moment, TimeRange, part_ticks};
@@ -8,10 +8,10 @@ use mocap_scene::scene::Scene;
 use super::clip::SAMPLE_RATE;
 use crate::survey::{Fingerprint, Motion};
 
-/// The longest part that is looked for, in seconds.
+/// The longest query, in seconds.
 const LONGEST: f64 = 60.0;
 
-/// A part of a motion, or a pose, as it is compared with the clips of a database.
+/// A part of a motion, or a pose, in the form that a search compares with the clips of a database.
 ///
 /// The [module](crate::matching) has an example.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,11 +20,11 @@ pub struct Query {
 }
 
 impl Query {
-    /// A part of an animation, an index into [`Scene::animations`].
+    /// Makes a query from a part of an animation. `animation` is an index into [`Scene::animations`].
     ///
     /// # Errors
     /// [`Code::NoMotion`] without this animation, [`Code::NotHumanoid`], and [`Code::InvalidValue`] for a part that is
-    /// empty, outside of the motion, or longer than a minute.
+    /// empty, outside the motion, or longer than a minute.
     pub fn part(scene: &Scene, animation: usize, part: TimeRange) -> Result<Self> {
         let motion = motion(scene, animation)?;
         let (first, last) = part_ticks(
@@ -48,10 +48,10 @@ impl Query {
         ))
     }
 
-    /// The pose at a time of an animation; which of the limbs move does not count much.
+    /// Makes a query from the pose at one time of an animation. The movement of the limbs hardly counts.
     ///
     /// # Errors
-    /// As [`part`](Self::part).
+    /// The errors of [`part`](Self::part).
     pub fn pose(scene: &Scene, animation: usize, at: Moment) -> Result<Self> {
         let motion = motion(scene, animation)?;
         let (frame, _) = part_ticks(scene.animations.get(animation), Some(at), None, 0.0)?;
@@ -65,7 +65,7 @@ impl Query {
         }
     }
 
-    /// How long it is, in seconds; 0 for a pose.
+    /// The duration in seconds; 0 for a pose.
     pub fn seconds(&self) -> f64 {
         (self.count() - 1) as f64 / SAMPLE_RATE
     }
@@ -77,7 +77,7 @@ impl Query {
 
 /// The motion of a humanoid.
 fn motion(scene: &Scene, animation: usize) -> Result<Motion<'_>> {
-    let no_motion = || Diagnostic::new(Code::NoMotion, "the file has no motion to look for");
+    let no_motion = || Diagnostic::new(Code::NoMotion, "the file has no motion to search for");
     let clip = scene.animations.get(animation).ok_or_else(no_motion)?;
     if clip.frame_count() == 0 || clip.ticks_per_second <= 0.0 {
         return Err(no_motion().into());
@@ -87,7 +87,7 @@ fn motion(scene: &Scene, animation: usize) -> Result<Motion<'_>> {
     match motion.body {
         Some(_) => Ok(motion),
         None => {
-            let message = format!("the motion is compared limb by limb: {}", figure.humanoid.reason);
+            let message = format!("a search compares the limbs of a humanoid: {}", figure.humanoid.reason);
             Err(Diagnostic::new(Code::NotHumanoid, message).into())
         }
     }

@@ -1,4 +1,4 @@
-//! The motion that a figure has made.
+//! Records the motion of a figure.
 
 use glam::{Quat, Vec3};
 use mocap_scene::math::quaternion::in_hemisphere_of;
@@ -8,7 +8,7 @@ use mocap_scene::scene::{Animation, Channel, Keys, NodeId, Scene};
 use super::controller::Controller;
 use super::features::FEATURE_RATE;
 
-/// The frames of a pose.
+/// The recorded poses, frame by frame.
 pub(super) struct Record {
     hips: NodeId,
     positions: Vec<Vec3>,

@@ -1,4 +1,4 @@
-//! The results of searches, and how a figure followed its commands.
+//! The results of searches, and reports of how a figure followed a path or a gamepad.
 
 pub use super::follow::FollowReport;
 pub use super::like::Match;

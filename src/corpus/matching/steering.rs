@@ -1,5 +1,5 @@
-//! A stick leads a figure. Critically damped springs bring its velocity and its facing to those of the stick, as in
-//! Holden's demonstration ("Spring-It-On", 2021).
+//! Steers a figure by a stick. Critically damped springs move the velocity and the facing of the figure to the stick's
+//! values, as in Holden's demonstration ("Spring-It-On", 2021).
 
 use std::f32::consts::{LN_2, PI, TAU};
 
@@ -8,28 +8,28 @@ use glam::{Vec2, Vec3};
 use super::features::{AHEAD, FEATURE_RATE, Root};
 use super::trajectory::Trajectory;
 
-/// After how many seconds half of a difference is gone, that of Holden's demonstration.
+/// The half-life of a difference in seconds, from Holden's demonstration.
 const HALF_LIFE: f32 = 0.27;
-/// Of a critically damped spring of this half-life: half its damping, per second.
+/// Half the damping of a critically damped spring with this half-life, per second.
 pub const RATE: f32 = 2.0 * LN_2 / HALF_LIFE;
-/// What is asked for along an axis at most, in metres per second: so that nothing overflows.
+/// The largest wanted speed along an axis, in m/s. The limit prevents overflow.
 const FASTEST: f32 = 100.0;
-/// Below this length, in metres per second or of a stick, there is no direction.
+/// The length of a velocity (in m/s) or of a stick below which it has no direction.
 const STILL: f32 = 1e-3;
 
-/// The momentum of a figure, along x and z.
+/// The velocity and facing of a figure on the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Steering {
-    /// Metres per second, and that per second.
+    /// The velocity in m/s, and the acceleration in m/s^2.
     velocity: Vec2,
     acceleration: Vec2,
-    /// Radians from +Z towards +X, and that per second.
+    /// The facing in radians from +Z towards +X, and its change in rad/s.
     angle: f32,
     turning: f32,
 }
 
 impl Steering {
-    /// Of a figure that stands and looks along `forward`.
+    /// A figure that stands and faces `forward`.
     pub fn new(forward: Vec3) -> Self {
         Self {
             velocity: Vec2::ZERO,
@@ -39,23 +39,24 @@ impl Steering {
         }
     }
 
-    /// Metres per second over the ground, in the world.
+    /// The velocity over the ground in m/s, in the world.
     pub fn velocity(&self) -> Vec3 {
         Vec3::new(self.velocity.x, 0.0, self.velocity.y)
     }
 
-    /// Where it looks.
+    /// The facing.
     pub fn forward(&self) -> Vec3 {
         direction(self.angle)
     }
 
-    /// Goes on by a frame towards a velocity along x and z; it looks along `look`, or where it goes if that is zero.
-    /// Numbers that are not finite count as zero. Returns the trajectory of a figure that is at `root`.
+    /// Advances by one frame towards a wanted velocity along x and z. The wanted facing is `look`, or the direction of
+    /// the velocity if `look` is zero. Numbers that are not finite count as zero. Returns the trajectory of a figure at
+    /// `root`.
     pub fn update(&mut self, root: &Root, velocity: Vec2, look: Vec2) -> Trajectory {
         let velocity = finite(velocity);
         let look = [finite(look), velocity].into_iter().find(|look| look.length() > STILL);
         let wanted = look.map_or(self.angle, |look| look.x.atan2(look.y));
-        // The shorter way round.
+        // Turn the shorter way.
         let wanted = self.angle + (wanted - self.angle + PI).rem_euclid(TAU) - PI;
         let seconds = 1.0 / FEATURE_RATE as f32;
         let after = |seconds: f32| self.after(seconds, velocity, wanted);
@@ -66,7 +67,7 @@ impl Steering {
         Trajectory::new(positions, directions)
     }
 
-    /// The distance after some seconds, and the velocity then.
+    /// The distance covered after some seconds, and the state at that time.
     fn after(&self, seconds: f32, velocity: Vec2, angle: f32) -> (Vec2, Self) {
         let left = (-RATE * seconds).exp();
         let off = self.velocity - velocity;

@@ -1,22 +1,22 @@
-//! What is asked of a figure.
+//! The wanted path of a figure.
 
 use glam::Vec3;
 
-/// The wanted places and facings of a figure in 20, 40 and 60 frames, at 60 frames a second. They are in the world, in
-/// metres; heights do not count.
+/// The wanted positions and facings of a figure in 20, 40 and 60 frames, at 60 frames per second. Positions are in the
+/// world, in metres. Heights are ignored.
 ///
 /// [`Controller`](super::Controller) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Trajectory {
-    /// Where it is.
+    /// The positions.
     pub positions: [Vec3; 3],
-    /// Where it looks.
+    /// The facings.
     pub directions: [Vec3; 3],
 }
 
 impl Trajectory {
-    /// Of these positions and directions.
+    /// Makes a trajectory of positions and facings.
     pub fn new(positions: [Vec3; 3], directions: [Vec3; 3]) -> Self {
         Self { positions, directions }
     }

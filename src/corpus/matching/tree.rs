@@ -1,13 +1,14 @@
-//! The frame nearest to a query, exactly: a tree of boxes around 8, 64, 512, ... frames. A box is left out where its
-//! nearest point is farther than the best frame so far; of eight boxes the nearest is looked into first. Holden's
-//! demonstration has boxes around consecutive frames. Here the frames are split in halves along the feature with the
-//! widest spread, and the halves again. Boxes are then small, as in a k-d tree (Friedman, Bentley and Finkel, 1977).
-//! Eight frames, or boxes, stand side by side in memory, and are compared at once.
+//! An exact nearest neighbour search over frames: a tree of boxes around 8, 64, 512, ... frames. The search skips a box
+//! if its nearest point is farther than the best frame so far. Among eight boxes, it searches the nearest box first.
+//! Holden's demonstration has boxes around consecutive frames. This tree recursively splits the frames in halves, along
+//! the feature with the widest spread. So the boxes are small, as in a k-d tree (Friedman, Bentley and Finkel, 1977).
+//! Eight frames or eight boxes are stored side by side in memory, and compared at once.
 //!
-//! Features are compared less their mean, over the deviation of their group (the positions of a foot are one), times a
-//! weight. Boxes stand along the principal axes of all frames (Pearson, 1901; Sproull, 1991, for k-d trees). Many
-//! features are nearly equal, so boxes along the features themselves are mostly empty. Distances of frames are those of
-//! the features; a box counts as nearer by what rounding can do, so it leaves no frame out.
+//! Features are normalized: minus the mean, divided by the standard deviation of their group, times a weight. The three
+//! coordinates of the position of a foot are one group, for example. Boxes are aligned with the principal axes of all
+//! frames (Pearson, 1901; Sproull, 1991, for k-d trees). Many features are correlated, so boxes along the features
+//! themselves would be mostly empty. Distances of frames are computed from the features. The distance of a box has a
+//! margin for rounding errors, so that the search misses no frame.
 
 use std::ops::Range;
 
@@ -16,7 +17,7 @@ use mocap_scene::math::{principal, wide};
 use super::database::Database;
 use super::features::FEATURES;
 
-/// The groups of features and their weights: those of Holden's demonstration.
+/// The groups of features and their weights, from Holden's demonstration.
 const GROUPS: [(Range<usize>, f32); 7] = [
     (0..3, 0.75),
     (3..6, 0.75),
@@ -26,32 +27,32 @@ const GROUPS: [(Range<usize>, f32); 7] = [
     (15..21, 1.0),
     (21..27, 1.5),
 ];
-/// Frames of the smallest boxes, and boxes of the next larger one.
+/// The number of frames in the smallest boxes, and of boxes in the next larger box.
 const FAN: usize = 8;
-/// Levels of boxes at most: of 8^11 frames, more than 32 bits count.
+/// The largest number of levels: 8^11 frames are more than a 32-bit index can count.
 const LEVELS: usize = 11;
-/// Rounds in which each principal axis is sought. Axes that are not quite the principal ones are as right, and boxes
-/// hardly larger.
+/// Iterations to find each principal axis. With approximate axes the search is still exact, and the boxes are hardly
+/// larger.
 const ROUNDS: usize = 50;
-/// Frames at the end of a clip that are not found: after them there is a third of a second at most.
+/// Frames at the end of a clip that the search never returns: less than a third of a second would remain to play.
 const ENDS: usize = 20;
 
 type Row = [f32; FEATURES];
 
-/// A number of eight frames, or of eight boxes.
+/// One number of eight frames or eight boxes.
 type Lanes = [f32; FAN];
 
-/// Eight frames, or as many as there are: what is missing is infinitely far.
+/// Up to eight frames. Missing frames are infinitely far away.
 type Leaf = [Lanes; FEATURES];
 
-/// Eight boxes: their least and their largest values.
+/// Eight boxes, as their least and largest values.
 #[derive(Clone, Debug)]
 struct Boxes {
     least: Leaf,
     most: Leaf,
 }
 
-/// The frames of a database, to find the one nearest to a query.
+/// A search tree that finds the frame of a database nearest to a query.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -68,22 +69,23 @@ struct Boxes {
 #[derive(Clone, Debug)]
 pub struct FeatureTree {
     mean: Row,
-    /// The deviation of the group, over its weight.
+    /// The standard deviation of the group of each feature, divided by the weight.
     scale: Row,
-    /// The principal axes of the frames, that of the largest variance first.
+    /// The principal axes of the frames, with the largest variance first.
     axes: Box<[[f64; FEATURES]; FEATURES]>,
-    /// How far the farthest frame is from the mean.
+    /// The distance of the farthest frame from the mean.
     farthest: f32,
-    /// The frames that can be found, ordered so that the frames of a box are together.
+    /// The frames that the search can return. The frames of each box are consecutive.
     frames: Vec<u32>,
-    /// Their features.
+    /// The features of these frames.
     leaves: Vec<Leaf>,
-    /// The boxes around leaves, then those around eight of these, and so on until there are eight at most.
+    /// The boxes around leaves, then the boxes around eight of these boxes, and so on. The last level has at most eight
+    /// boxes.
     levels: Vec<Vec<Boxes>>,
 }
 
 impl FeatureTree {
-    /// The frames of all clips, in their order; the last third of a second of a clip is never found.
+    /// Makes a tree of the frames of all clips. The search never returns the last third of a second of a clip.
     pub fn new(database: &Database) -> Self {
         let rows: Vec<Row> = database.features().copied().collect();
         let mut found = Vec::with_capacity(rows.len());
@@ -96,7 +98,7 @@ impl FeatureTree {
         Self::of_rows(rows, found)
     }
 
-    /// Any frames, all of which are found.
+    /// Makes a tree of any frames. The search can return all of them.
     pub fn of_frames(frames: &[[f32; FEATURES]]) -> Self {
         Self::of_rows(frames.to_vec(), (0..frames.len() as u32).collect())
     }
@@ -143,7 +145,7 @@ impl FeatureTree {
         }
     }
 
-    /// Features as they are compared.
+    /// Normalizes features as the search compares them.
     pub fn normalized(&self, features: &[f32; FEATURES]) -> [f32; FEATURES] {
         std::array::from_fn(|column| (features[column] - self.mean[column]) / self.scale[column])
     }
@@ -153,8 +155,8 @@ impl FeatureTree {
         squared_distance(a, b)
     }
 
-    /// The frame nearest to a normalized query, of those nearer than `limit`, a squared distance, and not in `except`;
-    /// with its squared distance. Of equally near ones, one.
+    /// The frame nearest to a normalized query, with its squared distance. The frame is nearer than `limit`, a squared
+    /// distance, and outside `except`. If several frames are equally near, any of them is returned.
     pub fn nearest(&self, query: &[f32; FEATURES], limit: f32, except: Range<usize>) -> Option<(usize, f32)> {
         let mut best = Best {
             frame: usize::MAX,
@@ -169,8 +171,8 @@ impl FeatureTree {
     }
 }
 
-/// The rounding error of the numbers along the axes, of two rows, as a fraction of their lengths. It is half a unit in
-/// the last place of each, and as much again for the sums of squares.
+/// The rounding error of the coordinates of two rows along the axes, relative to the lengths of the rows. Each
+/// coordinate contributes half a unit in the last place, and the sums of squares the same amount.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
 
 struct Best {
@@ -192,7 +194,7 @@ impl Best {
 wide::dispatch! {
     fn search(tree: &FeatureTree, query: &Row, turned: &Row, best: &mut Best) {
         let Some(top) = tree.levels.len().checked_sub(1) else { return };
-        // Of each level the eight boxes that are looked into, and how far those are that were not yet.
+        // For each level: the group of eight boxes that is searched, and the distances of the boxes not yet searched.
         let mut open = [(0, [f32::INFINITY; FAN]); LEVELS];
         open[top] = (0, to_boxes(turned, &tree.levels[top][0], best.limit));
         let mut level = top;
@@ -219,7 +221,7 @@ wide::dispatch! {
     }
 }
 
-/// Looks at the frames of a leaf.
+/// Searches the frames of a leaf.
 #[inline(always)]
 fn look_into(tree: &FeatureTree, query: &Row, best: &mut Best, leaf: usize) {
     let distances = to_frames(query, &tree.leaves[leaf]);
@@ -233,7 +235,7 @@ fn look_into(tree: &FeatureTree, query: &Row, best: &mut Best, leaf: usize) {
     }
 }
 
-/// The smallest of eight numbers, and which it is.
+/// The smallest of eight numbers, and its index.
 #[inline(always)]
 fn least(numbers: &Lanes) -> (usize, f32) {
     let mut least = (0, numbers[0]);
@@ -245,9 +247,9 @@ fn least(numbers: &Lanes) -> (usize, f32) {
     least
 }
 
-/// Sums that are made side by side, so that none waits for the one before.
+/// The number of independent partial sums. No addition waits for the previous one.
 const SUMS: usize = 4;
-/// The axes that are summed first: what they add is more than the limit for almost every box.
+/// The number of axes that are summed first. For almost every box, their sum already exceeds the limit.
 const FIRST: usize = 8;
 
 /// The sum of the squares of all differences.
@@ -278,8 +280,8 @@ fn add(sum: &mut Lanes, value: f32, others: &Lanes) {
     }
 }
 
-/// The squared distances from a query to the nearest points of eight boxes, along the axes. Stops at a part of each sum
-/// where that part reaches the limit for all boxes.
+/// The squared distances along the axes from a query to the nearest points of eight boxes. Stops early if the partial
+/// sums of all boxes reach the limit.
 #[inline(always)]
 fn to_boxes(query: &Row, boxes: &Boxes, limit: f32) -> Lanes {
     let mut sums = [[0.0; FAN]; SUMS];
@@ -317,7 +319,7 @@ fn total([a, b, c, d]: &[Lanes; SUMS]) -> Lanes {
     total
 }
 
-/// Up to eight rows, number by number.
+/// Transposes up to eight rows, so that each number of all rows is consecutive.
 fn side_by_side<'a>(rows: impl Iterator<Item = &'a Row>) -> Leaf {
     let mut lanes = [[f32::INFINITY; FAN]; FEATURES];
     for (lane, row) in rows.enumerate() {
@@ -328,8 +330,8 @@ fn side_by_side<'a>(rows: impl Iterator<Item = &'a Row>) -> Leaf {
     lanes
 }
 
-/// Puts frames that are near each other together: those below and above the middle of the number in which they are
-/// farthest apart, and so on. Where they are divided a box ends.
+/// Orders frames so that near frames are neighbours. Splits them near the median of the coordinate with the widest
+/// spread, and then splits each half. Each split is at the end of a box.
 fn halve(frames: &mut [u32], rows: &[Row]) {
     if frames.len() <= FAN {
         return;
@@ -349,7 +351,7 @@ fn halve(frames: &mut [u32], rows: &[Row]) {
     halve(above, rows);
 }
 
-/// The box around boxes: of each its least and its largest values, which are the same of a frame.
+/// The box around boxes, each given by its least and largest values. For a frame, both are its features.
 fn bounds<'a>(boxes: impl Iterator<Item = [&'a Row; 2]>) -> [Row; 2] {
     let mut bounds = [[f32::INFINITY; FEATURES], [f32::NEG_INFINITY; FEATURES]];
     for [least, most] in boxes {
@@ -361,7 +363,7 @@ fn bounds<'a>(boxes: impl Iterator<Item = [&'a Row; 2]>) -> [Row; 2] {
     bounds
 }
 
-/// The principal axes of rows whose mean is zero. Where rows do not differ in so many directions the last are zero.
+/// The principal axes of rows with mean zero. If the rows span fewer directions, the last axes are zero.
 fn axes_of(rows: &[Row]) -> Box<[[f64; FEATURES]; FEATURES]> {
     let products = principal::products(rows.iter().map(|row| row.map(f64::from)), FEATURES);
     let mut axes = Box::new([[0.0; FEATURES]; FEATURES]);
@@ -372,7 +374,7 @@ fn axes_of(rows: &[Row]) -> Box<[[f64; FEATURES]; FEATURES]> {
     axes
 }
 
-/// A row along the axes.
+/// The coordinates of a row along the axes.
 fn along(axes: &[[f64; FEATURES]; FEATURES], row: &Row) -> Row {
     let row = row.map(f64::from);
     std::array::from_fn(|axis| axes[axis].iter().zip(&row).map(|(a, b)| a * b).sum::<f64>() as f32)
@@ -382,7 +384,7 @@ fn length(row: &Row) -> f32 {
     row.iter().map(|value| value * value).sum::<f32>().sqrt()
 }
 
-/// The mean of each number, and the deviation of its group over the weight of the group.
+/// The mean of each number, and the standard deviation of its group divided by the weight of the group.
 pub(super) fn statistics(rows: &[Row]) -> (Row, Row) {
     let count = rows.len().max(1) as f64;
     let mut sums = [0.0_f64; FEATURES];
@@ -402,7 +404,7 @@ pub(super) fn statistics(rows: &[Row]) -> (Row, Row) {
     for (group, weight) in GROUPS {
         let deviations = squares[group.clone()].iter().map(|square| (square / count).sqrt());
         let deviation = deviations.sum::<f64>() / group.len() as f64;
-        // What never changes tells no frames apart.
+        // A constant feature cannot distinguish frames. Avoid a division by zero.
         scale[group].fill((deviation as f32).max(1e-6) / weight);
     }
     (mean.map(|mean| mean as f32), scale)

@@ -1,6 +1,6 @@
-//! What the body does in each frame, by rules on heights and speeds.
+//! Classifies the activity of the body in each frame, by rules on heights and speeds.
 //!
-//! Speeds are those of the hips along the floor over half a second; the trunk is the line from the hips to the neck.
+//! Speed is the speed of the hips along the floor, over half a second. The trunk is the line from the hips to the neck.
 //!
 //! | activity | rule |
 //! |---|---|
@@ -11,40 +11,41 @@
 //! | stands | the hips are higher than 0.75 legs above the floor |
 //! | other | anything else: sits, kneels, crouches |
 //!
-//! The body turns over where its trunk passes from upright (less than 60 degrees) to head down (more than 120).
+//! The body turns over when the angle of its trunk from the vertical goes from below 60 degrees (upright) to above 120
+//! degrees (head down).
 
 use super::motion::{Body, Motion};
 
-/// The speed of the hips in m/s from which on a body walks: slower ones shift their weight.
+/// The least speed of the hips in walking, in m/s. A slower body only shifts its weight.
 const WALKS: f32 = 0.4;
 
-/// The speed of the hips in m/s from which on a body runs: people change over at about 2.
+/// The least speed of the hips in running, in m/s. People change from walking to running at about 2 m/s.
 const RUNS: f32 = 2.2;
-/// The time over which speeds are taken, on each side, in seconds.
+/// Half the window over which speeds are measured, in seconds.
 const HALF_WINDOW: f64 = 0.25;
 
-/// The cosine of the angle of a trunk from the vertical beyond which it leans: 60 degrees.
+/// The cosine of 60 degrees: a trunk leans if its angle from the vertical is larger.
 const LEANS: f32 = 0.5;
 
-/// The cosine of the angle of a trunk from the vertical beyond which the head is down: 120 degrees.
+/// The cosine of 120 degrees: the head is down if the trunk's angle from the vertical is larger.
 const HEAD_DOWN: f32 = -0.5;
 
-/// The height of the hips in lengths of the leg below which a body sits, kneels or lies.
+/// The height of the hips, in leg lengths, below which a body sits, kneels or lies.
 const LOW: f32 = 0.5;
 
-/// The height of the hips in lengths of the leg above which it stands.
+/// The height of the hips, in leg lengths, above which a body stands.
 const HIGH: f32 = 0.75;
 
-/// Height of both feet, in lengths of the leg, from which on a body jumps: a small hop.
+/// The least height of both feet in a jump, in leg lengths: a small hop.
 const OFF: f32 = 0.1;
 
-/// The shortest and the longest jump in seconds: 3 cm and 1.8 m high.
+/// The shortest and the longest jump, in seconds: 3 cm and 1.8 m high.
 const JUMP: [f64; 2] = [0.15, 1.2];
 
-/// The shortest jump in seconds of a body that runs: the flights of a run are shorter.
+/// The shortest jump of a running body, in seconds. The flight phases of running are shorter.
 const JUMP_OF_RUNNER: f64 = 0.35;
 
-/// Seconds of each activity, and how often the body jumps and turns over.
+/// The seconds of each activity, and the number of jumps and turns over.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Activity {
     pub(super) standing: f64,
@@ -88,7 +89,7 @@ impl Activity {
     }
 }
 
-/// The jumps, each as its first and its last frame in the air.
+/// The jumps, each as its first and last frame in the air.
 fn jumps(motion: &Motion, body: &Body, half: usize) -> Vec<[usize; 2]> {
     let is_off = |frame: usize| body.lowest_foot(frame) > OFF * body.leg;
     let mut spans = super::spans(motion.frames, is_off);

@@ -1,5 +1,5 @@
-//! The card of a corpus: one offline page with counts, histograms, the worst and usual clips as moving figures, twins
-//! side by side, a map, and a list to search.
+//! The card of a corpus: one offline page with counts, histograms, a map and a searchable list. The worst clips,
+//! typical clips and groups of near-duplicates are shown as moving figures.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,31 +16,31 @@ const PAGE: &str = include_str!("card/page.html");
 const SCRIPT: &str = include_str!("card/card.js");
 const STYLE: &str = include_str!("card/card.css");
 
-/// How many of the worst clips, of usual ones and of groups of twins move on the page.
+/// The number of worst clips, of typical clips and of groups of near-duplicates that move on the page.
 const MOVING: usize = 8;
 
-/// Frames per second of a moving figure: fewer jerk, more make the page larger.
+/// Frames per second of a moving figure. Fewer frames look jerky, and more make the page larger.
 const RATE: f64 = 15.0;
 
-/// Seconds of a moving figure: some steps.
+/// The duration of a moving figure, in seconds: a few steps.
 const SECONDS: f64 = 6.0;
 
-/// The longest part of a clip that is in the player, in seconds, so that pages stay small.
+/// The longest part of a clip in the player, in seconds. The limit keeps pages small.
 const PLAYED: f64 = 12.0;
 
-/// The time in seconds by which that part begins before the worst finding: a person sees what leads to it.
+/// How long before the worst finding this part begins, in seconds, so that the viewer sees what leads to the finding.
 const BEFORE: f64 = 2.0;
 
-/// Joints of a moving figure at most: more make the page larger, and are fingers.
+/// The largest number of joints of a moving figure. More joints are mostly fingers, and make the page larger.
 const MOST_JOINTS: usize = 120;
-/// Rows of the list; the page says where there are more.
+/// The largest number of rows in the list. The page states if there are more.
 const MOST_ROWS: usize = 20_000;
 
 impl Corpus {
-    /// The page. `import` reads the files of the clips that move on it, again.
+    /// Makes the page. `import` reads the files of the moving clips again.
     pub fn to_page(&self, thresholds: &Thresholds, import: impl Fn(&str) -> Option<Scene>) -> String {
         let rows: Vec<&ClipRow> = self.rows().collect();
-        // Of twins one is enough.
+        // Show only one clip of a group of near-duplicates.
         let is_shown = |index: &usize| is_wrong(rows[*index]) && !rows[*index].twin;
         let mut worst: Vec<usize> = (0..rows.len()).filter(is_shown).collect();
         worst.sort_by(|a, b| rows[*a].quality.total_cmp(&rows[*b].quality));
@@ -68,10 +68,10 @@ impl Corpus {
             "kinds": kinds.collect::<Vec<_>>(),
             "worst": worst, "usual": usual, "twins": twins, "figures": figures, "player": player::page(),
         });
-        // Nothing in a name ends the element.
+        // Escape `<`, so that no name can close the script element.
         let data = data.to_string().replace('<', "\\u003c");
         let page = PAGE.replace("/*STYLE*/", STYLE).replace("/*SCRIPT*/", SCRIPT);
-        // Last, since a name may be anything.
+        // Insert the data last, because a name can contain any text.
         page.replacen("/*DATA*/", &data, 1)
     }
 }
@@ -80,20 +80,20 @@ fn is_wrong(row: &ClipRow) -> bool {
     matches!(row.verdict, Quality::Suspect | Quality::Bad)
 }
 
-/// Good clips nearest to the middle of the map.
+/// Typical clips: good clips nearest to the middle of the map.
 fn usual(rows: &[&ClipRow]) -> Vec<usize> {
     let from_middle = |row: &ClipRow| row.map_x.zip(row.map_y).map(|(x, y)| x * x + y * y);
     let mut usual: Vec<(usize, f64)> = (0..rows.len())
         .filter(|index| rows[*index].verdict == Quality::Good && rows[*index].frames > 1 && !rows[*index].twin)
         .filter_map(|index| Some((index, from_middle(rows[index])?)))
         .collect();
-    // People first: what else there is has no limbs to see.
+    // Show humanoids first: other figures have no limbs.
     let is_other = |index: usize| rows[index].humanoid != Some(true);
     usual.sort_by(|a, b| is_other(a.0).cmp(&is_other(b.0)).then(a.1.total_cmp(&b.1)));
     usual.into_iter().take(MOVING).map(|(index, _)| index).collect()
 }
 
-/// Of each group of twins the kept clip and another one.
+/// The kept clip and one other clip of each group of near-duplicates.
 fn twins(rows: &[&ClipRow]) -> Vec<Vec<usize>> {
     let mut groups: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for (index, row) in rows.iter().enumerate() {
@@ -106,7 +106,7 @@ fn twins(rows: &[&ClipRow]) -> Vec<Vec<usize>> {
         group.sort_by_key(|index| rows[*index].twin);
         group.truncate(2);
     }
-    // Copies of files are named in the list; what is alike in motion is to be seen.
+    // Skip copies of files: the list names them. The figures show clips with similar motion.
     let is_copy = |group: &Vec<usize>| {
         group
             .iter()
@@ -118,7 +118,7 @@ fn twins(rows: &[&ClipRow]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// What the list, the histograms and the map take of a row.
+/// The values of a row for the list, the histograms and the map.
 fn short(row: &ClipRow) -> Value {
     let defects = row.defects.iter().take(12);
     let defects = defects.map(|defect| {
@@ -139,7 +139,7 @@ fn short(row: &ClipRow) -> Value {
     })
 }
 
-/// The clip as the page draws it: small, and in the player.
+/// The data of a clip on the page: a small figure, and the player.
 fn figure(mut scene: Scene, row: &ClipRow) -> Option<Value> {
     let mut clips = scene.animations.iter().enumerate();
     let (_, clip) = clips.find(|(index, clip)| clip.name == row.clip || index.to_string() == row.clip)?;
@@ -159,7 +159,7 @@ fn figure(mut scene: Scene, row: &ClipRow) -> Option<Value> {
     Some(shown)
 }
 
-/// From which frame on a clip is shown: all of a short one, else from a little before its worst finding.
+/// The first shown frame: the begin of a short clip, or a moment before the worst finding of a long clip.
 fn first_shown(motion: &Motion, row: &ClipRow) -> usize {
     let worst = row.reasons.split(' ').next().unwrap_or_default();
     let mut findings = row.defects.iter().filter(|defect| defect.kind.as_str() == worst);
@@ -172,7 +172,7 @@ fn first_shown(motion: &Motion, row: &ClipRow) -> usize {
     }
 }
 
-/// The joints of a clip over some seconds, in centimetres, which the page draws.
+/// The joints of a clip over some seconds, in centimetres, for the small figure.
 fn preview(motion: &Motion, from: usize) -> Option<Value> {
     let mut joints: Vec<usize> = match &motion.body {
         Some(body) => body.bones.values().copied().collect(),
@@ -202,7 +202,7 @@ fn preview(motion: &Motion, from: usize) -> Option<Value> {
     moves.then(|| json!({"parents": parents, "frames": frames, "rate": motion.rate / step, "floor": floor}))
 }
 
-/// The player of `mocap view`, once, and the clips that it plays.
+/// The player of `mocap view`, stored once, and its clips.
 #[cfg(feature = "render")]
 mod player {
     use serde_json::{Value, json};
@@ -216,7 +216,7 @@ mod player {
         Page::without_clips().into()
     }
 
-    /// A clip for it, without what is more than its motion.
+    /// A clip for the player, reduced to its motion.
     pub(super) fn clip(scene: &mut Scene, figure: &Figure, name: &str) -> Value {
         use base64::Engine;
 
@@ -230,7 +230,7 @@ mod player {
     }
 }
 
-/// A build without pictures has no player: the page draws the joints alone.
+/// A build without pictures has no player, and the page draws only the joints.
 #[cfg(not(feature = "render"))]
 mod player {
     use serde_json::Value;

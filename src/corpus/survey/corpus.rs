@@ -1,4 +1,4 @@
-//! All rows of a corpus, and what can only be said of them together.
+//! All rows of a corpus, and the columns that compare clips with each other.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,18 +12,18 @@ use super::thresholds::{DefectKind, Thresholds};
 use super::twins::{self, Candidate};
 use super::{descriptor, select};
 
-/// What is known of one clip: its row, and what is compared with other clips. As JSON it is a line of a record, from
-/// which a run resumes and of which shards are merged.
+/// The row of one clip, and the data that is compared with other clips. As JSON, it is a line of a record. A survey
+/// resumes from a record, and the records of shards can be merged.
 ///
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ClipRecord {
-    /// Its row.
+    /// The row.
     #[serde(flatten)]
     pub row: ClipRow,
     pub(super) fingerprint: Fingerprint,
-    /// How many clips its file has: a record can have fewer of them.
+    /// The number of clips in the file. A record may contain fewer of them.
     #[serde(default)]
     pub(super) clips: usize,
 }
@@ -38,7 +38,7 @@ impl From<ClipRow> for ClipRecord {
     }
 }
 
-/// Chains of fewer joints are alike by chance.
+/// The fewest joints of a skeleton to compare sizes. Smaller skeletons are equal by chance.
 const LEAST_JOINTS: u64 = 5;
 
 /// All clips of a corpus.
@@ -61,7 +61,7 @@ pub struct Corpus {
 }
 
 impl Corpus {
-    /// The corpus of these clips, in the order of their files, judged together.
+    /// Makes a corpus of clips, in the order of their files, and compares the clips with each other.
     pub fn new(mut clips: Vec<ClipRecord>, thresholds: &Thresholds) -> Self {
         clips.sort_by(|a, b| (&a.row.file, &a.row.clip).cmp(&(&b.row.file, &b.row.clip)));
         let mut corpus = Self { clips };
@@ -95,7 +95,7 @@ impl Corpus {
         self.clips.retain(|clip| is_kept(&clip.row));
     }
 
-    /// Finds clips whose size or up axis is not that of the others of their skeleton.
+    /// Finds clips whose size or up axis differs from other clips with the same skeleton.
     fn compare_skeletons(&mut self, thresholds: &Thresholds) {
         let mut groups: BTreeMap<(&str, &str), Vec<usize>> = BTreeMap::new();
         for (index, clip) in self.clips.iter().enumerate().filter(|(_, clip)| clip.row.frames > 0) {
@@ -104,7 +104,8 @@ impl Corpus {
         }
         let groups: Vec<Vec<usize>> = groups.into_values().collect();
         for group in groups {
-            // In units of the file: metres are guessed so that bodies have the size of bodies.
+            // Compare sizes in units of the file. Sizes in metres would hide a wrong unit, because the reader infers a
+            // unit that gives bodies a human size.
             let units = |row: &ClipRow| row.size.zip(row.metres_per_unit).map(|(size, metres)| size / metres);
             let mut sizes: Vec<f64> = group
                 .iter()
@@ -119,7 +120,7 @@ impl Corpus {
                     .filter(|size| *size > 0.0 && usual > 0.0)
                     .map_or(1.0, |size| size / usual);
                 let times = times.max(1.0 / times);
-                // Of two that differ nobody knows which is right.
+                // If only two sizes differ, neither of them is known to be right.
                 let times = if sizes.len() > 2 && row.joints >= LEAST_JOINTS {
                     times
                 } else {
@@ -136,7 +137,7 @@ impl Corpus {
         }
     }
 
-    /// Groups clips that repeat others. Of each group the longest is kept, of equally long ones the first.
+    /// Groups near-duplicates. The longest clip of each group is kept. Among equally long clips, the first is kept.
     fn find_twins(&mut self) {
         let candidates: Vec<Candidate<'_>> = self.clips.iter().map(ClipRecord::candidate).collect();
         let members = twins::members(&candidates);
@@ -158,7 +159,7 @@ impl Corpus {
         }
     }
 
-    /// Where each clip is on the map.
+    /// Computes the position of each clip on the map.
     fn make_map(&mut self) {
         let descriptors = descriptor::descriptors(self.clips.iter().map(|clip| &clip.fingerprint));
         for (clip, point) in self.clips.iter_mut().zip(descriptor::map(&descriptors)) {
@@ -167,14 +168,15 @@ impl Corpus {
         }
     }
 
-    /// The descriptors of all clips, in their order, as they are compared for the map and for choosing: each number has
-    /// mean 0 and deviation 1 over the corpus. `None` for a clip without motion.
+    /// The descriptors of all clips, in their order, which the map and the selection compare. Each number has mean 0
+    /// and standard deviation 1 over the corpus. A clip without motion has `None`.
     pub fn descriptors(&self) -> Vec<Option<Vec<f32>>> {
         descriptor::descriptors(self.clips.iter().map(|clip| &clip.fingerprint))
     }
 
-    /// Keeps `count` clips that are as different as can be: farthest points over the [descriptors](Self::descriptors),
-    /// from the clip nearest to the mean on. With `by_quality`, bad clips and twins are left out.
+    /// Keeps `count` clips that are as different as possible, by farthest-point sampling of the
+    /// [descriptors](Self::descriptors). The sampling begins with the clip nearest to the mean. With `by_quality`, the
+    /// selection skips bad clips and near-duplicates.
     pub fn select(&mut self, count: usize, by_quality: bool) {
         let descriptors = self.descriptors();
         let is_good = |index: &usize| {
@@ -194,7 +196,7 @@ impl Corpus {
         });
     }
 
-    /// The up axis of more than half of at least three clips.
+    /// The up axis that more than half of the clips have, if there are at least three clips.
     fn usual_up(&self, group: &[usize]) -> Option<String> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for index in group {
@@ -238,27 +240,27 @@ impl ClipRecord {
         }
     }
 
-    /// Whether clips of one file are all that it has.
+    /// Whether `clips` are all clips of their file.
     #[doc(hidden)]
     pub fn are_all(clips: &[Self]) -> bool {
         clips.iter().all(|clip| clip.clips == clips.len())
     }
 
-    /// The line of a record, without its end.
+    /// The line of a record, without the line break.
     pub fn to_line(&self) -> String {
         let text = serde_json::to_string(self).expect("rows have string keys and finite numbers");
         visible_json(&text).into_owned()
     }
 
-    /// Reads a record: the lines of a file that [`to_line`](Self::to_line) or [`Corpus::to_record`] made.
+    /// Reads a record: lines that [`to_line`](Self::to_line) or [`Corpus::to_record`] wrote.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] with the line.
+    /// [`Code::InvalidValue`] with the number of the line.
     pub fn from_lines(text: &str) -> Result<Vec<Self>> {
         let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let read = |(number, line): (usize, &str)| {
             serde_json::from_str(line).map_err(|error| {
-                let message = format!("line {} is no row of a survey: {error}", number + 1);
+                let message = format!("line {} is not a row of a survey: {error}", number + 1);
                 Diagnostic::new(Code::InvalidValue, message).into()
             })
         };

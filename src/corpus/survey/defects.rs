@@ -1,4 +1,4 @@
-//! What is wrong with a motion: a family of kinds a file.
+//! Finds the defects of a motion. Each submodule has one family of kinds.
 
 mod collision;
 mod errors;
@@ -19,10 +19,10 @@ use super::motion::Motion;
 use super::row::Defect;
 use super::thresholds::{DefectKind, Thresholds};
 
-/// Most findings of one kind in a clip that are kept; amounts count all.
+/// The largest number of findings of one kind that a clip keeps. Amounts include all findings.
 const MOST_FINDINGS: usize = 100;
 
-/// Most frames, beside a rest pose, of a file that has poses and no motion.
+/// The largest number of frames of a pose file, not counting a rest pose. More frames are a motion.
 const POSES: usize = 3;
 
 /// The findings in a clip.
@@ -41,7 +41,7 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Finds frames in which nothing moves, and T-poses. `face_alone` has the curves of a face where nothing else
+    /// Finds frames in which nothing moves, and T-poses. `face_alone` has the curves of the face if only the face
     /// moves.
     pub(super) fn find_stills(&mut self, motion: &Motion, face_alone: Option<DataLoss>) {
         let frames = motion.frames - motion.first.min(motion.frames);
@@ -62,8 +62,8 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Finds the defects of moving frames, before any other findings. `frames` has the frame of the clip for each frame
-    /// of `motion`.
+    /// Finds the defects of moving frames. Call this function before all others. `frames` has the frame of the clip for
+    /// each frame of `motion`.
     pub(super) fn find_moving(&mut self, motion: &Motion, errors: &MotionErrors, frames: Option<&[usize]>) {
         let count = motion.frames - motion.first.min(motion.frames);
         if count <= POSES || motion.is_still() || motion.rate <= 0.0 {
@@ -89,14 +89,15 @@ impl<'a> Findings<'a> {
         self.list.append(&mut others.list);
     }
 
-    /// Says that a kind was looked for.
+    /// Records that a survey searched for these kinds: absent amounts become 0.
     pub(super) fn look_for(&mut self, kinds: &[DefectKind]) {
         for kind in kinds {
             self.amounts.entry(*kind).or_insert(0.0);
         }
     }
 
-    /// Adds a finding, if its amount is worth one. Times and counts of a kind add up; of others the largest counts.
+    /// Adds a finding, if its amount reaches the threshold. Times and counts of a kind are summed. For other kinds the
+    /// largest amount counts.
     pub(super) fn add(
         &mut self,
         kind: DefectKind,
@@ -111,7 +112,7 @@ impl<'a> Findings<'a> {
             return;
         }
         let is_count = ["frames", "values", "flips"].contains(&kind.unit());
-        // Each of what is counted is a finding; how many of them are suspect is another matter.
+        // A single counted item is already a finding, even if a clip is suspect only from a larger count.
         let least = match is_count && suspect.is_finite() {
             true => suspect.min(1.0),
             false => suspect,
@@ -134,12 +135,12 @@ impl<'a> Findings<'a> {
     }
 }
 
-/// 0 below `from`, 1 above `to`, and between them by how far it is, so that no amount jumps at a limit.
+/// 0 below `from`, 1 above `to`, and linear between them, so that amounts do not jump at a limit.
 fn ramp(value: f32, from: f32, to: f32) -> f32 {
     ((value - from) / (to - from)).clamp(0.0, 1.0)
 }
 
-/// How sure a finding is by how far an amount is above the least that would be one: 0.5 there, 1 from twice of it.
+/// The confidence of a finding, linear in its amount: 0.5 at the threshold `least`, and 1 from twice the threshold on.
 fn confidence(amount: f32, least: f32) -> f64 {
     f64::from((0.5 * amount / least.max(f32::MIN_POSITIVE)).clamp(0.5, 1.0))
 }

@@ -1,14 +1,14 @@
-//! The descriptor of a clip: the mean and the standard deviation of each number of its fingerprint over time, 68 in
-//! all. For the map and for choosing, each is divided by its standard deviation over the corpus.
+//! The descriptor of a clip: the mean and the standard deviation over time of each number of its fingerprint, 68
+//! numbers in all. For the map and the selection, each number is divided by its standard deviation over the corpus.
 
 use mocap_scene::math::principal;
 
 use super::fingerprint::{Fingerprint, WIDTH};
 
-/// Numbers of a descriptor.
+/// The length of a descriptor.
 pub(super) const LENGTH: usize = 2 * WIDTH;
 
-/// Rounds of the iteration that finds the axes of the map.
+/// Iterations to find the axes of the map.
 const ROUNDS: usize = 200;
 
 /// The descriptors of a corpus, each number with mean 0 and deviation 1; `None` for clips without samples.
@@ -19,7 +19,7 @@ pub(super) fn descriptors<'a>(clips: impl Iterator<Item = &'a Fingerprint>) -> V
         let count = values().count().max(1) as f64;
         let mean = values().sum::<f64>() / count;
         let deviation = (values().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
-        // What hardly differs is rounding.
+        // A smaller deviation is rounding.
         let scale = if deviation > 1e-4 { 1.0 / deviation } else { 0.0 };
         for descriptor in all.iter_mut().flatten() {
             descriptor[index] = ((f64::from(descriptor[index]) - mean) * scale) as f32;
@@ -44,14 +44,14 @@ fn descriptor(fingerprint: &Fingerprint) -> Option<Vec<f32>> {
     Some(descriptor)
 }
 
-/// The first two principal components of each descriptor, by power iteration on their covariance.
+/// The first two principal components of each descriptor, by power iteration on the covariance.
 pub(super) fn map(descriptors: &[Option<Vec<f32>>]) -> Vec<Option<[f64; 2]>> {
     let rows = descriptors.iter().flatten();
     let rows: Vec<Vec<f64>> = rows
         .map(|row| row.iter().map(|value| f64::from(*value)).collect())
         .collect();
     let products = principal::products(rows.iter().map(Vec::as_slice), LENGTH);
-    // Of fewer than two directions the others are 0.
+    // If the descriptors span fewer than two directions, the other coordinates are 0.
     let mut axes = principal::axes(&products, LENGTH, 2, ROUNDS);
     axes.resize(2, vec![0.0; LENGTH]);
     let index = |descriptor: &Vec<f32>| {

@@ -1,15 +1,15 @@
-//! Expressions on rows: `skate < 1 and not twin`.
+//! Filter expressions on rows, such as `skate < 1 and not twin`.
 //!
-//! `or`, `and`, `not`, parentheses, and comparisons `<`, `<=`, `>`, `>=`, `=`, `!=` of a column with a number, a word
-//! or a text in quotes. A column of flags stands alone. A comparison with a value that is not there is false, so that
-//! `skate < 1` keeps no clip of which skate was not measured.
+//! An expression has `or`, `and`, `not`, parentheses and comparisons. A comparison is `<`, `<=`, `>`, `>=`, `=` or `!=`
+//! between a column and a number, a word or a quoted text. A boolean column needs no comparison. A comparison with an
+//! absent value is false, so `skate < 1` keeps no clip without a measured skate.
 
 use mocap_scene::error::{Code, Diagnostic, Error, Result};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::row::{Cell, CellType, ClipRow};
 
-/// An expression on rows, made from text.
+/// A parsed expression on rows.
 ///
 /// ```
 /// use mocap::survey::Condition;
@@ -48,11 +48,11 @@ enum Comparison {
     NotEqual,
 }
 
-/// How deep parentheses and `not` may be nested.
+/// The deepest nesting of parentheses and `not`.
 const DEEPEST: usize = 64;
 
 impl Condition {
-    /// Whether it holds for a row.
+    /// Whether the expression is true for a row.
     pub fn holds(&self, row: &ClipRow) -> bool {
         self.tree.holds(row)
     }
@@ -79,7 +79,7 @@ impl std::str::FromStr for Condition {
     }
 }
 
-/// As it was written.
+/// Serializes the text of the expression.
 impl Serialize for Condition {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.text)
@@ -160,14 +160,14 @@ fn words(text: &str) -> Result<Vec<Word>> {
             })?;
             (&rest[1..=end], &rest[end + 2..])
         } else if let Some((sign, _)) = Comparison::ALL.iter().find(|(sign, _)| rest.starts_with(sign)) {
-            // `==` is what programmers write.
+            // Programmers write `==`.
             let length = if rest.starts_with("==") { 2 } else { sign.len() };
             (*sign, &rest[length..])
         } else if let '(' | ')' = first {
             rest.split_at(1)
         } else {
             let end = rest.find(|c: char| c.is_whitespace() || "()<>=!'\"".contains(c));
-            // A sign that begins nothing else is a word of its own, which the parser refuses.
+            // An unknown sign becomes a word of its own, which the parser rejects.
             let end = end.filter(|end| *end > 0).unwrap_or(match end {
                 None => rest.len(),
                 Some(_) => first.len_utf8(),
@@ -193,7 +193,7 @@ struct Parser<'a> {
 impl Parser<'_> {
     fn refused(&self, expected: &str, found: &Word) -> Error {
         let message = format!(
-            "{{where}} \"{}\": column {} is not what is expected",
+            "{{where}} \"{}\": unexpected word at column {}",
             self.text, found.column
         );
         let error = Diagnostic::new(Code::InvalidValue, message);

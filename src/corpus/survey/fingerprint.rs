@@ -1,8 +1,10 @@
-//! The part of a motion that is kept in memory to compare it with others, ten times a second. It has the directions of
-//! ten limbs in the frame of the body, the height of the hips, and their speed of moving and turning.
+//! The fingerprint of a clip: samples of the motion, ten per second, that stay in memory to compare clips. A sample has
+//! the directions of ten limbs in the coordinate frame of the body, and the height, speed and turning speed of the
+//! hips.
 //!
-//! Directions depend neither on the lengths of a skeleton nor on the roll of its joints. The frame of the body depends
-//! neither on the place nor on the facing of the clip. A number is a byte, so ten seconds are 3.4 kB.
+//! Directions do not depend on the bone lengths of a skeleton or on the roll of its joints. In the coordinate frame of
+//! the body, they do not depend on the position or the facing of the figure. Each number is one byte, so ten seconds
+//! take 3.4 kB.
 
 use base64::Engine;
 use glam::Vec3;
@@ -11,19 +13,19 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::motion::{Body, Motion};
 
-/// Samples per second of a clip that is compared with others.
+/// Samples per second of a fingerprint.
 pub(crate) const RATE: f64 = 10.0;
-/// Limbs, each a direction.
+/// The number of limbs. Each limb is a direction.
 pub const LIMBS: usize = 10;
-/// Numbers of a sample. There are three for each limb, then the height of the hips in half legs and their speed
-/// sideways and forward in legs per second / 4. The last is the speed of turning in turns per second.
+/// The numbers of a sample: three for each limb, then the height of the hips in half leg lengths. Then their speed
+/// sideways and forward, in leg lengths per second / 4. The last is the turning speed in turns per second.
 pub const WIDTH: usize = 3 * LIMBS + 4;
-/// The longest part of a clip that is kept, in samples: an hour.
+/// The longest fingerprint, in samples: an hour.
 const MOST_SAMPLES: usize = 36_000;
-/// Parts of a window on each side at most: those of 120 frames per second.
+/// The largest number of parts on each side of a window: the frames between two samples at 120 frames per second.
 const MOST_PARTS: f64 = 12.0;
 
-/// From and to which bone each limb goes; the left ones stand right before the right ones.
+/// The bones from which and to which each limb goes. Each left limb comes directly before the right limb.
 const BONES: [(Bone, Bone); LIMBS] = [
     (Bone::Hips, Bone::Neck),
     (Bone::Neck, Bone::Head),
@@ -37,12 +39,12 @@ const BONES: [(Bone, Bone); LIMBS] = [
     (Bone::RightLowerLeg, Bone::RightFoot),
 ];
 
-/// The samples of one clip.
+/// The fingerprint of one clip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Fingerprint {
     /// Samples x [`WIDTH`].
     pub(crate) values: Vec<i8>,
-    /// Whether limbs are those of a humanoid; else they go from the root to joints of the skeleton.
+    /// Whether the limbs are limbs of a humanoid. Otherwise they go from the root to joints of the skeleton.
     pub(crate) is_body: bool,
 }
 
@@ -56,8 +58,8 @@ impl Fingerprint {
         Self::through(motion, &window, RATE, motion.first as f64, samples.min(MOST_SAMPLES))
     }
 
-    /// So many samples at another rate, from a frame on. Speeds are those since the sample before, which may stand
-    /// before that frame.
+    /// `samples` samples at another rate, from frame `from` on. A speed is the speed since the previous sample, which
+    /// may lie before `from`.
     pub(crate) fn sampled(motion: &Motion, rate: f64, from: f64, samples: usize) -> Self {
         Self::through(motion, &Window::moment(), rate, from, samples)
     }
@@ -94,15 +96,15 @@ impl Fingerprint {
     }
 }
 
-/// Frames around a moment, and their weights: a low-pass filter. Without it, motion that is faster than the samples
-/// differs between copies that are sampled at other moments.
+/// The frames around a moment with their weights: a low-pass filter. Without the filter, two copies sampled at
+/// different moments would differ in motion faster than the sample rate (aliasing).
 struct Window {
-    /// Offsets in frames, and weights.
+    /// Offsets in frames, with weights.
     parts: Vec<(f64, f32)>,
 }
 
 impl Window {
-    /// A triangle that reaches to the samples before and after.
+    /// A triangle filter that reaches to the previous and the next sample.
     fn new(frames_per_sample: f64) -> Self {
         let half = frames_per_sample.ceil().clamp(1.0, MOST_PARTS) as i32;
         let step = frames_per_sample / f64::from(half);
@@ -120,7 +122,7 @@ impl Window {
         }
     }
 
-    /// The frames around one. At the ends of a motion the window is narrower, and still symmetric.
+    /// The window around a frame. At the ends of a motion the window is narrower, but still symmetric.
     fn around(&self, motion: &Motion, frame: f64) -> Vec<Part> {
         let last = motion.frames - 1;
         let reach = self.parts.last().map_or(0.0, |(offset, _)| *offset);
@@ -139,19 +141,19 @@ impl Window {
     }
 }
 
-/// A moment between two frames, and how much it counts.
+/// A moment between two frames, with its weight.
 struct Part {
     frames: [usize; 2],
     fraction: f32,
     weight: f32,
 }
 
-/// From and to which node each limb goes, where a body has it.
+/// The nodes from which and to which each limb goes; `None` for a missing limb.
 type Limbs = [Option<[usize; 2]>; LIMBS];
 
 fn limbs(body: &Body) -> Limbs {
     let bone = |bone: Bone| body.bones.get(&bone).copied();
-    // A body without a neck has a head.
+    // A body without a neck uses its head.
     BONES.map(|(from, to)| Some([bone(from)?, bone(to).or_else(|| bone(Bone::Head))?]))
 }
 
@@ -212,7 +214,7 @@ impl Sample {
         }
     }
 
-    /// Adds its numbers; `before` is the sample so many seconds before it.
+    /// Appends the numbers of the sample. `before` is the sample `seconds` earlier.
     fn write(&self, before: Option<&Self>, seconds: f32, values: &mut Vec<i8>) {
         let byte = |value: f32| (value * 127.0).round().clamp(-127.0, 127.0) as i8;
         values.extend(self.limbs.iter().flat_map(Vec3::to_array).map(byte));
@@ -235,7 +237,7 @@ impl Sample {
     }
 }
 
-/// As base64, with a letter before it for what the limbs are.
+/// Serializes base64 after a letter: `b` for limbs of a body, `n` for limbs between nodes.
 impl Serialize for Fingerprint {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let bytes: &[u8] = bytemuck::cast_slice(&self.values);

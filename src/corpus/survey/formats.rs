@@ -1,4 +1,4 @@
-//! The formats in which the rows are written.
+//! Writes the rows in file formats.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -11,11 +11,11 @@ use super::corpus::Corpus;
 use super::row::{Cell, ClipRow};
 
 impl Corpus {
-    /// The formats of [`to_format`](Self::to_format), by their extensions.
+    /// The extensions of the formats that [`to_format`](Self::to_format) writes.
     pub const FORMATS: [&str; 5] = ["parquet", "csv", "json", "jsonl", "txt"];
 
-    /// The bytes of a file with the rows: `csv`, `json`, `parquet`; `jsonl` is a [record](Self::to_record), `txt` the
-    /// [list](Self::to_list) of files.
+    /// The bytes of a file with the rows: `csv`, `json`, `parquet`, `jsonl` ([record](Self::to_record)) or `txt`
+    /// ([list](Self::to_list) of files).
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for another format, and for Parquet in a build without the feature `parquet`.
@@ -33,7 +33,7 @@ impl Corpus {
                 return Err(Diagnostic::new(Code::InvalidValue, message).into());
             }
             _ => {
-                let message = "the table of a survey has no such format";
+                let message = "the rows of a survey have no such format";
                 let known = Self::FORMATS.join(", ");
                 return Err(Diagnostic::new(Code::InvalidValue, message)
                     .expected_found(known, extension)
@@ -49,18 +49,18 @@ impl Corpus {
         visible_json(&text).into_owned()
     }
 
-    /// The rows with what is compared with other clips, an object a line: a record.
+    /// The record: one line for each clip, a JSON object with the row and the data that is compared with other clips.
     pub fn to_record(&self) -> String {
         self.clips().iter().map(|clip| clip.to_line() + "\n").collect()
     }
 
-    /// The files of the clips, a line each.
+    /// The files of the clips, one per line.
     pub fn to_list(&self) -> String {
         let files: BTreeSet<&str> = self.rows().map(|row| row.file.as_str()).collect();
         files.into_iter().map(|file| format!("{file}\n")).collect()
     }
 
-    /// The rows as CSV, without the list of findings.
+    /// The rows as CSV, without the findings.
     pub fn to_csv(&self) -> String {
         let columns = ClipRow::column_names();
         let mut csv = columns.join(",") + "\n";

@@ -1,5 +1,5 @@
-//! The motion of one clip in metres with +Y up: positions of all nodes in the world, made once and read by every
-//! measure, and rotations to the parents.
+//! The motion of one clip in metres with +Y up: positions of all nodes in the world, and rotations relative to the
+//! parents. They are computed once and read by every measure.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use mocap_scene::limits::{FrameBudget, Limits};
 use mocap_scene::pose::{Binding, Pose};
 use mocap_scene::scene::{Animation, HumanoidBone as Bone, Node, NodeId, NodeKind, Scene};
 
-/// The largest step in metres of a node at rest: text with four decimals rounds by as much.
+/// The largest step of a node at rest, in metres: the rounding error of text with four decimals.
 const STILL: f32 = 2e-5;
 
 /// The motion of one clip.
@@ -22,46 +22,46 @@ pub(crate) struct Motion<'a> {
     /// Frames per second.
     pub(crate) rate: f64,
     pub(crate) frames: usize,
-    /// The first frame of the motion: 1 where frame 0 is a rest pose from which the motion jumps away.
+    /// The first frame of the motion: 1 if frame 0 is a rest pose from which the motion jumps away, else 0.
     pub(crate) first: usize,
-    /// The first frame in which defects are looked for: after rest poses and a T-pose with which the clip begins.
+    /// The first frame in which defects are searched: after rest poses and a T-pose at the beginning of the clip.
     pub(super) starts: usize,
-    /// Of each frame, whether it repeats the one before: no joint moves.
+    /// Whether each frame repeats the previous frame: no joint moves.
     pub(super) held: Vec<bool>,
-    /// Of each node, whether it is a part of a finger, of the toes or of the face.
+    /// Whether each node is a part of a finger, of the toes or of the face.
     pub(super) is_detail: Vec<bool>,
     pub(crate) names: Vec<String>,
     pub(crate) parents: Vec<Option<usize>>,
-    /// Whether the file can animate the node.
+    /// Whether the file can animate each node.
     pub(crate) is_joint: Vec<bool>,
-    /// The joint at the other end of the bone that ends in the node; none for the root, and below joints that only
-    /// place the figure.
+    /// The joint at the start of the bone that ends in each node; `None` for the root, and below joints that only place
+    /// the figure.
     pub(crate) bones: Vec<Option<usize>>,
-    /// Frames x columns.
+    /// Positions, frame by frame, with `width` columns each.
     positions: Vec<Vec3>,
     /// The number of columns.
     width: usize,
-    /// The column of each node. A node that stays where its parent is shares its column.
+    /// The column of each node. A node that is always at the position of its parent shares the parent's column.
     columns: Vec<usize>,
-    /// For each node its rotations to the parent: the keys of the animation where it has a key at every frame.
+    /// The rotations of each node relative to its parent. If the animation has a key at every frame, they are the keys.
     rotations: Vec<Cow<'a, [Quat]>>,
-    /// From the axes of the file to +Y up.
+    /// The rotation from the axes of the file to +Y up.
     up: Quat,
-    /// The body, where it is a humanoid.
+    /// The body, if the figure is a humanoid.
     pub(crate) body: Option<Body>,
 }
 
-/// What of the nodes is a body.
+/// The body of a humanoid.
 pub(crate) struct Body {
     #[doc(hidden)]
     pub bones: BTreeMap<Bone, usize>,
     pub(crate) contacts: DetectedContacts,
-    /// From a hip through the knee to the ankle, in metres.
+    /// The length from a hip through the knee to the ankle, in metres.
     #[doc(hidden)]
     pub leg: f32,
 }
 
-/// The rotations of all nodes in a frame, node to parent.
+/// The rotations of all nodes in a frame, relative to their parents.
 pub(crate) struct Rotations<'a> {
     of_nodes: &'a [Cow<'a, [Quat]>],
     frame: usize,
@@ -82,7 +82,7 @@ impl<'a> Motion<'a> {
     /// The motion of an animation of `scene`.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where it has more values than the limits allow.
+    /// [`Code::LimitExceeded`] if the motion has more values than the limits allow.
     pub(crate) fn new(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Self> {
         let contacts = match figure.humanoid.found && animation.duration >= 0.0 {
             true => Some(mocap_edit::contacts_of(scene, animation, figure)?),
@@ -95,7 +95,7 @@ impl<'a> Motion<'a> {
         Ok(motion)
     }
 
-    /// The motion with a body that has no contacts.
+    /// The motion of an animation, without contacts of the body.
     pub(super) fn without_contacts(scene: &Scene, animation: &'a Animation, figure: &Figure) -> Result<Self> {
         let nodes = scene.nodes.len();
         let stated: usize = animation
@@ -199,12 +199,12 @@ impl<'a> Motion<'a> {
         self.positions[frame * self.width + self.columns[node]]
     }
 
-    /// All different positions of a frame.
+    /// The positions of a frame, by column.
     fn row(&self, frame: usize) -> &[Vec3] {
         &self.positions[frame * self.width..(frame + 1) * self.width]
     }
 
-    /// All rotations of a frame, node to parent.
+    /// The rotations of all nodes in a frame, relative to their parents.
     pub(crate) fn rotations(&self, frame: usize) -> Rotations<'_> {
         Rotations {
             of_nodes: &self.rotations,
@@ -212,14 +212,14 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// The rotation of a node to the world.
+    /// The rotation of a node relative to the world.
     pub(crate) fn to_world(&self, frame: usize, node: usize) -> Quat {
         let above = std::iter::successors(Some(node), |node| self.parents[*node]);
         let rotations = self.rotations(frame);
         self.up * above.fold(Quat::IDENTITY, |below, node| rotations[node] * below)
     }
 
-    /// The time of all frames.
+    /// The duration of all frames, in seconds.
     pub(crate) fn seconds(&self) -> f64 {
         match self.rate > 0.0 {
             true => self.frames as f64 / self.rate,
@@ -227,7 +227,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Whether no joint moves by more than rounding and noise of sensors at rest: a millimetre, or a degree.
+    /// Whether no joint moves by more than the rounding and noise of sensors at rest: 1 mm or 1 degree.
     pub(super) fn is_still(&self) -> bool {
         let first = self.first.min(self.frames.saturating_sub(1));
         let is_near = |frame: usize| {
@@ -240,7 +240,7 @@ impl<'a> Motion<'a> {
         (first..self.frames).all(is_near)
     }
 
-    /// The vertical acceleration of a node in m/s^2, by a parabola over `half` frames on each side.
+    /// The vertical acceleration of a node in m/s^2, from a parabola through the frames `half` before and after.
     pub(super) fn rise(&self, frame: usize, node: usize, half: usize) -> f32 {
         let middle = frame.clamp(half, (self.frames - 1).saturating_sub(half).max(half));
         if middle + half >= self.frames {
@@ -261,7 +261,7 @@ impl<'a> Motion<'a> {
         Some(self.at(frame, *body.bones.get(&bone)?))
     }
 
-    /// The size of the skeleton: the lengths of all its bones at the first frame.
+    /// The size of the skeleton: the sum of the lengths of all bones at the first frame.
     pub(crate) fn size(&self) -> f32 {
         let length = |node: usize| self.bones[node].map(|parent| self.at(0, node).distance(self.at(0, parent)));
         match self.frames {
@@ -315,21 +315,21 @@ impl Body {
         self.bones[&Bone::Hips]
     }
 
-    /// The heights of the points of the feet above where they rest, in metres; the least of a frame.
+    /// The least height of a point of the feet above its resting height in a frame, in metres.
     pub(crate) fn lowest_foot(&self, frame: usize) -> f32 {
         let points = self.contacts.points.iter();
         let heights = points.filter_map(|point| point.above_rest.get(frame).copied());
         heights.fold(f32::INFINITY, f32::min)
     }
 
-    /// Where the body looks: horizontal, of length 1; zero where the hips are upright in no sense.
+    /// The facing of the body: horizontal, of length 1, or zero if the hips are not upright at all.
     pub(crate) fn forward(&self, motion: &Motion, frame: usize) -> Vec3 {
         let pair = |left, right| Some(motion.bone(self, frame, left)? - motion.bone(self, frame, right)?);
         let left = pair(Bone::LeftUpperLeg, Bone::RightUpperLeg).unwrap_or_default();
         left.cross(Vec3::Y).normalize_or_zero()
     }
 
-    /// From the hips to the neck, or the head: of length 1.
+    /// The direction from the hips to the neck, or to the head: of length 1.
     pub(crate) fn trunk(&self, motion: &Motion, frame: usize) -> Vec3 {
         let top = motion
             .bone(self, frame, Bone::Neck)

@@ -1,5 +1,5 @@
-//! A clip without the frames that show no motion: rest poses and a T-pose at its beginning, a T-pose at its end, and
-//! frames that repeat the previous frame. What is measured in the others does not depend on how long these are held.
+//! A clip without the frames that show no motion: rest poses and a T-pose at the beginning, a T-pose at the end, and
+//! held frames. So the measures of the motion do not depend on how long these frames last.
 
 use glam::{Quat, Vec3};
 use mocap_figure::Figure;
@@ -8,22 +8,22 @@ use mocap_scene::scene::{Animation, Channel, Keys, Scene};
 use super::defects;
 use super::motion::Motion;
 
-/// Repeats of a frame up to this time in seconds stay: they may be doubled frames.
+/// Held frames of up to this time, in seconds, are kept, because they may be doubled frames.
 const LONGEST: f64 = 0.1;
 
-/// The fewest frames that are a motion.
+/// The fewest frames of a motion.
 const LEAST: usize = 8;
 
 /// The part of a clip in which the body moves.
 pub(super) struct MovingPart {
     pub(super) scene: Scene,
     pub(super) figure: Figure,
-    /// Of each of its frames, the frame of the clip.
+    /// For each frame of the part, the frame of the clip.
     pub(super) frames: Vec<usize>,
 }
 
 impl MovingPart {
-    /// `None` where the body moves all the time, or hardly ever.
+    /// Returns `None` if the body moves in all frames, or in hardly any frame.
     pub(super) fn new(scene: &Scene, animation: &Animation, motion: &Motion) -> Option<Self> {
         let longest = motion.frames_in(LONGEST);
         let mut moves = vec![true; motion.frames];

@@ -1,4 +1,4 @@
-//! What a survey reports of each clip.
+//! The report of a survey on each clip.
 
 pub use super::corpus::ClipRecord;
 pub use super::row::{ClipRow, Defect, Quality};

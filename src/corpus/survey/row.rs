@@ -1,4 +1,4 @@
-//! One row for each clip: the columns are declared once, for tables, expressions and the documentation.
+//! The row of a clip. The columns are declared once, for tables, expressions and the documentation.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,14 @@ use super::thresholds::DefectKind;
 /// The value of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cell {
-    /// There is none: an unreadable file, or a measure of a body without a body.
+    /// No value: the file is unreadable, or a measure of the body has no humanoid.
     Nothing,
     Flag(bool),
     Number(f64),
     Text(String),
 }
 
-/// What a column holds.
+/// The type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CellType {
     Flag,
@@ -78,7 +78,8 @@ impl<T: CellValue> CellValue for Option<T> {
     }
 }
 
-/// To seven significant digits: what is measured is not more exact, and text of it is read back as the same number.
+/// Rounds to seven significant digits. Measures are not more exact, and the text of a rounded number reads back as the
+/// same number.
 fn rounded(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return 0.0;
@@ -110,10 +111,10 @@ pub enum Quality {
 }
 
 impl Quality {
-    /// Every one, the best first.
+    /// All qualities, the best first.
     pub const ALL: [Self; 4] = [Self::Good, Self::Suspect, Self::Bad, Self::Unreadable];
 
-    /// Its name in tables.
+    /// The name in tables.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -124,30 +125,30 @@ impl Quality {
     }
 }
 
-/// Something wrong with a motion, and where.
+/// A defect or a property of a motion, with its frames.
 ///
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Defect {
-    /// What it is.
+    /// The kind.
     pub kind: DefectKind,
     /// The first and the last frame.
     pub frames: [usize; 2],
-    /// The joint, where it is one.
+    /// The joint, if a single joint has the defect.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
-    /// How much, in the unit of the kind.
+    /// The amount, in the unit of the kind.
     pub amount: f64,
-    /// How sure that is, from 0 to 1.
+    /// The confidence, from 0 to 1.
     pub confidence: f64,
 }
 
 /// Declares [`ClipRow`] from its columns.
 macro_rules! row {
     ($($(#[doc = $help:literal])* $name:ident: $type:ty,)*) => {
-        /// One row: a clip of a file, or a file that cannot be read.
+        /// The row of a clip, or of a file that cannot be read.
         ///
         /// The [module](crate::survey) has an example.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -155,16 +156,17 @@ macro_rules! row {
         #[non_exhaustive]
         pub struct ClipRow {
             $($(#[doc = $help])* #[serde(default)] pub $name: $type,)*
-            /// The amount of each kind of defect and property, in its unit: the largest of its findings, for times
-            /// their sum. 0 where it was looked for; kinds that were not looked for are absent.
+            /// The amount of each kind of defect and property, in the unit of the kind: the largest amount of all
+            /// findings, or the sum of times. The amount is 0 if the survey searched for the kind and found nothing.
+            /// Kinds that the survey did not search for are absent.
             #[serde(flatten)]
             pub amounts: BTreeMap<DefectKind, f64>,
-            /// Every finding.
+            /// The findings.
             #[serde(default)]
             pub defects: Vec<Defect>,
         }
 
-        /// The columns, without those of kinds of defects.
+        /// The columns, without the columns of kinds of defects.
         const COLUMNS: &[(&str, CellType)] = &[$((stringify!($name), <$type as CellValue>::TYPE),)*];
 
         impl ClipRow {
@@ -193,35 +195,35 @@ row! {
     file: String,
     /// The clip's name in the file, or its index where it has none.
     clip: String,
-    /// Why the file cannot be read; all below is then empty.
+    /// Why the file cannot be read. If it is set, all columns below are empty.
     error: Option<String>,
     /// The verdict.
     verdict: Quality,
-    /// From 0 to 1: 1 / (1 + the sum of amounts / bad amounts).
+    /// The quality from 0 to 1: 1 / (1 + the sum of amount / bad threshold).
     quality: f64,
-    /// The kinds of defects that make the verdict, the worst first.
+    /// The kinds of defects that lower the verdict, the worst first.
     reasons: String,
-    /// The kinds of properties that the clip has, which do not lower the verdict.
+    /// The kinds of properties of the clip. Properties do not lower the verdict.
     properties: String,
     /// The SHA-256 of the file's bytes.
     sha256: String,
     /// The format of the file.
     format: String,
-    /// Warnings of the reader.
+    /// The number of warnings of the reader.
     warnings: u64,
-    /// The licence, as the file or a `mocap.toml` beside it states it.
+    /// The licence that the file or a `mocap.toml` in its folder states.
     licence: Option<String>,
-    /// The dataset or the address that it comes from.
+    /// The dataset or the address of the file's origin.
     source: Option<String>,
-    /// Who moves.
+    /// The name of the person who moves.
     person: Option<String>,
     /// Whether a program made the motion.
     synthetic: Option<bool>,
-    /// A hash of the skeleton, equal for equal skeletons up to scale and names.
+    /// A hash of the skeleton. Scale and names do not change it.
     skeleton: String,
-    /// Joints that the file can animate.
+    /// The number of joints that the file can animate.
     joints: u64,
-    /// Whether it is a humanoid; measures of the body are absent where it is not.
+    /// Whether the figure is a humanoid. If not, measures of the body are absent.
     humanoid: Option<bool>,
     /// Metres in one unit of the file.
     metres_per_unit: Option<f64>,
@@ -235,67 +237,68 @@ row! {
     t_pose_frame: Option<u64>,
     /// Frames per second.
     rate: Option<f64>,
-    /// Frames.
+    /// The number of frames.
     frames: u64,
-    /// Frames / frames per second.
+    /// The duration in seconds: frames / frames per second.
     seconds: f64,
-    /// Metres that the hips, or the root, travel along the floor.
+    /// The distance that the hips, or the root, travel along the floor, in metres.
     distance: Option<f64>,
-    /// Its mean per second, in metres.
+    /// The mean speed along the floor, in m/s.
     speed: Option<f64>,
-    /// Its largest over half a second, in metres per second.
+    /// The largest speed along the floor over half a second, in m/s.
     top_speed: Option<f64>,
     /// The root mean square of the jerk of all joints, the third derivative of their positions, in m/s^3.
     jerk: Option<f64>,
-    /// Degrees that the body turns about the vertical, left and right added.
+    /// The angle that the body turns about the vertical, in degrees: the sum of left and right turns.
     turning: Option<f64>,
-    /// Jumps.
+    /// The number of jumps.
     jumps: Option<u64>,
-    /// How often the body turns over.
+    /// The number of times that the body turns over.
     turns_over: Option<u64>,
-    /// Seconds in which it stands.
+    /// Seconds in which the body stands.
     standing: Option<f64>,
-    /// Seconds in which it walks.
+    /// Seconds in which the body walks.
     walking: Option<f64>,
-    /// Seconds in which it runs.
+    /// Seconds in which the body runs.
     running: Option<f64>,
-    /// Seconds in which it is in the air.
+    /// Seconds in which the body is in the air.
     jumping: Option<f64>,
-    /// Seconds in which it lies.
+    /// Seconds in which the body lies.
     lying: Option<f64>,
-    /// Seconds in which it does anything else.
+    /// Seconds of all other activities.
     other: Option<f64>,
-    /// By how much left and right limbs differ in how much they move: 0 for equal, 1 where one side rests.
+    /// The difference in movement between left and right limbs: 0 if both move equally, 1 if one side rests.
     asymmetry: Option<f64>,
-    /// Whether it repeats another clip that is kept.
+    /// Whether the clip is a near-duplicate of another clip that is kept.
     twin: bool,
-    /// The number of its group of twins.
+    /// The number of the clip's group of near-duplicates.
     twin_group: Option<u64>,
-    /// The clip that it repeats: that which is kept of the group.
+    /// The clip of the group that is kept.
     twin_of: Option<String>,
-    /// How: bytes, motion, mirrored, retimed, rate, skeleton or piece.
+    /// How the clip repeats the kept clip: bytes, motion, mirrored, retimed, rate, skeleton or piece.
     twin_reason: Option<String>,
-    /// Two coordinates on the map of the corpus: the first two principal components of the descriptor.
+    /// The first coordinate on the map of the corpus. The coordinates are the first two principal components of the
+    /// descriptor.
     map_x: Option<f64>,
-    /// The second coordinate.
+    /// The second coordinate on the map.
     map_y: Option<f64>,
-    /// The part of the corpus that the clip is in, where it was split: train, validation or test.
+    /// The part of a split corpus that has the clip: train, validation or test.
     split: Option<String>,
 }
 
 impl ClipRow {
-    /// Every column with its type, those of kinds of defects last.
+    /// Every column with its type. The columns of kinds of defects come last.
     pub(super) fn columns() -> Vec<(&'static str, CellType)> {
         let kinds = DefectKind::ALL.iter().map(|kind| (kind.as_str(), CellType::Number));
         COLUMNS.iter().copied().chain(kinds).collect()
     }
 
-    /// The names of all columns, those of kinds of defects last.
+    /// The names of all columns. The columns of kinds of defects come last.
     pub fn column_names() -> Vec<&'static str> {
         Self::columns().into_iter().map(|(name, _)| name).collect()
     }
 
-    /// The value of a column; `None` if there is no such column.
+    /// The value of a column; `None` for an unknown column.
     pub(super) fn cell(&self, column: &str) -> Option<Cell> {
         self.own_cell(column).or_else(|| {
             let kind = DefectKind::ALL.iter().find(|kind| kind.as_str() == column)?;
@@ -307,7 +310,7 @@ impl ClipRow {
         })
     }
 
-    /// A row for a file that cannot be read.
+    /// Makes a row for a file that cannot be read.
     pub fn unreadable(file: &str, error: &str) -> Self {
         Self {
             file: file.to_owned(),

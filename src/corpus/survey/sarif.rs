@@ -1,4 +1,4 @@
-//! The findings as SARIF 2.1.0, which code hosts show beside the files.
+//! Writes the findings as SARIF 2.1.0, which code hosts show beside the files.
 
 use mocap_scene::visible_json;
 use serde_json::{Value, json};
@@ -8,8 +8,8 @@ use super::row::{ClipRow, Defect, Quality};
 use super::thresholds::{DefectKind, Thresholds};
 
 impl Corpus {
-    /// The findings as SARIF 2.1.0: an error from the bad amount of a kind on, else a warning, and a note for a
-    /// property; an unreadable file is an error.
+    /// The findings as SARIF 2.1.0. A finding is an error from the bad threshold of its kind on, and a warning below. A
+    /// property is a note. An unreadable file is an error.
     pub fn to_sarif(&self, thresholds: &Thresholds) -> String {
         let rule = |kind: &DefectKind| json!({"id": kind.as_str(), "shortDescription": {"text": kind.help()}});
         let mut rules: Vec<Value> = DefectKind::ALL.iter().map(rule).collect();

@@ -1,4 +1,4 @@
-//! Chooses clips that are far apart: farthest-point sampling (Gonzalez 1985) over the descriptors.
+//! Chooses a diverse subset of clips by farthest-point sampling (Gonzalez, 1985) of the descriptors.
 
 use std::str::FromStr;
 
@@ -17,14 +17,14 @@ use mocap_scene::math::spread::spread;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SelectAmount {
-    /// So many.
+    /// This number of clips.
     Clips(usize),
-    /// So many of all, from 0 to 1.
+    /// This fraction of all clips, from 0 to 1.
     Fraction(f64),
 }
 
 impl SelectAmount {
-    /// How many of so many clips: of a fraction at least one.
+    /// The number of clips to choose from `clips`. A fraction gives at least one.
     pub fn of(self, clips: usize) -> usize {
         match self {
             Self::Clips(count) => count,
@@ -42,11 +42,11 @@ impl FromStr for SelectAmount {
             Some(number) => percent(number).map(|percent: f64| Self::Fraction(percent / 100.0)),
             None => text.parse().ok().filter(|count| *count > 0).map(Self::Clips),
         };
-        parsed.ok_or_else(|| format!("\"{text}\" is no number of clips, or of per cent, above 0, as 100 or 3%"))
+        parsed.ok_or_else(|| format!("\"{text}\" is not a number of clips or a percentage above 0, such as 100 or 3%"))
     }
 }
 
-/// As the text that a user types.
+/// Serializes the text that a user types.
 impl Serialize for SelectAmount {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -59,7 +59,7 @@ impl Serialize for SelectAmount {
 impl<'de> Deserialize<'de> for SelectAmount {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        #[serde(untagged, expecting = "a number of clips, or a text as \"3%\"")]
+        #[serde(untagged, expecting = "a number of clips, or a text such as \"3%\"")]
         enum Stated {
             Count(usize),
             Text(String),
@@ -73,7 +73,7 @@ impl<'de> Deserialize<'de> for SelectAmount {
     }
 }
 
-/// By what clips are selected, or kept together in a split.
+/// How clips are selected, or which clips a split keeps together.
 ///
 /// The [module](crate::survey) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,28 +94,30 @@ pub enum SelectBy {
     NearDuplicate,
 }
 
-/// Distances that are computed at most to try several first clips.
+/// The largest number of distances to compute when trying several first clips.
 const MOST_DISTANCES: usize = 20_000_000;
 
-/// Chooses `count` of the points at `allowed`: from a first one on, again and again the one that is farthest from all
-/// chosen ones. The first clip is the one nearest to the mean. If there is time to try others, it is the one with the
-/// least largest distance to a chosen clip. With any first clip this distance is at most twice the least possible.
+/// Chooses `count` of the points at `allowed`. Each next point is the point farthest from all chosen points. The first
+/// point is the point nearest to the mean. If [`MOST_DISTANCES`] allows, several first points are tried: the best one
+/// minimizes the largest distance of any point to the nearest chosen point. With any first point, this distance is at
+/// most twice the least possible distance.
 pub(super) fn farthest_points(points: &[Option<Vec<f32>>], allowed: &[usize], count: usize) -> Vec<usize> {
     let is_there = |index: &&usize| points[**index].is_some();
     let mut all: Vec<usize> = allowed.iter().filter(is_there).copied().collect();
-    // Descriptors have the mean 0.
+    // The mean of the descriptors is 0.
     let from_mean = |index: &usize| -> f32 { points[*index].iter().flatten().map(|value| value * value).sum() };
     all.sort_by(|a, b| from_mean(a).total_cmp(&from_mean(b)).then(a.cmp(b)));
     let distances = all.len().saturating_mul(count).max(1);
     let tries = (MOST_DISTANCES / distances).clamp(1, all.len().max(1));
-    // First ones from the mean to the farthest.
+    // Candidates for the first point, from the nearest to the mean to the farthest.
     let firsts: Vec<usize> = (0..tries).map(|number| number * all.len() / tries).collect();
     let chosen = spread(&firsts, |first| from_first(points, &all, *first, count));
     let best = chosen.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
     best.map(|(chosen, _)| chosen).unwrap_or_default()
 }
 
-/// The chosen points from a first one on, and the largest square of the distance of any to its nearest chosen one.
+/// The chosen points for a given first point, and the largest squared distance of any point to the nearest chosen
+/// point.
 fn from_first(points: &[Option<Vec<f32>>], all: &[usize], first: usize, count: usize) -> (Vec<usize>, f32) {
     let point = |index: usize| points[index].as_deref().unwrap_or(&[]);
     let mut left: Vec<(usize, f32)> = all.iter().map(|index| (*index, f32::INFINITY)).collect();

@@ -1,19 +1,20 @@
-//! An id that is equal for equal skeletons up to scale and names.
+//! An id of a skeleton. Scale and names do not change the id.
 
 use sha2::{Digest, Sha256};
 
 use mocap_scene::scene::{NodeKind, Scene};
 
-/// The fraction of the largest length by which lengths are told apart: solvers fit each take on its own.
+/// The rounding of bone lengths, as a fraction of the longest. Solvers fit the lengths to each take, so they differ
+/// slightly.
 const GRAIN: f32 = 0.02;
 
-/// A hash of which joint is below which, and of the lengths of bones beside the longest. End sites do not count, since
-/// some formats leave them out, and neither do joints that only place the figure, `places`.
+/// A hash of the hierarchy, and of the bone lengths relative to the longest bone. It ignores end sites, because some
+/// formats lack them, and joints that only place the figure (`places`).
 pub(super) fn id(scene: &Scene, places: &[bool]) -> String {
     let is_joint = |index: usize| scene.nodes[index].kind == NodeKind::Joint && !places[index];
     let joints: Vec<usize> = (0..scene.nodes.len()).filter(|index| is_joint(*index)).collect();
     let length = |index: usize| scene.nodes[index].transform.w_axis.truncate().length();
-    // Where the root stands is no length of the skeleton.
+    // The position of the root is not a bone length.
     let lengths: Vec<f32> = joints.iter().skip(1).map(|index| length(*index)).collect();
     let longest = lengths.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
     let mut hash = Sha256::new();

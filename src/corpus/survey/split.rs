@@ -1,7 +1,7 @@
-//! Splits a corpus into parts for training and tests, so that no group of clips is in two parts.
+//! Splits a corpus into parts for training and testing, so that each group of clips is in one part.
 //!
-//! The part of a group follows from a hash of what its clips have in common, and from nothing else: other clips never
-//! move it, and neither does their order.
+//! The part of a group depends only on a hash of what its clips have in common. Other clips and the order of clips
+//! never change it.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ use super::corpus::Corpus;
 use super::row::ClipRow;
 use super::select::SelectBy;
 
-/// How far the parts may be from all clips together: what rounded fractions add up to.
+/// The largest deviation of the sum of the fractions from 1, because users round the fractions.
 const OFF_ONE: f64 = 1e-6;
 
-/// The names of so many parts.
+/// The names of the parts.
 fn names(parts: usize) -> Vec<String> {
     match parts {
         2 => ["train", "test"].map(str::to_owned).into(),
@@ -25,20 +25,20 @@ fn names(parts: usize) -> Vec<String> {
 }
 
 impl Corpus {
-    /// Puts each clip into a part, of which `parts` has the fractions: of two train and test, of three train,
-    /// validation and test. Clips that have what `by` names in common are in one part. Clips whose record has a part
-    /// keep it, with their group. Files that cannot be read are in none.
+    /// Assigns each clip to a part. `parts` has the fractions of the parts: two parts are train and test, three are
+    /// train, validation and test. Clips that share a property in `by` are in the same part. A clip whose record has a
+    /// part keeps the part, and so does its group. Files that cannot be read have no part.
     ///
     /// # Errors
     /// - [`Code::InvalidValue`] for fractions that are not above 0 or do not add up to 1
-    /// - [`Code::InvalidValue`] for another `by` than a person, a skeleton or near-duplicates, and for clips without a
-    ///   stated person
+    /// - [`Code::InvalidValue`] if `by` has anything except person, skeleton and near-duplicates, or if a clip states
+    ///   no person
     pub fn split(&mut self, parts: &[f64], by: &[SelectBy]) -> Result<()> {
         let sum: f64 = parts.iter().sum();
         if parts.len() < 2 || !parts.iter().all(|part| *part > 0.0) || (sum - 1.0).abs() > OFF_ONE {
             let found = parts.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
             return Err(Diagnostic::new(Code::InvalidValue, "{split} must name the parts of 1")
-                .expected_found("two or more numbers above 0 whose sum is 1, as 0.8,0.1,0.1", found)
+                .expected_found("two or more numbers above 0 whose sum is 1, such as 0.8,0.1,0.1", found)
                 .into());
         }
         let names = names(parts.len());
@@ -54,7 +54,7 @@ impl Corpus {
             {
                 former.entry(*group).or_insert(part);
             }
-            // The least name of all clips: it stays when clips come that have a larger one.
+            // The least name of all clips. It does not change when clips with larger names are added.
             let key = common(row, by);
             let least = keys.entry(*group).or_insert_with(|| key.clone());
             *least = std::cmp::min(std::mem::take(least), key);
@@ -71,8 +71,7 @@ impl Corpus {
     }
 }
 
-/// What a clip has in common with others of its group, as text. Near-duplicates are compared and have no name: there it
-/// is the file.
+/// The text that all clips of a group share. Near-duplicates share no name, so the text is the file.
 fn common(row: &ClipRow, by: &[SelectBy]) -> String {
     match () {
         () if by.contains(&SelectBy::Person) => row.person.clone().unwrap_or_default(),
@@ -82,7 +81,7 @@ fn common(row: &ClipRow, by: &[SelectBy]) -> String {
     }
 }
 
-/// For each clip the index of the first clip of its group. Clips of one file are in one group.
+/// For each clip, the index of the first clip of its group. Clips of one file are in one group.
 fn groups(rows: &[&ClipRow], by: &[SelectBy]) -> Result<Vec<usize>> {
     let mut group: Vec<usize> = (0..rows.len()).collect();
     let mut first: BTreeMap<(&str, String), usize> = BTreeMap::new();
@@ -106,7 +105,7 @@ fn groups(rows: &[&ClipRow], by: &[SelectBy]) -> Result<Vec<usize>> {
                     }
                 }
                 SelectBy::Quality | SelectBy::Diversity => {
-                    let message = "clips are selected by quality and diversity, and not split";
+                    let message = "quality and diversity select clips; they cannot split a corpus";
                     return Err(Diagnostic::new(Code::InvalidValue, format!("{{by}}: {message}"))
                         .expected_found("person, skeleton or near-duplicate", "quality or diversity")
                         .into());
@@ -127,13 +126,13 @@ fn root(group: &[usize], mut clip: usize) -> usize {
 fn without_person(rows: &[&ClipRow]) -> mocap_scene::error::Error {
     let mut without = rows.iter().filter(|row| row.error.is_none() && row.person.is_none());
     let first = without.next().map_or("", |row| row.file.as_str());
-    let message = format!("{} clips state no person, the first {first}", 1 + without.count());
+    let message = format!("{} clips state no person; the first is {first}", 1 + without.count());
     Diagnostic::new(Code::InvalidValue, message)
-        .help("state person = \"NAME\" in a mocap.toml beside the files, or leave out the clips by {where}")
+        .help("state person = \"NAME\" in a mocap.toml beside the files, or exclude the clips with {where}")
         .into()
 }
 
-/// The part in which the hash of a text falls.
+/// The part that the hash of a text selects.
 fn part_of(key: &str, parts: &[f64]) -> Option<usize> {
     let hash = Sha256::digest(key.as_bytes());
     let head = hash.first_chunk::<8>()?;

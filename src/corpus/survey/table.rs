@@ -1,4 +1,4 @@
-//! The rows as an Arrow table, which Parquet files hold.
+//! Makes an Arrow table of the rows, for Parquet files.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::row::{Cell, CellType, ClipRow};
 
 impl Corpus {
     /// The rows as a table: numbers as float64, flags as bool, text as utf8, and the findings as JSON in `defects`.
-    /// What is not there is null.
+    /// Absent values are null.
     pub fn to_table(&self) -> RecordBatch {
         let mut fields = Vec::new();
         let mut columns: Vec<ArrayRef> = Vec::new();

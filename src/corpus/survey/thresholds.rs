@@ -1,4 +1,4 @@
-//! The kinds of defects, and from which amounts a clip is suspect or bad: the one table.
+//! The table of the kinds of defects, with the thresholds from which a clip is suspect or bad.
 
 use std::collections::BTreeMap;
 
@@ -6,12 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use mocap_scene::error::{Code, Diagnostic, Result};
 
-/// Declares [`DefectKind`] from one line for each. A line states whether it is a defect or a property, its name, its
-/// unit, and the amounts from which a clip is suspect and bad. It also states whether the kind needs the body of a
-/// humanoid, and what it is.
+/// Declares [`DefectKind`]. Each line has: defect or property, variant, name, unit, suspect threshold, bad threshold,
+/// whether the kind needs a humanoid, and a description.
 macro_rules! kinds {
     ($($class:ident $variant:ident $name:literal $unit:literal $suspect:literal $bad:literal $body:literal $help:literal)*) => {
-        /// What can be wrong with a motion, and properties of a motion that do not lower its verdict.
+        /// The kinds of defects of a motion, and of properties, which do not lower the verdict.
         ///
         /// ```
         /// use mocap::survey::DefectKind;
@@ -32,27 +31,27 @@ macro_rules! kinds {
             /// Every kind.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Its name in tables, options and expressions.
+            /// The name in tables, options and expressions.
             pub const fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// The unit of its amounts.
+            /// The unit of the amounts.
             pub const fn unit(self) -> &'static str {
                 match self { $(Self::$variant => $unit,)* }
             }
 
-            /// What it is, in one phrase.
+            /// A description in one phrase.
             pub const fn help(self) -> &'static str {
                 match self { $(Self::$variant => $help,)* }
             }
 
-            /// Whether it is a property of the clip and no damage: it does not lower the verdict.
+            /// Whether the kind is a property, which does not lower the verdict.
             pub const fn is_property(self) -> bool {
                 matches!(match self { $(Self::$variant => Class::$class,)* }, Class::Property)
             }
 
-            /// Whether it is measured on the body of a humanoid alone.
+            /// Whether only a humanoid can have the kind.
             pub const fn needs_body(self) -> bool {
                 match self { $(Self::$variant => $body,)* }
             }
@@ -64,11 +63,11 @@ macro_rules! kinds {
     };
 }
 
-/// What a kind says of a clip.
+/// The classes of kinds.
 enum Class {
     /// Damage, which lowers the verdict.
     Defect,
-    /// What a user should know, and is no damage.
+    /// Information for the user, without damage.
     Property,
 }
 
@@ -108,10 +107,10 @@ kinds! {
 }
 
 impl DefectKind {
-    /// The kind of a name.
+    /// The kind with this name.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] with every name.
+    /// [`Code::InvalidValue`] for an unknown name. The message lists all names.
     pub fn from_name(name: &str) -> Result<Self> {
         let found = Self::ALL.iter().copied().find(|kind| kind.as_str() == name);
         found.ok_or_else(|| {
@@ -123,7 +122,7 @@ impl DefectKind {
     }
 }
 
-/// The amounts from which a clip is suspect, and from which it is bad, for each kind.
+/// The amounts of each kind from which a clip is suspect, and from which a clip is bad.
 ///
 /// ```
 /// use mocap::survey::{DefectKind, Thresholds};
@@ -140,19 +139,20 @@ pub struct Thresholds {
 }
 
 impl Thresholds {
-    /// The amounts from which a clip is suspect and bad by a kind.
+    /// The amounts of a kind from which a clip is suspect and bad.
     pub fn of(&self, kind: DefectKind) -> [f64; 2] {
         self.changed.get(&kind).copied().unwrap_or(kind.limits())
     }
 
-    /// Takes `KIND=AMOUNT`, from which a clip is bad, or `KIND=SUSPECT..BAD`. An amount of `inf` turns a kind off.
+    /// Sets the thresholds of a kind. `text` is `KIND=BAD` or `KIND=SUSPECT..BAD`. An amount of `inf` disables the
+    /// kind.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] for anything else.
     pub fn set(&mut self, text: &str) -> Result<()> {
         let refused = || {
-            Diagnostic::new(Code::InvalidValue, format!("\"{text}\" is no threshold"))
-                .expected_found("KIND=BAD or KIND=SUSPECT..BAD, as skate=2 or skate=1..2", text)
+            Diagnostic::new(Code::InvalidValue, format!("\"{text}\" is not a threshold"))
+                .expected_found("KIND=BAD or KIND=SUSPECT..BAD, such as skate=2 or skate=1..2", text)
         };
         let (name, amounts) = text.split_once('=').ok_or_else(refused)?;
         let kind = DefectKind::from_name(name.trim())?;
@@ -164,7 +164,7 @@ impl Thresholds {
         let bad = number(bad).ok_or_else(refused)?;
         let suspect = match suspect {
             Some(text) => number(text).filter(|suspect| *suspect <= bad).ok_or_else(refused)?,
-            // A number that is stricter than the usual amount of suspicion lowers it.
+            // A bad threshold below the default suspect threshold also lowers the suspect threshold.
             None if bad.is_infinite() => bad,
             None => self.of(kind)[0].min(bad),
         };

@@ -1,10 +1,10 @@
-//! Clips that repeat others. They have the same bytes or the same motion. The motion may be mirrored, retimed by up to
-//! a tenth, at another rate, on another skeleton, or a piece of at least two seconds.
+//! Finds near-duplicates: clips with the same bytes or the same motion. The motion may be mirrored, retimed by up to 10
+//! %, at another rate, on another skeleton, or a piece of at least two seconds.
 //!
-//! Each clip has samples of where ten limbs point ([`super::fingerprint`]). Clips that may repeat each other
-//! ([`index`]) are aligned: the offset, the pace and the reflection with the least distance of limbs win
-//! ([`alignment`]). A group is a clip, its representative, and shorter clips that are each near to the representative.
-//! A clip that is near to a member alone does not join, so that small differences never add up from clip to clip.
+//! Each clip has samples of the directions of ten limbs ([`super::fingerprint`]). [`index`] finds pairs of clips that
+//! may repeat each other. [`alignment`] finds the offset, the pace and the reflection with the least distance of limbs.
+//! A group has a representative, and shorter clips that are each near to the representative. A clip near to another
+//! member, but not to the representative, does not join. So small differences never add up from clip to clip.
 
 mod alignment;
 mod index;
@@ -19,7 +19,7 @@ use self::index::{Index, MOST_ALIGNED};
 pub(crate) use self::limbs::mirrored_row;
 use super::fingerprint::{Fingerprint, RATE};
 
-/// How a clip repeats another, the strongest first.
+/// How a clip repeats another clip, the strongest reason first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reason {
     Bytes,
@@ -45,7 +45,7 @@ impl Reason {
     }
 }
 
-/// What is compared of a clip.
+/// The data of a clip that is compared.
 pub(super) struct Candidate<'a> {
     pub(super) fingerprint: &'a Fingerprint,
     pub(super) sha256: &'a str,
@@ -59,7 +59,8 @@ pub(super) struct Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// The longest first, by steps of 5 %, then those with more frames: of a group the first represents it.
+    /// The sort order: the longest clip first, in steps of 5 %, then the clip with more frames. The first clip of a
+    /// group represents the group.
     fn rank(&self) -> impl Ord + use<> {
         let length = (self.seconds.max(f64::MIN_POSITIVE).ln() / 1.05_f64.ln()).round() as i64;
         std::cmp::Reverse((length, self.frames))
@@ -73,14 +74,14 @@ pub(super) struct Member {
     pub(super) reason: Reason,
 }
 
-/// A clip that repeats one before it, and how the two fit.
+/// A clip that repeats an earlier clip, with their fit.
 #[derive(Clone, Copy)]
 struct Pair {
     first: usize,
     fit: Fit,
 }
 
-/// How a clip fits another: which moment is which, at which pace and in which reflection.
+/// How a clip fits another clip: matching moments, pace and reflection.
 #[derive(Clone, Copy)]
 struct Fit {
     at: Moments,
@@ -89,7 +90,7 @@ struct Fit {
     reason: Reason,
 }
 
-/// For each clip, what it repeats; `None` for one that is kept.
+/// For each clip, the clip that it repeats; `None` for a clip that is kept.
 pub(super) fn members(clips: &[Candidate<'_>]) -> Vec<Option<Member>> {
     let mut order: Vec<usize> = (0..clips.len()).collect();
     order.sort_by_key(|index| (clips[*index].rank(), *index));
@@ -104,9 +105,9 @@ pub(super) fn members(clips: &[Candidate<'_>]) -> Vec<Option<Member>> {
     members
 }
 
-/// As [`members`], of clips in the order of their ranks.
+/// Like [`members`], for clips sorted by rank.
 fn ranked_members(clips: &[&Candidate<'_>]) -> Vec<Option<Member>> {
-    // Copies of a file are known by their bytes, and one of them stands for all.
+    // Copies of a file have equal bytes. Compare only one of them.
     let mut by_bytes: HashMap<(&str, &str), usize> = HashMap::new();
     let mut copy_of = vec![None; clips.len()];
     for (index, clip) in clips.iter().enumerate().filter(|(_, clip)| !clip.sha256.is_empty()) {
@@ -139,8 +140,8 @@ fn ranked_members(clips: &[&Candidate<'_>]) -> Vec<Option<Member>> {
     std::iter::zip(own, copies).map(|(own, copy)| own.or(copy)).collect()
 }
 
-/// The representative of a clip's group. Candidates are the representatives that the clip was compared with, and those
-/// of its near-duplicates; the clip must be near the representative itself.
+/// The representative of a clip's group. Candidates are representatives that the clip was compared with, and
+/// representatives of its near-duplicates. The clip must be near to the representative itself.
 fn member(
     clips: &[&Candidate<'_>],
     members: &[Option<(Member, Fit)>],
@@ -176,7 +177,7 @@ fn member(
     })
 }
 
-/// Each clip with those before it that it repeats.
+/// For each clip, the earlier clips that it repeats.
 fn all_pairs(clips: &[&Candidate<'_>], distinct: &[usize]) -> Vec<Vec<Pair>> {
     let index = Index::new(clips, distinct);
     spread(distinct, |&second| {
@@ -203,12 +204,13 @@ fn all_pairs(clips: &[&Candidate<'_>], distinct: &[usize]) -> Vec<Vec<Pair>> {
     })
 }
 
-/// How a clip repeats another, if it does. `guess` has a moment that both may have, and about which pace.
+/// How a clip repeats another clip; `None` if it does not. `guess` has a moment that both clips may share, and an
+/// approximate pace.
 fn compare(clips: [&Candidate<'_>; 2], tracks: [&Track; 2], guess: Fit) -> Option<Fit> {
     let [first, second] = clips;
     let [a, b] = tracks;
     let same_skeleton = first.skeleton == second.skeleton;
-    // What has no body is compared joint by joint, and has no left and right.
+    // Figures without a body are compared joint by joint, and have no left and right.
     let is_body = first.fingerprint.is_body;
     let same_joints = first.joints == second.joints;
     if is_body != second.fingerprint.is_body || !is_body && (guess.mirrored || !same_joints) {
@@ -216,7 +218,7 @@ fn compare(clips: [&Candidate<'_>; 2], tracks: [&Track; 2], guess: Fit) -> Optio
     }
     let found = Alignment::best(a, b, guess.at, guess.pace)?;
     let longer = a.samples().max(b.samples()) as f32;
-    // Samples of the second clip are stretched by its pace.
+    // The pace stretches the samples of the second clip.
     let shorter_by_pace = (b.samples() as f32 * found.pace).min(a.samples() as f32);
     let whole = found.overlap + 4.0 >= longer.min(a.samples() as f32).max(b.samples() as f32 * found.pace)
         || found.overlap + 4.0 >= 0.97 * longer && shorter_by_pace + 4.0 >= 0.97 * longer;
@@ -238,11 +240,11 @@ fn compare(clips: [&Candidate<'_>; 2], tracks: [&Track; 2], guess: Fit) -> Optio
     })
 }
 
-/// Whether two clips are copies around moments of both, as samples, which may be the same.
+/// Whether two clips are copies of one take, around one moment of each clip. The moments are samples that may match.
 pub(crate) fn are_of_one_take(clips: [&Fingerprint; 2], [first, second]: [f32; 2], mirrored: bool) -> bool {
     let [a, b] = [Track::new(clips[0], false), Track::new(clips[1], mirrored)];
     Alignment::best(&a, &b, Moments { first, second }, 1.0).is_some()
 }
 
-/// Seconds of a sample, for those who read this table.
+/// The lengths in samples in these modules assume 10 samples per second.
 const _: () = assert!(RATE == 10.0, "lengths in samples are those of ten samples a second");

@@ -1023,7 +1023,7 @@ export type RotationOrder = "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
 export type Scale = number | "auto" | "none" | `${number}`;
 
 /**
- * By what clips are selected, or kept together in a split.
+ * How clips are selected, or which clips a split keeps together.
  * `"quality"`: Select no bad clips, and no near-duplicates.
  * `"diversity"`: Select clips that are far apart.
  * `"person"`: Keep the clips of a person in one part.

@@ -99,7 +99,7 @@ function draw(canvas, figure, time, angle) {
   figure.parents.forEach((parent, joint) => {
     pen.beginPath();
     if (parent === null) {
-      // Points without a parent, as markers are.
+      // Points without a parent, such as markers.
       const [x, y] = project(...frame.slice(3 * joint, 3 * joint + 3));
       pen.fillStyle = color("accent");
       pen.arc(x, y, 2.5, 0, 7);
@@ -134,7 +134,7 @@ for (const group of data.twins) {
   $("twins").append(pair);
 }
 
-// The player: that of `mocap view`, in a frame of its own; a build without it draws the joints alone.
+// The player of `mocap view`, in its own iframe. A build without the player draws only the joints.
 function playerOf({ clip, blocks }) {
   const frame = element("iframe");
   const json = `{"clips":[${clip}]}`.replaceAll("<", "\\u003c");
@@ -156,8 +156,8 @@ function open(index) {
   const lines = row.defects.map(([kind, from, to, joint, amount]) => `${kind}, frames ${from} to ${to}${joint ? ", " + joint : ""}: ${amount.toPrecision(3)} ${data.kinds.find((k) => k.name === kind).unit}`);
   if (row.error) lines.push(row.error);
   if (row.twin) lines.push(`twin of ${row.of}: ${row.twin}`);
-  if (shown && shown.from > 0) lines.push(`what moves here begins at frame ${shown.from}`);
-  if (!shown) lines.push(`mocap view "${row.file}" shows the motion: it is not in this page`);
+  if (shown && shown.from > 0) lines.push(`the figure begins at frame ${shown.from} of the clip`);
+  if (!shown) lines.push(`mocap view "${row.file}" shows the motion, which is not in this page`);
   $("findings").replaceChildren(...lines.map((line) => element("li", line)));
   $("player").showModal();
 }

@@ -1,4 +1,4 @@
-//! Hands and forearms within the trunk or the head, which are capsules.
+//! Hands and forearms inside the trunk or the head. Capsules approximate trunk and head.
 
 use glam::Vec3;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
@@ -8,12 +8,12 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::SelfCollision;
 
-/// The radius of the trunk in lengths of the leg: 12 cm of a leg of 85 cm. Half the depth of a trunk is 11 cm to 13 cm.
+/// The radius of the trunk in leg lengths: 12 cm for a leg of 85 cm. Half the depth of a human trunk is 11 cm to 13 cm.
 const TRUNK: f32 = 0.14;
 
-/// The radius of the head in lengths of the leg: 9 cm of a leg of 85 cm.
+/// The radius of the head in leg lengths: 9 cm for a leg of 85 cm.
 const HEAD: f32 = 0.105;
-/// The depth at which a span begins, in metres.
+/// The least depth of a span, in metres.
 const BEGINS: f32 = 0.02;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
@@ -37,7 +37,7 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     }
 }
 
-/// How deep hand and forearm of a side are in the trunk or the head, in metres.
+/// The depth of one side's hand and forearm inside the trunk or the head, in metres.
 fn depth(motion: &Motion, body: &Body, frame: usize, side: Side) -> Option<f32> {
     let at = |bone| motion.bone(body, frame, bone);
     let (hand, elbow) = (at(Bone::LeftHand.on(side))?, at(Bone::LeftLowerArm.on(side))?);
@@ -48,11 +48,11 @@ fn depth(motion: &Motion, body: &Body, frame: usize, side: Side) -> Option<f32> 
         let head = at(Bone::Head).map_or(0.0, |head| HEAD * body.leg - point.distance(head));
         trunk.max(head)
     };
-    // The quarter of the forearm before the wrist, where no clothes hide it.
+    // Test a point at a quarter of the forearm from the wrist, where clothes add little thickness.
     Some(depth(hand).max(depth(hand.lerp(elbow, 0.25))))
 }
 
-/// From a point to a segment.
+/// The distance of a point from a segment.
 fn distance(point: Vec3, from: Vec3, to: Vec3) -> f32 {
     let along = to - from;
     let fraction = (point - from).dot(along) / along.length_squared().max(f32::MIN_POSITIVE);

@@ -1,4 +1,5 @@
-//! Doubled and dropped frames, flips, exchanged sides, noise, slope and drift, as `clean` finds them.
+//! Doubled and dropped frames, flips, exchanged sides, noise, slope and drift. The survey uses the detection of
+//! `clean`.
 
 use mocap_edit::MotionErrors;
 
@@ -9,10 +10,10 @@ use crate::survey::thresholds::DefectKind::{
     Doubled, Drift, Dropped, Exchanged, FingerFlip, Flip, HeightDrift, Noise, Tilted,
 };
 
-/// The speed of a joint in m/s from which on a missing frame is seen: 3 mm in a frame.
+/// The least speed of a joint, in m/s, at which a missing frame is visible: 3 mm per frame.
 const SEEN: f32 = 0.1;
 
-/// Half the time in seconds over which that speed is taken: two frames of video.
+/// Half the window over which this speed is measured, in seconds: two frames of video.
 const AROUND: f64 = 0.07;
 
 pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
@@ -48,8 +49,8 @@ pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findin
     }
 }
 
-/// Whether the body moves around a frame, so that one sees whether a frame is missing or there twice: some joint in the
-/// frame of the root, or the root.
+/// Whether the body moves around a frame, so that a missing or doubled frame is visible. Either the root moves, or a
+/// joint moves relative to the root.
 fn is_seen(motion: &Motion, frame: usize) -> bool {
     let around = motion.frames_in(AROUND);
     let speed = |node: usize| motion.velocity(frame, node, around).length();

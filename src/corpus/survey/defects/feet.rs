@@ -1,4 +1,4 @@
-//! Feet that slide where they stand, feet below the floor, and legs that walk without going anywhere.
+//! Foot sliding, feet below the floor, and walking in place as on a treadmill.
 
 use glam::Vec3;
 use mocap_edit::report::ContactPoint;
@@ -10,52 +10,56 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{FootThroughFloor, Skate, Treadmill, UnderFloor};
 
-/// The heights in metres up to which a foot that slides fast counts as on the floor, and from which on it does not.
+/// A fast sliding foot counts fully as on the floor below the first height, and not at all above the second, in metres.
 const LOW: [f32; 2] = [0.02, 0.06];
 
-/// The speeds in m/s from which on such a foot counts, and counts fully: slower ones roll.
+/// The speeds from which a sliding foot counts, and counts fully, in m/s. A slower foot may roll.
 const GLIDES: [f32; 2] = [0.15, 0.3];
 
-/// The times in seconds from which on it counts, and counts fully: a foot that swings past is as low for less.
+/// The durations from which sliding counts, and counts fully, in seconds. A foot in the swing phase is this low for a
+/// shorter time.
 const GLIDES_FOR: [f32; 2] = [0.15, 0.25];
 
-/// The vertical accelerations of the hips in m/s^2 below which nothing carries the body, and above which its feet do.
-/// Hips in the flight of a run fall by 6.5 to 11.
+/// Vertical accelerations of the hips, in m/s^2: below the first nothing carries the body, above the second the feet
+/// do. The hips accelerate downwards by 6.5 to 11 m/s^2 in the flight phase of a run.
 const FALLS: [f32; 2] = [-6.0, -3.0];
 
-/// The heights in metres up to which a foot is level with where it rests, and from which on it is not.
+/// A foot is fully at its resting height below the first height above it, and not at all above the second, in metres.
 const LEVEL: [f32; 2] = [0.02, 0.04];
 
-/// The speeds in m/s, up or down, up to which such a foot stays on the floor, and from which on it does not.
+/// A foot stays fully on the floor below the first vertical speed, and not at all above the second, in m/s.
 const RISES: [f32; 2] = [0.05, 0.12];
 
-/// Heights of the hips above the floor, in lengths of the leg. Below the first, feet do not carry the body: who sits
-/// moves them freely. Above the second, they do.
+/// Heights of the hips above the floor, in leg lengths. Below the first, feet do not carry the body: a sitting person
+/// moves them freely. Above the second, feet carry the body.
 const STANDS: [f32; 2] = [0.6, 0.75];
 
-/// The most in metres by which a foot stands off the level of both: joints and markers of two feet differ by as much.
+/// The largest distance of one foot from the common level of both feet, in metres. Joints and markers of the two feet
+/// differ by as much.
 const OWN_LEVEL: f32 = 0.012;
 
-/// How deep below the floor a span begins, in metres.
+/// The least depth of a span below the floor, in metres.
 const BELOW: f32 = 0.02;
-/// The depths in lengths of the leg from which on it may be another floor, and is: a step, and no foot that has sunk.
+/// Depths in leg lengths. From the first on, the foot may stand on a lower floor, such as a stair. From the second on,
+/// it certainly does, and has not sunk.
 const ANOTHER_FLOOR: [f32; 2] = [0.25, 0.35];
-/// Times between two in which a foot is below the floor, in which it may be lifted for a step, in seconds.
+/// Spans below the floor are joined if the foot is above the floor between them for at most this time, in seconds: a
+/// step.
 const A_STEP: f64 = 0.4;
-/// The window in which steps of a treadmill are looked for, in seconds.
+/// The window in which steps on a treadmill are searched, in seconds.
 const WINDOW: f64 = 2.0;
 
-/// The least length of the step of a treadmill, in lengths of the leg: shorter ones are shuffled.
+/// The shortest step on a treadmill, in leg lengths. Shorter steps are shuffling.
 const STEP: f32 = 0.35;
 
-/// The longest path of the hips in the window, in lengths of the leg: who walks on a floor goes farther.
+/// The longest path of the hips in the window, in leg lengths. A person who walks on a floor covers more.
 const STAYS: f32 = 0.45;
 
-/// The longest path of the hips in a loop of a walk in place, in lengths of the leg: it is shorter than the window.
+/// The longest path of the hips in a loop of a walk in place, in leg lengths. Such a loop is shorter than the window.
 const STAYS_IN_LOOP: f32 = 0.15;
 
-/// The median speed at which the lower foot goes backwards, or forwards, in the window, in metres per second: that of
-/// the belt. The feet of one who dances on the spot stand.
+/// The least speed of the belt, in m/s: the median speed of the lower foot, backwards or forwards, in the window. The
+/// feet of a person who dances on the spot are at rest.
 const BELT: f32 = 0.25;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
@@ -72,7 +76,8 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     }
 }
 
-/// Times in which a point of a foot is below the floor: with the body, or while the other foot stands on the floor.
+/// Finds spans in which a point of a foot is below the floor: the whole body has sunk, or the other foot is on the
+/// floor.
 fn sinks(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Findings<'_>) {
     let height = |frame: usize| point.above_rest.get(frame).copied().unwrap_or(0.0);
     let depth = |frame: usize| -height(frame);
@@ -81,7 +86,8 @@ fn sinks(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Find
         .into_iter()
         .filter_map(|[from, to]| Some(([from, to], median(&mut (from..=to).map(height).collect::<Vec<_>>())?)))
         .collect();
-    // Both feet and all contacts have one level. This foot stands as high above it before and after.
+    // The floor level is common to both feet and all contacts. `own` is the height of this foot above the level before
+    // and after the span.
     let own = |[from, to]: [usize; 2]| {
         let before = contacts.iter().rfind(|(at, _)| at[1] < from);
         let after = contacts.iter().find(|(at, _)| at[0] > to);
@@ -110,7 +116,7 @@ fn sinks(motion: &Motion, body: &Body, point: &ContactPoint, findings: &mut Find
     }
 }
 
-/// Spans of which those are one that are at most so many frames apart.
+/// Joins spans that are at most `apart` frames apart.
 fn joined(spans: Vec<[usize; 2]>, apart: usize) -> Vec<[usize; 2]> {
     let mut joined: Vec<[usize; 2]> = Vec::new();
     for [from, to] in spans {
@@ -126,8 +132,8 @@ fn is_ball(point: &ContactPoint) -> bool {
     matches!(point.bone, Bone::LeftToes | Bone::RightToes)
 }
 
-/// How far a foot moves along the floor in each contact of a point of it: that point of the foot which moves least. A
-/// foot that turns on its heel or on its ball does not slide.
+/// Measures foot sliding in each contact of a point. The point of the foot that moves least counts, because a foot that
+/// pivots on its heel or ball does not slide.
 fn slides(motion: &Motion, body: &Body, point: &ContactPoint, belt: &[bool], findings: &mut Findings<'_>) {
     let side = point.bone.side();
     let points = body.contacts.points.iter();
@@ -159,10 +165,11 @@ fn slides(motion: &Motion, body: &Body, point: &ContactPoint, belt: &[bool], fin
     }
 }
 
-/// Times in which feet are on the floor, carry the body, and none is at rest.
+/// Finds spans in which feet are on the floor and carry the body, but no foot is at rest.
 fn glides(motion: &Motion, body: &Body, belt: &[bool], findings: &mut Findings<'_>) {
     let (half, around) = (motion.frames_in(0.03), motion.frames_in(0.06));
-    // The slowest point, where one that is hardly on the floor counts as fast; and how far on the floor they are.
+    // The speed of the slowest point, and the degree to which the points are on the floor. A point that is hardly on
+    // the floor counts as fast.
     let slowest = |frame: usize| {
         let low = |point: &ContactPoint| {
             let height = point.above_rest.get(frame).copied().unwrap_or(f32::INFINITY);
@@ -176,7 +183,7 @@ fn glides(motion: &Motion, body: &Body, belt: &[bool], findings: &mut Findings<'
         let slowest = points.min_by(|a, b| a.0.total_cmp(&b.0));
         slowest.map(|(speed, _, point)| (speed * most * most, point))
     };
-    // The hips of a fast walk fall as much while a foot stays on the floor, and feet in flight rise and fall.
+    // In a fast walk the hips also fall this fast, but a foot stays on the floor. In flight, the feet rise and fall.
     let stays_on = |point: &ContactPoint, frame: usize| {
         let height = point.above_rest.get(frame).copied().unwrap_or(f32::INFINITY).abs();
         let rises = motion.velocity(frame, point.node.index(), half).y.abs();
@@ -202,7 +209,8 @@ fn glides(motion: &Motion, body: &Body, belt: &[bool], findings: &mut Findings<'
     }
 }
 
-/// Windows in which the feet pass each other by steps, while the hips stay. Returns which frames they have.
+/// Finds windows in which the feet step past each other while the hips stay in place. Returns whether each frame is in
+/// such a window.
 fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) -> Vec<bool> {
     let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| body.bones.get(&bone).copied());
     let mut walks = vec![false; motion.frames];
@@ -222,7 +230,7 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) -> Vec<b
         motion.velocity(frame, lower, around).dot(body.forward(motion, frame))
     };
     let carried: Vec<f32> = (0..motion.frames).map(carried).collect();
-    // A loop of one or two steps is shorter than the window, and its feet pass each other once.
+    // A loop of one or two steps is shorter than the window. Its feet pass each other once.
     let frames = motion.frames - motion.starts;
     let (window, half) = (motion.frames_in(WINDOW).min(frames), STEP * body.leg / 2.0);
     let is_loop = window == frames && motion.seconds() < WINDOW;
@@ -230,7 +238,7 @@ fn treadmill(motion: &Motion, body: &Body, findings: &mut Findings<'_>) -> Vec<b
     let mut start = motion.starts;
     while start + window <= motion.frames {
         let part = start..start + window;
-        // Steps: the feet are apart by half a step to one side, and then to the other.
+        // A step: one foot is half a step ahead, and then the other foot.
         let mut side = 0.0;
         let mut passes = 0;
         for frame in part.clone() {

@@ -1,6 +1,6 @@
-//! Joints that bend farther than those of a body.
+//! Joints that bend beyond the human range.
 //!
-//! It is judged by where the joints are, which does not depend on how a skeleton names its axes.
+//! The angles are computed from the positions of the joints, because the local axes of joints differ between skeletons.
 
 use glam::Vec3;
 use mocap_scene::scene::{HumanoidBone as Bone, Side};
@@ -10,21 +10,22 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::BeyondRange;
 
-/// How far a knee bends at most, in degrees from straight: 140 on the average (Norkin and White, "Measurement of joint
-/// motion", 2016), and the most limber.
+/// The largest flexion of a knee, in degrees. The average is 140 (Norkin and White, "Measurement of joint motion",
+/// 2016); this limit includes the most flexible people.
 const KNEE: f32 = 158.0;
 
-/// How far an elbow bends at most, in degrees from straight: 150 on the average, from the same source.
+/// The largest flexion of an elbow, in degrees. The average is 150 (same source).
 const ELBOW: f32 = 160.0;
 
-/// How far a head bends from the trunk at most, in degrees: the neck has 45 to 60, and the upper trunk some.
+/// The largest angle between head and trunk, in degrees. The neck bends by 45 to 60 degrees, and the upper trunk adds
+/// some.
 const NECK: f32 = 100.0;
 
-/// The sine of the least angle between shin and foot by which the foot tells a direction: 14 degrees.
+/// The sine of the least angle between shin and foot at which the foot shows the forward direction: 14 degrees.
 const FOOT_TELLS: f32 = 0.25;
-/// The mean sine of the angle of a knee from which its axis is known.
+/// The least mean sine of the knee angle at which the hinge axis of the knee is known.
 const BENDS: f32 = 0.05;
-/// The shortest time, in seconds.
+/// The shortest span, in seconds.
 const SHORTEST: f64 = 0.05;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
@@ -40,7 +41,8 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         let forwards = |frame: usize| {
             let [thigh, shin] = limb(motion, body, frame, leg)?;
             let toes = motion.at(frame, toes?) - motion.bone(body, frame, leg[2])?;
-            // A knee bends the shin away from where the toes point, which a foot in line with the shin does not tell.
+            // A knee bends the shin away from the direction of the toes. A foot in line with the shin shows no such
+            // direction.
             let forward = toes.try_normalize()?.reject_from_normalized(shin);
             let forward = (forward.length() > FOOT_TELLS).then(|| forward.normalize())?;
             let along = shin.reject_from_normalized(thigh).dot(forward);
@@ -68,15 +70,15 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     add(motion, body, Bone::Neck, findings, neck);
 }
 
-/// About which axis of the thigh a knee bends in the frames in which it bends as knees do. Toes that are pointed seem
-/// to be at the other side of the foot, which the axis tells from a knee that bends forwards.
+/// The hinge axis of a knee relative to the thigh, from the frames in which the knee bends backwards. Pointed toes can
+/// make a normal knee look as if it bends forwards. The axis distinguishes the two cases.
 struct Hinge {
     thigh: Option<usize>,
     axis: Option<Vec3>,
 }
 
 impl Hinge {
-    /// `forwards` is by how many degrees the knee seems to bend forwards in each frame.
+    /// `forwards` has the angle by which the knee seems to bend forwards in each frame, in degrees.
     fn new(motion: &Motion, body: &Body, leg: [Bone; 3], forwards: &[f32]) -> Self {
         let thigh = body.bones.get(&leg[0]).copied();
         let mut sum = Vec3::ZERO;
@@ -85,7 +87,7 @@ impl Hinge {
                 sum += motion.to_world(frame, node).inverse() * upper.cross(lower);
             }
         }
-        // A clip in which the knee hardly bends does not tell the axis.
+        // If the knee hardly bends in the clip, the axis is unknown.
         let bends = sum.length() > BENDS * motion.frames as f32;
         Self {
             thigh,
@@ -93,7 +95,7 @@ impl Hinge {
         }
     }
 
-    /// By how many degrees the knee bends the other way; without an axis any amount may be.
+    /// The angle by which the knee bends forwards, in degrees. Without an axis the angle is unlimited.
     fn backwards(&self, motion: &Motion, frame: usize, upper: Vec3, lower: Vec3) -> f32 {
         let Some((node, axis)) = self.thigh.zip(self.axis) else {
             return f32::INFINITY;
@@ -103,7 +105,7 @@ impl Hinge {
     }
 }
 
-/// Where the upper and the lower part of a limb point.
+/// The directions of the upper and the lower part of a limb.
 fn limb(motion: &Motion, body: &Body, frame: usize, bones: [Bone; 3]) -> Option<[Vec3; 2]> {
     let [a, b, c] = bones.map(|bone| motion.bone(body, frame, bone));
     let (a, b, c) = (a?, b?, c?);
@@ -114,7 +116,7 @@ fn degrees(a: Vec3, b: Vec3) -> f32 {
     a.angle_between(b).to_degrees()
 }
 
-/// Adds the spans in which a joint is beyond its range by an angle.
+/// Adds the spans in which a joint exceeds its range. `beyond` returns the excess in degrees.
 fn add(motion: &Motion, body: &Body, bone: Bone, findings: &mut Findings<'_>, beyond: impl Fn(usize) -> Option<f32>) {
     let Some(node) = body.bones.get(&bone) else { return };
     let angles: Vec<f32> = (0..motion.frames).map(|frame| beyond(frame).unwrap_or(0.0)).collect();

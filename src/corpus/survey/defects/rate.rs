@@ -1,7 +1,7 @@
-//! Motions that are played too fast or too slow, by gravity and by what a rate can be.
+//! Motions that play too fast or too slow, according to gravity or to an implausible frame rate.
 //!
-//! A body that is off the ground falls by 9.81 m/s^2. Played so many times too fast, it falls by the square of that. No
-//! body falls faster, since legs push and do not pull.
+//! A body in the air accelerates downwards by 9.81 m/s^2. Played too fast by a factor f, it accelerates by f^2 times
+//! that value. No body accelerates downwards faster, because legs push and do not pull.
 
 use mocap_scene::math::median::median;
 
@@ -13,23 +13,23 @@ use crate::survey::thresholds::DefectKind::WrongRate;
 /// The acceleration of gravity in m/s^2.
 const GRAVITY: f32 = 9.81;
 
-/// Frames per second below which nothing that moves is recorded, and above which nothing that moves is.
+/// The lowest and the highest plausible rate of a recording, in frames per second.
 const RATES: [f64; 2] = [5.0, 1000.0];
 
-/// Half the time over which accelerations are computed, in seconds. Noise of a millimetre is then 3 m/s^2. A step of a
-/// walk that plays five times too fast takes 0.1 s.
+/// Half the window over which accelerations are computed, in seconds. Noise of 1 mm then causes an error of 3 m/s^2. In
+/// a walk played five times too fast, a step takes 0.1 s.
 const HALF: f64 = 0.03;
 
-/// The fraction of all frames in which the hips must fall so fast: a single fall is another defect.
+/// The least fraction of all frames in which the hips must fall too fast. A single fast fall is another defect.
 const OFTEN: f32 = 0.1;
 
-/// The height in metres from which on both feet are in the air.
+/// The height above which a foot is in the air, in metres.
 const OFF: f32 = 0.04;
 
-/// The shortest flight that is judged, in seconds.
+/// The shortest flight to measure, in seconds.
 const FLIGHT: f64 = 0.1;
 
-/// The fraction of the height of a flight by which its path may be off a parabola.
+/// The largest deviation of a flight from a parabola, as a fraction of the height of the flight.
 const PARABOLA: f32 = 0.1;
 
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
@@ -46,7 +46,7 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
     }
 }
 
-/// How many times too fast the hips fall, in a tenth of the frames.
+/// The factor by which the hips fall too fast in a tenth of the frames.
 fn too_fast(motion: &Motion, body: &Body) -> f32 {
     let half = motion.frames_in(HALF);
     let frames = motion.starts + half..motion.frames.saturating_sub(half);
@@ -56,7 +56,7 @@ fn too_fast(motion: &Motion, body: &Body) -> f32 {
     (fall.unwrap_or(0.0).max(0.0) / GRAVITY).sqrt()
 }
 
-/// How many times too slow bodies in the air fall, by the median of at least two flights along parabolas.
+/// The factor by which the body in the air falls too slowly: the median of at least two flights along parabolas.
 fn too_slow(motion: &Motion, body: &Body) -> f32 {
     let at = |frame: usize| motion.at(frame, body.hips()).y;
     let is_off = |frame: usize| frame >= motion.starts && body.lowest_foot(frame) > OFF;

@@ -1,4 +1,4 @@
-//! Bones that change their lengths.
+//! Bones that change their length.
 
 use mocap_scene::math::median::median;
 
@@ -7,9 +7,10 @@ use crate::survey::motion::Motion;
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::Breathing;
 
-/// Bones that are shorter than this fraction of the skeleton's size are not looked at: their lengths are rounding.
+/// Bones shorter than this fraction of the skeleton's size are skipped, because their lengths are dominated by
+/// rounding.
 const SHORT: f32 = 0.004;
-/// The deviation from the usual length at which a span begins, as a fraction.
+/// The least relative deviation of a span from the median length.
 const BEGINS: f32 = 0.015;
 
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
@@ -23,7 +24,7 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
             .map(|frame| motion.at(frame, node).distance(motion.at(frame, parent)))
             .collect();
         let usual = median(&mut lengths.clone()).unwrap_or(0.0);
-        // Positions far from the origin are rounded to some micrometres.
+        // Positions far from the origin are rounded to several micrometres.
         let least = lengths.iter().copied().fold(f32::INFINITY, f32::min);
         let most = lengths.iter().copied().fold(0.0, f32::max);
         if usual < SHORT * size || most - least < BEGINS * usual {

@@ -9,43 +9,46 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{Frozen, Gap, HeldEnd, TPose, TPoseEnd};
 
-/// The largest step of a rotation of a joint that does not move, as a difference of quaternions: 0.005 degrees.
+/// The largest change of rotation per frame of a joint that does not move, as a difference of quaternions: 0.005
+/// degrees.
 const STILL_ROTATION: f32 = 4e-5;
-/// The shortest time in which a joint is said to hold its pose, in seconds.
+/// The shortest gap, in seconds: a span in which a joint holds its rotation.
 const SHORTEST_GAP: f64 = 0.4;
 
-/// The step with which such a joint moves on, as a multiple of its usual step. One that is held at the end of its
-/// range, as solvers of few sensors do, leaves it as it came.
+/// The least jump of the joint at an end of a gap, as a multiple of its median change per frame. A solver with few
+/// sensors holds joints at the end of their range. Such a joint begins to move without a jump, and has no gap.
 const JUMPS: f32 = 3.0;
 
-/// The least such step in radians: 1 degree, which is seen.
+/// The least jump at an end of a gap, in radians: 1 degree, which is visible.
 const JUMPS_BY: f32 = 0.0175;
-/// The fraction of all other frames in which a joint moves that is said to have a gap.
+/// The least fraction of all other moving frames in which a joint with a gap must move.
 const MOVES: f32 = 0.6;
 
-/// The cosine of the angle by which arms may be off the horizontal in a T-pose: 15 degrees.
+/// The cosine of the largest angle of the arms from the horizontal in a T-pose: 15 degrees.
 const ARM: f32 = 0.966;
 
-/// The cosine of the angle by which legs may be off the vertical: 25 degrees. Legs of CMU's stand 20 degrees apart.
+/// The cosine of the largest angle of the legs from the vertical in a T-pose: 25 degrees. The legs of CMU's T-pose are
+/// at 20 degrees.
 const LEG: f32 = 0.906;
 
-/// The cosine of the angle by which a trunk may be off the vertical: 18 degrees.
+/// The cosine of the largest angle of the trunk from the vertical in a T-pose: 18 degrees.
 const TRUNK: f32 = 0.951;
 
-/// The cosine of the angle of arms that a person holds up for a calibration: 30 degrees.
+/// The cosine of the largest angle of the arms from the horizontal in a calibration pose: 30 degrees.
 const HELD_ARM: f32 = 0.866;
 
-/// The speed of hands in m/s below which they count as held up for a calibration.
+/// The speed below which hands hold a calibration pose, in m/s.
 const HELD_SPEED: f32 = 0.1;
 
-/// The time in seconds for which they must be held: shorter poses are part of a movement.
+/// The shortest calibration pose, in seconds. Shorter poses are part of a movement.
 const HELD: f64 = 0.5;
 
-/// Seconds at the beginning or the end of a clip within which a T-pose counts: who is told to take one needs a moment.
+/// A T-pose counts as the beginning or the end of a clip within this time, in seconds. A person who is told to take a
+/// T-pose needs a moment.
 const BEGINS: f64 = 0.25;
 
-/// The speed of a hand about the hips in m/s, from one frame to the next, with which a body snaps into a T-pose. A
-/// person lifts the arms into one at 2 m/s, and a punch reaches 10.
+/// The speed of a hand relative to the hips, from one frame to the next, above which a body snaps into a T-pose, in
+/// m/s. A person lifts the arms at 2 m/s, and a punch reaches 10 m/s.
 const SNAPS: f32 = 12.0;
 
 pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
@@ -61,7 +64,8 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
     gaps(motion, &still, findings);
 }
 
-/// Joints that hold one rotation while others move. Those of one time are one finding, which names the first.
+/// Finds joints that hold one rotation while other joints move. Gaps at the same time are one finding, which names the
+/// first joint.
 fn gaps(motion: &Motion, still: &[bool], findings: &mut Findings<'_>) {
     let moving = still.iter().filter(|still| !**still).count();
     let least = motion.frames_in(SHORTEST_GAP);
@@ -70,7 +74,7 @@ fn gaps(motion: &Motion, still: &[bool], findings: &mut Findings<'_>) {
         let step = |step: usize| difference(motion.rotations(step)[node], motion.rotations(step + 1)[node]);
         let holds: Vec<bool> = (0..still.len()).map(|at| step(at) < STILL_ROTATION).collect();
         let moves = holds.iter().filter(|holds| !**holds).count();
-        // Where the whole body is still, nothing is missing of one joint.
+        // Frames in which the whole body is still are no gap of a single joint.
         let mut gaps = spans(still.len(), |at| holds[at] && !still[at] && at >= motion.starts);
         gaps.retain(|[from, to]| to + 1 - from >= least);
         let missing: usize = gaps.iter().map(|[from, to]| to + 1 - from).sum();
@@ -100,7 +104,7 @@ fn difference(a: Quat, b: Quat) -> f32 {
     minus.length().min(plus.length())
 }
 
-/// T-poses with which a clip begins or ends, and those within it.
+/// Finds T-poses at the beginning and the end of a clip, and T-poses within the motion.
 pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     findings.look_for(&[TPose, TPoseEnd]);
     for [from, to] in t_poses(motion, body) {
@@ -111,7 +115,7 @@ pub(super) fn find_t_pose(motion: &Motion, body: &Body, findings: &mut Findings<
     }
 }
 
-/// The first frame in which defects are looked for: after rest poses and a T-pose with which the clip begins.
+/// The first frame in which defects are searched: after rest poses and a T-pose at the beginning of the clip.
 pub(in crate::survey) fn starts(motion: &Motion) -> usize {
     let Some(body) = &motion.body else { return motion.first };
     let first = t_poses(motion, body).first().copied();
@@ -119,7 +123,7 @@ pub(in crate::survey) fn starts(motion: &Motion) -> usize {
     after.map_or(motion.first, |[_, to]| motion.first.max(to + 1))
 }
 
-/// The frame after the last in which defects are looked for: before a T-pose with which the clip ends.
+/// The frame after the last frame in which defects are searched: before a T-pose at the end of the clip.
 pub(in crate::survey) fn stops(motion: &Motion) -> usize {
     let Some(body) = &motion.body else { return motion.frames };
     let last = t_poses(motion, body).last().copied();
@@ -127,19 +131,21 @@ pub(in crate::survey) fn stops(motion: &Motion) -> usize {
     before.map_or(motion.frames, |[from, _]| from)
 }
 
-/// Whether a clip begins in a T-pose that it takes in a frame. One into which the body snaps is within the motion.
+/// Whether a T-pose at `frame` is at the beginning of the clip. A T-pose into which the body snaps counts as within the
+/// motion.
 fn begins(motion: &Motion, body: &Body, frame: usize) -> bool {
     let is_early = frame < motion.first + motion.frames_in(BEGINS);
     is_early && (frame <= motion.first || !snaps(motion, body, frame))
 }
 
-/// Whether a clip ends in a T-pose whose last frame it is. One out of which the body snaps is within the motion.
+/// Whether a T-pose with the last frame `frame` is at the end of the clip. A T-pose out of which the body snaps counts
+/// as within the motion.
 fn ends(motion: &Motion, body: &Body, frame: usize) -> bool {
     let is_late = frame + motion.frames_in(BEGINS) >= motion.frames;
     is_late && (frame + 1 >= motion.frames || !snaps(motion, body, frame + 1))
 }
 
-/// Whether a hand is elsewhere than in the frame before, farther than a body moves it.
+/// Whether a hand has moved since the previous frame faster than a human can.
 fn snaps(motion: &Motion, body: &Body, frame: usize) -> bool {
     let from_hips = |frame: usize, hand: usize| motion.at(frame, hand) - motion.at(frame, body.hips());
     let hands = [Bone::LeftHand, Bone::RightHand];
@@ -150,7 +156,7 @@ fn snaps(motion: &Motion, body: &Body, frame: usize) -> bool {
     })
 }
 
-/// Spans of frames in which arms point sideways and legs down.
+/// The spans of T-poses: arms point sideways and legs down.
 fn t_poses(motion: &Motion, body: &Body) -> Vec<[usize; 2]> {
     let mut is_t_pose: Vec<bool> = (0..motion.frames)
         .map(|frame| self::is_t_pose(motion, body, frame))

@@ -1,4 +1,4 @@
-//! Bodies that hover, bodies that nothing in the file carries, and clips that begin or end in the air.
+//! Bodies that hover, bodies carried by an object that is not in the file, and clips that begin or end in the air.
 
 use mocap_scene::math::median::median;
 
@@ -7,18 +7,19 @@ use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
 
-/// The lowest joint of a floating body is at least this high, in metres. A thick sole is as high.
+/// The least height of the lowest joint of a floating body, in metres: a thick sole.
 const HOVERS: f32 = 0.04;
 
-/// The heights in lengths of the leg of the lowest joint from which on something may carry the body, and must. The hips
-/// of a body that lies are lower.
+/// Heights of the lowest joint, in leg lengths. From the first on, an object may carry the body; from the second on, it
+/// must. The hips of a lying body are lower.
 const CARRIED: [f32; 2] = [0.2, 0.3];
-/// The times of hovering from which on it counts, and counts fully, in seconds.
+/// The durations from which hovering counts, and counts fully, in seconds.
 const SHORTEST: [f32; 2] = [0.2, 0.3];
-/// A body in the air falls with 9.81 m/s^2; one whose hips fall with less than half of it is carried.
+/// Vertical accelerations of the hips, in m/s^2. A body in free fall accelerates by -9.81. Above the second value the
+/// body is carried.
 const FALLS: [f32; 2] = [-6.0, -4.0];
 
-/// The shortest clip that tells where the floor is, in seconds.
+/// The shortest clip from which the height of the floor is known, in seconds.
 const TELLS: f64 = 0.3;
 
 pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
@@ -49,7 +50,8 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
     }
 }
 
-/// The height of the lowest joint: above where it rests for a point of the feet, above the floor for all others.
+/// The height of the lowest joint. For a point of the feet it is the height above its resting height; for other joints,
+/// the height above the floor.
 fn height(motion: &Motion, body: &Body, frame: usize) -> f32 {
     let joints = (body.hips()..motion.nodes()).filter(|node| motion.is_joint[*node]);
     let joints = joints.map(|node| motion.at(frame, node).y);

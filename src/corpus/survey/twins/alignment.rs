@@ -1,4 +1,4 @@
-//! How two clips fit best: from which moment of one on, and at which pace, the limbs of both are nearest.
+//! Finds how two clips fit best: the offset and the pace at which the limbs of both are nearest.
 
 use mocap_scene::math::median::ranked;
 use std::ops::RangeInclusive;
@@ -8,72 +8,75 @@ use glam::Vec4;
 use super::limbs::numbers;
 use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
-/// The shortest piece, in samples: two seconds, less a sample for the rounding at its ends.
+/// The shortest piece, in samples: two seconds, minus one sample for rounding at the ends.
 const SHORTEST: usize = 19;
 
 /// The largest mean distance of limbs of near-duplicates, as a chord of the unit sphere: 1.1 degrees. Fitted by
-/// `tools/survey/takes.py`: separate takes of one walk by one person are 0.028 apart, and more.
+/// `tools/survey/takes.py`: separate takes of one walk by one person differ by at least 0.028.
 const NEAR: f32 = 0.02;
 
-/// The largest such distance, as a chord, of nine tenths of the samples.
+/// The largest such distance in nine tenths of the samples, as a chord.
 const NEAR_MOST: f32 = 2.5 * NEAR;
-/// What is added to both for each mean bend of the paths of limbs: what a line between samples misses of a curve, and
-/// noise.
+/// Both limits grow by this factor times the mean bend of the paths of limbs, for noise and for the error of linear
+/// interpolation between samples.
 const OFF_A_LINE: f32 = 0.2;
-/// What is added for each mean bend above [`ERRATIC`]. Limbs that jump from sample to sample, as in motion from video,
-/// are elsewhere at another rate, and separate takes of such motion are far apart. Fitted by `tools/survey/takes.py`.
+/// Both limits also grow by this factor times the mean bend above [`ERRATIC`]. In motion from video, limbs jump from
+/// sample to sample, so copies at another rate differ. Separate takes of such motion are still far apart. Fitted by
+/// `tools/survey/takes.py`.
 const OFF_IF_ERRATIC: f32 = 0.3;
-/// The mean bend above which a motion is erratic; runs have half of it.
+/// The mean bend above which a motion is erratic. Running has half of this value.
 const ERRATIC: f32 = 0.2;
 
-/// The least movement of the compared limbs, each on average, as a sum of chords of the unit sphere. A figure that
-/// stands resembles any other that stands.
+/// The least movement per limb in the compared part, as a sum of chords of the unit sphere. Any two standing figures
+/// would match.
 const MOVES: f32 = 0.2;
-/// The time over which movement is counted, in samples: half a second, in which slow limbs move more than the grain.
+/// The time step in which movement is summed, in samples: half a second, in which slow limbs move by more than
+/// [`GRAIN`].
 const MOVE: usize = 5;
-/// Less than this fraction of a limb's length counts as no movement: the grain of a byte.
+/// The least change of a direction that counts as movement, as a chord: the quantization step of a byte.
 const GRAIN: f32 = 0.02;
-/// The fewest limbs, as a count, that two bodies must have in common: half of those that are compared.
+/// The fewest limbs that two bodies must share: half of all limbs.
 const LEAST_LIMBS: f32 = 5.0;
 
-/// The slowest pace at which clips are compared, as a factor: a tenth slower.
+/// The slowest pace at which clips are compared, as a factor: 10 % slower.
 const SLOWEST: f32 = 0.9;
 const PACES: u8 = 11;
 
-/// The step from one pace to the next, as a factor: halved in the second round.
+/// The step between paces in the first round, as a factor. The second round has half of this step.
 const PACE_STEP: f32 = 0.02;
-/// How many samples from a moment that both clips have the matching one may be.
+/// The largest offset between a moment of one clip and the matching moment of the other clip, in samples.
 const AROUND: i8 = 4;
 
-/// Samples within which near-duplicates begin together: a second. They are also compared from their beginnings.
+/// The largest offset between the beginnings of two clips, in samples, at which the clips are also compared from their
+/// beginnings: one second.
 const BEGIN_TOGETHER: f32 = 10.0;
 const AROUND_BEGINNING: i8 = 2;
 
-/// Samples that are compared at first: most pairs are no near-duplicates by them.
+/// The number of samples in the first comparison, which rejects most pairs.
 const FEW: usize = 16;
 
-/// Samples from one of them to the next at least, so that a moment is not all that is compared.
+/// The least distance between these samples, so that the first comparison covers more than one moment.
 const LEAST_STRIDE: usize = 3;
 
-/// Steps by which the nearest timing tried may be off the best: half a sample, with a margin of two.
+/// The largest error of the nearest tried timing, in steps of limbs: half a sample, with a margin.
 const OFF_AT_FIRST: f32 = 1.5;
 
-/// Error of the timing from half a step of pace over half the overlap, in steps per sample, with a margin of two.
+/// The error of the timing from half a step of pace over half the overlap, in steps per sample, with a margin of two.
 const OFF_BY_PACE: f32 = 0.005;
 
-/// Limbs four at a time.
+/// The number of groups of four limbs.
 const QUADS: usize = LIMBS.div_ceil(4);
 /// The three coordinates of all limbs.
 type Row = [[Vec4; QUADS]; 3];
 
-/// The samples of a clip as numbers.
+/// The samples of a clip as floating-point numbers.
 pub(super) struct Track {
     rows: Vec<Row>,
     /// 1 for each limb that the body has, and 0 for others.
     has: [Vec4; QUADS],
-    /// How far limbs have moved up to each sample, on average.
+    /// The mean movement of limbs up to each sample.
     moved: Vec<f32>,
-    /// How far a sample is from the line of those around it, twice that on average: the mean second difference.
+    /// The mean second difference of samples: twice the distance of a sample from the line between its neighbours.
     bend: f32,
 }
 
@@ -108,7 +111,7 @@ impl Track {
     }
 }
 
-/// A direction is 0 where a bone of it is missing.
+/// Which limbs the body has. The direction of a limb is 0 if one of its bones is missing.
 fn has(rows: &[Row]) -> [Vec4; QUADS] {
     let mut has = [Vec4::ZERO; QUADS];
     for quad in 0..QUADS {
@@ -120,7 +123,7 @@ fn has(rows: &[Row]) -> [Vec4; QUADS] {
     has
 }
 
-/// How far limbs move between two samples, on average.
+/// The mean movement of limbs between two samples.
 fn step(before: &Row, after: &Row) -> f32 {
     let mut sum = 0.0;
     for quad in 0..QUADS {
@@ -131,7 +134,7 @@ fn step(before: &Row, after: &Row) -> f32 {
     sum / LIMBS as f32
 }
 
-/// The mean second difference of where limbs point.
+/// The mean second difference of the directions of limbs.
 fn bend(rows: &[Row]) -> f32 {
     let mut sum = 0.0;
     for ((before, here), after) in rows.iter().zip(rows.iter().skip(1)).zip(rows.iter().skip(2)) {
@@ -164,8 +167,8 @@ pub(super) struct Moments {
 }
 
 impl Moments {
-    /// The moment of a third clip that a moment of the second of `later` is, where the first of `later` is the second
-    /// of these and fits at a pace.
+    /// Chains two matches: `self` matches clip A to clip B at `pace`, and `later` matches clip B to clip C. Returns a
+    /// match of A to C.
     pub(super) fn through(self, pace: f32, later: Self) -> Self {
         Self {
             first: self.first + pace * (later.first - self.second),
@@ -176,16 +179,17 @@ impl Moments {
 
 /// How two clips fit best.
 pub(super) struct Alignment {
-    /// Seconds of the first in one second of the second.
+    /// Seconds of the first clip per second of the second clip.
     pub(super) pace: f32,
-    /// The middle of what both have.
+    /// The middle of the shared part.
     pub(super) at: Moments,
-    /// Samples of the first that are covered.
+    /// The number of covered samples of the first clip.
     pub(super) overlap: f32,
 }
 
 impl Alignment {
-    /// Tries offsets around a moment and paces around one, coarse and then fine; `None` where the clips are far apart.
+    /// Tries offsets around a moment and paces around 1, first coarse and then fine. Returns `None` if the clips are
+    /// far apart.
     pub(super) fn best(a: &Track, b: &Track, at: Moments, around: f32) -> Option<Self> {
         let both = Both::new(a, b)?;
         let mut coarse = Best::default();
@@ -227,7 +231,7 @@ impl Alignment {
     }
 }
 
-/// A pace, and the sample of the first at which the second begins.
+/// A pace, and the sample of the first clip at which the second clip begins.
 type Timing = [f32; 2];
 
 /// The timing with the least distance.
@@ -237,7 +241,8 @@ struct Best {
 }
 
 impl Best {
-    /// Compares clips at a timing, at first by a few samples. What is too far to become a twin is not kept.
+    /// Compares clips at a timing, with `at_first` only at a few samples. Discards timings that are too far apart for
+    /// near-duplicates.
     fn consider(&mut self, both: &Both<'_>, timing: Timing, at_first: bool) {
         let Some(overlap) = both.overlap(timing) else { return };
         let samples = overlap.end() + 1 - overlap.start();
@@ -260,12 +265,12 @@ impl Best {
 struct Both<'a> {
     a: &'a Track,
     b: &'a Track,
-    /// How much each limb counts in the mean: others than those of both bodies not at all.
+    /// The weight of each limb in the mean. Limbs that one body lacks have weight 0.
     weights: [Vec4; QUADS],
 }
 
 impl<'a> Both<'a> {
-    /// `None` where the bodies have too few limbs in common.
+    /// Returns `None` if the bodies share too few limbs.
     fn new(a: &'a Track, b: &'a Track) -> Option<Self> {
         let has: [Vec4; QUADS] = std::array::from_fn(|quad| a.has[quad] * b.has[quad]);
         let count: f32 = has.iter().map(|quad| quad.element_sum()).sum();
@@ -276,29 +281,29 @@ impl<'a> Both<'a> {
         })
     }
 
-    /// The samples of the second clip that overlap the first; `None` where they are too few, or nothing moves.
+    /// The samples of the second clip that overlap the first clip; `None` if they are too few or nothing moves.
     fn overlap(&self, [pace, start]: Timing) -> Option<RangeInclusive<usize>> {
         let last = self.a.samples() as f32 - 1.0;
         let from = (-start / pace).ceil().max(0.0) as usize;
         let to = (((last - start) / pace).floor() as isize).min(self.b.samples() as isize - 1);
         let to = usize::try_from(to).ok()?;
-        // A piece lies within one of the two, or is at least as long as the shortest piece at an end of both.
+        // A piece lies within one of the clips, or at the ends of both clips with at least the shortest length.
         (to + 1 >= from + SHORTEST && self.b.moved[to] - self.b.moved[from] >= MOVES).then_some(from..=to)
     }
 
-    /// How far the limbs of copies may be apart because samples of both stand at different moments.
+    /// The distance of limbs between copies that different sampling moments cause.
     fn off_a_line(&self) -> f32 {
         let bend = 0.5 * (self.a.bend + self.b.bend);
         OFF_A_LINE * bend + OFF_IF_ERRATIC * (bend - ERRATIC).max(0.0)
     }
 
-    /// How far limbs move in a sample, on average.
+    /// The mean movement of limbs per sample.
     fn step(&self, overlap: &RangeInclusive<usize>) -> f32 {
         let moved = self.b.moved[*overlap.end()] - self.b.moved[*overlap.start()];
         moved / (overlap.end() + 1 - overlap.start()) as f32
     }
 
-    /// The mean distance of limbs, if it is less than `most`.
+    /// The mean distance of limbs, if the distance is less than `most`.
     fn mean(&self, timing: Timing, overlap: RangeInclusive<usize>, stride: usize, most: f32) -> Option<f32> {
         let count = (overlap.end() - overlap.start()) / stride + 1;
         let (mut sum, most) = (0.0, most * count as f32);
@@ -311,14 +316,14 @@ impl<'a> Both<'a> {
         Some(sum / count as f32)
     }
 
-    /// The distance that nine tenths of the samples keep below.
+    /// The distance that nine tenths of the samples do not exceed.
     fn most(&self, timing: Timing, overlap: &RangeInclusive<usize>) -> f32 {
         let mut distances: Vec<f32> = overlap.clone().map(|sample| self.distance(timing, sample)).collect();
         let nine_tenths = distances.len() * 9 / 10;
         ranked(&mut distances, nine_tenths).unwrap_or_default()
     }
 
-    /// The mean distance of limbs of a sample of the second from the first at that time.
+    /// The mean distance of limbs between a sample of the second clip and the first clip at the same time.
     #[inline(always)]
     fn distance(&self, [pace, start]: Timing, sample: usize) -> f32 {
         let last = self.a.samples() - 1;

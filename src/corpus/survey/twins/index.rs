@@ -1,7 +1,7 @@
-//! Candidates for clips that repeat a clip. Moments, the motion of the limbs from 0.4 s before to 0.4 s after, are
-//! hashed by the signs of random projections. Moments of one hash at one offset in two clips vote for the pair. Moments
-//! in which hardly anything moves have no hash. Of a hash with many moments, only the first are looked up, so that the
-//! cost grows with the number of clips and not with its square.
+//! Finds candidates for near-duplicates. A moment is the motion of the limbs from 0.4 s before to 0.4 s after a sample.
+//! The signs of random projections of a moment are its hash. Moments with the same hash, at one offset between two
+//! clips, vote for the pair. Moments in which hardly anything moves have no hash. If many moments have the same hash,
+//! only the first of them are looked up. So the cost grows linearly with the number of clips.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -16,29 +16,29 @@ use crate::survey::fingerprint::{Fingerprint, LIMBS};
 
 /// Bits of a hash of a moment.
 const BITS: usize = 24;
-/// Signs of a moment that are least certain, of which one or two are also looked up as their opposite.
+/// The number of least certain signs of a moment. Lookups also flip one or two of these signs.
 const UNCERTAIN: usize = 5;
-/// Samples before and after that belong to a moment: 0.4 s.
+/// The samples of a moment on each side: 0.4 s.
 const REACH: usize = 4;
-/// Moments of one hash that are looked up at most, and that vote.
+/// The largest number of moments per hash that are looked up and vote.
 const MOST_OF_HASH: usize = 24;
-/// The largest mean distance of limbs in the second around two moments of clips that are aligned, as a chord: that of
-/// near-duplicates, and what a tenth of pace adds.
+/// The largest mean distance of limbs in the second around two moments, as a chord, for which the clips are aligned. It
+/// allows for the distance of near-duplicates, and for a difference in pace of 10 %.
 const NEAR_MOMENT: f32 = 0.1;
-/// What the time between samples adds to the distance where whole samples are compared, as a fraction of a step from
-/// one to the next.
+/// The distance that comparing whole samples adds, as a fraction of the movement from one sample to the next.
 const HALF_A_STEP: f32 = 0.5;
-/// That second, in samples on each side.
+/// Half of the second around a moment, in samples.
 const HALF_SECOND: isize = 5;
-/// Bits of a hash that find it in the list of all moments.
+/// The leading bits of a hash, which index the sorted list of moments.
 const LEADING: usize = 20;
 
-/// How far limbs must move within a moment, on average, as a chord of the unit sphere: others are like any that stand.
+/// The least mean movement of limbs within a moment, as a chord of the unit sphere. A moment with less movement matches
+/// any standing figure.
 const MOMENT_MOVES: f32 = 0.03;
-/// Votes that make two clips worth aligning, and how many such clips are aligned with one at most.
+/// The fewest votes for which two clips are aligned.
 const VOTES: u16 = 2;
 
-/// Clips that are aligned with one at most: the time of a survey grows with them.
+/// The largest number of clips that are aligned with a clip. The time of a survey grows with this number.
 pub(super) const MOST_ALIGNED: usize = 24;
 
 /// A moment of a clip.
@@ -51,12 +51,12 @@ struct Moment {
 
 /// Moments by their hashes.
 pub(super) struct Index {
-    /// For each number of a moment its part in each bit.
+    /// For each number of a moment, its factor in each bit.
     projections: Vec<[f32; BITS]>,
     mean: Vec<f32>,
-    /// By hash, clip and sample.
+    /// The moments, sorted by hash, clip and sample.
     moments: Vec<Moment>,
-    /// Where the moments begin whose hash has these leading bits.
+    /// For each value of the leading bits, the index of the first moment.
     starts: Vec<u32>,
 }
 
@@ -103,7 +103,7 @@ impl Index {
         same.take(MOST_OF_HASH)
     }
 
-    /// A moment along all projections, or that half a sample later; `None` where hardly anything moves.
+    /// The projections of a moment, with `later` half a sample later; `None` if hardly anything moves.
     fn project(&self, fingerprint: &Fingerprint, sample: usize, later: bool, mirrored: bool) -> Option<[f32; BITS]> {
         let mut values = [0.0; 9 * LIMBS];
         let mut limbs = [[Vec3::ZERO; LIMBS]; 3];
@@ -134,10 +134,10 @@ impl Index {
         Some(along)
     }
 
-    /// Clips before one that it may repeat.
+    /// The earlier clips that a clip may repeat.
     pub(super) fn candidates(&self, clips: &[&Candidate<'_>], clip: usize) -> Vec<CandidatePair> {
         let votes = self.votes(clips[clip].fingerprint, clip);
-        // Retimed clips drift apart by a tenth: votes of two neighbouring offsets count together.
+        // Retimed clips drift apart by up to 10 %, so the votes of two neighbouring offsets are added.
         let mut best: HashMap<(u32, bool), (u16, i32, Votes)> = HashMap::new();
         for (vote, of_vote) in &votes {
             let at = |offset: i32| votes.get(&Vote { offset, ..*vote }).map_or(0, |votes| votes.count);
@@ -162,12 +162,13 @@ impl Index {
         likely.take(MOST_ALIGNED).collect()
     }
 
-    /// How many moments of a clip vote for each offset from a clip before it, and one of them.
+    /// The votes of a clip's moments for each earlier clip and offset, with one of the moments.
     fn votes(&self, fingerprint: &Fingerprint, clip: usize) -> VotesOf {
         let mut votes = VotesOf::default();
         let last = fingerprint.samples().saturating_sub(REACH + 1);
         for mirrored in [false, true] {
-            // Each other sample, and half a sample later: clips that begin between two samples of another are met.
+            // Look up every second sample, and half a sample later, to find clips that begin between two samples of
+            // another clip.
             for (sample, later) in (REACH..last)
                 .step_by(2)
                 .flat_map(|sample| [(sample, false), (sample, true)])
@@ -193,14 +194,14 @@ impl Index {
     }
 }
 
-/// A clip that another may repeat, and a moment that both may have.
+/// A clip that another clip may repeat, and a moment that both may share.
 pub(super) struct CandidatePair {
     pub(super) clip: usize,
     pub(super) at: Moments,
     pub(super) mirrored: bool,
 }
 
-/// What a moment votes for: a clip, how many half seconds its moment is later there, and whether it is mirrored.
+/// The target of a vote: a clip, the offset of the moment in half seconds, and whether the clip is mirrored.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Vote {
     clip: u32,
@@ -210,17 +211,17 @@ struct Vote {
 
 type VotesOf = HashMap<Vote, Votes, BuildHasherDefault<VoteHasher>>;
 
-/// How many moments vote for one thing.
+/// The votes for one target.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Votes {
     count: u16,
-    /// How many samples later the other clip has them, in all.
+    /// The sum of the offsets of the moments in the other clip, in samples.
     later: i32,
-    /// One of them.
+    /// One of the moments.
     at: u32,
 }
 
-/// Mixes the numbers of a [`Vote`]: there are many, and none is chosen by an adversary.
+/// A fast hasher of [`Vote`]s. No attacker chooses the votes, so a stronger hash is not necessary.
 #[derive(Default)]
 struct VoteHasher(u64);
 
@@ -252,8 +253,8 @@ fn leading(hash: u32) -> usize {
     (hash >> (BITS - LEADING)) as usize
 }
 
-/// Where limbs are nearest each other in the second around a moment of the second clip. In the first clip the moment is
-/// later by the mean of the votes, give or take two samples. `None` where limbs are near nowhere.
+/// The pair of moments around which limbs are nearest, over one second. In the first clip the moment is later by the
+/// mean offset of the votes, plus or minus two samples. Returns `None` if limbs are not near at any offset.
 fn nearest([a, b]: [&Fingerprint; 2], votes: Votes, mirrored: bool) -> Option<Moments> {
     let sample = votes.at;
     let at = sample as i32 + votes.later / i32::from(votes.count.max(1));
@@ -284,7 +285,7 @@ fn nearest([a, b]: [&Fingerprint; 2], votes: Votes, mirrored: bool) -> Option<Mo
     })
 }
 
-/// The mean distance of limbs of two samples, of which the second may be mirrored.
+/// The mean distance of limbs between two samples. With `mirrored`, the second sample is mirrored.
 fn row_distance(a: &[i8], b: &[i8], mirrored: bool) -> f32 {
     let (a, b) = (numbers(a, false), numbers(b, mirrored));
     let mut sum = 0.0;
@@ -299,7 +300,7 @@ fn hash(along: &[f32; BITS]) -> u32 {
     along.iter().fold(0, |hash, value| hash << 1 | u32::from(*value > 0.0))
 }
 
-/// The hash of a moment, and those in which one or two of the least certain signs are the other.
+/// The hash of a moment, and the hashes with one or two of the least certain signs flipped.
 fn near_hashes(along: &[f32; BITS]) -> Vec<u32> {
     let mut bits: Vec<usize> = (0..BITS).collect();
     bits.sort_by(|a, b| along[*a].abs().total_cmp(&along[*b].abs()));
@@ -313,14 +314,14 @@ fn near_hashes(along: &[f32; BITS]) -> Vec<u32> {
     hashes
 }
 
-/// The mean of all limbs of the corpus, over at most some ten thousand samples.
+/// The mean of all limbs of the corpus, over some 10,000 samples at most.
 fn mean(clips: &[&Candidate<'_>], distinct: &[usize]) -> Vec<f32> {
     let mut sums = vec![0.0_f64; 3 * LIMBS];
     let mut count = 0.0;
     for &clip in distinct.iter().step_by(distinct.len().div_ceil(2000).max(1)) {
         let fingerprint = clips[clip].fingerprint;
         for sample in (0..fingerprint.samples()).step_by(10) {
-            // With its mirror image, so that hashes of mirrored clips agree.
+            // Include the mirror image, so that hashes of mirrored clips agree.
             for mirrored in [false, true] {
                 count += 1.0;
                 let numbers = numbers(fingerprint.limbs(sample), mirrored);
@@ -335,7 +336,7 @@ fn mean(clips: &[&Candidate<'_>], distinct: &[usize]) -> Vec<f32> {
         .collect()
 }
 
-/// Fixed random directions: xorshift, by the sum of four uniform numbers.
+/// Fixed random directions. Each number is the sum of four uniform numbers from an xorshift generator.
 fn projections() -> Vec<[f32; BITS]> {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut uniform = || {

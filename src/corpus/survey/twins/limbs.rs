@@ -2,7 +2,7 @@
 
 use crate::survey::fingerprint::{LIMBS, WIDTH};
 
-/// The limb on the other side of each.
+/// The limb on the other side of the body, for each limb.
 const OTHER_SIDE: [usize; LIMBS] = [0, 1, 3, 2, 5, 4, 7, 6, 9, 8];
 
 /// The numbers of a sample with left and right exchanged.
@@ -10,13 +10,14 @@ pub(crate) fn mirrored_row(row: &[i8]) -> [i8; WIDTH] {
     std::array::from_fn(|column| match (column / 3, column % 3) {
         (limb @ 0..LIMBS, 0) => -row[3 * OTHER_SIDE[limb]],
         (limb @ 0..LIMBS, axis) => row[3 * OTHER_SIDE[limb] + axis],
-        // Steps to the side, and turning.
+        // The speed sideways, and the turning speed.
         _ if column == 3 * LIMBS + 1 || column == 3 * LIMBS + 3 => -row[column],
         _ => row[column],
     })
 }
 
-/// Where the limbs of a sample point; mirrored, each is the limb on the other side, seen in a mirror.
+/// The directions of the limbs of a sample. With `mirrored`, each direction is the mirror image of the limb on the
+/// other side.
 pub(super) fn numbers(row: &[i8], mirrored: bool) -> [[f32; 3]; LIMBS] {
     let mut numbers = [[0.0; 3]; LIMBS];
     for limb in 0..LIMBS {

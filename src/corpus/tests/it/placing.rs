@@ -1,5 +1,5 @@
-//! A joint above the hips that only places the figure is not a bone: surveys and graphs see the same body with it and
-//! without it.
+//! A joint above the hips that only places the figure is not a bone: surveys and graphs find the same body with or
+//! without this joint.
 
 use mocap::Scene;
 use mocap::figure::Figure;
@@ -37,7 +37,7 @@ fn placed(text: &str, root: [f64; 3], offset: [f64; 3]) -> String {
     lines[top + below.unwrap()] = format!("OFFSET {}", words(offset));
     let head = "ROOT Placement\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition";
     lines.insert(top, head.to_owned());
-    // Where the root stands is taken from the hips, whose position channels come first.
+    // Subtract the position of the root from the hips, whose position channels come first.
     let rows = motion.lines().map(|line| {
         let numbers: Vec<f64> = line.split_whitespace().map_while(|word| word.parse().ok()).collect();
         if numbers.len() < 6 {
@@ -71,7 +71,7 @@ fn a_joint_that_places_the_figure_is_no_bone_of_it() {
     }
 }
 
-/// A body without a head has its unit from the extent of its joints.
+/// The unit of a body without a head is inferred from the extent of its joints.
 #[test]
 fn where_the_root_stands_does_not_change_the_unit() {
     let text = text_of("cmu_12_01_walk")

@@ -1,5 +1,5 @@
-//! Search and motion matching: features, the file of a database, what is found across skeletons, and how a figure
-//! follows a path.
+//! Search and motion matching: features, the file of a database, matches across skeletons, and a figure that follows a
+//! path.
 
 use mocap::convert::Moment;
 use mocap::edit::{Mirror, Step, StepInput};
@@ -22,7 +22,7 @@ fn indexed(scene: &Scene) -> IndexedClip {
     IndexedClip::of(scene, "a.bvh", false).remove(0)
 }
 
-/// The walk on the skeleton of another file.
+/// The walk, retargeted to the skeleton of another file.
 fn on_another(skeleton: &str) -> Scene {
     let moved = Retargeter::new(import(WALK), import(skeleton), RetargetOptions::new()).unwrap();
     let mut scene = moved.target().scene().into_owned();
@@ -34,7 +34,7 @@ fn vector(features: &[f32], at: usize) -> Vec3 {
     Vec3::from_slice(&features[at..])
 }
 
-/// Lengths that do not depend on where the root looks, from the joints themselves.
+/// Compares features with lengths computed from the joints. The lengths do not depend on the facing of the root.
 #[test]
 fn features_are_those_of_the_joints() {
     let scene = import(WALK);
@@ -65,7 +65,7 @@ fn features_are_those_of_the_joints() {
                 30.0 * after[body].distance(before[body]),
             );
         }
-        // It walks straight on: it is before itself, and looks there.
+        // The figure walks straight ahead: its future positions are in front, and it faces forward.
         assert!(
             features[20] > features[18] && features[18] > features[16] && features[16] > 0.2,
             "{features:?}"
@@ -94,7 +94,7 @@ fn features_are_nearly_those_of_another_body() {
         }
         count += 1.0;
     }
-    // Metres and metres a second on one body: feet, hips and trajectory of a walk of 1.2 m/s.
+    // In m and m/s: feet, hips and trajectory of a walk at 1.2 m/s.
     for (place, sum) in sums.iter().enumerate() {
         assert!(sum / count < 0.12, "{place}: {}", sum / count);
     }
@@ -174,7 +174,7 @@ fn a_part_that_is_not_there_is_an_error() {
     );
 }
 
-/// Bytes with another checksum, so that what is behind it is tried.
+/// The bytes with a corrected checksum, so that the reader checks the contents.
 fn resealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let end = bytes.len() - 32;
     let hash = Sha256::digest(&bytes[..end]);
@@ -195,11 +195,11 @@ fn a_damaged_database_is_an_error() {
         let mut flipped = bytes.clone();
         flipped[at] ^= 1 << (at % 8);
         assert!(Database::read(&flipped[..]).is_err(), "{at}");
-        // With a checksum that is right it is another database, or an error.
+        // With a correct checksum, the result is another database or an error.
         if let Ok(database) = Database::read(&resealed(flipped)[..]) {
             assert!(database.features().flatten().all(|value| value.is_finite()));
             if at % 5 == 0 {
-                // A damaged clip within is an error, or another motion.
+                // A damaged packed clip is an error or another motion.
                 let moves = Moves::of(&database, &hero, |_| Ok(Scene::default()));
                 moves
                     .ok()
@@ -216,7 +216,7 @@ fn a_damaged_database_is_an_error() {
         changed[text..text + from.len()].copy_from_slice(to.as_bytes());
         Database::read(&resealed(changed)[..]).unwrap_err().code()
     };
-    // The list says how many frames there are; JSON allows a number of any length.
+    // The list states the number of frames. A JSON number can have any length.
     assert_eq!(
         with(",\"mirrored\":false", ",\"mirrored\":9e999"),
         Code::InvalidDatabase
@@ -230,7 +230,7 @@ fn a_damaged_database_is_an_error() {
     assert_eq!(Database::read(&more[..]).unwrap_err().code(), Code::InvalidDatabase);
 }
 
-/// Copies of a take, which are a part of it or mirrored, are one answer; another walk is another.
+/// Copies of a take, such as a part or a mirror image, are one match. Another walk is another match.
 #[test]
 fn copies_of_a_take_are_found_once() {
     let walk = import(WALK);
@@ -252,7 +252,7 @@ fn copies_of_a_take_are_found_once() {
     let query = Query::part(&walk, 0, "1..2".parse().unwrap()).unwrap();
     let found = database.find(&query, &FindOptions::new());
     let files: Vec<&str> = found.iter().map(|found| found.file.as_str()).collect();
-    // The whole and the part have the same moment.
+    // The whole take and its part have the same moment.
     assert!(["0.bvh", "1.bvh"].contains(&files[0]), "{files:?}");
     assert_eq!(files[1..], ["3.bvh"]);
     let all = database.find(&query, &FindOptions::new().per_clip(None).count(5));
@@ -272,7 +272,7 @@ fn matched() -> (Database, Moves, Scene) {
     matched_of(&[WALK])
 }
 
-/// These motions and their mirror images on the dancer's skeleton, which has the first.
+/// These motions and their mirror images, retargeted to the dancer's skeleton.
 fn matched_of(files: &[&str]) -> (Database, Moves, Scene) {
     let mut hero = metres("rokoko_dance.bvh");
     let mut moves = Moves::new(&hero).unwrap();
@@ -292,7 +292,7 @@ fn matched_of(files: &[&str]) -> (Database, Moves, Scene) {
     (Database::new(indexed), moves, hero)
 }
 
-/// How far any joint goes at most in a sixtieth of a second.
+/// The largest distance that a joint moves in 1/60 s.
 fn fastest(scene: &Scene, animation: &Animation) -> f32 {
     let scene = Scene {
         animations: vec![animation.clone()],
@@ -323,9 +323,9 @@ fn a_figure_follows_a_path() {
     let (animation, followed) = controller.follow(&hero, &path, 1.0).unwrap();
     assert!(followed.has_arrived && followed.jumps > 0, "{followed:?}");
     assert!(followed.largest_distance < 0.2, "{followed:?}");
-    // It walks no longer than the path and its speed take.
+    // The walk takes about the time of the path at the wanted speed.
     assert!((200..600).contains(&followed.frames), "{followed:?}");
-    // Where the motion goes on elsewhere, no joint is much faster than in the walk.
+    // At a jump, no joint is much faster than in the walk.
     let (own, source) = (fastest(&hero, &animation), fastest(&hero, &hero.animations[0]));
     assert!(own < 1.5 * source, "{own} {source}");
     let error = Controller::new(&Database::default(), moves.clone(), start, Vec3::Z).unwrap_err();
@@ -349,10 +349,10 @@ fn motions_that_are_packed_within_move_as_those_of_their_files() {
     let moves = Moves::of(&by_reference, &hero, |_| Ok(import(WALK))).unwrap();
     let database = Database::new(IndexedClip::packed(&import(WALK), WALK, true).unwrap());
     assert!(database.clips()[0].is_packed() && !by_reference.clips()[0].is_packed());
-    // Features do not depend on where the motion is kept.
+    // Features do not depend on whether the database has the motion.
     assert!(database.features().eq(by_reference.features()));
     let database = Database::read(&database.to_bytes()[..]).unwrap();
-    // On its own body a motion is within 0.1 mm.
+    // On its own body, a packed motion is within 0.1 mm of the original.
     let (mut own, motion) = (import(WALK), database.clips()[0].motion().unwrap());
     Conversion::new().apply(&mut own).unwrap();
     for frame in (0..=own.animations[0].duration as usize).step_by(7) {
@@ -375,7 +375,7 @@ fn motions_that_are_packed_within_move_as_those_of_their_files() {
         for figure in others.iter_mut().chain([&mut figure]) {
             figure.steer(Vec2::new(0.0, 1.2), Vec2::ZERO);
         }
-        // Where two frames are nearly as near, a tenth of a millimetre decides between them.
+        // If two frames are almost equally near, 0.1 mm can decide between them.
         let at = |figure: &Controller| (figure.frame(), figure.jumps());
         assert_eq!(at(&others[0]), at(&others[1]));
         if at(&figure) != at(&others[0]) {
@@ -390,7 +390,7 @@ fn motions_that_are_packed_within_move_as_those_of_their_files() {
     assert_eq!(by_reference.clips()[0].motion().unwrap_err().code(), Code::NoMotion);
 }
 
-/// The sum of what the left stick asks for, beside the position of a figure that a walk moves.
+/// Compares the distance that the left stick asks for with the distance that the figure walks.
 #[test]
 fn a_figure_does_what_a_gamepad_asks_for() {
     let (database, moves, hero) = matched();
@@ -398,7 +398,7 @@ fn a_figure_does_what_a_gamepad_asks_for() {
     let mut figure = Controller::new(&database, moves.clone(), Vec3::ZERO, Vec3::Z).unwrap();
     let (animation, played) = figure.play(&hero, &gamepad, 1.2).unwrap();
     assert_eq!((played.frames, animation.frame_count()), (361, 361));
-    // Four seconds at 1.2 m/s: what the spring needs to begin, it needs to end.
+    // Four seconds at 1.2 m/s. The spring needs as long to stop as to start.
     assert!((played.wanted_distance - 4.8).abs() < 0.05, "{played:?}");
     assert!(
         figure.position().z > 3.0 && figure.position().x.abs() < 0.5,
@@ -408,7 +408,7 @@ fn a_figure_does_what_a_gamepad_asks_for() {
         played.mean_velocity_error < 0.5 && played.mean_angle < 15.0,
         "{played:?}"
     );
-    // To the right is along -X of the world, seen from behind.
+    // Seen from behind, right is -X of the world.
     let right = Gamepad::parse(
         "[{\"seconds\": 0, \"left_x\": 1, \"left_y\": 0}, {\"seconds\": 4, \"left_x\": 1, \"left_y\": 0}]",
     );
@@ -421,7 +421,7 @@ fn a_figure_does_what_a_gamepad_asks_for() {
             Code::InvalidValue
         );
     }
-    // What no stick asks for does no harm.
+    // Values that no stick can have do no harm.
     for velocity in [Vec2::NAN, Vec2::splat(f32::INFINITY), Vec2::splat(1e38)] {
         figure.steer(velocity, velocity);
         let far = Trajectory::new([Vec3::splat(velocity.x); 3], [Vec3::splat(velocity.y); 3]);
@@ -430,11 +430,11 @@ fn a_figure_does_what_a_gamepad_asks_for() {
     assert!(figure.pose().node_to_world.iter().all(Mat4::is_finite));
 }
 
-/// A walk has no frame that stands; the man who jumps stands before and after.
+/// The walk has no frame in which the figure stands. In the jump, the man stands before and after.
 #[test]
 fn a_figure_that_is_let_go_stops() {
     let (database, moves, hero) = matched_of(&[WALK, "mocopi_jump_six_channels.bvh"]);
-    // From other frames of its step each time.
+    // Release the stick at different frames of a step.
     for frames in [150, 161, 172, 183, 194] {
         let mut figure = Controller::new(&database, moves.clone(), Vec3::ZERO, Vec3::Z).unwrap();
         for _ in 0..frames {
@@ -446,13 +446,13 @@ fn a_figure_that_is_let_go_stops() {
         for frame in 0..300 {
             let before = figure.position();
             figure.steer(Vec2::ZERO, Vec2::ZERO);
-            // Five centimetres a second.
+            // 5 cm/s.
             if before.distance(figure.position()) > 0.05 / 60.0 {
                 stands_since = frame + 1;
             }
         }
         let gone = let_go.distance(figure.position());
-        // The body that is shown, not only the root that leads it: in a last second its hips stay.
+        // The shown body stops too, not only the root: the hips stay in place for a second.
         let hips = hero.find_node("Hips").unwrap();
         let shown = figure.pose().position(hips);
         (0..60).for_each(|_| figure.steer(Vec2::ZERO, Vec2::ZERO));
@@ -497,7 +497,7 @@ fn sticks_that_are_none_are_an_error() {
     }
 }
 
-/// All frames are looked at, but for the last third of a second of each clip.
+/// The search returns any frame except the last third of a second of each clip.
 #[test]
 fn the_nearest_frame_is_that_of_a_plain_search() {
     let files = [WALK, "cmu_short.bvh", "z_up_dab.bvh", "mocopi_jump_six_channels.bvh"];
@@ -514,7 +514,7 @@ fn the_nearest_frame_is_that_of_a_plain_search() {
     }
     let all: Vec<[f32; 27]> = database.features().copied().collect();
     for (number, row) in all.iter().enumerate().step_by(41) {
-        // Its feet, with the trajectory of another frame.
+        // The feet of one frame, with the trajectory of another frame.
         let mut query = *row;
         query[15..].copy_from_slice(&all[(7 * number + 300) % all.len()][15..]);
         let query = tree.normalized(&query);

@@ -1,4 +1,5 @@
-//! What lowers a verdict, what does not, and which changes of a file leave it. Files are changed as text.
+//! Defects that lower a verdict, properties that do not, and changes of a file that keep the verdict. The tests edit
+//! files as text.
 
 use mocap::glam::Quat;
 use mocap::survey::report::{ClipRow, Quality};
@@ -95,7 +96,7 @@ fn a_file_that_is_cut_off_is_bad() {
             (amount(&row, DefectKind::CutOff) - missing).abs() < 0.1,
             "{name}: {row:?}"
         );
-        // One that states the number that it has is whole.
+        // A file with the declared number of frames is complete.
         assert_eq!(amount(&bvh.row(), DefectKind::CutOff), 0.0, "{name}");
     }
 }
@@ -143,8 +144,7 @@ fn a_motion_at_a_wrong_rate_is_found() {
     }
 }
 
-/// A second in which a frame is repeated is one defect, and changes no other amount by as much as makes it another
-/// verdict.
+/// A frame repeated for a second is one defect, and changes the verdict of no other kind.
 #[test]
 fn a_frozen_second_changes_no_other_verdict() {
     for name in CLEAN {
@@ -181,7 +181,7 @@ fn a_held_end_and_half_the_rate_leave_the_verdict() {
         let mut half = Bvh::new(name);
         half.rows = half.rows.iter().step_by(2).cloned().collect();
         half.frame_time *= 2.0;
-        // At 15 frames per second a run cannot be told from noise.
+        // At 15 frames per second, running cannot be distinguished from noise.
         let is_seen = half.frame_time < 1.0 / 25.0;
         let laws = [("held end", held, true), ("half the rate", half, is_seen)];
         for (law, bvh, _) in laws.into_iter().filter(|law| law.2) {
@@ -195,7 +195,7 @@ fn a_held_end_and_half_the_rate_leave_the_verdict() {
     }
 }
 
-/// The rotations of all joints tremble by two degrees from frame to frame, faster than a clip is sampled.
+/// The rotations of all joints alternate by two degrees between frames, faster than the fingerprint samples.
 #[test]
 fn a_copy_that_trembles_is_a_near_duplicate() {
     let walk = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
@@ -214,8 +214,8 @@ fn a_copy_that_trembles_is_a_near_duplicate() {
     assert_eq!(corpus.rows().filter(|row| row.twin).count(), 1);
 }
 
-/// A walk that takes the rest pose of the file for 0.3 s, 0.2 s after it has begun or before it ends, and snaps out of
-/// it. A file that begins with the rest pose does not.
+/// A walk that snaps into the rest pose of the file for 0.3 s, 0.2 s after the beginning or before the end. A file that
+/// begins with the rest pose has no such defect.
 #[test]
 fn a_rest_pose_within_a_walk_is_a_defect_however_near_to_its_ends() {
     let walk = Bvh::new("real/motionbuilder_vicon_walk");
@@ -245,8 +245,8 @@ fn a_rest_pose_within_a_walk_is_a_defect_however_near_to_its_ends() {
     }
 }
 
-/// The whole body of a fast walk is moved while its left foot stands. By NumPy the foot stands from frame 832 to 875,
-/// and the hips fall by 8.4 m/s^2 meanwhile, as in the flight of a run.
+/// Shifts the whole body of a fast walk during the stance phase of its left foot: frames 832 to 875, computed with
+/// NumPy. Meanwhile the hips accelerate downwards by 8.4 m/s^2, as in the flight phase of a run.
 #[test]
 fn a_foot_that_slides_in_a_fast_walk_is_found() {
     let mut walk = Bvh::new("real/motionbuilder_vicon_walk");
@@ -266,7 +266,7 @@ fn a_foot_that_slides_in_a_fast_walk_is_found() {
     assert!((832..=875).filter(is_covered).count() >= 40, "{spans:?}");
 }
 
-/// Legs of a run at 30 frames a second turn by tens of degrees in a frame. They are exchanged in ten of them.
+/// In a run at 30 frames per second, legs turn by tens of degrees per frame. The test exchanges the legs in ten frames.
 #[test]
 fn exchanged_legs_of_a_run_are_found() {
     let run = Bvh::new("skeletons/accad_run_turn");
@@ -308,7 +308,7 @@ fn is_of_leg(joint: &str) -> bool {
     ["UpLeg", "Leg", "Foot"].iter().any(|bone| joint.ends_with(bone))
 }
 
-/// The body sinks by 6.1 cm for half a second of a walk, in which its feet stand a centimetre off the level of both.
+/// The body sinks by 6.1 cm for half a second of a walk. Each foot stands about 1 cm from their common level.
 #[test]
 fn a_body_that_sinks_by_six_centimetres_is_found() {
     let mut walk = Bvh::new("real/cmu_12_01_walk");

@@ -1,4 +1,4 @@
-//! Which of two rotation vectors goes on.
+//! Which of the two rotation vectors of a rotation continues a motion.
 
 use std::f32::consts::{PI, TAU};
 
@@ -6,7 +6,7 @@ use mocap::glam::Vec3;
 use mocap_corpus::internals::nearest_to;
 use mocap_scene::math::quaternion::exp;
 
-/// A joint that turns on past 180 degrees has a rotation vector on the other side there, as the short way round.
+/// The shorter rotation vector of a joint that turns past 180 degrees flips to the opposite direction.
 #[test]
 fn past_half_a_turn_the_longer_vector_goes_on() {
     let axis = Vec3::new(0.6, 0.0, -0.8);

@@ -2,7 +2,7 @@
 
 use mocap_corpus::internals::{LIMBS, WIDTH, cost, limbs_of_both};
 
-/// A neck that one body lacks makes no part less alike, and what is left counts as ten limbs.
+/// A neck that one body lacks does not increase the distance. The remaining limbs count as ten.
 #[test]
 fn limbs_that_a_body_lacks_are_not_compared() {
     let mut whole = [10; WIDTH];
