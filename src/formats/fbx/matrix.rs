@@ -1,4 +1,4 @@
-//! Matrices of ufbx.
+//! Converts matrices of ufbx.
 
 use glam::{DMat4, DVec4};
 

@@ -6,7 +6,7 @@ use mocap_compress::ErrorBound;
 use mocap_scene::options::setters;
 use mocap_scene::scene::UpAxis;
 
-/// The version of a file.
+/// The version of an FBX file.
 ///
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,7 +26,7 @@ pub enum FbxVersion {
     V7500,
 }
 
-/// Where the rotations of the rest pose are.
+/// Which property stores the rotations of the rest pose.
 ///
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,34 +35,34 @@ pub enum FbxVersion {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FbxRest {
-    /// In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
+    /// `Lcl Rotation`, as Blender writes: curves have the complete rotation.
     #[default]
     Rotation,
-    /// In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2 turns
-    /// animated joints by it twice.
+    /// `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2 applies the
+    /// pre-rotation of animated joints twice.
     PreRotation,
 }
 
-/// What stands above a root joint.
+/// The node above a root joint.
 ///
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FbxRoot {
-    /// A `Null` of this name, unless the scene has a group there.
+    /// A `Null` with this name, unless the scene has a group above the root joint.
     Null(String),
-    /// Nothing; groups above it that do nothing are left out.
+    /// No node. Groups above the root joint that do nothing are dropped.
     None,
 }
 
 impl Default for FbxRoot {
-    /// `Armature`, as Blender calls it.
+    /// A `Null` with Blender's name `Armature`.
     fn default() -> Self {
         Self::Null("Armature".to_owned())
     }
 }
 
-/// Where the images of textures are.
+/// Where the images of textures are stored.
 ///
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,11 +74,11 @@ pub enum FbxTextures {
     /// In the file itself.
     #[default]
     Embedded,
-    /// In files of their own beside it.
+    /// In separate files beside the FBX file.
     Beside,
 }
 
-/// Options of the writer.
+/// Options of the FBX writer.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();
@@ -97,24 +97,24 @@ pub enum FbxTextures {
 pub struct FbxOptions {
     /// The version of the file.
     pub version: FbxVersion,
-    /// Where the rotations of the rest pose are.
+    /// Which property stores the rotations of the rest pose.
     pub rest: FbxRest,
-    /// What stands above a root joint.
+    /// The node above a root joint.
     pub root: FbxRoot,
-    /// Metres in a unit of length of the file. Default: 0.01, centimetres.
+    /// The unit of length of the file, in metres. Default: 0.01 (centimetres).
     pub metres_per_unit: f64,
     /// The axis that points up in the file. Default: +Y.
     pub up: UpAxis,
-    /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number.
+    /// Whether to round a frame rate that is almost a whole number, such as 29.9997. BVH files often have such rates.
     /// Default: `false`.
     pub whole_rate: bool,
-    /// The largest error in metres, in any frame, of a joint and of a shell that represents its skin. Within it keys
-    /// are dropped from the curves. Default: none, every key is written.
+    /// The largest error of a joint in any frame, in metres, and of a shell around the joint that represents its skin.
+    /// The writer drops keys from the curves within this error. Default: none, every key is written.
     ///
-    /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their
-    /// keys. The distance of the shell is the bound's, and at least 3 cm.
+    /// The error limit applies to programs that evaluate the curves of angles, and to programs that interpolate
+    /// rotations between keys. The distance of the shell is the bound's distance, but at least 3 cm.
     pub error_bound: Option<ErrorBound>,
-    /// Where the images of textures are.
+    /// Where the images of textures are stored.
     pub textures: FbxTextures,
 }
 
@@ -131,7 +131,7 @@ setters! {
     }
 }
 
-/// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
+/// A program whose conventions the file follows. `docs/fbx.md` has the source of each convention.
 ///
 /// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -140,22 +140,22 @@ setters! {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FbxTarget {
-    /// Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is named.
+    /// Blender: centimetres with +Y up, and +Y of joints along their bones unless an option sets the bone axis.
     Blender,
-    /// Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+    /// Unreal Engine: centimetres with +Z up, no node above the skeleton, a whole frame rate.
     Unreal,
     /// Unity: metres with +Y up.
     Unity,
     /// Maya: centimetres with +Y up, the rest pose as joint orient.
     Maya,
-    /// MotionBuilder: centimetres with +Y up, a root called `Reference`, a whole frame rate.
+    /// MotionBuilder: centimetres with +Y up, a root named `Reference`, a whole frame rate.
     #[serde(rename = "motionbuilder")]
     #[cfg_attr(feature = "clap", value(name = "motionbuilder"))]
     MotionBuilder,
 }
 
 impl FbxOptions {
-    /// The conventions of a program.
+    /// Options with the conventions of a program.
     ///
     /// ```
     /// use mocap::fbx::{FbxOptions, FbxRoot, FbxTarget};

@@ -1,9 +1,10 @@
 //! Reads FBX with the C library ufbx: the skeleton, its animation, and the skinned meshes.
 //!
-//! Bones, nodes that deform a mesh, and their ancestors become nodes; without any of them, all nodes do. Pivots,
-//! pre-rotations and rotation orders become one transform per node. Lengths are converted to metres and the axes to +Y
-//! up, unless those of the file are to be kept. An animation stack becomes an animation: its curves, of any kind, are
-//! sampled at the file's frame rate in the range that the stack states, unless the keys [contradict](timeline) these.
+//! Bones, nodes that deform a mesh, and their ancestors become nodes of the scene. A file without any of these keeps
+//! all nodes. Pivots, pre-rotations and rotation orders become one transform per node. Lengths are converted to metres
+//! and the axes to +Y up, unless an option keeps the unit and axes of the file. An animation stack becomes an
+//! animation. The reader samples its curves at the file's frame rate, in the range that the stack states, unless the
+//! keys [contradict](timeline) the rate or the range.
 //!
 //! | in the file | in the scene |
 //! |---|---|
@@ -12,12 +13,12 @@
 //! | clusters of a skin | bones with offset matrices, and weights that sum to 1 for each vertex |
 //! | a vertex without a weight | follows the first bone |
 //! | a material: base colour, its texture, opacity | a material; a mesh with several becomes several |
-//! | an image that is embedded or near the file, PNG or JPEG | a texture; another one gives a warning |
-//! | blend shapes, and curves of their weights | morph targets, where they are asked for |
-//! | vertex colours, a second skin, meshes without a skin | left out, with an assumption in the scene |
-//! | other properties of materials with a texture | left out, with an assumption in the scene |
+//! | a PNG or JPEG image, embedded or near the file | a texture; other images give a warning |
+//! | blend shapes, and curves of their weights | morph targets, if the caller wants them |
+//! | vertex colours, a second skin, meshes without a skin | skipped, with an assumption in the scene |
+//! | textures of other properties of materials | skipped, with an assumption in the scene |
 //!
-//! Lights and cameras are left out.
+//! Lights and cameras are skipped.
 
 mod blend_shapes;
 mod material;
@@ -43,11 +44,11 @@ use crate::fbx::{END_SITE, SOURCE_NAME};
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
-/// Bytes that ufbx may take for any file.
+/// The memory that ufbx may allocate for any file, in bytes.
 const MEMORY: usize = 64 << 20;
 
-/// Bytes that ufbx may take for each byte of a file. Compressed numbers expand at most a thousandfold, and only in
-/// broken files do all of them.
+/// The additional memory that ufbx may allocate for each byte of the file, in bytes. Compressed numbers expand by a
+/// factor of up to 1000, but only broken files have nothing but such numbers.
 const MEMORY_PER_BYTE: usize = 64;
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
@@ -121,7 +122,7 @@ fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warning
     Ok(scene)
 }
 
-/// The memory that ufbx may take for a file.
+/// Limits the memory that ufbx may allocate for a file.
 pub(super) fn limited(bytes: &[u8], options: &ReadOptions) -> ufbx::AllocatorOpts {
     let memory = bytes.len().saturating_mul(MEMORY_PER_BYTE).saturating_add(MEMORY);
     ufbx::AllocatorOpts {
@@ -141,7 +142,7 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         generate_missing_normals: true,
         skip_mesh_parts: true,
         node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),
-        // Converts nodes that inherit scale otherwise than usual.
+        // Converts nodes with an unusual inheritance of scale.
         inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
         ..LoadOpts::default()
     };
@@ -158,7 +159,7 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
     ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
 }
 
-/// The unit and the up axis that a file states, as far as a scene can say them.
+/// The unit and the up axis that a file states, if a scene can represent them.
 fn file_units(settings: &ufbx::SceneSettings) -> (Option<f64>, Option<UpAxis>) {
     let metres_per_unit = Some(settings.unit_meters).filter(|metres| metres.is_finite() && *metres > 0.0);
     let up = match settings.axes.up {
@@ -171,13 +172,13 @@ fn file_units(settings: &ufbx::SceneSettings) -> (Option<f64>, Option<UpAxis>) {
     (metres_per_unit, up)
 }
 
-/// A node of the file that the scene keeps.
+/// A node of the file that becomes a node of the scene.
 struct KeptNode<'a> {
     source: &'a ufbx::Node,
     parent: Option<NodeId>,
-    /// Whether it is a bone, or moves vertices as one.
+    /// Whether the node is a bone, or moves vertices like a bone.
     is_bone: bool,
-    /// Whether this crate says so.
+    /// Whether a property of mocap marks the node as an end site.
     is_end_site: bool,
 }
 
@@ -217,7 +218,7 @@ impl KeptNode<'_> {
 
 /// The name of a node in its scene.
 pub(super) fn node_name(node: &ufbx::Node) -> String {
-    // A name that this crate had to change.
+    // The original name, if mocap had to change it in the file.
     let given = node
         .element
         .props
@@ -243,7 +244,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
     let mut holds_bone = vec![false; file.nodes.len()];
     for (node, _) in std::iter::zip(&file.nodes, &is_bone).filter(|(_, is_bone)| **is_bone) {
         let mut above: Option<&ufbx::Node> = Some(node);
-        // Stops at an ancestor that is already marked, so that the total time is linear.
+        // Stop at an ancestor that is already marked, so that the total time is linear.
         while let Some(node) = above.filter(|node| !holds_bone[node.element.typed_id as usize]) {
             holds_bone[node.element.typed_id as usize] = true;
             above = node.parent.as_deref();
@@ -271,7 +272,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
     Ok(kept)
 }
 
-/// An animation stack that has become a clip.
+/// An animation stack that the reader made a clip of.
 struct Stack<'a> {
     stack: &'a ufbx::AnimStack,
     timeline: Timeline,
@@ -279,15 +280,15 @@ struct Stack<'a> {
 }
 
 impl Stack<'_> {
-    /// The moments of its frames.
+    /// The times of the frames, in seconds.
     fn times(&self) -> impl Iterator<Item = f64> {
         let Timeline { begin, end, rate } = self.timeline;
-        // The last frame may be after the end, where curves may go on.
+        // Clamp the last frame to the end of the stack, because curves may continue after it.
         (0..self.frames).map(move |frame| (begin + frame as f64 / rate).min(end))
     }
 }
 
-/// Samples a stack at its frame rate. `None` if its duration is 0, and nothing is said of it.
+/// Samples a stack at its frame rate. Returns `None` if its duration is 0 and it has no curves.
 fn read_stack<'a>(
     stack: &'a ufbx::AnimStack,
     file: &ufbx::Scene,
@@ -302,13 +303,13 @@ fn read_stack<'a>(
     let moved = of_nodes.chain(of_faces).collect();
     let timeline = Timeline::new(stack, &moved, (rate, options.sampling_rate), warnings);
     let (seconds, rate) = (timeline.end - timeline.begin, timeline.rate);
-    // A stack of one moment is a clip of one frame where something is said of it.
+    // A stack with duration 0 becomes a clip of one frame if it has curves.
     let has_curves = || stack.layers.iter().any(|layer| !layer.anim_values.is_empty());
     if !(seconds.is_finite() && (seconds > 0.0 || seconds == 0.0 && has_curves())) {
         return Ok(None);
     }
-    // One frame at the start and one after each frame time, up to the one nearest to the end. A frame of a node has a
-    // rotation, a translation and a scale.
+    // One frame at the start, and one after each frame time, up to the frame nearest to the end. Each frame of a node
+    // has a rotation, a translation and a scale.
     let weights = if options.morph_targets {
         file.blend_channels.len()
     } else {
@@ -357,7 +358,7 @@ fn read_channel(
             scales.push(before.2);
             continue;
         }
-        // Of the two quaternions of a rotation, the nearer one.
+        // Choose the nearer of the two quaternions of the rotation.
         if rotation.dot(before.1) < 0.0 {
             rotation = -rotation;
         }
@@ -387,14 +388,15 @@ fn components(transform: &ufbx::Transform) -> (Vec3, Quat, Vec3) {
     (vector(transform.translation), rotation, vector(transform.scale))
 }
 
-/// Whether kinematics can compute with a transform.
+/// Whether a transform has values with which kinematics can compute.
 fn are_plausible(translation: Vec3, rotation: Quat, scale: Vec3) -> bool {
     let holds = |test: fn(f64) -> bool, vector: Vec3| vector.to_array().into_iter().all(|value| test(value.into()));
     let is_sound = |scale| is_plausible(scale) && !is_degenerate_scale(scale);
     holds(is_plausible, translation) && rotation.is_finite() && holds(is_sound, scale)
 }
 
-/// FBX names the axis that is applied first first, which is the last factor of the product.
+/// The name of an FBX rotation order begins with the axis that is applied first. In the matrix product this axis is the
+/// last factor.
 pub(super) fn rotation_order(order: ufbx::RotationOrder) -> Option<RotationOrder> {
     match order {
         ufbx::RotationOrder::Xyz => Some(RotationOrder::Zyx),

@@ -1,3 +1,3 @@
-//! What an FBX file has of its scene.
+//! The report of the FBX writer.
 
 pub use super::write::FbxReport;

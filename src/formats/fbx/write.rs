@@ -4,27 +4,27 @@
 //! |---|---|
 //! | a joint, an end site | a model `LimbNode` with its attribute |
 //! | a group | a model `Null`; `LimbNode` between bones or where a mesh is bound to it; no model for the root node |
-//! | a root joint | stands below a `Null`, as [`FbxRoot`] says |
-//! | the name of a node | the same, made unique; the original in the property `mocap_source_name` where it differs |
-//! | the rotation of the rest pose | `Lcl Rotation`, or `PreRotation`, as [`FbxRest`] says |
+//! | a root joint | a child of a `Null`; see [`FbxRoot`] |
+//! | the name of a node | the name, made unique; a changed name has its original in the property `mocap_source_name` |
+//! | the rotation of the rest pose | `Lcl Rotation` or `PreRotation`; see [`FbxRest`] |
 //! | [`Node::rotation_order`](mocap_scene::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
 //! | the rest pose, or the bind pose of bones | a `BindPose` |
 //! | an animation | an `AnimationStack` with one `AnimationLayer` |
 //! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with linear keys |
-//! | [`FbxOptions::error_bound`] | keys that the bound allows to leave out are left out |
+//! | [`FbxOptions::error_bound`] | within the bound, keys are dropped |
 //! | rotations | angles in degrees that continue past 180, so that no curve jumps |
 //! | ticks per second | `TimeMode`, or `CustomFrameRate` |
 //! | metres and the up axis | [`FbxOptions::metres_per_unit`] and [`FbxOptions::up`], stated in `GlobalSettings` |
-//! | meshes with the same name and bones on one node | a mesh with several materials |
-//! | [`Mesh::bones`](mocap_scene::scene::Mesh::bones) | a skin with a cluster for each, and every weight |
-//! | a mesh without bones | stands below its node |
+//! | meshes of one node with the same name and bones | a mesh with several materials |
+//! | [`Mesh::bones`](mocap_scene::scene::Mesh::bones) | a skin with a cluster for each bone, and every weight |
+//! | a mesh without bones | a mesh below its node |
 //! | [`Mesh::morph_targets`](mocap_scene::scene::Mesh::morph_targets) | blend shapes, with curves of `DeformPercent` |
 //! | a material with a surface | a Phong material with its colour, opacity and texture |
-//! | the image of a texture | embedded, or a file beside it, as [`FbxOptions::textures`] says |
-//! | points | nothing |
+//! | the image of a texture | embedded, or a separate file; see [`FbxOptions::textures`] |
+//! | points | not written |
 //! | metadata | the property `mocap` of the scene: a [`Provenance`], as JSON |
 //!
-//! Equal scenes give equal bytes, so no file has a time of creation.
+//! Equal scenes give equal bytes, so files have no time of creation.
 
 mod animation;
 mod blend_shapes;
@@ -59,7 +59,7 @@ use crate::report::{Deviation, NodeRename};
 use crate::written::millimetres;
 use crate::{Export, ExportFile, WriteOptions};
 
-/// What a file says of the program that wrote it.
+/// The name of the writing program in the file.
 const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
 
 impl FbxVersion {
@@ -71,37 +71,37 @@ impl FbxVersion {
     }
 }
 
-/// What was written.
+/// The report of the FBX writer.
 ///
 /// [`FbxOptions::write`](crate::fbx::FbxOptions::write) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FbxReport {
-    /// The nodes whose name had to change: the index in the scene, the name there and the name in the file.
+    /// The renamed nodes: the index in the scene, the name in the scene and the name in the file.
     pub renamed: Vec<(usize, String, String)>,
-    /// Bones, end sites included.
+    /// The number of bones, including end sites.
     pub bones: usize,
-    /// Vertices of all meshes.
+    /// The number of vertices of all meshes.
     pub vertices: usize,
-    /// Textures.
+    /// The number of textures.
     pub textures: usize,
-    /// The files that have to stand beside the file: the name of each, and the index in
-    /// [`Scene::textures`] of the texture whose bytes it has.
+    /// The image files that belong beside the FBX file: the file name, and the index of the texture in
+    /// [`Scene::textures`].
     pub beside: Vec<(String, usize)>,
-    /// Curves of all clips.
+    /// The number of curves of all clips.
     pub curves: usize,
-    /// Keys of all curves.
+    /// The number of keys of all curves.
     pub keys: usize,
-    /// How far the file is from the scene, the largest error of all clips; absent where every key was written. Its
-    /// keys are those of the scene's tracks.
+    /// The largest error of the file over all clips; `None` if every key was written. `achieved.keys` counts the keys
+    /// of the scene's tracks.
     pub achieved: Option<Deviation>,
-    /// Bytes of the file.
+    /// The size of the file, in bytes.
     pub bytes: usize,
-    /// Whether it is the file that the scene was read from, with other clips.
+    /// Whether the file is the original file of the scene with other clips.
     #[serde(skip)]
     #[doc(hidden)]
     pub is_kept: bool,
-    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
+    /// Warnings: [`Code::UnknownUnit`] if the unit of the scene is unknown, so a reader may assume a wrong size.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -117,7 +117,7 @@ impl fmt::Display for FbxReport {
 }
 
 impl FbxOptions {
-    /// The bytes of an FBX file, and what is in them.
+    /// Writes an FBX file. Returns its bytes and a report.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -138,7 +138,7 @@ impl FbxOptions {
     /// - [`Code::FrameTime`] if ticks per second are not above 0
     /// - [`Code::InvalidValue`] if a unit or the largest error is not above 0
     /// - [`Code::ErrorBound`] if single precision cannot keep the largest error
-    /// - [`Code::Unrepresentable`] if a joint with children changes its scale, for which no error can be kept
+    /// - [`Code::Unrepresentable`] if an error bound is set and a joint with children changes its scale
     /// - [`Code::LimitExceeded`] if the file is too large for its version
     pub fn write(&self, scene: &Scene) -> Result<(Vec<u8>, FbxReport)> {
         if let Some(original) = &scene.metadata.fbx {
@@ -228,8 +228,7 @@ impl FbxOptions {
 }
 
 impl FbxOptions {
-    /// Whether a file that was read may stay as it is: no unit, axis, rest pose or version of another program was asked
-    /// for.
+    /// Whether the writer may keep the original file: no option asks for another unit, axis, rest pose or version.
     fn keeps_file(&self) -> bool {
         let usual = Self {
             error_bound: self.error_bound.clone(),
@@ -240,22 +239,22 @@ impl FbxOptions {
     }
 }
 
-/// Says that what a scene does not hold is not in the output.
+/// Warns that the output lacks data that a scene cannot store.
 fn written_anew(reason: &str) -> Diagnostic {
     let message = format!(
-        "the file is written anew, because {reason}: its polygons become triangles, and what a scene does not hold is left out"
+        "the file is written from the scene, because {reason}: polygons become triangles, and data that a scene cannot store is dropped"
     );
     Diagnostic::new(Code::NotCarriedOver, message)
 }
 
-/// The files of the row.
+/// Writes the files of the format.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     let options_of_fbx = FbxOptions {
         error_bound: options.bound(),
         ..options.fbx.clone()
     };
     let (bytes, report) = options_of_fbx.write(scene)?;
-    // What the ledger counts on to stay in the file.
+    // Losses that the ledger does not count because a kept original file has the data.
     let is_anew = scene.metadata.fbx.is_some() && !report.is_kept;
     let losses = scene.metadata.lost.iter().filter(|_| is_anew).copied();
     let images = report.beside.iter();
@@ -283,11 +282,11 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Export> {
     })
 }
 
-/// Says so where the unit of `scene` is not known.
+/// Warns if the unit of `scene` is unknown.
 fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
     scene.metadata.metres_per_unit.is_none().then(|| {
-        let message = "FBX states its unit, and the unit of the scene is not known: its lengths were taken as metres";
-        let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+        let message = "an FBX file states its unit, but the unit of the scene is unknown: mocap assumed metres";
+        let help = "convert the scene first: Conversion::new().apply(&mut scene)";
         Diagnostic::new(Code::UnknownUnit, message).help(help)
     })
 }

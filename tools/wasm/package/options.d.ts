@@ -363,32 +363,32 @@ export interface FbxOutputOptions {
 }
 
 /**
- * Where the rotations of the rest pose are.
- * `"rotation"`: In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
- * `"pre-rotation"`: In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2
- * turns animated joints by it twice.
+ * Which property stores the rotations of the rest pose.
+ * `"rotation"`: `Lcl Rotation`, as Blender writes: curves have the complete rotation.
+ * `"pre-rotation"`: `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2
+ * applies the pre-rotation of animated joints twice.
  */
 export type FbxRest = "rotation" | "pre-rotation";
 
 /**
- * A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
- * `"blender"`: Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is named.
- * `"unreal"`: Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+ * A program whose conventions the file follows. `docs/fbx.md` has the source of each convention.
+ * `"blender"`: Blender: centimetres with +Y up, and +Y of joints along their bones unless an option sets the bone axis.
+ * `"unreal"`: Unreal Engine: centimetres with +Z up, no node above the skeleton, a whole frame rate.
  * `"unity"`: Unity: metres with +Y up.
  * `"maya"`: Maya: centimetres with +Y up, the rest pose as joint orient.
- * `"motionbuilder"`: MotionBuilder: centimetres with +Y up, a root called `Reference`, a whole frame rate.
+ * `"motionbuilder"`: MotionBuilder: centimetres with +Y up, a root named `Reference`, a whole frame rate.
  */
 export type FbxTarget = "blender" | "unreal" | "unity" | "maya" | "motionbuilder";
 
 /**
- * Where the images of textures are.
+ * Where the images of textures are stored.
  * `"embedded"`: In the file itself.
- * `"beside"`: In files of their own beside it.
+ * `"beside"`: In separate files beside the FBX file.
  */
 export type FbxTextures = "embedded" | "beside";
 
 /**
- * The version of a file.
+ * The version of an FBX file.
  * `"7.4"`: 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
  * `"7.5"`: 7.5, of FBX 2016 and newer.
  */

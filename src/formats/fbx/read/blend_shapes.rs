@@ -1,7 +1,7 @@
 //! Blend shapes as morph targets.
 //!
-//! A channel may have several shapes on the way to its last one, which is at its full weight; that one is read, and the
-//! others are counted as lost. Weights are sampled in the frames of each clip, as transforms are.
+//! A channel may have several shapes (in-betweens). The reader takes the last shape, at full weight, and counts the
+//! others as lost. Weights are sampled in the frames of each clip, like transforms.
 
 use std::collections::HashMap;
 
@@ -12,20 +12,20 @@ use mocap_scene::scene::{Keys, MorphTarget};
 use super::Stack;
 use crate::{ReadOptions, Source};
 
-/// What may be read of shapes yet.
+/// Reads blend shapes until their vertices reach the limit.
 pub(super) struct BlendShapes<'a> {
     are_read: bool,
     /// The clips.
     stacks: &'a [Stack<'a>],
     /// The weights of channels at rest and in each clip, by their ids.
     weights: HashMap<u32, (f32, Vec<Keys<f32>>)>,
-    /// Vertices of shapes; a shape may be shown by many vertices of the mesh.
+    /// The number of vertices that may still be read. Several vertices of the mesh can share a vertex of a shape.
     left: u64,
-    /// Whether some are left out.
+    /// Whether the limit dropped some shapes.
     pub(super) are_too_many: bool,
 }
 
-/// The curves of channels that change in any clip.
+/// The number of channels whose weight changes in a clip.
 pub(super) fn moving_channels(file: &ufbx::Scene) -> usize {
     let is_moving = |channel: &ufbx::BlendChannel| {
         let properties = file.anim_stacks.iter().flat_map(|stack| &stack.layers);
@@ -43,7 +43,7 @@ fn varies(curve: &ufbx::AnimCurve) -> bool {
     curve.min_value < curve.max_value
 }
 
-/// The weight at which the shape of a channel is reached.
+/// The weight at which a channel shows its shape fully.
 pub(in super::super) fn full_weight(channel: &ufbx::BlendChannel) -> f64 {
     let last = channel.keyframes.iter().last();
     let full = last.map(|keyframe| keyframe.target_weight);
@@ -61,8 +61,8 @@ impl<'a> BlendShapes<'a> {
         }
     }
 
-    /// The targets of a mesh that has one vertex for each of these corners. `to_mesh` takes positions and normals from
-    /// the file's space to the mesh's.
+    /// The targets of a mesh that has one vertex for each of these corners. `to_mesh` transforms positions and normals
+    /// from the file's space to the mesh's space.
     pub(super) fn of(&mut self, source: &ufbx::Mesh, corners: &[usize], to_mesh: (DMat4, DMat4)) -> Vec<MorphTarget> {
         let channels = source.blend_deformers.iter().flat_map(|deformer| &deformer.channels);
         let mut channels = channels.peekable();
@@ -90,7 +90,7 @@ impl<'a> BlendShapes<'a> {
         targets
     }
 
-    /// The weights of a channel at rest and in each clip, without keys where it stays at rest in all of them.
+    /// The weights of a channel at rest and in each clip. If the channel stays at rest in all clips, it has no keys.
     fn weights(&mut self, channel: &ufbx::BlendChannel) -> (f32, Vec<Keys<f32>>) {
         let stacks = self.stacks;
         let sampled = || {

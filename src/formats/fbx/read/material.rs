@@ -1,8 +1,8 @@
-//! Materials: the base colour, its texture, and what alpha means.
+//! Reads materials: base colour, texture, and the use of alpha.
 //!
-//! ufbx brings the materials of all programs to one model. In FBX a texture replaces a colour. Colours are
-//! those of a screen (sRGB), as three.js has them. The file of a texture is embedded, or near the FBX file; its folder
-//! on the machine of its maker is not looked for.
+//! ufbx converts the materials of all programs to one model. In FBX a texture replaces a colour. Colours are sRGB, as
+//! in three.js. The file of a texture is embedded, or near the FBX file. The reader ignores absolute paths from the
+//! author's machine.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -17,10 +17,10 @@ use crate::named_file::below;
 use crate::texture::media_type;
 use crate::warnings::Warnings;
 
-/// The alpha, a fraction, from which on a surface with holes is there: glTF's default.
+/// The least alpha of an opaque point on a surface with holes: glTF's default `alphaCutoff`.
 const CUTOFF: f32 = 0.5;
 
-/// FBX has no mirror.
+/// FBX has no mirrored repeat.
 fn wrap(mode: ufbx::WrapMode) -> Wrap {
     match mode {
         ufbx::WrapMode::Clamp => Wrap::Clamp,
@@ -28,12 +28,12 @@ fn wrap(mode: ufbx::WrapMode) -> Wrap {
     }
 }
 
-/// A material of the scene, and how its meshes find their texture coordinates.
+/// A material of the scene, with the texture coordinates that its meshes use.
 pub(super) struct Read {
     /// Its index in [`Scene::materials`].
     pub(super) index: usize,
-    /// The name of the set of coordinates, empty for the first one, and the transform from there to the texture. The
-    /// first set is kept of a mesh without a texture: another program may draw one.
+    /// The name of the set of coordinates (empty for the first set), and the transform from the set to the texture. A
+    /// mesh without a texture keeps the first set, because another program may add a texture.
     pub(super) coords: (String, DAffine3),
 }
 
@@ -41,9 +41,10 @@ pub(super) struct Read {
 pub(super) struct Materials<'a> {
     source: &'a Source<'a>,
     known: HashMap<u32, Read>,
-    /// The textures of the scene by the index of their files in the file's list; none for one that cannot be read.
+    /// For each index in the file's list of textures, the index of the texture in the scene, or `None` if the image
+    /// cannot be read.
     textures: HashMap<u32, Option<usize>>,
-    /// Properties of materials whose textures are left out.
+    /// Properties of materials whose textures are skipped.
     pub(super) left_out: BTreeSet<String>,
 }
 
@@ -57,7 +58,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// A material of the file; without one, a plain one.
+    /// Reads a material of the file. Without a material, returns a plain one.
     pub(super) fn read(
         &mut self,
         material: Option<&ufbx::Material>,
@@ -115,7 +116,7 @@ impl<'a> Materials<'a> {
         };
         let shade = |value: f64| linear((value * factor) as f32);
         let base = match texture {
-            // It replaces the colour.
+            // The texture replaces the colour.
             Some(_) => Vec4::ONE,
             None => {
                 let ufbx::Vec4 { x, y, z, .. } = color.value_vec4;
@@ -152,7 +153,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The index of a texture in [`Scene::textures`]; none, with a warning, where it cannot be read.
+    /// The index of a texture in [`Scene::textures`]. If the image cannot be read, adds a warning and returns `None`.
     fn texture(&mut self, file: &ufbx::Texture, scene: &mut Scene, warnings: &mut Warnings) -> Option<usize> {
         let id = file.file_index;
         if let Some(known) = self.textures.get(&id) {
@@ -180,16 +181,16 @@ impl<'a> Materials<'a> {
             None
         });
         if found.is_none() {
-            let problem = problem.unwrap_or("is not in the file, and not beside it");
-            let message = format!("the texture \"{name}\" {problem}; the colour of its material is without it");
-            let help = format!("put {name} beside the FBX file, or into a folder of it, or embed it");
+            let problem = problem.unwrap_or("is not in the file and not near it");
+            let message = format!("the texture \"{name}\" {problem}; its material has only a colour");
+            let help = format!("put {name} into the folder of the FBX file, or embed it");
             warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message).help(help));
         }
         self.textures.insert(id, found);
         found
     }
 
-    /// The image of a texture from a file near this one: where the texture says, or by its name alone.
+    /// The image of a texture from a file near the FBX file: at the stated relative path, or by file name.
     fn neighbour(&self, file: &ufbx::Texture) -> Option<Vec<u8>> {
         let here = self.source.name;
         let name = PathBuf::from(name_of(file));
@@ -205,8 +206,8 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// The opacity of a material without a texture for it. Older materials have a transparency and its colour, which some
-/// programs write of what is opaque too: nothing is quite invisible.
+/// The opacity of a material without an opacity texture. Older materials have a transparency factor and colour. Some
+/// programs write full transparency for opaque materials, so an opacity of 0 counts as opaque.
 fn opacity_of(material: &ufbx::Material) -> f32 {
     let ufbx::MaterialFbxMaps {
         transparency_factor: factor,
@@ -224,7 +225,7 @@ fn opacity_of(material: &ufbx::Material) -> f32 {
     if is_seen { value as f32 } else { 1.0 }
 }
 
-/// The texture of a file in a tree of layers.
+/// The first texture with a file in a tree of layered textures.
 fn file_of(texture: &ufbx::Texture) -> Option<&ufbx::Texture> {
     texture
         .file_textures
@@ -233,7 +234,7 @@ fn file_of(texture: &ufbx::Texture) -> Option<&ufbx::Texture> {
         .filter(|file| file.has_file)
 }
 
-/// The name of the file of a texture, without folders.
+/// The file name of a texture, without folders.
 fn name_of(file: &ufbx::Texture) -> String {
     let names = [&file.relative_filename, &file.filename, &file.absolute_filename];
     let path = names.into_iter().find(|name| !name.is_empty());
@@ -241,7 +242,7 @@ fn name_of(file: &ufbx::Texture) -> String {
     path.rsplit(['/', '\\']).next().unwrap_or(path).to_owned()
 }
 
-/// A texture coordinate, whose origin is above in a scene and below in FBX.
+/// Converts a texture coordinate. The origin is the upper left corner in a scene, and the lower left corner in FBX.
 pub(super) fn texture_coords(coords: ufbx::Vec2, to_texture: &DAffine3) -> Vec2 {
     let found = to_texture
         .transform_point3(DVec3::new(coords.x, coords.y, 0.0))
@@ -252,7 +253,7 @@ pub(super) fn texture_coords(coords: ufbx::Vec2, to_texture: &DAffine3) -> Vec2 
     }
 }
 
-/// The fraction of light that a number for a screen (sRGB, IEC 61966-2-1) stands for.
+/// Converts an sRGB value (IEC 61966-2-1) to linear.
 fn linear(value: f32) -> f32 {
     let value = if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
     match value <= 0.04045 {

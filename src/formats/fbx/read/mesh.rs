@@ -1,8 +1,8 @@
-//! Skinned meshes: vertices, faces, and the bones that move them.
+//! Reads skinned meshes: vertices, faces, and the bones that move them.
 //!
 //! An FBX cluster binds vertices to a bone, and has the matrix from geometry to bone in the bind pose. All clusters of
-//! a mesh should give the same geometry-to-world matrix. The mesh is stored in the world, so that it needs no node
-//! transform, and a bone's offset matrix maps from the world to the bone.
+//! a mesh should give the same geometry-to-world matrix. The scene stores the mesh in world space, so that the mesh
+//! needs no node transform. A bone's offset matrix maps from the world to the bone.
 
 use std::collections::HashMap;
 
@@ -19,8 +19,8 @@ use crate::fbx::matrix::matrix;
 use crate::warnings::Warnings;
 use crate::{Failure, ReadOptions, Source};
 
-/// Adds the skinned meshes of `file` to the first node of `scene`, each once for each of its materials. Returns what
-/// was left out, each as the choice and its reason.
+/// Adds the skinned meshes of `file` to the first node of `scene`, one mesh for each material. Returns the skipped
+/// data, as pairs of choice and reason.
 pub(super) fn read(
     origin: &Source<'_>,
     file: &ufbx::Scene,
@@ -45,7 +45,7 @@ pub(super) fn read(
     let mut shapes = BlendShapes::new(origin, options, stacks);
     let (mut rigid, mut colored, mut shaped, mut doubled, mut dual) = (0, 0, 0, 0, 0);
     for source in &file.meshes {
-        // A mesh may have several skins; programs show the first.
+        // A mesh may have several skins. Programs show the first skin.
         let Some(skin) = source.skin_deformers.iter().find(|skin| !skin.clusters.is_empty()) else {
             rigid += 1;
             continue;
@@ -101,7 +101,7 @@ pub(super) fn read(
         .flat_map(|mesh| &mesh.blend_deformers)
         .flat_map(|blend| &blend.channels);
     let read = usize::from(options.morph_targets);
-    // A channel has a shape at least, and others on the way to it.
+    // A channel has at least one shape, and may have in-betweens.
     let shapes_left = channels.map(|channel| channel.keyframes.len().max(1) - read);
     scene.lose(DataKind::MorphTargets, shapes_left.sum());
     let mut left_out = Vec::new();
@@ -131,7 +131,7 @@ pub(super) fn read(
     Ok(left_out)
 }
 
-/// Whether the skin blends dual quaternions, in full or in part; a scene blends matrices.
+/// Whether the skin blends dual quaternions, fully or partly. A scene blends matrices.
 fn has_dual_quaternions(skin: &ufbx::SkinDeformer) -> bool {
     use ufbx::SkinningMethod::{BlendedDqLinear, DualQuaternion};
     matches!(skin.skinning_method, DualQuaternion | BlendedDqLinear)
@@ -140,7 +140,7 @@ fn has_dual_quaternions(skin: &ufbx::SkinDeformer) -> bool {
 /// Whether clusters disagree about the matrix from the geometry to the world. A cluster has two matrices, and programs
 /// differ in which one they take the bind pose from.
 fn states_two_poses(skin: &ufbx::SkinDeformer) -> bool {
-    /// As a fraction of the farthest joint, and of the axes: what products of matrices round.
+    /// The rounding error of matrix products, relative to the farthest joint and to the axes.
     const ROUNDING: f64 = 1e-4;
     let to_bind = |cluster: &ufbx::SkinCluster| matrix(&cluster.bind_to_world) * matrix(&cluster.geometry_to_bone);
     let links = skin
@@ -163,11 +163,11 @@ fn states_two_poses(skin: &ufbx::SkinDeformer) -> bool {
 
 fn contradiction(name: &str) -> Diagnostic {
     let message =
-        format!("the bones of the mesh \"{name}\" contradict each other about its bind pose; it was left out");
+        format!("the bones of the mesh \"{name}\" contradict each other about its bind pose; the mesh was skipped");
     Diagnostic::new(Code::IgnoredMesh, message)
 }
 
-/// The faces of each material, in the order in which they are first used; no material where the mesh names none.
+/// The faces of each material, in the order of first use. Faces without a material have `None`.
 fn by_material(source: &ufbx::Mesh) -> Vec<(Option<usize>, Vec<ufbx::Face>)> {
     let mut parts: Vec<(Option<usize>, Vec<ufbx::Face>)> = Vec::new();
     let mut part_of: HashMap<Option<usize>, usize> = HashMap::new();
@@ -188,26 +188,26 @@ fn by_material(source: &ufbx::Mesh) -> Vec<(Option<usize>, Vec<ufbx::Face>)> {
     parts
 }
 
-/// The name of the first node that shows the mesh, or else of the mesh.
+/// The name of the first node that shows the mesh, or the name of the mesh.
 fn name(source: &ufbx::Mesh) -> String {
     let shown = source.element.instances.iter().map(|node| &*node.element.name);
     let mut names = shown.chain([&*source.element.name]);
     names.find(|name| !name.is_empty()).unwrap_or("Mesh").to_owned()
 }
 
-/// A mesh with what binds it to bones.
+/// A mesh with its binding to bones.
 struct Bound<'a> {
     source: &'a ufbx::Mesh,
     skin: &'a ufbx::SkinDeformer,
     to_bind: DMat4,
     from_bind: DMat4,
-    /// Without weights.
+    /// The bones, without weights.
     bones: Vec<Bone>,
     bone_of_cluster: Vec<usize>,
 }
 
 impl<'a> Bound<'a> {
-    /// `None` where the bones are unknown, or a matrix has no inverse.
+    /// Returns `None` if bones are unknown or a matrix has no inverse.
     fn new(
         source: &'a ufbx::Mesh,
         skin: &'a ufbx::SkinDeformer,
@@ -243,7 +243,7 @@ impl<'a> Bound<'a> {
         })
     }
 
-    /// These faces as a mesh. `None` where a vertex has no position.
+    /// Makes a mesh of these faces. Returns `None` if a vertex has no position.
     fn mesh(
         &self,
         faces: &[ufbx::Face],
@@ -290,7 +290,7 @@ impl<'a> Bound<'a> {
     }
 }
 
-/// The corners of these faces with different positions, normals or texture coordinates, each once, and three indices
+/// The corners of these faces, without duplicates of equal position, normal and texture coordinate, and three indices
 /// for each triangle.
 fn corners(source: &ufbx::Mesh, faces: &[ufbx::Face], coords: Option<&ufbx::VertexVec2>) -> (Vec<usize>, Vec<u32>) {
     let mut corners = Vec::new();
@@ -315,7 +315,8 @@ fn corners(source: &ufbx::Mesh, faces: &[ufbx::Face], coords: Option<&ufbx::Vert
     (corners, indices)
 }
 
-/// The bones of a vertex, each once, with weights that sum to 1. A vertex without weights follows the first bone.
+/// The bones of a vertex without duplicates, with weights that sum to 1. A vertex without weights follows the first
+/// bone.
 fn weights(skin: &ufbx::SkinDeformer, vertex: usize, bone_of_cluster: &[usize]) -> Vec<(usize, f32)> {
     let mut summed: Vec<(usize, f64)> = Vec::new();
     let ties = skin.vertices.get(vertex).map_or(0..0, |ties| {
@@ -349,8 +350,8 @@ fn inverse(matrix: DMat4) -> Option<DMat4> {
     (matrix.is_finite() && inverse.is_finite()).then_some(inverse)
 }
 
-/// The matrix in single precision, if it can be inverted there. The last row is set exactly, because a product's may
-/// not be.
+/// The matrix in single precision, if it is invertible. The last row is set exactly, because products of matrices round
+/// it.
 fn to_single(mut matrix: DMat4) -> Option<Mat4> {
     for (column, last) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
         matrix.col_mut(column).w = last;

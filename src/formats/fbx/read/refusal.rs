@@ -1,4 +1,4 @@
-//! Makes a diagnostic of an error of ufbx, and finds where a file is cut off.
+//! Makes a diagnostic from an error of ufbx, and finds where a file is cut off.
 
 use mocap_scene::error::{Code, Diagnostic};
 use mocap_scene::files::FBX_HEAD;
@@ -7,7 +7,7 @@ use ufbx::ErrorType;
 use crate::fbx::sniff;
 use crate::text::{Cursor, Word, is_line_end, quote};
 
-/// The diagnostic for `bytes`, which ufbx refused with `error`.
+/// The diagnostic for `bytes`, which ufbx rejected with `error`.
 pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
     let reason = match error.info() {
         "" => error.description.to_string(),
@@ -41,11 +41,12 @@ pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
     }
 }
 
-/// The section that reaches beyond the end of a binary file. Each section begins with the offset of its end.
+/// Finds the section that reaches beyond the end of a binary file. Each section begins with the offset of its end.
 fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
-    /// After the magic: two bytes that detect damage, one for the byte order, and the version.
+    /// The offset of the first section, in bytes: after the magic, two bytes that detect damage, one byte for the byte
+    /// order, and the version.
     const SECTIONS: usize = 27;
-    /// Since this version a section's numbers take 8 bytes instead of 4.
+    /// From this version on, the numbers of a section take 8 bytes instead of 4.
     const WIDE: u32 = 7500;
     let version = bytes.get(SECTIONS - 4..SECTIONS)?.first_chunk().copied()?;
     let number_size = if u32::from_le_bytes(version) >= WIDE { 8 } else { 4 };
@@ -57,7 +58,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
     let mut start = SECTIONS;
     loop {
         let end = number(start)?;
-        // Its end, the number of its values, their bytes; then the length of the name and the name.
+        // A section has its end, the number of values and their bytes, then the length of the name and the name.
         let name_at = start + 3 * number_size + 1;
         let length = usize::from(*bytes.get(name_at - 1)?);
         let name = quote(bytes.get(name_at..name_at + length)?);
@@ -72,7 +73,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
                     .help("export or download the file again"),
             );
         }
-        // The last one has the end 0. Other ends that do not increase are damage of another kind.
+        // The last section has the end 0. Other ends that do not increase are another kind of damage.
         if end < name_at {
             return None;
         }
@@ -80,7 +81,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
     }
 }
 
-/// The section of a text file that is not closed.
+/// Finds the unclosed section of a text file.
 fn cut_off_text(bytes: &[u8]) -> Option<Diagnostic> {
     let mut cursor = Cursor::new(bytes);
     let mut open: Vec<Word<'_>> = Vec::new();

@@ -1,4 +1,5 @@
-//! The range and the rate of a stack. Both are claims of the file: where its keys contradict them, the keys win.
+//! The range and the frame rate of a stack. If the keys contradict the stated range or rate, the reader trusts the
+//! keys.
 
 use std::collections::HashSet;
 
@@ -7,16 +8,16 @@ use mocap_scene::limits;
 
 use crate::warnings::Warnings;
 
-/// The least distance of two keys, in frames of the stated rate, at which no key is lost.
+/// The least distance of two keys, in frames of the stated rate, at which sampling loses no key.
 const DENSE: f64 = 0.75;
 
-/// How far distances of keys may differ and count as one, as a fraction.
+/// The largest relative difference between distances of keys that count as equal.
 const UNEVEN: f64 = 0.02;
 
-/// How near to a whole number a rate is taken for it, as a fraction. FBX has times as integers.
+/// The largest relative distance of a rate from a whole number to which it is rounded. FBX stores times as integers.
 const ROUNDING: f64 = 1e-4;
 
-/// When the frames of a stack are, in seconds.
+/// The times of the frames of a stack, in seconds.
 pub(super) struct Timeline {
     pub(super) begin: f64,
     pub(super) end: f64,
@@ -25,7 +26,8 @@ pub(super) struct Timeline {
 }
 
 impl Timeline {
-    /// As the stack states, or as the keys of the elements `moved` say. `given` is the rate that the caller wants.
+    /// Takes range and rate from the stack, or from the keys of the elements `moved`. `given` is the rate that the
+    /// caller wants.
     pub(super) fn new(
         stack: &ufbx::AnimStack,
         moved: &HashSet<u32>,
@@ -53,14 +55,14 @@ impl Timeline {
                 warnings.tally(Code::HeaderCount, || contradicted(stack, stated, (first, last)));
                 (first, last)
             }
-            // One moment, or no key: nothing contradicts what is stated.
+            // One key time or no key: nothing contradicts the stated range.
             false => stated,
         };
         Self { begin, end, rate }
     }
 }
 
-/// The curves of a stack that move one of these elements.
+/// The curves of a stack that move any of these elements.
 fn curves<'a>(stack: &'a ufbx::AnimStack, moved: &HashSet<u32>) -> Vec<&'a ufbx::AnimCurve> {
     let properties = stack.layers.iter().flat_map(|layer| layer.anim_props.iter());
     let of_nodes = properties.filter(|property| moved.contains(&property.element.element_id));
@@ -71,8 +73,8 @@ fn curves<'a>(stack: &'a ufbx::AnimStack, moved: &HashSet<u32>) -> Vec<&'a ufbx:
         .collect()
 }
 
-/// The stated rate, or the rate of the keys where most are nearer to each other than its frames: they were recorded
-/// at another rate.
+/// The stated rate, or the rate of the keys if most keys are nearer to each other than the stated frames. Such keys
+/// were recorded at another rate.
 fn rate(curves: &[&ufbx::AnimCurve], stated: f64, stack: &ufbx::AnimStack, warnings: &mut Warnings) -> f64 {
     let mut steps: Vec<f64> = (curves.iter())
         .flat_map(|curve| curve.keyframes.windows(2).map(|pair| pair[1].time - pair[0].time))
@@ -98,7 +100,7 @@ fn rate(curves: &[&ufbx::AnimCurve], stated: f64, stack: &ufbx::AnimStack, warni
     };
     warnings.tally(Code::FrameTime, || {
         let message = format!(
-            "the keys of {} are nearer to each other than its frames; their rate was used",
+            "the keys of {} are nearer to each other than its frames; mocap used the rate of the keys",
             named(stack)
         );
         Diagnostic::new(Code::FrameTime, message)
@@ -120,18 +122,18 @@ fn seconds((first, last): (f64, f64)) -> String {
 }
 
 fn contradicted(stack: &ufbx::AnimStack, stated: (f64, f64), keys: (f64, f64)) -> Diagnostic {
-    let said = "states a range in which its keys are not; the range of the keys was read";
+    let said = "states a range without any keys; mocap read the range of the keys";
     beside(Code::HeaderCount, stack, said, (stated, keys))
-        .help("set LocalStart and LocalStop of the stack where it was exported")
+        .help("set LocalStart and LocalStop of the stack in the exporting program")
 }
 
 fn left_out(stack: &ufbx::AnimStack, stated: (f64, f64), keys: (f64, f64)) -> Diagnostic {
-    let said = "has keys outside the range that it states; they were left out";
+    let said = "has keys outside its stated range; mocap skipped them";
     beside(Code::FrameCount, stack, said, (stated, keys))
-        .help("set LocalStart and LocalStop of the stack where it was exported, if the whole motion is meant")
+        .help("if you want the whole motion, set LocalStart and LocalStop of the stack in the exporting program")
 }
 
-/// What is said of a stack, with the range that it states and that of its keys.
+/// A diagnostic about a stack, with the stated range and the range of the keys.
 fn beside(code: Code, stack: &ufbx::AnimStack, said: &str, (stated, keys): ((f64, f64), (f64, f64))) -> Diagnostic {
     let message = format!("{} {said}", named(stack));
     Diagnostic::new(code, message).expected_found(seconds(stated), format!("keys from {}", seconds(keys)))

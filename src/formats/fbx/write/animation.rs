@@ -1,8 +1,8 @@
-//! The clips: a stack with one layer each, and curves of angles, positions and scales.
+//! Writes the clips: a stack with one layer for each, and curves of angles, positions and scales.
 //!
-//! A curve has a key at every tick of its track. Between two keys it is linear, as positions of a scene are. Rotations
-//! of a scene follow an arc, so that a track of rotations with fewer keys gets one at every frame. Within a largest
-//! error, [`curves`](super::curves) leaves keys out.
+//! A curve has a key at every tick of its track, and is linear between keys. Positions of a scene are also linear, but
+//! rotations follow an arc. So a track of rotations with fewer keys gets a key at every frame. With an error bound,
+//! [`curves`](super::curves) drops keys.
 
 use std::collections::BTreeMap;
 
@@ -22,20 +22,21 @@ use super::space::Space;
 use super::time::{Rate, end, key_times, time};
 use super::{FbxOptions, FbxReport, unrepresentable};
 
-/// Interpolation along a line.
+/// FBX's flag of linear interpolation.
 const LINEAR: i32 = 4;
 
-/// The weights of tangents, two numbers of 16 bits of which 9,999 is 1, as other programs write them of lines.
+/// The weights of tangents, as other programs write them for linear keys: two 16-bit numbers, in which 9,999 is 1.
 const TANGENT_WEIGHTS: u32 = 0x0d05_0d05;
 
-/// What was written of the clips.
+/// The written clips.
 #[derive(Default)]
 pub(super) struct Clips {
-    /// Their names and ends.
+    /// The names and ends of the clips.
     pub(super) ends: Vec<(String, i64)>,
-    /// Their layers.
+    /// The layers of the clips.
     pub(super) layers: Vec<Layer>,
-    /// The nodes whose position is animated, and how far each is from that at rest at most, in its parent.
+    /// The nodes with animated positions, and the largest distance of each from its rest position, relative to the
+    /// parent.
     pub(super) moving: BTreeMap<usize, f64>,
 }
 
@@ -46,7 +47,7 @@ pub(super) struct Layer {
     pub(super) rate: f64,
 }
 
-/// Adds the clips of `scene`. `names` has those of other clips in the file.
+/// Adds the clips of `scene`. `names` has the names of other clips in the file.
 pub(super) fn write(
     scene: &Scene,
     space: &Space,
@@ -77,7 +78,7 @@ pub(super) fn write(
             .time("ReferenceStop", end);
         let (stack, element) = document.object("AnimationStack", [&name, "AnimStack", ""]);
         document.add("AnimationStack", element.child(span.element()));
-        // Blender names an action after both where they differ.
+        // Use the name of the stack: Blender joins the names of stack and layer if they differ.
         let (layer, element) = document.object("AnimationLayer", [&name, "AnimLayer", ""]);
         document.add("AnimationLayer", element.block());
         document.connect(layer, stack);
@@ -108,20 +109,20 @@ struct Clip<'a, 'd, 'e> {
     rate: f64,
     /// The last tick.
     last: f64,
-    /// The times of the ticks 0, 1, 2, ... and their number.
+    /// The number of ticks 0, 1, 2, ... and the array of their times.
     whole: Option<(usize, Array)>,
 }
 
 /// A track as three curves.
 struct Track {
     part: Part,
-    /// The value of the model.
+    /// The value of the model's property in the rest pose.
     rest: DVec3,
     curves: [Curve; 3],
 }
 
 impl Track {
-    /// How far the values are from that of the model: the diagonal of the box that holds them.
+    /// The largest distance of the values from the rest value, estimated by the diagonal of their bounding box.
     fn farthest(&self) -> f64 {
         let of_axis = |axis: usize| {
             let differences = self.curves[axis]
@@ -163,7 +164,7 @@ impl Clip<'_, '_, '_> {
                 }
             }
         }
-        // A clip in which everything is as at rest, or that drives nothing, has a curve that says so.
+        // A clip without any curve gets one curve with rest values, so that the clip keeps its duration.
         let mut placed = placed.iter();
         if is_empty
             && let Some(node_at_rest) = placed.find(|node_at_rest| node_at_rest.id != super::document::SCENE_ROOT)
@@ -178,7 +179,7 @@ impl Clip<'_, '_, '_> {
         Ok(())
     }
 
-    /// The tracks of a channel, as the values that the properties of its model take.
+    /// The tracks of a channel, converted to values of the model's properties.
     fn tracks(&self, node_at_rest: &Placed, channel: &Channel) -> Result<Vec<Track>> {
         let mut tracks = Vec::new();
         let refuse = |tick: f64, what: &str| {
@@ -231,7 +232,7 @@ impl Clip<'_, '_, '_> {
         Ok(tracks)
     }
 
-    /// A track of rotations with a key at every whole tick between its own, where it has fewer.
+    /// The track of rotations with a key at every whole tick; `None` if it already has these keys.
     fn dense(&self, keys: &Keys<Quat>) -> Option<Keys<Quat>> {
         let own = keys.ticks.as_ref().filter(|own| own.len() > 1)?;
         let whole = own[0].ceil() as u64..=own[own.len() - 1].min(self.last).floor() as u64;
@@ -242,10 +243,11 @@ impl Clip<'_, '_, '_> {
         Some(Keys::at_ticks(values, ticks))
     }
 
-    /// Adds the curves of a track that says more than the model, or that has to be there. Returns whether it is. It has
-    /// all three axes: the importer built into Blender 5.0 leaves a rotation at rest that lacks the curve of one.
+    /// Adds the curves of a track that leaves the rest pose, or of any track with `all`. Returns whether it added
+    /// curves. All three axes get a curve, because the importer built into Blender 5.0 ignores a rotation without one
+    /// of them.
     fn write(&mut self, model: Id, track: &Track, all: bool) -> Result<bool> {
-        // As single precision has them.
+        // Compare in single precision.
         let is_rest = |axis: usize| {
             let curve = &track.curves[axis];
             curve.is_constant() && curve.values[0] as f32 == track.rest[axis] as f32
@@ -277,7 +279,7 @@ impl Clip<'_, '_, '_> {
         Ok(true)
     }
 
-    /// The times of the ticks 0, 1, 2, ..., made once for all curves.
+    /// The times of the ticks 0, 1, 2, ..., shared by all curves.
     fn whole_times(&mut self, count: usize) -> Array {
         match &self.whole {
             Some((known, times)) if *known == count => times.clone(),
@@ -292,7 +294,7 @@ impl Clip<'_, '_, '_> {
     }
 }
 
-/// Adds a curve with keys at these times, which are linear.
+/// Adds a curve with linear keys at these times.
 pub(super) fn add_curve(
     document: &mut Document<'_>,
     at_rest: f64,
@@ -316,7 +318,7 @@ pub(super) fn add_curve(
     curve
 }
 
-/// The value of each key; the tick of the first that has none.
+/// The value of each key, or as error the tick of the first key without a value.
 fn values<T: Copy>(keys: &Keys<T>, mut value: impl FnMut(T) -> Option<DVec3>) -> Result<Vec<DVec3>, f64> {
     let values = keys.values.iter().enumerate();
     values

@@ -1,5 +1,5 @@
-//! Morph targets: a blend shape for each mesh that has some, with a channel and a shape for each target, and the curves
-//! of the channels.
+//! Writes morph targets. Each mesh with targets gets a blend shape, with a channel and a shape for each target. Clips
+//! get curves of the channels.
 
 use mocap_scene::error::Result;
 use mocap_scene::scene::{Keys, Mesh, MorphTarget};
@@ -14,7 +14,7 @@ use super::time::key_times;
 use super::{FbxReport, unrepresentable};
 use crate::morph_targets;
 
-/// The factor from the weight of a target to the value of a channel: channels are percentages.
+/// The value of a channel at weight 1 of a target: channels are percentages.
 const FULL: f64 = 100.0;
 
 /// A target in the file.
@@ -26,7 +26,7 @@ pub(super) struct WrittenTarget<'a> {
 }
 
 impl<'a> WrittenTarget<'a> {
-    /// A target by a channel of a file that was read; `full` is its weight at the last shape.
+    /// A target with a channel of the original file. `full` is the value of the channel at its last shape.
     pub(super) fn new(channel: Id, target: &'a MorphTarget, full: f64) -> Self {
         Self {
             channel,
@@ -36,8 +36,8 @@ impl<'a> WrittenTarget<'a> {
     }
 }
 
-/// The targets of the parts of a mesh, each once by its name, with the parts that have it, which begin at these
-/// vertices.
+/// The targets of the parts of a mesh, grouped by name. Each entry has the first vertex of a part, and the target in
+/// this part.
 fn targets<'a>(parts: &[&'a Mesh]) -> Vec<Vec<(usize, &'a MorphTarget)>> {
     let mut found: Vec<Vec<(usize, &MorphTarget)>> = Vec::new();
     let mut start = 0;
@@ -57,7 +57,7 @@ fn targets<'a>(parts: &[&'a Mesh]) -> Vec<Vec<(usize, &'a MorphTarget)>> {
     found
 }
 
-/// Adds the targets of the mesh that `geometry` is of.
+/// Adds the targets of the mesh with this `geometry`.
 pub(super) fn write<'a>(
     geometry: Id,
     name: &str,
@@ -111,7 +111,8 @@ pub(super) fn write<'a>(
     Ok(written)
 }
 
-/// Adds the curves of the targets that clips move, or have elsewhere than at rest. `layers` are those of the clips.
+/// Adds curves of the targets that a clip animates or sets to another value than at rest. `layers` are the layers of
+/// the clips.
 pub(super) fn write_curves(
     targets: &[WrittenTarget<'_>],
     layers: &[Layer],

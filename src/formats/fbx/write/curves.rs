@@ -1,4 +1,4 @@
-//! Curves, and those with fewer keys within a largest error.
+//! Curves, and the reduction of their keys within an error bound.
 
 use std::rc::Rc;
 
@@ -14,7 +14,7 @@ use super::skeleton::Placed;
 use super::space::Space;
 use crate::report::Deviation;
 
-/// What a track moves.
+/// The property that a track animates.
 #[derive(Clone, Copy)]
 pub(super) enum Part {
     Translation,
@@ -40,7 +40,7 @@ impl Part {
     }
 }
 
-/// The keys of an axis.
+/// The keys of one axis.
 pub(super) struct Curve {
     /// The tick of each key; `None` for 0, 1, 2, ...
     pub(super) ticks: Option<Rc<[f64]>>,
@@ -63,12 +63,12 @@ impl Curve {
     }
 }
 
-/// How far from a joint the points are that stand for its skin, in metres: the default of ACL.
+/// The least distance of the shell that represents the skin of a joint, in metres: the default of ACL.
 const SKIN: f64 = 0.03;
 
-/// Curves of 32-bit floats, one for each axis, with keys of their own.
+/// FBX curves for the key reduction: 32-bit floats, one curve for each axis, with separate keys.
 struct Curves {
-    /// How the file states the rotations of each node.
+    /// The Euler angles of each node in the file.
     euler: Vec<EulerAngles>,
 }
 
@@ -89,12 +89,12 @@ impl Encoding for Curves {
         clip.size()
     }
 
-    /// FBX has times as integers, and so exact that ticks stand for them.
+    /// FBX stores times as integers. Their resolution is so fine that ticks represent them.
     fn time(&self, tick: f64, _ticks_per_second: f64) -> f32 {
         tick as f32
     }
 
-    /// A reader evaluates a curve and makes a rotation of three angles in single precision.
+    /// A reader evaluates three curves and computes the rotation from these angles in single precision.
     fn roundings(&self) -> f64 {
         3.0
     }
@@ -108,7 +108,7 @@ impl Encoding for Curves {
     }
 }
 
-/// A clip whose tracks have fewer keys.
+/// A clip with reduced keys.
 pub(super) struct ReducedClip<'a> {
     clip: CompressedClip,
     /// Metres in a unit of the scene.
@@ -120,7 +120,7 @@ impl<'a> ReducedClip<'a> {
     /// `bound` is in metres.
     ///
     /// # Errors
-    /// As [`compress()`].
+    /// The errors of [`compress()`].
     pub(super) fn new(
         scene: &Scene,
         animation: &Animation,
@@ -144,12 +144,12 @@ impl<'a> ReducedClip<'a> {
         })
     }
 
-    /// Adds the error of the clip to that of others, in metres.
+    /// Adds the error of the clip to `sum`, in metres.
     pub(super) fn add_error(&self, scene: &Scene, sum: &mut Option<Deviation>) {
         Deviation::add(sum, scene, &self.clip, self.metres);
     }
 
-    /// The curves of a part of a node that has any; `None` where every key stays.
+    /// The reduced curves of a part of a node; `None` if every key remains.
     pub(super) fn curves(&self, node: usize, node_at_rest: &Placed, part: Part) -> Option<[Curve; 3]> {
         let track = &self.clip.tracks[node];
         let curves = track.curves.as_ref();

@@ -1,4 +1,4 @@
-//! The sections of a file around its objects, and the connections between these.
+//! The sections of a file, its objects, and the connections between objects.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use super::properties::Properties;
 use super::time::Rate;
 use super::{CREATOR, FbxVersion};
 
-/// The identity of an object.
+/// The id of an object.
 pub(super) type Id = i64;
 
-/// The root that every file has, of which no object is written.
+/// The id of the implicit root of every file, for which no object is written.
 pub(super) const SCENE_ROOT: Id = 0;
 
 /// Objects and their connections, under construction.
@@ -25,7 +25,7 @@ pub(super) struct Document<'a> {
     last_id: Id,
 }
 
-/// What the sections around the objects say.
+/// The values of the sections other than the objects.
 pub(super) struct Settings {
     pub(super) version: FbxVersion,
     pub(super) up: UpAxis,
@@ -45,12 +45,12 @@ impl<'a> Document<'a> {
             objects: Vec::new(),
             connections: Vec::new(),
             counts: BTreeMap::new(),
-            // The first ids belong to the sections around the objects.
+            // Smaller ids belong to the other sections.
             last_id: 1_000_000,
         }
     }
 
-    /// Without objects yet, of which the ids are above those of a file.
+    /// An empty document whose ids are above the ids of an existing file.
     pub(super) fn after(last_id: Id) -> Self {
         Self {
             last_id: last_id.max(0),
@@ -63,7 +63,7 @@ impl<'a> Document<'a> {
         (self.objects, self.connections, self.counts)
     }
 
-    /// A new object of a kind, with its name and class, such as `Hips`, `Model`, and its subclass, such as `LimbNode`.
+    /// Makes an object of a kind, with name, class and subclass, such as `Hips`, `Model` and `LimbNode`.
     pub(super) fn object(&mut self, kind: &'static str, [name, class, subclass]: [&str; 3]) -> (Id, Element<'a>) {
         self.last_id += 1;
         let element = Element::of(kind, self.last_id)
@@ -77,12 +77,12 @@ impl<'a> Document<'a> {
         self.objects.push(element);
     }
 
-    /// Connects an object to the one that it belongs to.
+    /// Connects an object to its owner.
     pub(super) fn connect(&mut self, object: Id, owner: Id) {
         self.connections.push(Element::of("C", "OO").with(object).with(owner));
     }
 
-    /// Connects an object to a property of another.
+    /// Connects an object to a property of its owner.
     pub(super) fn connect_property(&mut self, object: Id, owner: Id, property: &'static str) {
         self.connections
             .push(Element::of("C", "OP").with(object).with(owner).with(property));
@@ -103,7 +103,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// A name and a class as one text.
+/// Joins a name and a class in one text.
 fn named(name: &str, class: &str) -> String {
     format!("{name}\0\u{1}{class}")
 }
@@ -156,7 +156,7 @@ fn header<'a>(settings: &Settings) -> Element<'a> {
 /// An axis, 0 for x, and its sign.
 type Axis = (i32, i32);
 
-/// The axes that point up and to the front; the third, to the side, is always +X.
+/// The up axis and the front axis. The side axis is always +X.
 fn axes(up: UpAxis) -> (Axis, Axis) {
     match up {
         UpAxis::Y => ((1, 1), (2, 1)),
@@ -168,7 +168,7 @@ fn axes(up: UpAxis) -> (Axis, Axis) {
 
 fn global_settings<'a>(settings: &Settings) -> Element<'a> {
     let (up, front) = axes(settings.up);
-    // FBX counts in centimetres.
+    // FBX states the unit in centimetres.
     let unit = 100.0 * settings.metres_per_unit;
     let properties = Properties::new()
         .int("UpAxis", up.0)
@@ -214,7 +214,7 @@ fn definitions<'a>(counts: &BTreeMap<&'static str, i32>) -> Element<'a> {
         .children(counts.iter().map(|(name, count)| kind(name, *count)))
 }
 
-/// The clips as versions before 7 list them, which some programs still look at.
+/// The list of clips in the form of versions before 7, which some programs still read.
 fn takes<'a>(settings: &Settings) -> Element<'a> {
     let active = settings.clips.first().map_or("", |clip| clip.0.as_str());
     Element::new("Takes")
@@ -222,7 +222,7 @@ fn takes<'a>(settings: &Settings) -> Element<'a> {
         .children(settings.clips.iter().map(|(name, end)| take(name, *end)))
 }
 
-/// A clip with its end, as versions before 7 list it.
+/// A clip with its end, in the form of versions before 7.
 pub(super) fn take<'a>(name: &str, end: i64) -> Element<'a> {
     let span = |name: &'static str| Element::of(name, 0_i64).with(end);
     Element::of("Take", name.to_owned())

@@ -1,7 +1,7 @@
-//! The tree of elements in bytes: a header, elements that begin with the offset of their end, and a footer.
+//! Encodes the tree of elements: a header, elements that begin with the offset of their end, and a footer.
 //!
-//! The crate `fbxcel` writes these too. It compresses the times of every curve anew, which are more than half of a file
-//! and alike for all curves.
+//! The crate `fbxcel` also writes such trees, but it compresses the times of each curve again. The times are more than
+//! half of a file, and equal for all curves.
 
 use std::borrow::Cow;
 use std::rc::Rc;
@@ -16,11 +16,11 @@ use crate::fbx::FOOTER_END;
 /// An array of fewer bytes is not compressed.
 const COMPRESSED_FROM: usize = 128;
 
-/// Of the ten levels of zlib, where a higher one takes much longer and saves little of such numbers.
+/// The compression level of zlib. For such numbers, higher levels take much longer and save little.
 const LEVEL: i32 = 6;
 
-/// The identification of a file, its time of creation and the first bytes of its footer belong together. Every file has
-/// these, so that a scene always gives the same bytes.
+/// The id of a file, its time of creation and the start of its footer must match. All files share these constants, so
+/// that equal scenes give equal bytes.
 const FILE_ID: [u8; 16] = [
     0x28, 0xb3, 0x2a, 0xeb, 0xb6, 0x24, 0xcc, 0xc2, 0xbf, 0xc8, 0xb0, 0x2a, 0xa9, 0x2b, 0xfc, 0xf1,
 ];
@@ -33,7 +33,7 @@ pub(super) struct Element<'a> {
     name: &'a str,
     values: Vec<Value<'a>>,
     children: Vec<Element<'a>>,
-    /// Whether an empty list of children is written.
+    /// Whether to write the list of children even if it is empty.
     is_block: bool,
 }
 
@@ -46,11 +46,11 @@ pub(super) enum Value<'a> {
     Text(Cow<'a, str>),
     Bytes(&'a [u8]),
     Array(Array),
-    /// So many values of a file that was read, in its bytes.
+    /// A number of values copied from the original file, as bytes.
     Read(usize, &'a [u8]),
 }
 
-/// Numbers in bytes, which elements share.
+/// Encoded numbers, which elements can share.
 #[derive(Clone)]
 pub(super) struct Array {
     code: u8,
@@ -90,7 +90,7 @@ impl Array {
     }
 }
 
-/// A zlib stream; `None` beyond what the encoder can take at once.
+/// A zlib stream; `None` if the input is too large for one call of the encoder.
 fn compressed(plain: &[u8]) -> Option<Vec<u8>> {
     let mut stream = vec![0; compress_bound(plain.len())];
     let (written, code) = compress_slice(&mut stream, plain, DeflateConfig::new(LEVEL));
@@ -157,7 +157,7 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// An element of a file that was read, with the number and the bytes of its values.
+    /// An element of the original file, with the number and the bytes of its values.
     pub(super) fn of_bytes(
         name: &'a str,
         (count, values): (usize, &'a [u8]),
@@ -192,14 +192,14 @@ impl<'a> Element<'a> {
         self
     }
 
-    /// Has a list of children, also if it is empty.
+    /// Writes the list of children even if it is empty.
     pub(super) fn block(mut self) -> Self {
         self.is_block = true;
         self
     }
 }
 
-/// A file that was read, with these sections. Its version and the first bytes of its footer stay.
+/// The original file with these sections. Keeps the version and the start of the footer.
 ///
 /// # Errors
 /// [`Code::LimitExceeded`] where the file is too large for its version.
@@ -230,7 +230,7 @@ pub(super) fn file(sections: Vec<Element<'_>>, version: FbxVersion, creator: &st
 
 struct Writer {
     bytes: Vec<u8>,
-    /// Whether offsets have 8 bytes, and not 4.
+    /// Whether offsets have 8 bytes instead of 4.
     is_wide: bool,
 }
 
@@ -249,7 +249,7 @@ impl Writer {
         self.end_of_list();
         self.bytes.extend_from_slice(footer);
         self.bytes.extend_from_slice(&[0; 4]);
-        // Up to the next multiple of 16, which is never this offset.
+        // Pad to the next multiple of 16, with 1 to 16 bytes.
         let padding = 16 - self.bytes.len() % 16;
         self.bytes.resize(self.bytes.len() + padding, 0);
         self.bytes.extend_from_slice(&version.to_le_bytes());
@@ -277,7 +277,7 @@ impl Writer {
             _ => 1,
         };
         let count: usize = element.values.iter().map(count).sum();
-        // A list without children is told from no list by its end alone.
+        // Only the end marker distinguishes an empty list of children from no list.
         if !element.children.is_empty() || count == 0 || element.is_block {
             self.end_of_list();
         }

@@ -1,8 +1,8 @@
-//! A file that was read, with the clips of a scene: its elements stay as they are, but for animations.
+//! Writes the clips of a scene into the original file. All elements except animations stay unchanged.
 //!
-//! A joint of the scene is a model of the file in other axes and another unit. Both differ by a transform that does not
-//! change with time, so that the rest pose of both determines it. What is written is read again and compared. Where the
-//! file cannot take the clips, the scene is written anew.
+//! A joint of the scene is a model of the file, with other axes and another unit. A constant transform converts between
+//! the two, and the rest poses of both determine it. After writing, the file is read again and compared with the scene.
+//! If the file cannot take the clips, the writer makes a new file from the scene.
 
 mod edits;
 mod pivots;
@@ -34,23 +34,23 @@ use crate::fbx::read;
 use crate::provenance::Provenance;
 use crate::{ReadOptions, Source};
 
-/// How far a model may be from its joint, in metres or as a fraction of its distance from the origin: single precision,
-/// several times.
+/// The largest distance of a model from its joint, in metres or relative to the distance from the origin: several
+/// roundings to single precision.
 const SAME: f64 = 1e-4;
 
-/// A change of a value, as a fraction of it, that is rounding.
+/// The largest relative change of a value that counts as rounding.
 const ROUNDING: f64 = 1e-5;
 
-/// The bytes of the file that `scene` was read from, with the clips of the scene.
+/// The bytes of the original file of `scene`, with the clips of the scene.
 ///
 /// # Errors
-/// Why the file cannot take them, as a phrase.
+/// The reason why the file cannot take the clips, as a phrase.
 pub(super) fn write(
     scene: &Scene,
     original: &FbxOriginal,
     options: &FbxOptions,
 ) -> Result<(Vec<u8>, FbxReport), String> {
-    let file = RawFile::parse(&original.bytes).ok_or("it is no binary file")?;
+    let file = RawFile::parse(&original.bytes).ok_or("it is not a binary file")?;
     let has_curves = scene
         .meshes
         .iter()
@@ -59,7 +59,7 @@ pub(super) fn write(
     let plain = load(&original.bytes, !has_curves)?;
     let models = Models::new(scene, original, &plain)?;
     if options.error_bound.is_some() && models.pivots.iter().any(|pivots| !pivots.are_none()) {
-        return Err("its joints have pivots, for which no largest error is known".to_owned());
+        return Err("its joints have pivots, for which mocap cannot guarantee an error bound".to_owned());
     }
     let objects = file.section("Objects").ok_or("it has no objects")?;
     let last = objects.children.iter().filter_map(RawElement::id).max();
@@ -100,7 +100,7 @@ pub(super) fn write(
         }
     };
     let rate = Rate::of(scene, options).map_err(|error| error.to_string())?;
-    // Clips that stay have the rate of the file, if it is not lower.
+    // Keep the rate of the file for the remaining clips, unless the new clips have a higher rate.
     let is_faster = plain.settings.frames_per_second >= rate.frames_per_second();
     let rate = (!(original.keeps_clips && is_faster)).then_some(rate);
     let provenance = Provenance::in_file(scene, Format::Fbx);
@@ -153,7 +153,7 @@ impl Models {
         if scene.nodes.len() != original.nodes.len()
             || (metadata.metres_per_unit, metadata.up) != (Some(1.0), Some(UpAxis::Y))
         {
-            return Err("the skeleton is another one".to_owned());
+            return Err("the skeleton has changed".to_owned());
         }
         let axes = &plain.settings.axes;
         let axes = [axes.right, axes.up, axes.front].map(axis);
@@ -174,7 +174,7 @@ impl Models {
         };
         let mut worlds: Vec<DMat4> = Vec::with_capacity(scene.nodes.len());
         for (node, index) in scene.nodes.iter().zip(original.nodes.iter()) {
-            let other = || format!("the joint \"{}\" is another one", node.name);
+            let other = || format!("the joint \"{}\" has changed", node.name);
             let model = plain.nodes.get(*index as usize).ok_or_else(other)?;
             if read::node_name(model) != node.name {
                 return Err(other());
@@ -182,18 +182,18 @@ impl Models {
             let above = node.parent.map_or(DMat4::IDENTITY, |parent| worlds[parent.index()]);
             let world = above * node.transform.as_dmat4();
             let to_joint = world.inverse() * to_scene * matrix(&model.node_to_world);
-            // A joint that is elsewhere has another rest pose.
+            // A joint at another position has another rest pose.
             if !to_joint.is_finite()
                 || to_joint.w_axis.truncate().length() > SAME * (1.0 + world.w_axis.truncate().length())
             {
-                return Err(format!("the rest pose of \"{}\" is another one", node.name));
+                return Err(format!("the rest pose of \"{}\" has changed", node.name));
             }
             let local = match node.parent {
                 Some(parent) => made.to_joint[parent.index()].inverse() * node.transform.as_dmat4() * to_joint,
                 None => to_scene.inverse() * node.transform.as_dmat4() * to_joint,
             };
             if !model.is_root && !is_near(local, matrix(&model.node_to_parent)) {
-                return Err(format!("the scale of \"{}\" is inherited otherwise", node.name));
+                return Err(format!("\"{}\" inherits scale in an unusual way", node.name));
             }
             let pivots = Pivots::of(model);
             let (scale, turn, translation) = local.to_scale_rotation_translation();
@@ -209,7 +209,9 @@ impl Models {
                 scale,
                 pre_rotation: rotation(model, "PreRotation"),
                 order: match model.use_rotation_space {
-                    true => read::rotation_order(model.rotation_order).ok_or("a rotation is spherical")?,
+                    true => {
+                        read::rotation_order(model.rotation_order).ok_or("a joint has the rotation order SphericXYZ")?
+                    }
                     false => RotationOrder::Zyx,
                 },
                 world: matrix(&model.node_to_world),
@@ -221,7 +223,7 @@ impl Models {
         Ok(made)
     }
 
-    /// The scene with the values that curves of the models have.
+    /// The scene with values converted to curves of the models.
     fn scene(&self, scene: &Scene) -> Scene {
         let nodes = scene.nodes.iter().zip(&self.placed);
         let node = |(node, placed): (&Node, &Placed)| Node {
@@ -294,9 +296,9 @@ impl Models {
         }
     }
 
-    /// Compares what is read of the file with the scene, joint by joint at some moments.
+    /// Reads the new file and compares joints with the scene at some moments.
     fn compare(&self, scene: &Scene, bytes: &[u8], clips: usize) -> Result<(), String> {
-        /// Moments of a clip.
+        /// The number of compared moments per clip.
         const MOMENTS: usize = 8;
         let options = ReadOptions {
             without_meshes: true,
@@ -305,7 +307,7 @@ impl Models {
         let source = Source::of_bytes(bytes, Path::new("output.fbx"));
         let again = read::read(&source, &options).map_err(|error| error.to_string())?;
         if again.nodes.len() != scene.nodes.len() || again.animations.len() < clips {
-            return Err("its clips are read otherwise".to_owned());
+            return Err("reading the file again gives other clips".to_owned());
         }
         for (index, clip) in scene.animations.iter().enumerate() {
             let other = &again.animations[index];
@@ -317,9 +319,12 @@ impl Models {
                 let [Some(ours), Some(theirs)] = poses else { continue };
                 for node in 0..scene.nodes.len() {
                     let [a, b] = [&ours, &theirs].map(|pose| pose.position(NodeId::new(node)));
-                    // A clip of another frame rate is sampled between its keys.
+                    // A clip with another frame rate is sampled between keys, so allow 10 times the error.
                     if f64::from(a.distance(b)) > 10.0 * SAME * f64::from(1.0 + a.length()) {
-                        return Err(format!("\"{}\" is read elsewhere", scene.nodes[node].name));
+                        return Err(format!(
+                            "reading the file again gives another position of \"{}\"",
+                            scene.nodes[node].name
+                        ));
                     }
                 }
             }
@@ -369,7 +374,7 @@ fn ticks(channel: &Channel) -> Vec<f64> {
     ticks
 }
 
-/// The morph targets of meshes with the channels of their names in the file.
+/// The morph targets of meshes, with the channels of the same names in the file.
 fn targets<'a>(meshes: &'a [Mesh], plain: &ufbx::Scene) -> Vec<WrittenTarget<'a>> {
     let mut found: BTreeMap<Id, WrittenTarget<'a>> = BTreeMap::new();
     for target in meshes

@@ -1,6 +1,6 @@
-//! Materials as Phong, which every program has, with a texture of colour.
+//! Writes materials as Phong materials, which every program supports, with a colour texture.
 //!
-//! Colours are those of a screen (sRGB), as the reader has them. An image is embedded, or a file beside.
+//! Colours are sRGB, as in the reader. An image is embedded, or a file beside the FBX file.
 
 use std::collections::HashMap;
 
@@ -15,16 +15,16 @@ use super::properties::Properties;
 use super::{FbxReport, FbxTextures};
 use crate::texture::file_stem;
 
-/// Writes each material and each texture that is used once.
+/// Writes each used material and texture once.
 pub(super) struct Materials<'a> {
     scene: &'a Scene,
     names: Names,
     files: Names,
     known: HashMap<usize, Id>,
-    /// By its image, and whether it is clamped along u and along v.
+    /// The textures, by image and wrap modes along u and v.
     textures: HashMap<(usize, [i32; 2]), Id>,
     stored: FbxTextures,
-    /// The files beside the file that is written: their names, and the indices of the textures.
+    /// The image files beside the FBX file: file names, and indices of the textures.
     beside: Vec<(String, usize)>,
 }
 
@@ -49,18 +49,18 @@ impl<'a> Materials<'a> {
         let mirrored = self.scene.materials.iter().filter(is_mirrored).count();
         if mirrored > 0 {
             let message = format!(
-                "textures of {mirrored} materials go on as mirror images, which FBX cannot say: they repeat in it"
+                "textures of {mirrored} materials have mirrored repeat, which FBX does not support: they are written with plain repeat"
             );
             let warning = Diagnostic::new(Code::IgnoredMesh, message);
             report
                 .warnings
-                .push(warning.help("clamp them, or bake the mirror image into the texture"));
+                .push(warning.help("clamp the textures, or bake the mirror image into the image"));
         }
         report.textures = self.textures.len();
         report.beside = self.beside;
     }
 
-    /// A material by its index in the scene.
+    /// The id of a material, by its index in the scene.
     pub(super) fn id(&mut self, index: usize, document: &mut Document<'a>) -> Id {
         if let Some(known) = self.known.get(&index) {
             return *known;
@@ -88,9 +88,9 @@ impl<'a> Materials<'a> {
         id
     }
 
-    /// A texture with its image, by its index in the scene.
+    /// The id of a texture with its image, by its index in the scene.
     fn texture(&mut self, index: usize, wrap: [Wrap; 2], document: &mut Document<'a>) -> Id {
-        // 0 is repeat and 1 is clamp; there is no mirror.
+        // 0 is repeat and 1 is clamp. FBX has no mirrored repeat.
         let wrap = wrap.map(|wrap| i32::from(wrap == Wrap::Clamp));
         if let Some(known) = self.textures.get(&(index, wrap)) {
             return *known;
@@ -100,7 +100,7 @@ impl<'a> Materials<'a> {
             "image/jpeg" => "jpg",
             _ => "png",
         };
-        // A name of a file without folders.
+        // Use the file name without folders.
         let stem = texture.name.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = stem.strip_suffix(&format!(".{extension}")).unwrap_or(stem);
         let file = format!("{}.{extension}", self.files.unique_file(&file_stem(stem), "texture"));
@@ -171,7 +171,7 @@ fn colors<'a>(surface: &Surface) -> Properties<'a> {
     }
 }
 
-/// The number for a screen (sRGB, IEC 61966-2-1) of a fraction of light.
+/// Converts a linear value to sRGB (IEC 61966-2-1).
 fn screen(value: f32) -> f64 {
     let value = if value.is_finite() {
         f64::from(value).clamp(0.0, 1.0)

@@ -1,7 +1,7 @@
-//! Meshes: a geometry and a model for each, and a skin with a cluster for each bone.
+//! Writes meshes: a geometry and a model for each mesh, and a skin with a cluster for each bone.
 //!
-//! FBX meshes have several materials, those of a scene one. Meshes of one node that follow each other and have one
-//! name and equal bones become one again.
+//! A mesh of FBX can have several materials, but a mesh of a scene has one. So consecutive meshes of one node with the
+//! same name and bones become one mesh.
 
 use std::collections::BTreeSet;
 
@@ -22,8 +22,8 @@ use super::skeleton::{Placed, model};
 use super::space::Space;
 use super::{FbxReport, FbxTextures, unrepresentable};
 
-/// Node to world in the bind pose, by the first mesh that is bound to the node or to a node above it.
-/// `None` for nodes that are where they rest.
+/// The transforms from nodes to the world in the bind pose, from the first mesh that is bound to the node or an
+/// ancestor. Nodes in their rest pose have `None`.
 pub(super) fn binds(scene: &Scene, space: &Space, placed: &[Placed]) -> Vec<Option<DMat4>> {
     let mut binds = vec![None; placed.len()];
     for mesh in scene.meshes.iter().filter(|mesh| is_written(mesh)) {
@@ -38,15 +38,15 @@ pub(super) fn binds(scene: &Scene, space: &Space, placed: &[Placed]) -> Vec<Opti
     binds
 }
 
-/// Whether a node is one that a mesh is bound to.
+/// The nodes to which a mesh is bound.
 pub(super) fn bound_nodes(scene: &Scene) -> BTreeSet<usize> {
     let meshes = scene.meshes.iter().filter(|mesh| is_written(mesh));
     let bones = meshes.flat_map(|mesh| &mesh.bones);
     bones.map(|bone| bone.node.index()).collect()
 }
 
-/// Where a mesh with bones is: in the world, unless it has another size there. Blender takes the bind pose for that of
-/// the skeleton in the world.
+/// The transform of a mesh with bones: the identity, unless the mesh has another size in the world. Blender assumes
+/// that the bind pose is the pose of the skeleton in the world.
 fn to_world(mesh: &Mesh, space: &Space, placed: &[Placed]) -> DMat4 {
     let Some(bone) = mesh.bones.first() else {
         return DMat4::IDENTITY;
@@ -57,15 +57,16 @@ fn to_world(mesh: &Mesh, space: &Space, placed: &[Placed]) -> DMat4 {
     if is_other { at_rest } else { DMat4::IDENTITY }
 }
 
-/// What was written of the meshes.
+/// The written meshes.
 #[derive(Default)]
 pub(super) struct Meshes<'a> {
-    /// The models of those with bones, and where they are in the bind pose.
+    /// The models of meshes with bones, and their transforms in the bind pose.
     pub(super) skinned: Vec<(Id, DMat4)>,
     pub(super) targets: Vec<WrittenTarget<'a>>,
 }
 
-/// Adds the meshes of `scene`. `bound` has the transform of a node in the bind pose, from that which a mesh says.
+/// Adds the meshes of `scene`. `bound` converts the bind transform of a node, as a mesh states it, to the transform in
+/// the file.
 pub(super) fn write<'a>(
     scene: &'a Scene,
     space: &Space,
@@ -100,7 +101,7 @@ pub(super) fn write<'a>(
             let transform = to_world(first, space, placed);
             document.add("Model", model(element, placed_at(transform)));
             document.connect(geometry, id);
-            // Bones move a skinned mesh from where it is, which is the world.
+            // A skinned mesh has no parent: its bones move it in the world.
             let parent = if first.bones.is_empty() {
                 placed[index].id
             } else {
@@ -128,12 +129,12 @@ pub(super) fn write<'a>(
     Ok(written)
 }
 
-/// Points are no faces.
+/// A mesh of points is not written.
 fn is_written(mesh: &Mesh) -> bool {
     mesh.primitive == Primitive::Triangles && !mesh.indices.is_empty()
 }
 
-/// Whether two meshes are parts of one.
+/// Whether two meshes are parts of the same mesh.
 fn is_one(a: &Mesh, b: &Mesh) -> bool {
     let bones = |mesh: &Mesh| mesh.bones.len();
     let layers = |mesh: &Mesh| (mesh.normals.is_empty(), mesh.texture_coords.is_empty());
@@ -150,7 +151,7 @@ fn is_one(a: &Mesh, b: &Mesh) -> bool {
         && std::iter::zip(&a.bones, &b.bones).all(|(a, b)| a.node == b.node && a.offset_matrix == b.offset_matrix)
 }
 
-/// Whether one of these has a colour. Without any, readers take their own.
+/// Whether a part has a colour. Otherwise readers use their default material.
 fn has_materials(scene: &Scene, parts: &[&Mesh]) -> bool {
     let surface = |mesh: &&Mesh| {
         let material = scene.materials.get(mesh.material_index);
@@ -170,7 +171,7 @@ fn placed_at<'a>(transform: DMat4) -> Properties<'a> {
         .own("Lcl Scaling", scale)
 }
 
-/// Vertices, polygons and what layers have of them.
+/// The vertices, the polygons, and the layers with their attributes.
 fn shape<'a>(
     element: Element<'a>,
     parts: &[&Mesh],
@@ -190,7 +191,7 @@ fn shape<'a>(
             && part.indices.iter().all(|vertex| (*vertex as usize) < count)
     });
     if !is_sound || !is_whole {
-        let message = format!("a vertex of the mesh \"{name}\" is not finite, or a face has one that is not there");
+        let message = format!("a vertex of the mesh \"{name}\" is not finite, or a face refers to a missing vertex");
         return Err(unrepresentable(name, message));
     }
     let mut corners: Vec<i32> = Vec::new();
@@ -213,7 +214,7 @@ fn shape<'a>(
         }
         start += part.vertices.len() as i32;
     }
-    // The last corner of a polygon is the bitwise opposite.
+    // The last corner of a polygon is stored as its bitwise complement.
     let polygons = corners.iter().enumerate();
     let polygons = polygons.map(|(index, corner)| if index % 3 == 2 { !corner } else { *corner });
     let without = parts.iter().map(|part| part.vertices_without_targets());
@@ -247,7 +248,7 @@ fn shape<'a>(
             let none = part.vertices.len() - part.texture_coords.len();
             own.chain(std::iter::repeat_n(glam::Vec2::ZERO, none))
         });
-        // FBX begins at the lower left corner of an image, a scene at the upper left.
+        // The origin of texture coordinates is the lower left corner in FBX, and the upper left corner in a scene.
         let coords = coords.flat_map(|uv| [f64::from(uv.x), 1.0 - f64::from(uv.y)]);
         element = element.child(
             by_corner(Element::of("LayerElementUV", 0))
@@ -271,7 +272,7 @@ fn shape<'a>(
     Ok(element.child(layer.child(in_layer("LayerElementMaterial"))))
 }
 
-/// A layer that has an index for each corner of a polygon.
+/// A layer with an index for each corner of a polygon.
 fn by_corner(element: Element<'_>) -> Element<'_> {
     element
         .child(Element::of("Version", 101))
@@ -280,14 +281,14 @@ fn by_corner(element: Element<'_>) -> Element<'_> {
         .child(Element::of("ReferenceInformationType", "IndexToDirect"))
 }
 
-/// Whether the normals show that a face is clockwise, as in Assimp's skeleton mesh.
+/// Whether a face is clockwise according to its normals, as in Assimp's skeleton mesh.
 fn faces_inward(mesh: &Mesh, face: [u32; 3]) -> bool {
     let [a, b, c] = face.map(|vertex| mesh.vertices[vertex as usize]);
     let normal = mesh.normals.get(face[0] as usize);
     normal.is_some_and(|normal| (b - a).cross(c - a).dot(*normal) < 0.0)
 }
 
-/// The skin of a mesh, and a cluster for each bone.
+/// Adds the skin of a mesh, with a cluster for each bone.
 fn skin(
     geometry: Id,
     name: &str,
@@ -311,7 +312,7 @@ fn skin(
         for (bone, ties) in std::iter::zip(&part.bones, &mut ties) {
             for tie in bone.weights.iter().filter(|tie| tie.weight > 0.0) {
                 let Some(is_tied) = is_tied.get_mut(tie.vertex_id as usize) else {
-                    let message = format!("a bone of the mesh \"{name}\" has a vertex that is not there");
+                    let message = format!("a bone of the mesh \"{name}\" refers to a missing vertex");
                     return Err(unrepresentable(&bone.name, message));
                 };
                 *is_tied = true;

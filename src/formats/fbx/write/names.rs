@@ -1,4 +1,4 @@
-//! Names as the scene has them, each once: Unreal Engine refuses a second bone of a name, and others take the first.
+//! Makes names unique: Unreal Engine rejects two bones with the same name, and other programs use only the first.
 
 use crate::unique_names::UniqueNames;
 
@@ -7,15 +7,16 @@ use crate::unique_names::UniqueNames;
 pub(super) struct Names(UniqueNames);
 
 impl Names {
-    /// `wanted`, or else `instead` where it is empty; or the first of `wanted_2`, `wanted_3`, ... that is free. Control
-    /// characters become `_`, because two of them separate a name from its class.
+    /// Returns `wanted`, or `instead` if `wanted` is empty. If the name is taken, returns the first free name of
+    /// `wanted_2`, `wanted_3`, ... Control characters become `_`, because FBX separates a name from its class by two of
+    /// them.
     pub(super) fn unique(&mut self, wanted: &str, instead: &str) -> String {
         let wanted = if wanted.trim().is_empty() { instead } else { wanted };
         let wanted: String = wanted.chars().map(|c| if c.is_control() { '_' } else { c }).collect();
         self.0.first_free(wanted, str::to_owned)
     }
 
-    /// A unique name of a file: some systems do not tell capitals from small letters.
+    /// A unique file name. The comparison ignores case, because some file systems do.
     pub(super) fn unique_file(&mut self, wanted: &str, instead: &str) -> String {
         let wanted = if wanted.is_empty() { instead } else { wanted };
         self.0.first_free(wanted.to_owned(), str::to_lowercase)

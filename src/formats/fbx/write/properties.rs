@@ -51,7 +51,7 @@ impl<'a> Properties<'a> {
         self.property(name, ["KString", "", ""], [value.into()])
     }
 
-    /// A text of our own, which programs show beside their own properties.
+    /// A custom text property, which programs show beside their own properties.
     pub(super) fn user_text(self, name: &'static str, value: impl Into<Value<'a>>) -> Self {
         self.property(name, ["KString", "", "U"], [value.into()])
     }
@@ -74,12 +74,12 @@ impl<'a> Properties<'a> {
         self.property(name, ["Number", "", "A"], [value.into()])
     }
 
-    /// A property whose type has its own name, such as `Lcl Translation`.
+    /// A property whose type equals its name, such as `Lcl Translation`.
     pub(super) fn own(self, name: &'static str, value: DVec3) -> Self {
         self.property(name, [name, "", "A"], value.to_array().map(Value::from))
     }
 
-    /// The properties without the element around them.
+    /// The properties without the enclosing element.
     pub(super) fn into_elements(self) -> Vec<Element<'a>> {
         self.0
     }

@@ -1,7 +1,7 @@
-//! The nodes as models, and their bind pose.
+//! Writes the nodes as models, and the bind pose.
 //!
-//! FBX has a node at `T Rpre R S`: its translation, its pre-rotation in the order XYZ, its rotation in its own order,
-//! its scale. Offsets, pivots and the post-rotation are left at zero.
+//! The transform of a node in FBX is `T Rpre R S`: translation, pre-rotation in the order XYZ, rotation in the node's
+//! rotation order, and scale. The writer leaves offsets, pivots and the post-rotation at zero.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,22 +18,22 @@ use super::properties::Properties;
 use super::space::Space;
 use super::{FbxOptions, FbxReport, FbxRest, FbxRoot, unrepresentable};
 
-/// The order of nodes that have none: FBX's XYZ, the only one that every program reads right.
+/// The order of nodes without a rotation order: FBX's XYZ, the only order that every program reads correctly.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zyx;
 
-/// FBX's name of the root of the scene, as readers have it.
+/// The name that readers give to FBX's implicit root.
 const NAME_OF_ROOT: &str = "RootNode";
 
-/// A node of the scene in the file.
+/// A node of the scene, converted to the file.
 pub(super) struct Placed {
     pub(super) id: Id,
     pub(super) translation: DVec3,
     pub(super) rotation: DQuat,
     pub(super) scale: DVec3,
-    /// The part of the rotation that stands before the curves.
+    /// The constant rotation before the animated rotation.
     pub(super) pre_rotation: DQuat,
     pub(super) order: RotationOrder,
-    /// To the world, in the rest pose.
+    /// The transform to the world in the rest pose.
     pub(super) world: DMat4,
 }
 
@@ -46,13 +46,15 @@ impl Placed {
         self.angles(self.rotation, DVec3::ZERO)
     }
 
-    /// The angles of a rotation to the parent, in degrees about x, y and z; of all such, those nearest to `before`.
+    /// The Euler angles of a rotation relative to the parent, in degrees about x, y and z. Of all equivalent angles,
+    /// returns the angles nearest to `before`.
     pub(super) fn angles(&self, rotation: DQuat, before: DVec3) -> DVec3 {
         to_euler_xyz(self.pre_rotation.conjugate() * rotation, self.order, before)
     }
 }
 
-/// FBX names the axis that is applied first first, which is the last factor of the product.
+/// The name of an FBX rotation order begins with the axis that is applied first. In the matrix product this axis is the
+/// last factor.
 fn rotation_order(order: RotationOrder) -> i32 {
     match order {
         RotationOrder::Zyx => 0,
@@ -64,7 +66,7 @@ fn rotation_order(order: RotationOrder) -> i32 {
     }
 }
 
-/// Adds the nodes of `scene`. `binds` has those that a mesh is bound to.
+/// Adds the nodes of `scene`. `binds` has the nodes to which a mesh is bound.
 pub(super) fn write<'a>(
     scene: &Scene,
     space: &Space,
@@ -112,9 +114,9 @@ pub(super) fn write<'a>(
             properties = properties.vector("PreRotation", angles);
         }
         properties = properties
-            // Without it some programs take neither the order nor the pre-rotation.
+            // Without this flag some programs ignore the rotation order and the pre-rotation.
             .flag("RotationActive", true)
-            // The scales of the parent are part of its matrix, as everywhere else.
+            // Inherit the scale of the parent in the usual way, as part of its matrix.
             .choice("InheritType", 1)
             .property("DefaultAttributeIndex", ["int", "Integer", ""], [0.into()])
             .own("Lcl Translation", model_node.translation)
@@ -134,10 +136,10 @@ pub(super) fn write<'a>(
     Ok(placed)
 }
 
-/// Whether each node is a `LimbNode`: joints, nodes that a mesh is bound to, and groups between two of these.
+/// Whether each node becomes a `LimbNode`: joints, nodes to which a mesh is bound, and groups between two such nodes.
 ///
-/// Blender's importer in Python takes bones below a `Null` that is below a bone for bones of no armature, and fails
-/// with `KeyError: None` where a mesh is bound to them.
+/// Blender's Python importer finds no armature for bones below a `Null` that is itself below a bone. If a mesh is bound
+/// to such bones, it fails with `KeyError: None`.
 fn bones(scene: &Scene, binds: &BTreeSet<usize>) -> Vec<bool> {
     let nodes = scene.nodes.iter().enumerate();
     let mut is_bone: Vec<bool> = nodes
@@ -159,9 +161,9 @@ fn bones(scene: &Scene, binds: &BTreeSet<usize>) -> Vec<bool> {
     is_bone
 }
 
-/// A node in its rest pose, without an id and its transform in the world.
+/// A node in its rest pose. The id and the world transform are not set yet.
 fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
-    // In double precision: of axes that shear, rounding would choose between two rotations.
+    // Decompose in double precision: with sheared axes, rounding would decide between two rotations.
     let (scale, rotation, _) = node.transform.as_dmat4().to_scale_rotation_translation();
     let (scale, rotation, translation) = (scale.as_vec3(), rotation.as_quat(), node.transform.w_axis.truncate());
     let is_sound = |vector: Vec3| vector.to_array().into_iter().all(|value| is_plausible(value.into()));
@@ -188,8 +190,9 @@ fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
     })
 }
 
-/// The number of groups at the beginning that represent the root that every file has. It is the root of an FBX file. If
-/// no root is wanted above the skeleton, it is all nodes that only group.
+/// The number of leading groups that the writer drops, because the implicit root of the file replaces them. By default
+/// it is the root node that an FBX file had. With [`FbxRoot::None`], it is all groups above the skeleton that do
+/// nothing.
 fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &BTreeSet<usize>) -> usize {
     let nodes = &scene.nodes;
     let is_still = |index: usize| {
@@ -221,7 +224,7 @@ fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &BTreeSet<usize>)
     match options.root {
         FbxRoot::Null(_) => usize::from(nodes[0].name == NAME_OF_ROOT),
         FbxRoot::None => {
-            // Depth first, so that an only child comes right behind its parent.
+            // Nodes are depth-first, so an only child directly follows its parent.
             let only = (0..nodes.len())
                 .take_while(|&index| is_plain(index) && children(index) == 1)
                 .count();
@@ -267,25 +270,24 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
         .child(Element::of("Culling", "CullingOff"))
 }
 
-/// How far joints that move against their parents are beside their positions in the bind pose; `moving` has how far
-/// each moves at most.
+/// Offsets for joints that move relative to their parents, from their positions in the bind pose. `moving` has the
+/// largest distance that each joint moves.
 ///
-/// Blender's importers put the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it,
-/// and then does not move against it. So the head is moved off the tail, by a hundred-thousandth of its distance from
-/// the origin or of the link, whichever is larger, and the bone is not connected. The importer built into Blender 5.0
-/// takes heads for connected that are within a ten-thousandth of a unit of the armature. One that moves by less than it
-/// would be moved off is better connected.
+/// Blender's importers put the tail of a bone along its +Y axis. If the head of a child is at this tail, Blender
+/// connects the two bones, and the child can no longer move relative to its parent. So the writer moves the head away
+/// from the tail. The offset is 1e-5 of the distance from the origin or of the link length, whichever is larger. The
+/// importer built into Blender 5.0 connects heads within 1e-4 units of the armature. A joint that moves by less than
+/// the offset stays connected.
 pub(super) fn beside_the_tails(scene: &Scene, placed: &[Placed], moving: &BTreeMap<usize, f64>) -> Vec<DVec3> {
-    /// The fraction of the way that a joint moves by which it may be beside the tail of its parent: rounding of keys.
+    /// The offset relative to the distance from the origin or the link length: the rounding error of keys.
     const SHARE: f64 = 1e-5;
 
-    /// The distance in units of the file by which it may be beside the tail anyhow: Blender connects bones nearer than
-    /// 1e-4.
+    /// The least offset, in units of the file. Blender connects bones nearer than 1e-4.
     const UNITS: f64 = 1.5e-4;
     let mut beside = vec![DVec3::ZERO; placed.len()];
     for (index, node) in scene.nodes.iter().enumerate() {
         let Some(parent) = node.parent else { continue };
-        // What does not move against its parent stays where the parent has it.
+        // A joint that does not move relative to its parent gets the offset of the parent.
         let of_tail = beside[parent.index()];
         beside[index] = of_tail;
         let Some(farthest) = moving.get(&index) else { continue };
@@ -301,7 +303,7 @@ pub(super) fn beside_the_tails(scene: &Scene, placed: &[Placed], moving: &BTreeM
     beside
 }
 
-/// Adds the bind pose: the matrices to the world of these objects.
+/// Adds the bind pose: the world matrices of these objects.
 pub(super) fn bind_pose(document: &mut Document<'_>, matrices: &[(Id, DMat4)]) {
     let (_, element) = document.object("Pose", ["BindPose", "Pose", "BindPose"]);
     let nodes = matrices.iter().map(|(id, matrix)| {

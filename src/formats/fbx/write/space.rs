@@ -1,4 +1,4 @@
-//! From the unit and the axes of a scene to those of the file.
+//! Converts from the unit and axes of a scene to the unit and axes of the file.
 
 use glam::{DMat3, DMat4, DQuat, DVec3, Mat3, Quat, Vec3};
 
@@ -27,7 +27,8 @@ impl Space {
         self.rotation * direction.as_dvec3()
     }
 
-    /// A rotation in the axes of the file, normalized; `None` if the quaternion is no rotation.
+    /// Converts a rotation to the axes of the file and normalizes it. Returns `None` if the quaternion is not a
+    /// rotation.
     pub(super) fn rotation(&self, rotation: Quat) -> Option<DQuat> {
         if !(rotation.is_finite() && rotation.length_squared() > f32::EPSILON) {
             return None;
@@ -37,12 +38,13 @@ impl Space {
         Some(DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w))
     }
 
-    /// The length in the file of a unit of the scene.
+    /// The length of one scene unit, in units of the file.
     pub(super) fn factor(&self) -> f64 {
         self.factor
     }
 
-    /// The axis of the scene that an axis of the file lies along, and 1, or -1 where they point in opposite directions.
+    /// The axis of the scene that is parallel to an axis of the file, and its sign: -1 if the axes point in opposite
+    /// directions.
     pub(super) fn axis_in_scene(&self, axis: usize) -> (usize, f64) {
         let turned = self.direction_in_scene(DVec3::AXES[axis]);
         let target_axis = (0..3)
@@ -51,24 +53,24 @@ impl Space {
         (target_axis, turned[target_axis].signum())
     }
 
-    /// A direction of the file, or angles about its axes, in the axes of the scene.
+    /// Converts a direction, or angles about axes, from the file to the scene.
     pub(super) fn direction_in_scene(&self, direction: DVec3) -> DVec3 {
         self.rotation.transpose() * direction
     }
 
-    /// A rotation of the file in the axes of the scene.
+    /// Converts a rotation from the file to the scene.
     pub(super) fn rotation_in_scene(&self, rotation: DQuat) -> DQuat {
         let axis = self.direction_in_scene(rotation.xyz());
         DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w)
     }
 
-    /// The order about the axes of the scene that is this order about the axes of the file.
+    /// Converts a rotation order from the axes of the file to the axes of the scene.
     pub(super) fn order_in_scene(&self, order: RotationOrder) -> RotationOrder {
         let axes = order.axes().map(|axis| self.axis_in_scene(axis).0);
         RotationOrder::from_axes(axes).unwrap_or(order)
     }
 
-    /// Scales along axes; the rotation only exchanges them.
+    /// Converts scales along axes. The rotation only permutes them.
     pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
         let permutation = DMat3::from_cols(
             self.rotation.x_axis.abs(),
@@ -78,13 +80,13 @@ impl Space {
         permutation * scale.as_dvec3()
     }
 
-    /// A map from one space of the scene to another.
+    /// Converts a transform between two spaces of the scene.
     pub(super) fn map(&self, map: DMat4) -> DMat4 {
         let to_file = DMat4::from_mat3(self.rotation * self.factor);
         to_file * map * to_file.inverse()
     }
 
-    /// The order of these rotations about the axes of the file.
+    /// Converts a rotation order from the axes of the scene to the axes of the file.
     pub(super) fn order(&self, order: RotationOrder) -> RotationOrder {
         let target_axis = |axis: usize| {
             let turned = (self.rotation * DVec3::AXES[axis]).abs();

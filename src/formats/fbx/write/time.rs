@@ -7,10 +7,10 @@ use mocap_scene::scene::Scene;
 use super::FbxOptions;
 use crate::fbx::whole_rate;
 
-/// FBX's units of time in a second, as `KTime` has them.
+/// FBX's time units (`KTime`) per second.
 pub const SECOND: f64 = 46_186_158_000.0;
 
-/// Frames per second of a file that holds no motion.
+/// The frame rate of a file without motion, in frames per second.
 const POSE_FRAME_RATE: f64 = 30.0;
 
 /// A frame rate.
@@ -18,14 +18,14 @@ const POSE_FRAME_RATE: f64 = 30.0;
 pub(super) struct Rate(f64);
 
 impl Rate {
-    /// That of the fastest clip: a file has one rate, and a reader that samples at it misses no key of the others whose
-    /// rate divides it.
+    /// The rate of the fastest clip, because a file has only one rate. A reader that samples at this rate misses no key
+    /// of clips whose rate divides it.
     pub(super) fn of(scene: &Scene, options: &FbxOptions) -> Result<Self> {
         let rates = scene.animations.iter().map(|animation| animation.ticks_per_second);
         Self::new(rates.max_by(f64::total_cmp).unwrap_or(POSE_FRAME_RATE), options)
     }
 
-    /// A rate, made whole where that is wanted and next to it.
+    /// A rate, rounded to a whole number if the options ask for it and the rate is almost whole.
     pub(super) fn new(ticks_per_second: f64, options: &FbxOptions) -> Result<Self> {
         let rate = limits::frame_rate(Code::FrameTime, ticks_per_second)?;
         let whole = whole_rate(rate).filter(|_| options.whole_rate);
@@ -36,7 +36,7 @@ impl Rate {
         self.0
     }
 
-    /// FBX's number of a usual rate; 14 for another one, which stands in a property of its own.
+    /// FBX's number of a common rate, or 14 for a custom rate, which has its own property.
     pub(super) fn mode(self) -> i32 {
         let usual = [
             (120.0, 1),
@@ -58,17 +58,17 @@ impl Rate {
     }
 }
 
-/// The moment of a tick.
+/// The time of a tick, in FBX's units.
 pub(super) fn time(tick: f64, rate: f64) -> i64 {
     (tick * SECOND / rate).round() as i64
 }
 
-/// The moment at which a clip ends.
+/// The end of a clip, in FBX's units.
 ///
 /// # Errors
-/// [`Code::LimitExceeded`] where FBX has no number for it.
+/// [`Code::LimitExceeded`] if FBX cannot represent the time.
 pub fn end(duration: f64, rate: f64) -> Result<i64> {
-    /// Six years, in seconds.
+    /// The longest time in seconds: six years.
     const LONGEST: f64 = i64::MAX as f64 / SECOND;
     let seconds = duration / rate;
     if seconds < LONGEST {
@@ -76,14 +76,14 @@ pub fn end(duration: f64, rate: f64) -> Result<i64> {
     }
     let diagnostic = limits::limit_exceeded(format!("at most {LONGEST:.0} s in FBX"), format!("{seconds:.0} s"));
     Err(diagnostic
-        .help("take a part of the motion, or state its frame rate")
+        .help("write a part of the motion, or state its frame rate")
         .into())
 }
 
-/// The moments of keys, each later than the one before. None is later than its tick, so that a position that jumps at a
-/// tick has jumped there. There may be only a few hundred of FBX's units between the two keys of a jump.
+/// The times of keys, strictly increasing. No key is later than its tick, so that a position that jumps at a tick has
+/// its new value there. The two keys of a jump may be only some hundred FBX units apart.
 pub fn key_times(ticks: &[f64], rate: f64) -> impl Iterator<Item = i64> {
-    /// In FBX's units: what the product of a tick and the length of one is off.
+    /// The rounding error of a tick times the length of a tick, in FBX's units.
     const ROUNDING: f64 = 1e-3;
     let mut earliest = i64::MIN;
     ticks.iter().map(move |tick| {

@@ -169,7 +169,7 @@ fn a_file_that_cannot_take_a_clip_is_written_anew_and_says_why() {
     let warning = &report.warnings[0];
     assert!(!report.is_kept && warning.code == Code::NotCarriedOver);
     assert!(
-        warning.message.contains("the joint \"another\" is another one"),
+        warning.message.contains("the joint \"another\" has changed"),
         "{warning:?}"
     );
     // Conventions that were asked for need no reason.

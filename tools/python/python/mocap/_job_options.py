@@ -126,23 +126,23 @@ class WriteOptions:
         embed: Embed the buffer in a .gltf file, instead of writing a separate .bin file.
         fbx_rest: Where to store the rotations of the rest pose. Default: rotation; for the target maya
             pre-rotation.
-            ``"rotation"``: In ``Lcl Rotation``, as Blender has them: the curves have all of a rotation.
-            ``"pre-rotation"``: In ``PreRotation``, which Maya shows as joint orient: all rotations of the rest pose
-                are zero. Assimp 5.2 turns animated joints by it twice.
+            ``"rotation"``: ``Lcl Rotation``, as Blender writes: curves have the complete rotation.
+            ``"pre-rotation"``: ``PreRotation``, which Maya shows as joint orient: all rotations of the rest pose
+                are zero. Assimp 5.2 applies the pre-rotation of animated joints twice.
         fbx_version: Version of the file.
             ``"7.4"``: 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
             ``"7.5"``: 7.5, of FBX 2016 and newer.
         fbx_target: The program whose conventions the file follows: unit, axes, root, frame rate.
-            ``"blender"``: Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is
-                named.
-            ``"unreal"``: Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+            ``"blender"``: Blender: centimetres with +Y up, and +Y of joints along their bones unless an option sets
+                the bone axis.
+            ``"unreal"``: Unreal Engine: centimetres with +Z up, no node above the skeleton, a whole frame rate.
             ``"unity"``: Unity: metres with +Y up.
             ``"maya"``: Maya: centimetres with +Y up, the rest pose as joint orient.
-            ``"motionbuilder"``: MotionBuilder: centimetres with +Y up, a root called ``Reference``, a whole frame
+            ``"motionbuilder"``: MotionBuilder: centimetres with +Y up, a root named ``Reference``, a whole frame
                 rate.
         textures: Where to store the images of textures.
             ``"embedded"``: In the file itself.
-            ``"beside"``: In files of their own beside it.
+            ``"beside"``: In separate files beside the FBX file.
         overwrite: Whether the output may replace a file that may be a source. An input is never replaced.
         keep_constant: Keep constant tracks in the animation. By default they become part of the rest pose.
         mesh: How to draw the skeleton of a file without meshes. Default: skinned; for .fbx none.

@@ -1,4 +1,4 @@
-//! The sections of a file with other clips: what they say of it beside the clips.
+//! Edits the sections of a file with new clips: all values that depend on the clips.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -18,12 +18,12 @@ pub(super) const OF_ANIMATIONS: [&str; 4] = [
     "AnimationCurve",
 ];
 
-/// What changes beside the clips.
+/// The values that change with the clips.
 pub(super) struct Edits<'c> {
     pub(super) provenance: String,
     /// The name of the clip that programs show first.
     pub(super) active: Option<String>,
-    /// The frame rate, if it is another one.
+    /// The frame rate, if it changes.
     pub(super) rate: Option<Rate>,
     pub(super) removed: HashSet<i64>,
     pub(super) clips: &'c [(String, i64)],
@@ -43,7 +43,7 @@ impl Edits<'_> {
                     .children
                     .iter()
                     .filter(|object| !object.id().is_some_and(|id| self.removed.contains(&id)));
-                // The new clips are the first.
+                // New clips come first.
                 let mut all = objects.take().unwrap_or_default();
                 all.extend(own.map(RawElement::unchanged));
                 section.with_children(all)
@@ -65,7 +65,7 @@ impl Edits<'_> {
         sections.collect()
     }
 
-    /// The properties of the scene with what this program says of the file.
+    /// The properties of the scene, with mocap's provenance.
     fn header<'a>(&self, below: &RawElement<'a>) -> Option<Element<'a>> {
         if below.name != "Properties70" {
             return None;
@@ -115,7 +115,7 @@ impl Edits<'_> {
             .pop()
     }
 
-    /// The numbers of objects of each kind.
+    /// The number of objects of each kind.
     fn definitions<'a>(&self, section: &RawElement<'a>, counts: &BTreeMap<&'static str, i32>) -> Element<'a> {
         let mut left = counts.clone();
         let mut total = 0;
@@ -149,7 +149,7 @@ impl Edits<'_> {
         section.with_children(all)
     }
 
-    /// The clips as versions before 7 list them.
+    /// The list of clips in the form of versions before 7.
     fn takes<'a>(&self, section: &RawElement<'a>) -> Element<'a> {
         let keeps_clips = self.removed.is_empty();
         let own = section

@@ -1,4 +1,4 @@
-//! The rotations, offsets and pivots of a model beside its curves.
+//! The constant rotations, offsets and pivots of a model.
 
 use glam::{DQuat, DVec3, EulerRot};
 
@@ -43,14 +43,14 @@ impl Pivots {
         offsets == [DVec3::ZERO; 4] && self.post_rotation == DQuat::IDENTITY
     }
 
-    /// `Lcl Translation`, where the model is at `translation` in its parent, with this rotation and scale.
+    /// The `Lcl Translation` that places the model at `translation` in its parent, with this rotation and scale.
     pub(super) fn translation(&self, translation: DVec3, rotation: DQuat, scale: DVec3) -> DVec3 {
         let turned = self.scaling_offset + self.scaling_pivot - self.rotation_pivot - scale * self.scaling_pivot;
         translation - self.rotation_offset - self.rotation_pivot - rotation * turned
     }
 }
 
-/// A rotation of a model beside its curves, which is in the order XYZ.
+/// A constant rotation of a model, in the order XYZ.
 pub(super) fn rotation(node: &ufbx::Node, name: &str) -> DQuat {
     let property = node.element.props.find_prop(name).filter(|_| node.use_rotation_space);
     let angles = property.map_or(DVec3::ZERO, |found| xyz(found.value_vec4));

@@ -1,14 +1,14 @@
-//! The elements of a binary file, of which the values stay bytes.
+//! The elements of a binary file. Their values stay encoded.
 
 use super::super::encode::Element;
 
-/// Elements below each other that are read.
+/// The deepest nesting of elements.
 const DEEPEST: usize = 64;
 
-/// The bytes before the first element: the identification and the version.
+/// The size of the file header, in bytes: the magic and the version.
 const HEADER: usize = 27;
 
-/// The bytes that identify a file at its end, with its time of creation.
+/// The size of the id at the end of a file, in bytes. The id depends on the time of creation.
 pub(super) const FOOTER_ID: usize = 16;
 
 /// The first version whose offsets have 8 bytes.
@@ -30,7 +30,7 @@ pub(super) struct RawFile<'a> {
     pub(super) footer: &'a [u8],
 }
 
-/// A value that says what an element is.
+/// A value that identifies an element.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum RawValue<'a> {
     Number(i64),
@@ -39,7 +39,7 @@ pub(super) enum RawValue<'a> {
 }
 
 impl<'a> RawFile<'a> {
-    /// `None` where the bytes are no binary file, or end too early.
+    /// Returns `None` if the bytes are not a binary file, or end too early.
     pub(super) fn parse(bytes: &'a [u8]) -> Option<Self> {
         let version = u32::from_le_bytes(*bytes.get(HEADER - 4..HEADER)?.first_chunk()?);
         let mut reader = Reader {
@@ -64,7 +64,7 @@ impl<'a> RawFile<'a> {
 }
 
 impl<'a> RawElement<'a> {
-    /// The value at an index, if it is a whole number or a text.
+    /// The value at an index, if the value is an integer or a text.
     pub(super) fn value(&self, index: usize) -> Option<RawValue<'a>> {
         let mut rest = self.values;
         for place in 0..self.count {
@@ -77,7 +77,7 @@ impl<'a> RawElement<'a> {
         None
     }
 
-    /// The number of the object.
+    /// The id of the object.
     pub(super) fn id(&self) -> Option<i64> {
         match self.value(0)? {
             RawValue::Number(id) => Some(id),
@@ -89,25 +89,25 @@ impl<'a> RawElement<'a> {
         self.value(index) == Some(RawValue::Text(text.as_bytes()))
     }
 
-    /// The element as it is written, with other children.
+    /// The element for writing, with other children.
     pub(super) fn with_children(&self, children: Vec<Element<'a>>) -> Element<'a> {
         Element::of_bytes(self.name, (self.count, self.values), children, self.is_block)
     }
 
-    /// The element as it is written, where `edit` says of none below it what stands in its place.
+    /// The element for writing. `edit` returns replacements of descendants, or `None` for unchanged ones.
     pub(super) fn edited(&self, edit: &dyn Fn(&Self) -> Option<Element<'a>>) -> Element<'a> {
         let children = self.children.iter();
         let children = children.map(|child| edit(child).unwrap_or_else(|| child.edited(edit)));
         self.with_children(children.collect())
     }
 
-    /// The element as it is written.
+    /// The element for writing, unchanged.
     pub(super) fn unchanged(&self) -> Element<'a> {
         self.edited(&|_| None)
     }
 }
 
-/// The value at the beginning of bytes, and the bytes behind it.
+/// The value at the beginning of the bytes, and the remaining bytes.
 fn value(bytes: &[u8]) -> Option<(RawValue<'_>, &[u8])> {
     let (code, rest) = bytes.split_first()?;
     let number = |size: usize| {
@@ -148,8 +148,8 @@ impl<'a> Reader<'a> {
         usize::try_from(u64::from_le_bytes(wide)).ok()
     }
 
-    /// The next element; within, `None` at the end of a list.
-    #[expect(clippy::option_option, reason = "the outer one is of a file that is broken")]
+    /// The next element. The inner `None` is the end of a list.
+    #[expect(clippy::option_option, reason = "the outer `None` is a broken file")]
     fn element(&mut self, depth: usize) -> Option<Option<RawElement<'a>>> {
         let [end, count, length] = [self.number()?, self.number()?, self.number()?];
         let name_length = usize::from(*self.bytes.get(self.at)?);
@@ -171,7 +171,7 @@ impl<'a> Reader<'a> {
                 None => break,
             }
         }
-        // Elements do not overlap.
+        // The next element must begin at the end of this element.
         (self.at == end).then_some(())?;
         Some(Some(RawElement {
             name: std::str::from_utf8(name).ok()?,
