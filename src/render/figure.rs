@@ -233,7 +233,8 @@ impl<'a> DrawnClip<'a> {
         })
     }
 
-    /// Where a figure with two legs looks in these poses, as an angle about +Y from +Z; 0 where it looks everywhere.
+    /// The facing of a figure with two legs in these poses, as an angle about +Y from +Z. The angle is 0 if the figure
+    /// has no main facing.
     pub(super) fn heading<'p>(&self, poses: impl Iterator<Item = &'p [Vec3]>) -> f32 {
         /// The length of the mean of unit vectors above which they have a direction.
         const TOGETHER: f32 = 0.5;

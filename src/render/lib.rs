@@ -3,9 +3,9 @@
 //! All pictures are drawn in software, with the same scene and kinematics as the rest of the crate. Equal scenes and
 //! options give equal bytes. A [`Drawing`] can be written as PNG or SVG, a [`Movie`] as GIF or animated PNG.
 //!
-//! Pictures show the world with +Y up. The up axis of the file is the guess of [`survey`](mocap_figure).
+//! Pictures show the world with +Y up. mocap infers the up axis of the file (`mocap_figure`).
 
-// Tests may unwrap and print; the library may not.
+// Only tests may call `unwrap` and print.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 mod built;

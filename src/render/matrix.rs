@@ -16,9 +16,9 @@ const BLACK: f32 = 0.5;
 const DOT: usize = 1;
 const MARK: [u8; 3] = [220, 30, 40];
 
-/// Draws a matrix as PNG, as in the paper on motion graphs. The frames of the first clip run from top to bottom, those
-/// of the second from left to right. Lighter pixels are more alike. The cells in `marked`, as row and column, get a red
-/// dot.
+/// Draws a matrix as PNG, as in the paper on motion graphs. The frames of the first clip run from top to bottom, the
+/// frames of the second clip from left to right. Lighter pixels are more similar poses. The cells in `marked`, as row
+/// and column, get a red dot.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -199,7 +199,7 @@ fn paint_poses(
     let mut camera = Camera::three_quarters(figure.heading(poses.iter().map(|(_, positions)| &positions[..])));
     let mut extent = Extent::default();
     for (tick, positions) in &poses {
-        // The skin is in the pose in which the figure is.
+        // Pose the figure, because the skin follows its pose.
         figure.positions(*tick);
         camera.target = figure.ground_below(figure.root(positions));
         extent.include(&camera, figure, positions);

@@ -54,7 +54,7 @@ pub struct PageClip<'a> {
     pub source: Option<&'a [u8]>,
     /// The ground contacts of the feet; see [`ContactOptions::detect`](mocap_edit::ContactOptions::detect).
     pub contacts: Option<&'a DetectedContacts>,
-    /// The angles between the limbs and those of the source motion; see `PoseRetargeter::limb_angles`.
+    /// The angles between the limbs and the limbs of the source motion; see `PoseRetargeter::limb_angles`.
     pub limb_angles: Option<&'a [LimbAngles]>,
 }
 
@@ -117,8 +117,8 @@ struct PageData {
 ///
 /// The keys of a clip are packed if they take more than 4 MiB. The page states the resulting joint error. In every
 /// frame it is at most a ten thousandth of the figure's reach, 0.1 mm for a person. For motions of more than 128 MiB,
-/// half an hour at 120 frames per second, it is at most 15 ten thousandths, 1.4 mm. So the page of an hour has about 20
-/// MB.
+/// half an hour at 120 frames per second, it is at most 15 ten thousandths, 1.4 mm for a person. So a page with an hour
+/// of motion has about 20 MB.
 ///
 /// ```
 /// # std::env::set_current_dir("../..").unwrap();

@@ -1,4 +1,4 @@
-// Instances of one shape, as numbers for a renderer: from, to, width, red, green, blue.
+// Instances of one shape for a renderer. Each has the numbers from, to, width, red, green, blue.
 
 export const INSTANCE = 10;
 

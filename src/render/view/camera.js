@@ -1,4 +1,4 @@
-// A camera that circles a point, moved by mouse, touch and keys.
+// A camera that orbits a point, moved by mouse, touch and keys.
 
 import { add, clamp, cross, dot, multiply, scale } from "./math.js";
 
@@ -18,7 +18,7 @@ export class OrbitCamera {
 
   zoom(factor) { this.distance = clamp(this.distance * factor, this.home.distance * 0.02, this.home.distance * 40); }
 
-  // By shares of what is seen from top to bottom.
+  // Moves the camera by fractions of the visible height.
   pan(right, up) {
     const size = (2 * this.distance) / this.focal;
     const { x, y } = this.axes();
@@ -40,7 +40,7 @@ export class OrbitCamera {
     const worldToCamera = [x[0], y[0], z[0], 0, x[1], y[1], z[1], 0, x[2], y[2], z[2], 0,
       -dot(x, eye), -dot(y, eye), -dot(z, eye), 1];
     const [near, far] = [this.distance * 0.02, this.distance * 60];
-    // A narrow screen sees as much from side to side as a wide one from top to bottom.
+    // The visible width of a narrow screen equals the visible height of a wide screen.
     const focal = this.focal * Math.min(1, aspect * 1.25);
     const toClip = [focal / aspect, 0, 0, 0, 0, focal, 0, 0, 0, 0, (far + near) / (near - far), -1,
       0, 0, (2 * far * near) / (near - far), 0];
@@ -48,8 +48,8 @@ export class OrbitCamera {
   }
 }
 
-// One pointer turns (or moves, with Shift or another button), two pinch and move; a press without a move chooses.
-// `grab` may return what to do with a press that moves, in place of the camera.
+// One pointer turns the camera, or moves it with Shift or another button. Two pointers zoom and move it. A press
+// without a move selects. `grab` may return a handler of a drag, which replaces the camera.
 export function listenToPointers(canvas, camera, { changed, hover, choose, grab }) {
   const pointers = new Map();
   let held = null;

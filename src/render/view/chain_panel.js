@@ -1,4 +1,5 @@
-// The chain of the chosen joint, T = J0 L1 J1 L2 ...: its matrices, one more with each step, and the lines of the file they come from.
+// The chain of the selected joint, T = J0 L1 J1 L2 ...: its matrices, one more with each step, and the lines of the
+// file that define them.
 
 import { byId, make, short } from "./dom.js";
 import { transformPoint } from "./math.js";
@@ -6,7 +7,7 @@ import { chainMatrices } from "./product.js";
 import { SourceText, matrixLines } from "./source_text.js";
 
 const AXIS_LETTERS = ["X", "Y", "Z"];
-// Lines of the file that are shown before and after those that are marked.
+// The number of lines shown before and after the marked lines.
 const AROUND = 8;
 
 const subscript = (letter, index) => make("span", {}, letter, make("sub", {}, String(index)));
@@ -16,7 +17,7 @@ const angleText = (clip, id) => {
 };
 
 export class ChainPanel {
-  // `state.grown` is how many matrices are multiplied so far; 0 shows the whole product, without the frames between.
+  // `state.grown` is the number of multiplied matrices. 0 shows the whole product, without the intermediate frames.
   constructor(state, { choose, changed }) {
     Object.assign(this, { state, choose, changed, texts: new Map() });
     byId("chain-more").addEventListener("click", () => this.grow(1));
@@ -26,7 +27,7 @@ export class ChainPanel {
 
   get clip() { return this.state.clips[this.state.active]; }
 
-  // Called when another joint is chosen.
+  // Called when the user selects another joint.
   show() {
     const { clip, state } = this;
     state.grown = 0;
@@ -47,7 +48,7 @@ export class ChainPanel {
     this.showGrown();
   }
 
-  // One matrix more, or one fewer; past the last one and before the first the whole product.
+  // Multiplies one matrix more or fewer. Past either end, shows the whole product.
   grow(by) {
     if (this.state.joint < 0) return;
     const count = this.parts.length + 1;
@@ -74,7 +75,7 @@ export class ChainPanel {
     this.showLines();
   }
 
-  // The values of this picture.
+  // Updates the values at the current tick.
   showTick() {
     const { clip } = this;
     this.parts = chainMatrices(clip, this.state.joint);
@@ -88,7 +89,7 @@ export class ChainPanel {
     this.showRow();
   }
 
-  // A point on the link, moved by the matrices that are multiplied so far.
+  // Shows a point of the joint's frame, transformed by the matrices multiplied so far.
   showPoint() {
     if (this.state.joint < 0) return;
     const words = byId("point").value.replaceAll("−", "-").split(/[\s,]+/).filter(Boolean);
@@ -105,7 +106,7 @@ export class ChainPanel {
     return texts.get(clip);
   }
 
-  // The lines of the HIERARCHY around those of the last matrix.
+  // Shows the lines of the HIERARCHY around the lines of the last matrix.
   showLines() {
     const { text, clip } = this;
     const part = this.parts[this.last];
@@ -127,12 +128,12 @@ export class ChainPanel {
     this.showRow();
   }
 
-  // The row of the MOTION at this tick, with the columns of the last matrix.
+  // Shows the row of the MOTION at this tick, with the columns of the last matrix.
   showRow() {
     if (byId("file-lines").hidden) return;
     const { clip, text } = this;
     const part = this.parts[this.last];
-    // Of a clip that was changed the rows are others.
+    // If a step changed the clip, the rows of the file differ.
     const { all, marked, names } = clip.file ? text.columns(clip.nodes, part) : { marked: [] };
     const row = marked.length ? text.row(Math.floor(clip.tick), all) : null;
     byId("motion-row").hidden = byId("motion-title").hidden = !row;

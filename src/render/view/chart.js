@@ -1,4 +1,4 @@
-// Curves over time on a canvas: drawn once, with a cursor over them.
+// Curves over time on a canvas. The curves are drawn once, and a cursor moves over them.
 
 import { short } from "./dom.js";
 import { clamp } from "./math.js";
@@ -16,7 +16,7 @@ export class Chart {
     canvas.addEventListener("pointermove", (event) => { if (event.buttons) toTime(event); });
   }
 
-  // Draws rows from one frame to another, of which the first `filled` numbers are known; `unit` stands behind the numbers.
+  // Draws rows from one frame to another. The first `filled` numbers are known. `unit` follows the numbers.
   show(rows, { filled, colors, unit, from = 0, to = rows[0].length - 1 }) {
     Object.assign(this, { rows, filled, colors, unit, from, to });
     this.drawCurves();
@@ -55,7 +55,7 @@ export class Chart {
       const last = Math.max(1, frames - 1);
       const stretch = Math.max(1, Math.floor(frames / width));
       for (let start = 0; start < row.length; start += stretch) {
-        // All values of one pixel, as their extremes.
+        // Draw all values of one pixel column as a line from the lowest to the highest.
         let [least, most] = [row[start], row[start]];
         for (let i = start; i < Math.min(start + stretch, row.length); i++) { least = Math.min(least, row[i]); most = Math.max(most, row[i]); }
         const x = (start / last) * width;
@@ -71,7 +71,7 @@ export class Chart {
     pen.fillText(`${short(low)}${this.unit}`, 3 * ratio, bottom - 3 * ratio);
   }
 
-  // The cursor, at a share of the clip's length.
+  // Moves the cursor to a fraction of the clip's duration.
   point(share) {
     const { canvas, pen, picture } = this;
     if (!picture.width || !canvas.width) return;

@@ -1,4 +1,4 @@
-// What a joint does over all frames, as rows of numbers with a number a frame. A long take is sampled in pieces.
+// The curves of a joint: rows with one number per frame. A long clip is sampled in pieces.
 
 import { eulerAngles, nearestAngles } from "./math.js";
 
@@ -8,7 +8,7 @@ export class Curves {
   constructor(clip, id) {
     Object.assign(this, { clip, id });
     this.frames = Math.max(1, clip.frames);
-    // The frames that are sampled.
+    // The number of sampled frames.
     this.filled = 0;
     const table = (columns) => Array.from({ length: columns }, () => new Float64Array(this.frames));
     this.rows = { local: table(3), world: table(3), euler: table(3), quaternion: table(4) };
@@ -17,7 +17,7 @@ export class Curves {
 
   get complete() { return this.filled === this.frames; }
 
-  // Samples for about so many milliseconds.
+  // Samples frames for about `milliseconds`.
   fill(milliseconds) {
     const end = performance.now() + milliseconds;
     while (!this.complete && performance.now() < end) {

@@ -1,10 +1,10 @@
-// Elements of the page, and numbers and colours as text.
+// Creates elements of the page, and formats numbers and colours as text.
 
 import { clamp } from "./math.js";
 
 export const byId = (id) => document.getElementById(id);
 
-// An element with attributes and contents; text is never read as HTML.
+// Makes an element with attributes and contents. Text is never parsed as HTML.
 export function make(tag, attributes = {}, ...contents) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -22,14 +22,14 @@ export function save(bytes, name, type) {
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
-// A number for a person: four significant digits, no needless ones.
+// Formats a number with at most four significant digits, without trailing zeros.
 export function short(value) {
   if (value === 0 || Math.abs(value) < 5e-5) return "0";
   const digits = clamp(3 - Math.floor(Math.log10(Math.abs(value))), 0, 4);
   return value.toFixed(digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "").replace("-", "−");
 }
 
-// A time of a motion, with minutes and hours where the motion is so long: 4.20, 1:04.20, 1:02:04.20.
+// Formats a time in seconds, with minutes and hours if `longest` needs them: 4.20, 1:04.20, 1:02:04.20.
 export function clock(seconds, longest) {
   const hundredths = Math.round(100 * seconds);
   const [minutes, hours] = [Math.floor(hundredths / 6000), Math.floor(hundredths / 360000)];
@@ -39,7 +39,7 @@ export function clock(seconds, longest) {
   return `${hours}:${String(minutes % 60).padStart(2, "0")}:${rest.padStart(5, "0")}`;
 }
 
-// The unit of so many metres, to stand behind a number.
+// The name of a unit with this length in metres, for display after a number.
 export function lengthUnit(metres) {
   const known = { m: 1, dm: 0.1, cmu: 0.0254 / 0.45, inch: 0.0254, cm: 0.01, mm: 0.001 };
   const name = Object.keys(known).find((unit) => Math.abs(metres / known[unit] - 1) < 1e-6);

@@ -1,10 +1,10 @@
-// What a drag of the ends of limbs and chains shows, as steps of `mocap edit`: to copy as a command, and as JSON for the libraries.
+// Converts dragged ends of limbs and chains to steps of `mocap edit`: a command to copy, and JSON for the libraries.
 
 import { dot, scale } from "./math.js";
 import { byId, make } from "./dom.js";
 
 const LIMBS = { leftHand: "left-hand", rightHand: "right-hand", leftFoot: "left-foot", rightFoot: "right-foot" };
-// The rows that bring a direction of the file to +Y up, as `mocap edit` does where it writes anything but BVH.
+// Rows of the matrices that rotate the file's up axis to +Y. `mocap edit` does this for every output format except BVH.
 const Y_UP = {
   "+y": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
   "-y": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
@@ -13,12 +13,12 @@ const Y_UP = {
 };
 
 const metres = (value) => Number(value.toFixed(4));
-// A place in the file's axes, +Y up.
+// Rotates a position from the file's axes to +Y up.
 export const turnedUp = (place, up) => (Y_UP[up] ?? Y_UP["+y"]).map((row) => metres(dot(row, place)));
-// A word of a command line.
+// Quotes a word for a shell.
 export const quoted = (name) => (/^[\w.][\w.-]*$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
 
-// The command and the JSON that bring the dragged limbs of a clip to where they are, in this frame.
+// The command and the JSON that move the dragged limbs of a clip to their current positions, in the current frame.
 export function stepsOf(clip) {
   const frame = `${Math.round(clip.tick)}f`;
   const { goals, limbs, chains } = clip.posing;
@@ -28,7 +28,7 @@ export function stepsOf(clip) {
   const steps = [...goals].map(([end, goal]) => ({
     step: "reach", ...moved(end), to: scale(goal, clip.metresPerUnit).map(metres), range: `${frame}..${frame}`,
   }));
-  // BVH keeps the axes of its source; the library has those of the file too.
+  // Positions for BVH output and for the libraries are in the axes of the source file.
   const file = clip.file ?? "FILE";
   const isBvh = /\.bvh$/i.test(file);
   const turned = (to) => (isBvh ? to : turnedUp(to, clip.up));
@@ -47,14 +47,13 @@ export async function copy(text, shown) {
     await navigator.clipboard.writeText(text);
     byId("said").textContent = "Copied";
   } catch {
-    // A page without the right to copy marks the text.
+    // Without permission to copy, the page selects the text.
     shown.textContent = text;
     getSelection().selectAllChildren(shown);
   }
 }
 
-// Shows the steps beside the picture while a limb is dragged, and nothing otherwise. A page that can apply steps keeps them by
-// `keep(clip, steps)`.
+// Shows the steps while a limb is dragged. A page that can apply steps passes `keep(clip, steps)`.
 export function showSteps(clips, keep) {
   const clip = clips.find(({ posing }) => posing.goals.size);
   const before = document.getElementById("drag");

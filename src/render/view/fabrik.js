@@ -1,27 +1,27 @@
-// Inverse kinematics of a chain of any number of bones, step by step, as `ik::ChainOptions` does it: FABRIK (Aristidou and
-// Lasenby, 2011), which comes near quickly, and an exact last step.
+// Inverse kinematics of a chain with any number of bones, with the steps of `ik::ChainOptions`. FABRIK (Aristidou and
+// Lasenby, 2011) converges quickly, and the last step is exact.
 
 import { add, clamp, dot, length, normalize, scale, sub } from "./math.js";
 import { arc, turned, twoBone } from "./reach.js";
 
-// How near, as a share of the chain's length, and the largest number of passes.
+// The tolerance as a fraction of the chain's length, and the largest number of passes.
 const [NEAR_ENOUGH, PASSES] = [1e-5, 100];
-// The farthest that a pass leaves to the last step, as a fraction of the distance of the goal.
+// The largest remaining distance before the last step, as a fraction of the distance of the goal.
 const LEFT_TO_LAST = 0.05;
 
 const away = (a, b) => length(sub(a, b));
 const directionOr = (way, other) => (length(way) > 0 ? normalize(way) : other);
 const rejected = (way, unit) => sub(way, scale(unit, dot(way, unit)));
 
-// Some direction that is perpendicular to another (Duff and others, 2017), which the library takes too.
+// A direction perpendicular to another (Duff and others, 2017). The library computes the same direction.
 function orthonormal([x, y, z]) {
   const sign = z < 0 || Object.is(z, -0) ? -1 : 1;
   const a = -1 / (sign + z);
   return [x * y * a, sign + y * y * a, -y];
 }
 
-// The positions of a chain, from its first joint to its end, moved so that the end comes to a goal; the first joint and the
-// distances between neighbours stay. Out of reach, the chain is straight towards the goal.
+// Moves the end of a chain to a goal. Returns the positions from the first joint to the end. The first joint and the
+// lengths of bones stay unchanged. If the goal is out of reach, the chain is straight towards the goal.
 export function bentPositions(positions, goal, tolerance = NEAR_ENOUGH) {
   const start = positions[0];
   const lengths = positions.slice(1).map((point, i) => away(positions[i], point));
@@ -51,7 +51,7 @@ export function bentPositions(positions, goal, tolerance = NEAR_ENOUGH) {
   return closed.isMet || isMet() ? points : placedInTurn(points, lengths, goal, aside);
 }
 
-// Points in one line with the goal would stay in it: the bones leave it by a tenth.
+// Moves collinear bones aside by a tenth. Otherwise a chain in line with the goal would stay in line.
 function leaveLine(positions, goal, { lengths, whole, aside, tolerance }) {
   const start = positions[0];
   const end = positions.at(-1);
@@ -61,7 +61,8 @@ function leaveLine(positions, goal, { lengths, whole, aside, tolerance }) {
   return positions.map((point, i) => (i ? add(point, scale(aside, (i % 2 ? 0.1 : -0.1) * lengths[i - 1])) : point));
 }
 
-// One joint after the other, from the first, as near to where it is as the bones after it can still reach the goal.
+// Places joint after joint, from the first. Each stays as near to its position as possible while the remaining bones
+// can still reach the goal.
 function placedInTurn(before, lengths, goal, aside) {
   const points = [...before];
   lengths.forEach((bone, i) => {
@@ -72,7 +73,7 @@ function placedInTurn(before, lengths, goal, aside) {
     const distance = away(here, goal);
     const least = Math.max(2 * longest - farthest, Math.abs(distance - bone));
     const remaining = Math.max(Math.min(away(next, goal), farthest, distance + bone), least);
-    // The two circles about this joint and the goal meet so far along the line between them.
+    // Two circles, about this joint and about the goal, intersect at this distance along the line between the centres.
     const towards = directionOr(sub(goal, here), aside);
     const along = clamp((distance * distance + bone * bone - remaining * remaining) / (2 * distance), -bone, bone) || 0;
     const side = directionOr(rejected(sub(next, here), towards), orthonormal(towards));
@@ -81,7 +82,8 @@ function placedInTurn(before, lengths, goal, aside) {
   return points;
 }
 
-// Turns the chain as two rigid parts about its start and about the joint between them that allows it with the smallest turn.
+// Turns the chain as two rigid parts, about its start and about one joint between them. The joint with the smallest
+// turn is chosen.
 function closedPositions(points, goal, tolerance) {
   const start = points[0];
   const last = points.length - 1;
@@ -92,7 +94,7 @@ function closedPositions(points, goal, tolerance) {
     const [a, b] = [away(points[joint], start), away(points[joint], points[last])];
     return Math.min(a + b - distance, distance - Math.abs(a - b));
   };
-  // Of equal ones the last.
+  // Among equal turns, the last joint is chosen.
   let joint = 1;
   for (let other = 2; other < last; other++) if (room(other) >= room(joint)) joint = other;
   if (room(joint) < 0) return open;
@@ -103,7 +105,7 @@ function closedPositions(points, goal, tolerance) {
   return { points: moved, isMet: away(moved[last], goal) <= Math.max(tolerance, 1e-6 * distance) };
 }
 
-// Turns the joints of a clip, each above the next, so that the last comes to a goal in the file's coordinates.
+// Turns a chain of joints of a clip, so that the last joint reaches a goal in the file's coordinates.
 export function bendChain(clip, joints, goal) {
   const places = joints.map((id) => clip.filePosition(id));
   const whole = places.slice(1).reduce((sum, place, i) => sum + away(places[i], place), 0);
@@ -114,7 +116,7 @@ export function bendChain(clip, joints, goal) {
   });
 }
 
-// The chains by whose ends they can be dragged: from below the last fork, or from the root, to each end effector.
+// The chains that can be dragged by their ends: from below the last branch, or from the root, to each end effector.
 export function chainsOf(nodes, children) {
   const chains = new Map();
   nodes.forEach((node, end) => {

@@ -1,31 +1,31 @@
-// A picture of what is shown, or a film of the motion. Each picture of a film is drawn for it, so that none is left out,
-// however slow the machine.
+// Saves the current picture, or a film of the motion. Each picture of a film is drawn separately, so that slow machines
+// skip none.
 
 import { byId, save } from "./dom.js";
 import { Gif, paletteOf } from "./gif.js";
 import { mp4Of } from "./mp4.js";
 import { webmOf } from "./webm.js";
 
-// What a browser may encode, by the extension of the film: its name, and that of WebM. The levels allow any size.
+// The codecs to try for each file extension: the browser's name, and WebM's name. The levels allow any size.
 const CODECS = { mp4: [["avc1.640034"], ["avc1.42003d"]], webm: [["vp09.00.51.08", "V_VP9"], ["vp8", "V_VP8"]] };
-// Bits of a pixel of a film.
+// Bits per pixel of a film.
 const BITS = 0.2;
-// Seconds from one picture that needs no other to the next.
+// Seconds between key frames.
 const KEY_EVERY = 2;
-// Pictures that may wait to be encoded.
+// The largest number of pictures in the encoder's queue.
 const WAITING = 8;
 const GIF_RATE = 20;
-// The wider side of a GIF at most.
+// The largest side of a GIF, in pixels.
 const GIF_SIZE = 640;
-// Pictures of which a GIF's palette is made.
+// The number of pictures from which a GIF's palette is computed.
 const PALETTE_PICTURES = 6;
-// Milliseconds after which a page must be able to do something else.
+// Milliseconds after which the page must handle events.
 const PATIENCE = 40;
 
 const pause = () => new Promise((done) => setTimeout(done));
 const even = (size) => Math.max(2, 2 * Math.round(size / 2));
 
-// How a film of a size is encoded here, or null where the browser encodes none.
+// The encoder settings for a film of this size, or null if the browser cannot encode it.
 async function encodingOf(extension, { width, height, rate }) {
   for (const [codec, name] of globalThis.VideoEncoder ? CODECS[extension] : []) {
     const config = { codec, width, height, framerate: rate, bitrate: Math.round(BITS * width * height * rate) };
@@ -59,7 +59,7 @@ export class Film {
   showChoices() {
     const kind = byId("film-kind").value;
     byId("film-rate-choice").hidden = !(kind in CODECS);
-    byId("film-said").textContent = kind === "png" ? "The picture that is shown now." : `${this.range.map((seconds) => seconds.toFixed(2)).join(" to ")} s, the part of the time line that is shown, at ${this.player.state.speed}×.`;
+    byId("film-said").textContent = kind === "png" ? "The current picture." : `${this.range.map((seconds) => seconds.toFixed(2)).join(" to ")} s, the visible part of the time line, at ${this.player.state.speed}×.`;
   }
 
   get range() {
@@ -67,7 +67,7 @@ export class Film {
     return [Math.max(from, this.player.start), to];
   }
 
-  // Width and height of the picture: those that are chosen, or those of the canvas.
+  // Width and height of the picture: the selected size, or the size of the canvas.
   get size() {
     const { canvas } = this.player;
     const chosen = byId("film-size").value;
@@ -90,12 +90,12 @@ export class Film {
       const made = await { png: () => this.picture(), gif: () => this.gif(), mp4: () => this.film("mp4"), webm: () => this.film("webm") }[kind]();
       if (made) {
         save(made, `${player.clip.name.replace(/\.\w+$/, "")}.${kind}`, made.type);
-        byId("film-said").textContent = `${(made.size / 1e6).toFixed(2)} MB were made.`;
+        byId("film-said").textContent = `${(made.size / 1e6).toFixed(2)} MB saved.`;
       } else {
         byId("film-said").textContent = "Stopped.";
       }
     } catch (error) {
-      byId("film-said").textContent = `It could not be made: ${error.message}.`;
+      byId("film-said").textContent = `Saving failed: ${error.message}.`;
     }
     stage.size = null;
     this.working = false;
@@ -115,7 +115,7 @@ export class Film {
     return new Promise((done) => canvas.toBlob(done, "image/png"));
   }
 
-  // Draws a picture for each moment of the film and calls `take`; whether it came to its end.
+  // Draws the pictures of the film and calls `take` for each. Returns whether the film is complete.
   async each(rate, take) {
     const { state, stage } = this.player;
     const [from, to] = this.range;
@@ -141,7 +141,7 @@ export class Film {
     const [width, height] = this.size.map(even);
     stage.size = [width, height];
     const { config, name } = (await encodingOf(extension, { width, height, rate })) ?? {};
-    if (!config) throw new Error(`this browser encodes no film of ${width} × ${height}`);
+    if (!config) throw new Error(`this browser cannot encode a film of ${width} × ${height} pixels`);
     const pictures = [];
     let [format, failure] = [null, null];
     const encoder = new VideoEncoder({

@@ -1,15 +1,15 @@
-// Pictures as an animated GIF of one palette; of each picture after the first only what has changed.
+// Encodes pictures as an animated GIF with one palette. Each picture after the first stores only changed pixels.
 
 const MOST_COLORS = 255;
-// The last place of the palette stands for what has not changed.
+// The last palette entry marks unchanged pixels.
 const UNCHANGED = 255;
-// Colours are told apart by five bits of each part.
+// The number of distinguished colours: five bits per component.
 const COLOR_KINDS = 1 << 15;
 const kindOf = (pixels, at) => ((pixels[at] >> 3) << 10) | ((pixels[at + 1] >> 3) << 5) | (pixels[at + 2] >> 3);
 const partOf = (kind, part) => (kind >> (10 - 5 * part)) & 31;
 
-// The palette of pictures by median cut: boxes of colours, of which the one with the most pixels by extent is cut. A colour of
-// the palette is the mean of the pixels in its box.
+// Computes the palette of pictures by median cut. The box with the largest product of pixels and extent is cut next. A
+// palette colour is the mean of the pixels in its box.
 export function paletteOf(pictures) {
   const counts = new Uint32Array(COLOR_KINDS);
   const sums = new Float64Array(3 * COLOR_KINDS);
@@ -39,7 +39,7 @@ export function paletteOf(pictures) {
   return boxes.map(({ kinds, count }) => [0, 1, 2].map((part) => Math.round(kinds.reduce((sum, kind) => sum + sums[3 * kind + part], 0) / count)));
 }
 
-// LZW of bytes, in blocks of at most 255.
+// Compresses bytes by LZW, in blocks of at most 255 bytes.
 function lzwOf(indices) {
   const bytes = [];
   let [bits, held, width, next] = [0, 0, 9, 258];
@@ -82,7 +82,7 @@ function lzwOf(indices) {
 const word = (number) => [number & 255, number >> 8];
 
 export class Gif {
-  // `hundredths` of a second that each picture is shown.
+  // Each picture is shown for `hundredths` of a second.
   constructor({ width, height, hundredths, palette }) {
     Object.assign(this, { width, height, hundredths, palette });
     this.nearest = new Int16Array(COLOR_KINDS).fill(-1);
@@ -100,14 +100,14 @@ export class Gif {
     return this.nearest[kind];
   }
 
-  // `pixels`: four bytes each, row after row from the top.
+  // `pixels` has four bytes per pixel, row by row from the top.
   add(pixels) {
     const { width, height, hundredths, before } = this;
     const colors = new Uint8Array(width * height);
     for (let i = 0; i < colors.length; i++) colors[i] = this.colorOf(kindOf(pixels, 4 * i));
     const drawn = before ? colors.map((color, i) => (color === before[i] ? UNCHANGED : color)) : colors;
     this.before = colors;
-    // What was drawn stays; one place of the palette is clear.
+    // Keep the previous picture, and make one palette entry transparent.
     this.parts.push(Uint8Array.from([0x21, 0xf9, 4, before ? 5 : 4, ...word(hundredths), UNCHANGED, 0, 0x2c, 0, 0, 0, 0, ...word(width), ...word(height), 0]));
     this.parts.push(lzwOf(drawn));
   }

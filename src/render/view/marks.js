@@ -1,4 +1,4 @@
-// What is shown of a clip beside its motion: feet at rest, and how far limbs point from those of another clip.
+// Shows ground contacts of a clip, and the angles between its limbs and another clip's limbs.
 
 import { byId, css, make } from "./dom.js";
 import { BONE_SIDES, ERRORS, WORST, errorColor } from "./colors.js";
@@ -14,7 +14,8 @@ export function isAtRest({ intervals }, tick) {
   return low < intervals.length && intervals[low][0] <= tick;
 }
 
-// The contacts of a clip as bars below the time line, the left side over the right one; `from` and `to` are its ends.
+// Draws the contacts of a clip as bars below the time line, the left side above the right side. `from` and `to` are the
+// ends of the time line.
 export function drawContacts(canvas, clip, [from, to], isShown) {
   const contacts = isShown ? clip.contacts : [];
   canvas.hidden = !contacts.length || to <= from;
@@ -33,15 +34,15 @@ export function drawContacts(canvas, clip, [from, to], isShown) {
   }
 }
 
-// The angle of the limb that starts at a node, in degrees; nothing where it is not compared.
+// The angle of the limb that starts at a node, in degrees; null if the limb is not compared.
 export function limbError({ limbs, nodes, tick }, id) {
   if (!limbs) return null;
   const limb = limbOf({ limbs, nodes }, id);
   return limb < 0 ? null : limbs.angles[limb * limbs.frames + Math.min(limbs.frames - 1, Math.round(tick))] * limbs.step;
 }
 
-// Which of the compared limbs a node is a part of, or -1: that which starts from it, or from the nearest joint above it. A
-// joint that is another bone begins a part of its own.
+// The index of the compared limb of a node, or -1. The limb starts at the node, or at its nearest ancestor with a
+// humanoid bone. If this bone starts no compared limb, the index is -1.
 export function limbOf({ limbs, nodes }, id) {
   let above = id;
   while (above >= 0 && !nodes[above].bone && !limbs.nodes.includes(above)) above = nodes[above].parent;
@@ -58,7 +59,7 @@ function entry(name, color) {
   return make("span", {}, swatch, name);
 }
 
-// What the colours mean: the angles of limbs, or the sides of bones.
+// Explains the colours: the angles of limbs, or the sides of bones.
 export function showLegend({ clips, errors, bones }, hasSkeleton) {
   const limbs = errors && clips.find((clip) => clip.limbs)?.limbs;
   const legend = byId("bone-legend");

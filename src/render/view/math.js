@@ -1,4 +1,5 @@
-// Vectors are [x, y, z], quaternions [x, y, z, w], matrices 16 numbers column by column that map column vectors.
+// Vectors are [x, y, z] and quaternions [x, y, z, w]. Matrices are 16 numbers, column by column, and multiply column
+// vectors.
 
 export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -7,7 +8,7 @@ export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const length = (a) => Math.hypot(a[0], a[1], a[2]);
 export const normalize = (a) => scale(a, 1 / (length(a) || 1));
-// The lowest and the highest corner of a box around points; around nothing a point.
+// The lowest and the highest corner of the bounding box of points. Without points, the box is the origin.
 export function boxAround(points) {
   if (!points.length) return [[0, 0, 0], [0, 0, 0]];
   const low = [0, 1, 2].map((axis) => points.reduce((least, point) => Math.min(least, point[axis]), Infinity));
@@ -16,7 +17,7 @@ export function boxAround(points) {
 }
 export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
-// The shorter arc from a to b at even speed.
+// Spherical linear interpolation along the shorter arc from a to b.
 export function slerp(a, b, share) {
   let cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
   const sign = cosine < 0 ? -1 : 1;
@@ -56,7 +57,7 @@ export function multiply(a, b) {
 
 export const transformPoint = (m, p) => [0, 1, 2].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]);
 
-// The place on the screen, from -1 to 1 in x and y; the last number is the distance from the camera.
+// The position on the screen, from -1 to 1 in x and y. The last number is the distance from the camera.
 export function project(m, p) {
   const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
   const [x, y] = transformPoint(m, p);
@@ -86,7 +87,7 @@ export const quaternionProduct = ([a, b, c, d], [x, y, z, w]) => [
 // The angles in degrees, for R = R1 R2 R3 about the axes of `order` (0 for x, 1 for y, 2 for z).
 export const eulerAngles = (q, order) => matrixAngles(compose([0, 0, 0], q, [1, 1, 1]), order);
 
-// The same of a matrix, which may have a scale.
+// The angles of a matrix, which may include a scale.
 export function matrixAngles(m, order) {
   const sizes = [0, 4, 8].map((start) => length(m.slice(start, start + 3)) || 1);
   const at = (row, column) => m[4 * column + row] / sizes[column];
@@ -99,7 +100,7 @@ export function matrixAngles(m, order) {
   return [first, Math.asin(sine), third].map((angle) => (angle * 180) / Math.PI);
 }
 
-// Of all angles that mean the same rotation, those closest to the ones of the tick before.
+// Of all angles of the same rotation, the angles nearest to the previous tick's.
 export function nearestAngles(before, [a, b, c]) {
   const near = [[a, b, c], [a + 180, 180 - b, c + 180]].map((angles) =>
     angles.map((angle, i) => angle - 360 * Math.round((angle - before[i]) / 360)));

@@ -3,17 +3,17 @@
 import { byId, make } from "./dom.js";
 import { morphSkin, morphWeights } from "./skin.js";
 
-// A slider goes from 0 to 1 in so many steps.
+// The steps of a slider from 0 to 1.
 const SLIDER_STEPS = 100;
 
 export class MorphSliders {
-  // `changed` is called when the skin is another.
+  // `changed` is called when a slider changes the skin.
   constructor(changed) {
     this.changed = changed;
     byId("morph-reset").addEventListener("click", () => this.reset());
   }
 
-  // Shows those of a clip; none where no skin is drawn.
+  // Shows the sliders of a clip, or none if its skin is not drawn.
   show(clip) {
     const { skin } = clip ?? {};
     Object.assign(this, { clip, skin: skin || null });
@@ -37,14 +37,14 @@ export class MorphSliders {
     this.set(weights);
   }
 
-  // As the file has them: at rest, or in motion.
+  // Resets the weights to the file's: constant or animated.
   reset() {
     const { clip, skin } = this;
     skin.isHeld = false;
     this.set(clip.morphs ? clip.morphWeights(clip.tick) : skin.morphs.map(({ weight }) => weight));
   }
 
-  // After a picture: the sliders go with the motion.
+  // Updates the sliders to the motion after each picture.
   follow() {
     if (this.clip?.morphs && this.skin && !this.skin.isHeld && byId("morphs").open) this.showWeights();
   }

@@ -1,12 +1,12 @@
-// Encoded pictures of H.264 as an MP4 film: boxes of ISO/IEC 14496-12, and of 14496-15 for the codec.
+// Writes H.264 pictures as an MP4 film: boxes of ISO/IEC 14496-12, and of 14496-15 for the codec.
 
 import { bigEndian, bytesOfAll } from "./bytes.js";
 
 const TICKS_PER_SECOND = 90000;
-// The identity matrix of a track, in fixed point: 16 bits after the point, and 30 in the last column.
+// The identity matrix of a track, in fixed point: 16 fractional bits, and 30 in the last column.
 const IDENTITY_MATRIX = [0x10000, 0, 0, 0, 0x10000, 0, 0, 0, 0x40000000];
 
-// Numbers one after another: of four bytes each, or [number, count of bytes].
+// Encodes numbers in sequence, with four bytes each, or as [number, count of bytes].
 function fields(...numbers) {
   const pairs = numbers.map((number) => (Array.isArray(number) ? number : [number, 4]));
   return Uint8Array.from(pairs.flatMap(([number, count]) => [...bigEndian(number, count)]));
@@ -14,13 +14,13 @@ function fields(...numbers) {
 
 const letters = (word) => Uint8Array.from(word, (letter) => letter.charCodeAt(0));
 
-// A box: its length, its name, and what is in it, as a list of pieces of bytes.
+// A box: length, name and contents, as a list of pieces of bytes.
 function box(name, ...contents) {
   const parts = contents.flat();
   return [fields(8 + bytesOfAll(parts)), letters(name), ...parts];
 }
 
-// Where the pictures lie: all in one piece, at a place of the file.
+// The tables of the pictures' positions: one contiguous chunk that begins at `start`.
 function sampleTables(pictures, { width, height, rate, description }, start) {
   const entry = box("avc1", fields([0, 6], [1, 2], 0, 0, 0, 0, [width, 2], [height, 2], 0x480000, 0x480000, 0, [1, 2], [0, 32], [24, 2], [0xffff, 2]), box("avcC", description));
   const keys = pictures.flatMap(({ isKey }, index) => (isKey ? [index + 1] : []));
@@ -33,7 +33,7 @@ function sampleTables(pictures, { width, height, rate, description }, start) {
     box("stco", fields(0, 1, start)));
 }
 
-// A film of pictures, each with its bytes and isKey; `description` is what a decoder must know first.
+// Makes a film of pictures, each with bytes and isKey. The decoder needs `description` before the first picture.
 export function mp4Of(pictures, format) {
   const { width, height, rate } = format;
   const duration = pictures.length * Math.round(TICKS_PER_SECOND / rate);

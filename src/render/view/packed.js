@@ -1,4 +1,5 @@
-// A run of frames as a packed clip; docs/compression.md has its bytes. Every frame is computed once, when it is loaded.
+// Decodes a run of frames from a packed clip; docs/compression.md describes the bytes. Loading decodes every frame
+// once.
 
 // Flags of the file and of a node, bytes of a node in the table, the kind of a rotation whose keys do not all drop one component.
 const ALL_KEYS = 2;
@@ -9,7 +10,7 @@ export const isPackedClip = (bytes) => String.fromCharCode(...bytes.subarray(0, 
 
 const three = (next) => [0, 1, 2].map(next);
 
-// Numbers one after another: whole bytes, and from `bit` on a few bits each.
+// Reads numbers in sequence: whole bytes, or a few bits each from `bit` on.
 class ClipReader {
   constructor(bytes) {
     Object.assign(this, { view: new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength), at: 0, bit: 0 });
@@ -23,21 +24,21 @@ class ClipReader {
   u32() { return this.number("Uint32", 4); }
   floats(count) { return Array.from({ length: count }, () => this.number("Float32", 4)); }
 
-  // At most 24 bits.
+  // Reads at most 24 bits.
   bits(count) {
     const value = (this.view.getUint32(this.bit >>> 3, true) >>> (this.bit & 7)) & ((1 << count) - 1);
     this.bit += count;
     return value;
   }
 
-  // Of all blocks of a track: the least number and rise of its lines, and bits of what is above those.
+  // The ranges for all blocks of a track: the least value and slope of its lines, and the bits of the remainders.
   lines(kind, size) {
     const [number, rise] = [0, 1].map(() => three(() => this.number(kind, size)));
     const [bits, riseBits] = [0, 1].map(() => three(() => this.number("Uint8", 1)));
     return { number, rise, bits, riseBits };
   }
 
-  // Of a track in a block.
+  // The lines of a track in a block.
   inBlock({ lines: { number, rise, bits, riseBits } }, widths) {
     return { widths, from: three((axis) => number[axis] + this.bits(bits[axis])), rise: three((axis) => rise[axis] + this.bits(riseBits[axis])) };
   }
@@ -46,13 +47,13 @@ class ClipReader {
     return (from[axis] + (Math.imul(rise[axis], offset) >> log2) + this.bits(widths[axis])) | 0;
   }
 
-  // The frames of a block that have keys.
+  // The frames with keys in a block.
   keys(frames, hasAll) {
     return Array.from({ length: frames }, (_, frame) => frame).filter(() => hasAll || this.bits(1));
   }
 }
 
-// Fills the frames between two keys; a rotation goes the shorter way.
+// Interpolates the frames between two keys. Rotations take the shorter arc.
 function fillBetween({ values, size }, before, after) {
   const [a, b] = [size * before, size * after];
   let dot = 0;
@@ -70,13 +71,14 @@ function fillBetween({ values, size }, before, after) {
   }
 }
 
-// Fills `count` frames of the tracks, from frame `first` on. Each knows its node, and is a rotation where it has 4 numbers.
+// Fills `count` frames of the tracks, from frame `first` on. Each track has its node. A track with 4 numbers is a
+// rotation.
 export function unpackClip(bytes, tracks, first, count, metresPerUnit) {
   const reader = new ClipReader(bytes);
   reader.at = 6;
   const log2 = reader.number("Uint16", 2);
   const nodes = reader.u32();
-  // After the frames, the rate, the duration, the error and the numbers of tracks.
+  // Skip the header: frames, rate, duration, error and numbers of tracks.
   reader.at = 44;
   const nameBytes = reader.u32();
   const hasAll = reader.u32() & ALL_KEYS;

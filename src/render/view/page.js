@@ -1,4 +1,4 @@
-// Where a page begins: its clips, and a player that shows them.
+// The entry point of a page: passes its clips to a player.
 
 import { byId } from "./dom.js";
 import { Player } from "./player.js";
@@ -11,5 +11,5 @@ player.show(clips);
 
 loadAll(clips);
 
-// For tests, and for a console.
+// For tests and the console.
 window.mocap = player.handle;

@@ -1,4 +1,4 @@
-// The side panel: the files, the tree of joints, and what is known about the chosen one.
+// The side panel: the files, the tree of joints, and the values of the selected joint.
 
 import { clamp, scale } from "./math.js";
 import { byId, css, lengthUnit, make, short } from "./dom.js";
@@ -12,12 +12,12 @@ const AXES = ["X", "Y", "Z"];
 const CURVE_COLORS = { X: "--x", Y: "--y", Z: "--z", W: "--w" };
 const color = (letter) => getComputedStyle(document.documentElement).getPropertyValue(CURVE_COLORS[letter]);
 
-// How far packing has put the joints from their places.
+// The error of joint positions by packing.
 function precision({ packingError }) {
   return packingError ? `; keys packed, joints within ${short(1000 * packingError)} mm of the file` : "";
 }
 
-// The name of the humanoid's bone beside a joint's own.
+// The humanoid bone of a joint, after the joint's name.
 function boneTag({ name, side, confidence, reason }) {
   const tag = make("small", { class: "bone", title: `${confidence}: ${reason}` }, confidence === "sure" ? name : `${name} (${confidence})`);
   tag.style.setProperty("--bone", css(BONE_SIDES[side]));
@@ -41,9 +41,10 @@ export class Panel {
     new ResizeObserver(() => this.redraw()).observe(byId("position-curves"));
   }
 
-  // A page on which bones can be chosen sets `boneChoice(clip, node)`, a list of what stands behind the bone of a joint.
+  // A page with a selection of bones sets `boneChoice(clip, node)`, which returns the elements to show after a joint's
+  // bone.
 
-  // Called when other clips are shown, or another of them is chosen.
+  // Called when the clips or the active clip change.
   showClips() {
     this.showFiles();
     this.showTree();
@@ -64,7 +65,7 @@ export class Panel {
       const notes = [...clip.assumptions.map((note) => ["assumed", note]), ...clip.warnings.map((note) => ["warning", note])];
       if (notes.length) {
         const count = clip.warnings.length;
-        const summary = count ? `${count} warning${count > 1 ? "s" : ""}` : "what was assumed";
+        const summary = count ? `${count} warning${count > 1 ? "s" : ""}` : "assumptions";
         row.append(make("details", {}, make("summary", count ? { class: "warned" } : {}, summary),
           make("ul", {}, ...notes.map(([kind, note]) => make("li", {}, make("b", {}, `${kind}: `), note)))));
       }
@@ -111,7 +112,7 @@ export class Panel {
     else items[clamp(to, 0, items.length - 1)]?.focus();
   }
 
-  // Called when another joint, or none, is chosen.
+  // Called when the selected joint changes.
   showJoint() {
     const { joint } = this.state;
     this.items.forEach((item, id) => {
@@ -138,7 +139,7 @@ export class Panel {
     this.showCurves();
   }
 
-  // How far the limb of the joint points from the source's, where it is compared.
+  // Shows the angle between the joint's limb and the source's limb, if the limb is compared.
   showLimb() {
     const { clip, state } = this;
     const limb = clip.limbs ? limbOf(clip, state.joint) : -1;
@@ -173,13 +174,13 @@ export class Panel {
     this.fillCurves(this.curves);
   }
 
-  // Curves are of the part of the time that the time line shows, in seconds.
+  // Shows the curves of the visible part of the time line, in seconds.
   showPart(range) {
     this.range = range;
     if (this.curves) this.redraw();
   }
 
-  // The first and the last frame of that part.
+  // The first and the last visible frame.
   get part() {
     const { duration, ticksPerSecond } = this.clip;
     const [from, to] = this.range.map((seconds) => clamp(seconds * ticksPerSecond, 0, duration));
@@ -198,7 +199,8 @@ export class Panel {
     this.showTick();
   }
 
-  // Samples the curves in pieces, so that the page stays quick. Drawn are every doubling and the end.
+  // Samples the curves in pieces, so that the page stays responsive. Draws them each time their length has doubled, and
+  // at the end.
   fillCurves(curves) {
     if (this.curves !== curves) return;
     curves.fill(16);
@@ -206,7 +208,7 @@ export class Panel {
     if (!curves.complete) setTimeout(() => this.fillCurves(curves), 4);
   }
 
-  // The values of this tick.
+  // Updates the values to the current tick.
   showTick() {
     const { clip, state } = this;
     if (state.joint < 0) return;

@@ -1,4 +1,4 @@
-// The player: what can be done with the clips, by buttons and by keys alike.
+// The player: controls the clips by buttons and keys.
 
 import { clamp, normalize } from "./math.js";
 import { byId, clock, make, save } from "./dom.js";
@@ -15,18 +15,19 @@ import { TimeLine } from "./time_line.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2, 4];
 
-// Between two frames with two decimals, never rounded up to the next frame.
+// A tick between two frames has two decimals, and is never rounded up to the next frame.
 const tickText = (tick) => (Number.isInteger(tick) ? String(tick) : (Math.floor(100 * tick) / 100).toFixed(2));
 
 export class Player {
-  // The elements are those of page.html.
+  // Uses the elements of page.html.
   constructor() {
     this.state = {
       clips: [], active: 0, joint: -1, hovered: [-1, -1], trails: new Set(), arrangement: "side",
       grown: 0, time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, skin: true, skeleton: false, errors: false, contacts: true, theme: "light",
     };
     this.longest = 0;
-    // What a page around the player sets: `keep(clip, steps)` applies what was dragged, `shown()` hears of each picture.
+    // The enclosing page may set two callbacks: `keep(clip, steps)` applies dragged limbs, and `shown()` is called
+    // after each picture.
     this.keep = this.shown = null;
     this.counted = { since: 0, frames: 0 };
     this.canvas = byId("stage");
@@ -38,7 +39,7 @@ export class Player {
       hover: (clip, joint) => this.hover(clip, joint),
       seek: (share) => this.seekTime(this.line.range[0] + share * this.line.length),
       changed: () => this.changed(),
-      // A pose by hand is of one tick.
+      // A manual pose belongs to one tick, so stop playing.
       posed: () => this.play(false),
     });
     this.line = new TimeLine(this, () => this.panel.showPart(this.line.range));
@@ -53,14 +54,14 @@ export class Player {
 
   get clip() { return this.state.clips[this.state.active]; }
 
-  // Shows clips in place of those before; clip.js says what each is made of.
+  // Replaces the shown clips; clip.js describes their properties.
   show(clips) {
     const { state } = this;
     state.clips = clips.map((data, index) => new Clip(data, index));
     state.clips.forEach((clip) => { clip.color = PALETTE[clip.index % PALETTE.length]; });
-    // One time for all clips, as long as the longest.
+    // All clips share one time, with the duration of the longest clip.
     this.longest = Math.max(0, ...state.clips.map((clip) => clip.seconds));
-    // Several clips have colours of their own.
+    // With several clips, each clip has its own colour.
     Object.assign(state, { active: 0, joint: -1, hovered: [-1, -1], time: this.start, bones: clips.length === 1, errors: clips.some((clip) => clip.limbs) && clips.some((clip) => !clip.limbs) });
     state.trails.clear();
     this.play(false);
@@ -77,7 +78,7 @@ export class Player {
     for (const name of ["loop", "follow", "bones", "skin", "skeleton", "errors", "contacts"]) this.toggle(name, state[name]);
   }
 
-  // An image that the browser cannot decode is one warning more.
+  // Adds a warning if the browser cannot decode an image.
   listenToImages(clip) {
     clip.skin?.textures.forEach((texture) => {
       texture.failed = () => {
@@ -87,7 +88,7 @@ export class Player {
     });
   }
 
-  // Draws soon, once, however much has changed until then.
+  // Requests one redraw, even after several changes.
   changed() {
     if (this.waiting || !this.clip) return;
     this.waiting = true;
@@ -97,7 +98,7 @@ export class Player {
   frame(now) {
     this.waiting = false;
     if (this.state.playing) {
-      // The first picture is of the time where it starts, however long it took.
+      // The first picture shows the start time, even if it took long to draw.
       this.advance(Math.max(0, now - (this.lastFrame ?? now)) / 1000);
       this.countFrame(now);
     }
@@ -111,7 +112,7 @@ export class Player {
     if (this.state.playing) this.changed();
   }
 
-  // Where all clips have begun: a first frame that is a rest pose comes before.
+  // The time at which all clips have begun, after initial rest poses.
   get start() { return Math.min(this.longest, ...this.state.clips.map((clip) => (clip.firstTick ?? 0) / clip.ticksPerSecond)); }
 
   advance(seconds) {
@@ -133,7 +134,7 @@ export class Player {
     Object.assign(counted, { since: now, frames: 0 });
   }
 
-  // The time line is that of all clips; its steps are the ticks of the active one, beyond its own end too.
+  // The time line covers all clips. Its steps are ticks of the active clip, even after the clip's end.
   get ticks() { return Math.round(this.longest * this.clip.ticksPerSecond); }
   get tick() { return this.state.time * this.clip.ticksPerSecond; }
 
@@ -149,7 +150,7 @@ export class Player {
     byId("tick").textContent = tick;
   }
 
-  // The end of a limb or a chain goes where it is dragged, until the time changes. A finger must choose it first.
+  // Drags the end of a limb or a chain, until the time changes. On a touch screen, the joint must be selected first.
   grab(event) {
     const { clip: index, joint } = this.stage.jointAt(event);
     const clip = this.state.clips[index];
@@ -173,7 +174,7 @@ export class Player {
     this.changed();
   }
 
-  // To a tick of the active clip.
+  // Seeks to a tick of the active clip.
   seek(tick) { this.seekTime(tick / this.clip.ticksPerSecond); }
 
   seekTime(seconds) {
@@ -220,7 +221,7 @@ export class Player {
     byId("trail").disabled = joint < 0;
     byId("trail").setAttribute("aria-pressed", state.trails.has(`${state.active}:${joint}`));
     byId("said").textContent = joint < 0 ? "No joint chosen" : `${this.clip.nodes[joint].name} chosen`;
-    // Where the panel hides behind a button, its curves come up.
+    // On a narrow screen, open the hidden panel with the curves.
     if (joint >= 0) this.showPanel(true);
     this.changed();
   }
@@ -340,14 +341,14 @@ export class Player {
   onKey(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]") || !this.clip) return;
     const { tagName, type } = event.target;
-    // Home and End are the motion's wherever the focus is, but in a text.
+    // Home and End seek in the motion, unless the focus is in a text field.
     const isWhole = event.key === "Home" || event.key === "End";
     if (tagName === "INPUT" && type !== "range") {
       if (event.key === "Escape") this.canvas.focus();
       return;
     }
     if (tagName === "SELECT" && !isWhole) return;
-    // A slider has its own arrow keys, a button its own space.
+    // Sliders handle arrow keys, and buttons handle the space bar.
     if (type === "range" && /^(Arrow|Page)/.test(event.key)) return;
     if (/^(BUTTON|SUMMARY)$/.test(tagName) && (event.key === " " || event.key === "Enter")) return;
     const action = this.keys[event.key] || this.keys[event.key.toLowerCase()];
@@ -385,7 +386,7 @@ export class Player {
     });
   }
 
-  // For tests, and for a console: what is drawn, in the file's own coordinates.
+  // For tests and the console: the drawn scene, in the file's coordinates.
   get handle() {
     const { clips } = this.state;
     const { skins } = this.stage.renderer;
@@ -393,25 +394,25 @@ export class Player {
       state: this.state,
       renderer: this.stage.renderer.name,
       seek: (tick) => this.seek(tick),
-      // Puts the figures side by side as they are now, and looks at them from a side; the light comes over
-      // the shoulder.
+      // Places the current figures side by side, and views them from the given angles. The light comes from behind the
+      // camera.
       frame: ({ apart, yaw, pitch, closer }) => {
         this.stage.arrange({ seconds: this.state.time, apart });
         Object.assign(this.stage.camera, { yaw, pitch });
         this.stage.camera.zoom(closer);
         this.stage.view.sun = normalize([Math.sin(yaw + 0.7), 1.5, Math.cos(yaw + 0.7)]);
       },
-      // Settles when every texture is shown.
+      // Resolves when every texture is shown.
       get ready() { return Promise.resolve(skins?.ready); },
       skins,
       drawn: (index = 0) => clips[index].drawn.map((place) => clips[index].toFile(place)),
-      // Where a joint is on the page, in its pixels.
+      // The position of a joint on the page, in pixels.
       onPage: (joint, index = 0) => {
         const box = this.canvas.getBoundingClientRect();
         const [x, y] = this.stage.onCanvas(clips[index].drawn[joint]);
         return [box.left + x, box.top + y];
       },
-      // The same for a place in the file's coordinates.
+      // The position on the page of a point in the file's coordinates.
       placeOnPage: (place, index = 0) => {
         const box = this.canvas.getBoundingClientRect();
         const [x, y] = this.stage.onCanvas(clips[index].toPage(place));

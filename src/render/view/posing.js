@@ -1,4 +1,4 @@
-// A pose by hand: joints that are turned, and ends of limbs and chains that are dragged, until the time changes.
+// A manual pose: turned joints and dragged ends of limbs and chains, until the time changes.
 
 import { compose, rotationOf } from "./math.js";
 import { bendChain, chainsOf } from "./fabrik.js";
@@ -7,23 +7,23 @@ import { limbsOf, reach } from "./reach.js";
 export class Posing {
   constructor(clip) {
     this.clip = clip;
-    // Hands and feet of a humanoid bend as its limbs do, other ends as chains.
+    // Hands and feet of a humanoid are ends of limbs. Other ends are ends of chains.
     this.limbs = limbsOf(clip.nodes);
     this.chains = new Map([...chainsOf(clip.nodes, clip.children), ...this.limbs]);
-    // Angles in degrees by the joint, and in the file's coordinates where an end is to be by the chain's last node.
+    // The set angles of each joint in degrees, and the goal of each chain's last node in the file's coordinates.
     this.angles = new Map();
     this.goals = new Map();
   }
 
   get isPosed() { return this.angles.size + this.goals.size > 0; }
 
-  // Back to the motion.
+  // Resets the pose to the motion.
   reset() {
     this.angles.clear();
     this.goals.clear();
   }
 
-  // Turns a joint to angles about the axes of its order. What was dragged stays as it is and no longer follows its goal.
+  // Sets the Euler angles of a joint. Dragged limbs keep their pose, but no longer follow their goals.
   turn(id, angles) {
     for (const end of this.goals.keys()) {
       for (const joint of this.chains.get(end)) this.angles.set(joint, this.clip.angles(joint));
@@ -34,14 +34,14 @@ export class Posing {
 
   drag(end, goal) { this.goals.set(end, goal); }
 
-  // The matrix to the parent of a joint that is turned by hand, or null.
+  // The matrix of a manually turned joint relative to its parent, or null.
   local(id, tick) {
     const { clip } = this;
     const angles = this.angles.get(id);
     return angles ? compose(clip.translation(id, tick), rotationOf(angles, clip.nodes[id].order), clip.scaling(id, tick)) : null;
   }
 
-  // Once the joints are where they are.
+  // Applies the goals after forward kinematics.
   applyGoals() {
     for (const [end, goal] of this.goals) (this.limbs.has(end) ? reach : bendChain)(this.clip, this.chains.get(end), goal);
   }

@@ -1,10 +1,10 @@
-// The chain of matrices from the root to a joint, T = J0 L1 J1 L2 ..., each apart, as `Pose::chain` of the library has it.
+// The separate matrices of the chain from the root to a joint, T = J0 L1 J1 L2 ..., like `Pose::chain` of the library.
 
 import { compose, multiply } from "./math.js";
 
 const IDENTITY = compose([0, 0, 0], [0, 0, 0, 1], [1, 1, 1]);
 
-// The matrices of a clip in this picture: letter and index, the node, the matrix, and the product up to it.
+// The matrices of a chain in the current pose. Each has letter, index, node, matrix, and the product up to this matrix.
 export function chainMatrices(clip, id) {
   const isPart = (node) => node === id || clip.nodes[node].kind !== "group" || clip.locals[node].some((value, i) => value !== IDENTITY[i]);
   const parts = [];

@@ -1,17 +1,17 @@
-// Inverse kinematics of an arm or a leg: two bones, solved by the law of cosines, as `ik::two_bone_rotations` does it.
+// Inverse kinematics of an arm or a leg: two bones, solved by the law of cosines, like `ik::two_bone_rotations`.
 
 import { add, clamp, cross, dot, length, normalize, quaternionProduct, scale, sub } from "./math.js";
 
-// Below this share of the limb's length a direction is not known.
+// The least length of a vector with a known direction, as a fraction of the limb's length.
 const NO_DIRECTION = 1e-6;
 
-// A vector turned by a quaternion.
+// Rotates a vector by a quaternion.
 export function turned([x, y, z, w], v) {
   const twice = scale(cross([x, y, z], v), 2);
   return add(v, add(scale(twice, w), cross([x, y, z], twice)));
 }
 
-// The smallest rotation from one direction to another; about `axis` where they are opposite.
+// The smallest rotation from one direction to another, about `axis` if they are opposite.
 export function arc(from, to, axis) {
   const size = Math.sqrt(dot(from, from) * dot(to, to));
   const w = size + dot(from, to);
@@ -23,13 +23,13 @@ export function arc(from, to, axis) {
 const direction = (way, nothing) => (length(way) > nothing ? normalize(way) : null);
 const across = (v, unit) => sub(v, scale(unit, dot(v, unit)));
 
-// Some direction that is perpendicular to another.
+// A direction perpendicular to another.
 function perpendicular(v) {
   return normalize(cross(v, Math.abs(v[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0]));
 }
 
-// How the bones between three joints turn in the world to bring the last joint to a goal: `lower` contains `upper`, and
-// `middle` is where the second joint comes. Out of reach, the bones are straight towards the goal.
+// The world rotations of two bones that move the last of three joints to a goal. `lower` includes `upper`, and `middle`
+// is the new position of the second joint. If the goal is out of reach, the bones are straight towards the goal.
 export function twoBone([start, middle, end], goal) {
   const [first, second] = [sub(middle, start), sub(end, middle)];
   const [a, b] = [length(first), length(second)];
@@ -54,14 +54,14 @@ export function twoBone([start, middle, end], goal) {
   };
 }
 
-// Turns a limb of a clip, three nodes, so that the last comes to a goal in the file's coordinates, for this picture.
+// Turns a limb of three nodes, so that the last node reaches a goal in the file's coordinates, in the current pose.
 export function reach(clip, limb, goal) {
   const { upper, lower } = twoBone(limb.map((id) => clip.filePosition(id)), goal);
   clip.rotate(limb[0], upper);
   clip.rotate(limb[1], quaternionProduct(lower, [...scale(upper.slice(0, 3), -1), upper[3]]));
 }
 
-// The limbs that a hand or a foot can be dragged by: the last node, and all three.
+// The limbs that can be dragged by a hand or a foot: maps the last node to all three nodes.
 export function limbsOf(nodes) {
   const limbs = new Map();
   const node = (name) => nodes.findIndex(({ bone }) => bone?.name === name);

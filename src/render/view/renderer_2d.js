@@ -1,4 +1,4 @@
-// Where there is no WebGL 2: the same scene with the Canvas's own lines and polygons, sorted from back to front.
+// The fallback without WebGL 2: draws the same scene with lines and polygons of a 2D canvas, from back to front.
 
 import { css } from "./dom.js";
 import { project } from "./math.js";
@@ -67,7 +67,7 @@ export class FlatRenderer {
     const half = lines * gridStep;
     for (let i = -lines; i <= lines; i++) {
       const aside = i * gridStep;
-      // In pieces, because a line that passes behind the camera has no place on the screen.
+      // Draw lines in pieces, because a point behind the camera has no position on the screen.
       for (let j = -lines; j < lines; j++) {
         const along = [j * gridStep, (j + 1) * gridStep];
         const color = css(theme.grid, 1 - Math.hypot(aside, along[0]) / (1.1 * half));

@@ -1,4 +1,4 @@
-// WebGL 2: lit bones, a ground with a grid, and soft shadows. Three shapes, each drawn once for all its instances.
+// The WebGL 2 renderer: lit bones, a ground with a grid, and soft shadows. It draws three shapes with instancing.
 
 import { INSTANCE } from "./batch.js";
 import { SkinRenderer } from "./renderer_skin.js";
@@ -19,7 +19,7 @@ void main() {
   gl_Position = worldToClip * vec4(place, 1);
 }`;
 
-// Faces are flat: their normal is that of the plane through neighbouring pixels. Balls have their own.
+// Faces are flat: their normal comes from neighbouring pixels. Spheres have exact normals.
 const LIGHT_SHADER = `#version 300 es
 precision highp float;
 in vec3 place; in vec3 tint; in vec3 round;
@@ -34,7 +34,7 @@ void main() {
   pixel = vec4(pow(tint * light + 0.14 * gloss, vec3(0.95)), 1);
 }`;
 
-// What is higher above the floor throws a weaker shadow.
+// Higher parts cast a weaker shadow.
 const SHADOW_SHADER = `#version 300 es
 precision highp float;
 in vec3 place; in vec3 tint; in vec3 round;
@@ -51,7 +51,7 @@ void main() {
   gl_Position = worldToClip * vec4(place.x, middle.y, place.y, 1);
 }`;
 
-// Where a soft shadow is looked up, in a disc of radius 1.
+// The sample positions of soft shadows, in a disc of radius 1.
 const TAPS = Array.from({ length: 24 }, (_, i) => {
   const [turn, away] = [i * 2.39996, Math.sqrt((i + 0.5) / 24)];
   return `vec2(${(Math.cos(turn) * away).toFixed(6)}, ${(Math.sin(turn) * away).toFixed(6)})`;
@@ -87,7 +87,7 @@ void main() {
 /** The default size of the shadow map: pixels along one side. */
 const SHADOW_SIZE = 2048;
 
-// A bone is an octahedron whose thick part is near its start.
+// A bone is an octahedron with its widest part near the start.
 function boneShape() {
   const ring = [[0.16, 1, 0], [0.16, 0, 1], [0.16, -1, 0], [0.16, 0, -1]];
   return ring.flatMap((corner, i) => {
@@ -120,7 +120,7 @@ function ballShape() {
 const NAMES = ["shape", "start", "end", "width", "color"];
 
 export class GlRenderer {
-  // `changed` is called when there is something new to draw.
+  // `changed` is called when a redraw is necessary.
   constructor(canvas, changed, shadowSize = SHADOW_SIZE) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("no WebGL 2");
@@ -155,7 +155,7 @@ export class GlRenderer {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.shadowMap, 0);
   }
 
-  // A program whose attributes have these names, in the order of their places.
+  // Makes a shader program with these attributes, in the order of their locations.
   program(vertex, fragment, names) {
     const { gl } = this;
     const program = gl.createProgram();
@@ -256,7 +256,7 @@ export class GlRenderer {
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
 
     this.skins.draw({ worldToClip, eye, sun });
-    // The skeleton of a figure with a skin is seen through it.
+    // The skeleton is visible through the skin.
     if (view.skins.length) gl.clear(gl.DEPTH_BUFFER_BIT);
     this.use(this.bones, { worldToClip, eye, sun, isBall: 0, swell: 1 });
     this.drawBatch(this.shapes.bone, view.bones);

@@ -1,8 +1,8 @@
-// WebGL 2: skins. The vertex shader moves each vertex by four matrices, which it reads from a texture.
+// Draws skins with WebGL 2. The vertex shader transforms each vertex by four matrices from a texture.
 
 import { boneMatrices } from "./skin.js";
 
-// A row of the texture has the matrices of so many bones.
+// The number of bones per row of the matrix texture.
 const BONES_A_ROW = 256;
 
 export const SKIN_SHADER = `#version 300 es
@@ -23,7 +23,7 @@ void main() {
   gl_Position = worldToClip * vec4(place, 1);
 }`;
 
-// Light on a matt surface, in linear colours.
+// Light on a matte surface, in linear colours.
 const COLOR_SHADER = `#version 300 es
 precision highp float;
 in vec3 place; in vec3 bent; in vec2 at;
@@ -38,7 +38,7 @@ void main() {
   pixel = vec4(pow(min(own.rgb * light, 1.0), vec3(1.0 / 2.2)), mix(own.a, 1.0, isOpaque));
 }`;
 
-// What shadows need: a texture may have holes.
+// The fragment shader of shadows: a texture may have holes.
 const SHADE_SHADER = `#version 300 es
 precision highp float;
 in vec3 place; in vec3 bent; in vec2 at;
@@ -52,7 +52,7 @@ void main() {
 const SKIN_NAMES = ["position", "normal", "coords", "weights", "joints"];
 
 export class SkinRenderer {
-  // `program` and `use` are those of the renderer; `changed` is called when an image is there.
+  // Uses `program` and `use` of the renderer. `changed` is called when an image is decoded.
   constructor(renderer, changed) {
     const { gl } = renderer;
     Object.assign(this, { gl, renderer, changed });
@@ -61,7 +61,7 @@ export class SkinRenderer {
     this.known = new Map();
   }
 
-  // The buffers and textures of a skin, made when it is first drawn. Those of skins that are gone are freed.
+  // Makes the buffers and textures of new skins, and frees those of removed skins.
   prepare(skins) {
     const { gl } = this;
     for (const [skin, held] of this.known) {
@@ -78,7 +78,7 @@ export class SkinRenderer {
     }
   }
 
-  // Vertices that morph targets have moved since.
+  // Uploads vertices that morph targets have moved.
   update(skin, held) {
     const { gl } = this;
     if (held.changes === skin.changes) return;
@@ -118,7 +118,7 @@ export class SkinRenderer {
     return { array, buffers, bones, rows, changes: skin.changes, numbers: new Float32Array(rows * BONES_A_ROW * 16), images: skin.textures.map((texture) => this.image(texture)) };
   }
 
-  // A texture whose picture comes when the browser has decoded it.
+  // Makes a texture, and fills it when the browser has decoded the image.
   image({ mediaType, bytes, failed }) {
     const { gl } = this;
     const image = { texture: gl.createTexture(), isReady: false };
@@ -138,7 +138,7 @@ export class SkinRenderer {
     return image;
   }
 
-  // The bones of the clips to draw, as they are now. `all` are those that may be drawn later.
+  // Computes the current bone matrices of the clips to draw. `all` has all clips that may be drawn later.
   pose(clips, all) {
     this.prepare(all.flatMap(({ skin }) => skin ?? []));
     this.posed = clips.map((clip) => {
@@ -148,7 +148,7 @@ export class SkinRenderer {
     });
   }
 
-  // Clips may share a skin, so each has its bones just before it is drawn.
+  // Uploads the bone matrices directly before drawing a clip, because clips may share a skin.
   bindBones({ held, matrices }) {
     const { gl } = this;
     held.numbers.set(matrices);
@@ -159,7 +159,7 @@ export class SkinRenderer {
     gl.bindVertexArray(held.array);
   }
 
-  // A shadow has no inside, so it is drawn from both sides.
+  // Shadows are drawn from both sides of each face.
   drawParts(posed, program, parts, values) {
     const { gl } = this;
     for (const part of parts) {
@@ -184,7 +184,7 @@ export class SkinRenderer {
     gl.disable(gl.CULL_FACE);
   }
 
-  // What is see-through comes after everything else.
+  // Transparent parts are drawn last.
   draw(values) {
     const { gl } = this;
     this.renderer.use(this.colors, { ...values, image: 2, bones: 1 });
@@ -208,11 +208,11 @@ export class SkinRenderer {
     gl.depthMask(true);
   }
 
-  // Settles when every image is decoded.
+  // Resolves when every image is decoded.
   get ready() { return Promise.all([...this.known.values()].flatMap(({ images }) => images.map((image) => image.shown))); }
 }
 
-// Whether the first bone turns left into right, so that triangles show their other side.
+// Whether the first bone's matrix is a reflection, which flips the side of triangles.
 function isMirrored(m) {
   return m[0] * (m[5] * m[10] - m[9] * m[6]) - m[4] * (m[1] * m[10] - m[9] * m[2]) + m[8] * (m[1] * m[6] - m[5] * m[2]) < 0;
 }

@@ -1,19 +1,20 @@
 // A skin: vertices, triangles, and the bones that move them; skin.rs packs it, renderer_skin.js draws it.
 //
-//   vertices, corners    how many
-//   positions, coords    of the vertices; coords are places on the texture
-//   normals, weights, joints   of the vertices: 4 numbers each, normals signed bytes, weights of 65535
+//   vertices, corners    their numbers
+//   positions, coords    of the vertices; coords are texture coordinates
+//   normals, weights, joints   of the vertices: 4 numbers each; normals are signed bytes, weights sum to 65535
 //   indices              the corners of triangles
-//   bones, offsets       the node of each bone, and its matrix from the mesh to the node in the bind pose
-//   morphs               sliders: name, weight (at rest, which positions have), count (of vertices that it moves), step
-//   morphIds, morphOffsets, morphNormals   what they move, slider after slider: vertices, steps in x, y, z, and 1/63 of normals
-//   parts                first, count (corners), name, color (linear), texture (a place in textures, or -1), alpha
+//   bones, offsets       the node of each bone, and the matrix from the mesh to the node in the bind pose
+//   morphs               sliders: name, weight (in the rest pose, included in positions), count (of affected vertices), step
+//   morphIds, morphOffsets, morphNormals   slider after slider: affected vertices, offsets in steps along x, y, z, and
+//                        offsets of normals in units of 1/63
+//   parts                first, count (corners), name, color (linear), texture (an index into textures, or -1), alpha
 //                        ("opaque", "mask", "blend"), cutoff, twoSided
 //   textures             mediaType, and bytes()
 
 import { multiply, transformPoint } from "./math.js";
 
-// The arrays of a skin from its block of bytes.
+// Reads the arrays of a skin from its block of bytes.
 export function unpackSkin(skin, bytes) {
   let at = 0;
   const take = (Kind, count) => {
@@ -40,7 +41,7 @@ export function unpackSkin(skin, bytes) {
 
 const NORMAL_STEPS = 63;
 
-// Moves the vertices to these weights of the sliders. `changes` counts, so that a renderer sees that they are others.
+// Moves the vertices to these slider weights. Increments `changes`, so that a renderer notices the change.
 export function morphSkin(skin, weights) {
   skin.atRest ??= { positions: skin.positions.slice(), normals: skin.normals.slice() };
   const { positions, atRest, morphIds, morphOffsets, morphNormals } = skin;
@@ -65,7 +66,7 @@ export function morphSkin(skin, weights) {
   skin.changes = (skin.changes ?? 0) + 1;
 }
 
-// Moves the skins of clips as their files do, but for those whose sliders a person has moved.
+// Applies the animated morph weights of the files, except to skins whose sliders the user has moved.
 export function playMorphs(clips) {
   for (const clip of clips) {
     const { skin, morphs, tick } = clip;
@@ -75,10 +76,10 @@ export function playMorphs(clips) {
   }
 }
 
-// The weights of the sliders as they are now.
+// The current weights of the sliders.
 export const morphWeights = (skin) => skin.weightsNow ?? skin.morphs.map(({ weight }) => weight);
 
-// The matrices from the mesh to the page, one for each bone, as the clip is posed now.
+// The matrices from the mesh to the page in the current pose, one for each bone.
 export function boneMatrices(skin, clip) {
   const matrices = new Float32Array(16 * skin.bones.length);
   const toPage = clip.pageMatrix;
@@ -90,10 +91,10 @@ export function boneMatrices(skin, clip) {
   return matrices;
 }
 
-// As many vertices as show where a skin is.
+// The number of vertices that are enough to bound a skin.
 const MOST_VERTICES = 3000;
 
-// Places on the page of vertices of the skin, as the clip is posed now.
+// The positions of the skin's vertices on the page, in the current pose.
 export function verticesOnPage(skin, clip) {
   const matrices = boneMatrices(skin, clip);
   const step = Math.ceil(skin.vertices / MOST_VERTICES);

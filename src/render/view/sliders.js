@@ -1,17 +1,17 @@
-// Sliders of the angles of the chosen joint, of one turn each.
+// Sliders of the Euler angles of the selected joint, over 360 degrees each.
 
 import { byId, make, short } from "./dom.js";
 
 const AXIS_NAMES = ["X", "Y", "Z"];
 const HALF_TURN = 180;
-// Degrees of a step of a slider.
+// The step of a slider, in degrees.
 const STEP = 0.5;
 
-// The same angle from minus to plus half a turn.
+// The equivalent angle between minus and plus half a turn.
 const withinTurn = (angle) => angle - 2 * HALF_TURN * Math.round(angle / (2 * HALF_TURN));
 
 export class JointSliders {
-  // `posed` is called when a joint is turned, or put back.
+  // `posed` is called when a joint is turned or reset.
   constructor(state, posed) {
     Object.assign(this, { state, posed });
     byId("pose-reset").addEventListener("click", () => this.reset());
@@ -19,7 +19,7 @@ export class JointSliders {
 
   get clip() { return this.state.clips[this.state.active]; }
 
-  // Called when another joint, or none, is chosen.
+  // Called when the selected joint changes.
   show() {
     const { clip, state } = this;
     const node = clip.nodes[state.joint];
@@ -44,7 +44,7 @@ export class JointSliders {
     this.posed();
   }
 
-  // Back to the motion.
+  // Resets the joint to the motion.
   reset() {
     const posed = this.state.clips.filter(({ posing }) => posing.isPosed);
     for (const { posing } of posed) posing.reset();

@@ -1,4 +1,4 @@
-// The text of a BVH file: which lines and which columns of its motion a matrix comes from.
+// The text of a BVH file: finds the lines and motion columns that define a matrix.
 
 const ROTATIONS = /rotation$/i;
 
@@ -7,18 +7,18 @@ export class SourceText {
     this.lines = new TextDecoder().decode(bytes).split(/\r\n?|\n/);
     const frameTime = this.lines.findIndex((line) => /^\s*Frame Time:/i.test(line));
     this.hierarchyEnd = this.lines.findIndex((line) => /^\s*MOTION\b/i.test(line));
-    // The lines of the rows, from 0.
+    // The line indices of the motion rows, from 0.
     this.rows = [];
     if (frameTime >= 0) this.lines.forEach((line, at) => { if (at > frameTime && line.trim()) this.rows.push(at); });
   }
 
-  // The words after CHANNELS and their number, in a line of the file counted from 1.
+  // The words after CHANNELS and the channel count, in a line counted from 1.
   channels(line) {
     const [count, ...names] = (this.lines[line - 1] ?? "").split(/\bCHANNELS\b/i).at(1)?.trim().split(/\s+/) ?? [0];
     return names.slice(0, Number(count) || 0);
   }
 
-  // The columns of the motion that a matrix of a joint comes from, from 0, and how many there are.
+  // The motion columns that define a matrix of a joint, from 0, and the number of all columns.
   columns(nodes, { letter, index, id }) {
     let [first, all] = [0, 0];
     let own = [];
@@ -31,7 +31,7 @@ export class SourceText {
     return { all, marked: own.flatMap((name, i) => (isWanted(name) ? [first + i] : [])), names: own.filter(isWanted) };
   }
 
-  // The numbers of a row of the motion as they are written, and the line, from 1; null where the file has them otherwise.
+  // The written numbers of a motion row, and its line from 1; null if the row has another number of columns.
   row(number, columns) {
     const line = this.rows[number];
     const words = line === undefined ? [] : this.lines[line].trim().split(/\s+/);
@@ -39,7 +39,8 @@ export class SourceText {
   }
 }
 
-// The lines of the file, from 1, that say a matrix: of an L the OFFSET, or position channels; of a J the channels.
+// The lines of the file, from 1, that define a matrix. An L comes from the OFFSET or position channels, a J from the
+// channels.
 export function matrixLines(node, { letter, index }) {
   const { name, offset, channels } = node.lines ?? {};
   const isMoved = letter === "L" && node.moves;

@@ -1,4 +1,4 @@
-// The picture: what is drawn of the clips, and where the camera stands.
+// The stage: draws the clips and places the camera.
 
 import { add, boxAround, clamp, length, normalize, project, scale, sub } from "./math.js";
 import { byId, make, short } from "./dom.js";
@@ -11,10 +11,11 @@ import { isAtRest, limbError } from "./marks.js";
 import { chainMatrices } from "./product.js";
 import { playMorphs, verticesOnPage } from "./skin.js";
 
-// Bones that have a label in the picture: not those of fingers, face and collar.
+// Bones with a label in the picture: all except fingers, face and collar bones.
 const HAS_LABEL = /^(hips|spine|chest|upperChest|neck|head|(left|right)(UpperArm|LowerArm|Hand|UpperLeg|LowerLeg|Foot|Toes))$/;
 
-// How far a figure reaches from its middle: half its height, and somewhat more of its width, for a narrow picture.
+// Extents of a figure from its centre, relative to its height: half the height, and a larger half width for narrow
+// pictures.
 const [HALF_HEIGHT, HALF_WIDTH] = [0.5, 0.62];
 
 export class Stage {
@@ -27,7 +28,7 @@ export class Stage {
   }
 
   makeRenderer() {
-    // A page whose address ends in #canvas2d shows what a browser without WebGL shows.
+    // An address that ends in #canvas2d disables WebGL, for tests.
     if (location.hash !== "#canvas2d") {
       try {
         return new GlRenderer(this.canvas, this.changed);
@@ -38,7 +39,7 @@ export class Stage {
 
   get clip() { return this.state.clips[this.state.active]; }
 
-  // Whether a clip is drawn with its skin, and whether its skeleton is.
+  // Whether the skin of a clip is drawn, and whether its skeleton is drawn.
   showsSkin(clip) { return Boolean(clip.skin && this.state.skin && this.renderer.skins); }
   showsSkeleton(clip) { return this.state.skeleton || !this.showsSkin(clip) || (this.state.errors && Boolean(clip.limbs)); }
 
@@ -62,12 +63,12 @@ export class Stage {
   fitCanvas() {
     const { canvas } = this;
     const ratio = Math.min(2, devicePixelRatio || 1);
-    // A film has a size of its own.
+    // A film sets its own size.
     const size = this.size ?? [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
   }
 
-  // The camera goes where the active clip goes, at the same distance.
+  // Moves the camera with the active clip, at a constant distance.
   follow() {
     const anchor = this.clip.smoothAnchor(this.clip.tick);
     if (this.state.follow && this.before) {
@@ -77,8 +78,8 @@ export class Stage {
     this.before = anchor;
   }
 
-  // Side by side the figures start next to one another, or stand so at another time; overlaid they stand where their files
-  // put them. Neighbours are `apart` times as far apart as they reach in the mean.
+  // Places the figures side by side at a time, or overlaid at their positions in the files. The distance of neighbours
+  // is `apart` times their mean reach.
   arrange({ seconds = 0, apart = 1.5 } = {}) {
     const { clips, arrangement } = this.state;
     let [at, places] = [0, []];
@@ -97,7 +98,7 @@ export class Stage {
     this.frameAll();
   }
 
-  // Sees every figure as it is now.
+  // Fits all current figures in the picture.
   frameAll() {
     const { camera, view } = this;
     const { clips } = this.state;
@@ -119,7 +120,7 @@ export class Stage {
     this.changed();
   }
 
-  // The box around a figure as it is drawn, its skin too.
+  // The bounding box of a drawn figure, including its skin.
   boxOf(clip) {
     const joints = clip.drawn.filter((_, id) => clip.nodes[id].inBody);
     return boxAround(this.showsSkin(clip) ? [...joints, ...verticesOnPage(clip.skin, clip)] : joints);
@@ -152,7 +153,7 @@ export class Stage {
     if (state.joint >= 0) this.addFrames();
   }
 
-  // The points of feet that are at rest.
+  // Marks the points of feet at rest.
   addContacts(clip) {
     for (const contact of clip.contacts) {
       const place = clip.drawn[contact.node];
@@ -160,7 +161,7 @@ export class Stage {
     }
   }
 
-  // The colours of the link that ends in a node, and of the node. A link belongs to the bone of the joint it starts from.
+  // The colours of the link that ends at a node, and of the node. A link has the colour of the bone at its start.
   tints(clip, node) {
     if (this.state.errors && clip.limbs) {
       const error = limbError(clip, node.parent);
@@ -176,7 +177,7 @@ export class Stage {
     return [above < 0 ? NO_BONE : boneColor(clip.nodes[above].bone), node.bone ? boneColor(node.bone) : NO_BONE];
   }
 
-  // Where a joint was in the last seconds, fading.
+  // Draws the path of a joint over the last seconds, fading out.
   addTrail(index, id) {
     const clip = this.state.clips[index];
     const [samples, seconds] = [90, 3];
@@ -191,7 +192,8 @@ export class Stage {
     }
   }
 
-  // The axes of the chosen joint; or the frames after J0, J0 L1, J0 L1 J1, ..., as many as are multiplied, and the links between.
+  // Draws the axes of the selected joint, or the frames after J0, J0 L1, J0 L1 J1, ... up to the multiplied matrices,
+  // with links between them.
   addFrames() {
     const { clip, state, view } = this;
     if (!state.grown) return this.addAxes(clip.world[state.joint], 1);
@@ -204,7 +206,7 @@ export class Stage {
     });
   }
 
-  // The axes of a frame: x red, y green, z blue.
+  // Draws the axes of a coordinate frame: x red, y green, z blue.
   addAxes(m, scaling) {
     const { clip } = this;
     const origin = m.slice(12, 15);
@@ -215,14 +217,14 @@ export class Stage {
     });
   }
 
-  // Where a point is on the canvas, in its pixels, and its distance from the camera.
+  // The position of a point on the canvas, in pixels, and its distance from the camera.
   onCanvas(point) {
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     const [x, y, depth] = project(this.camera.see(width / Math.max(1, height)).worldToClip, point);
     return [(0.5 + 0.5 * x) * width, (0.5 - 0.5 * y) * height, depth];
   }
 
-  // The place below a pointer that is as far from the camera as another place.
+  // The point below a pointer, at the same distance from the camera as `place`.
   beside(place, event) {
     const box = this.canvas.getBoundingClientRect();
     const [x, y, depth] = this.onCanvas(place);
@@ -233,7 +235,7 @@ export class Stage {
     return add(place, add(scale(axes.x, right * size), scale(axes.y, up * size)));
   }
 
-  // The joint below a pointer: the nearest one within reach of a mouse or a finger.
+  // The joint below a pointer: the nearest joint within reach of a mouse or a finger.
   jointAt(event) {
     const box = this.canvas.getBoundingClientRect();
     let nearest = { distance: event.pointerType === "touch" ? 28 : 14, clip: -1, joint: -1 };
@@ -258,17 +260,17 @@ export class Stage {
     const [local, world] = [clip.translation(joint, clip.tick), clip.filePosition(joint)].map((place) => Array.from(place, short).join("  "));
     const lines = [`${this.state.clips.length > 1 ? `${clip.name}: ` : ""}${name}`];
     if (bone) lines.push(`${bone.name}, ${bone.confidence}: ${bone.reason}`);
-    else if (clip.humanoid) lines.push("no bone of the humanoid");
+    else if (clip.humanoid) lines.push("not a humanoid bone");
     const error = this.state.errors ? limbError(clip, joint) : null;
     if (error !== null) lines.push(`limb ${short(error)}° off the source`);
     tip.textContent = [...lines, `local  ${local}`, `world  ${world}`].join("\n");
-    // Beside the joint, within the picture.
+    // Place the tip beside the joint, within the picture.
     const left = clamp(x + 14, 4, Math.max(4, this.canvas.clientWidth - tip.offsetWidth - 4));
     const top = clamp(y - 12, 4, Math.max(4, this.canvas.clientHeight - tip.offsetHeight - 4));
     tip.style.transform = `translate(${left}px, ${top}px)`;
   }
 
-  // The names of the active clip's bones beside their joints, on the side away from the middle of the figure.
+  // Places the names of the active clip's bones beside their joints, on the side away from the centre of the figure.
   placeLabels() {
     const { clip, state } = this;
     const wanted = state.bones && this.showsSkeleton(clip) ? clip.nodes.flatMap(({ bone }, id) => (bone && HAS_LABEL.test(bone.name) ? [[id, bone.name]] : [])) : [];
@@ -282,7 +284,7 @@ export class Stage {
       const [id, name] = wanted[i] ?? [];
       const [x, y, depth] = id === undefined ? [0, 0, 0] : this.onCanvas(clip.drawn[id]);
       if (label.textContent !== (name ?? "")) label.textContent = name ?? "";
-      // About as wide as its letters. One that would cover another is left out.
+      // The approximate width of the label. A label that would cover another is not shown.
       const width = 6.5 * label.textContent.length;
       const left = x < middle - 1 ? x - 9 - width : x + 9;
       const covers = placed.some((other) => Math.abs(other.y - y) < 12 && left < other.left + other.width && other.left < left + width);

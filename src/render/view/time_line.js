@@ -1,16 +1,16 @@
-// The time line: the part of the time that it shows, the lanes of several clips, and feet at rest.
+// The time line: its visible part, the lanes of several clips, and the contacts of feet.
 
 import { byId, clock, css, make } from "./dom.js";
 import { drawContacts } from "./marks.js";
 import { clamp } from "./math.js";
 
-// The fewest ticks that are shown.
+// The fewest visible ticks.
 const FEWEST = 8;
-// How much closer a press or a notch of the wheel goes.
+// The zoom factor of a press or a notch of the wheel.
 const CLOSER = 0.5;
 
 export class TimeLine {
-  // `player` is the one whose time it shows; `zoomed` is called when another part is shown.
+  // Shows the time of `player`. `zoomed` is called when the visible part changes.
   constructor(player, zoomed) {
     Object.assign(this, { player, zoomed });
     this.range = [0, 0];
@@ -23,13 +23,13 @@ export class TimeLine {
 
   get length() { return this.range[1] - this.range[0]; }
 
-  // Shows the whole time of other clips.
+  // Shows the whole time, after the clips have changed.
   showAll() {
     this.range = [0, this.player.longest];
     this.show();
   }
 
-  // Shows a part as long as this one times a factor; `anchor` stays where it is.
+  // Multiplies the length of the visible part by a factor. The time `anchor` keeps its position.
   zoom(factor, anchor = this.player.state.time) {
     const { longest, clip } = this.player;
     if (!longest) return;
@@ -55,7 +55,7 @@ export class TimeLine {
     else this.zoom(event.deltaY > 0 ? 1 / CLOSER : CLOSER, this.range[0] + share * this.length);
   }
 
-  // The part that has the time that is played comes into view.
+  // Moves the visible part so that it contains the current time.
   reveal(seconds) {
     const [from, to] = this.range;
     if (seconds < from - 1e-9 || seconds > to + 1e-9) this.move(seconds > to ? seconds : seconds - this.length);
@@ -78,7 +78,7 @@ export class TimeLine {
     this.zoomed();
   }
 
-  // A line below the time line for each of several clips, as long as the clip; many are thinner.
+  // Draws a line below the time line for each of several clips, with the length of the clip. Many lines are thinner.
   showLanes() {
     const { clips } = this.player.state;
     byId("lanes").classList.toggle("many", clips.length > 2);

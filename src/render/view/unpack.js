@@ -1,9 +1,9 @@
-// The data of a page: blocks of bytes in base64, each with a run of frames of every track; pack.rs writes them.
+// Decodes the data of a page: base64 blocks of bytes, each with a run of frames of every track. pack.rs writes them.
 
 import { isPackedClip, unpackClip } from "./packed.js";
 import { unpackSkin } from "./skin.js";
 
-// The text of an element, which is dropped there, because it may be large.
+// Returns the text of an element and removes it from the page, because it may be large.
 export function takeText(id) {
   const element = document.getElementById(id);
   const text = element.textContent;
@@ -21,7 +21,7 @@ export function takeBytes(id) {
   return bytes;
 }
 
-// The blocks of a page, or of one file: `take` returns the bytes of an id, once.
+// The blocks of a page or of one file. `take` returns the bytes of an id once.
 export class Blocks {
   constructor(take) {
     this.take = take;
@@ -29,13 +29,13 @@ export class Blocks {
     this.skins = new Map();
   }
 
-  // The same of a block that several clips share.
+  // The bytes of a block that several clips share.
   shared(id) {
     if (!this.sharedBytes.has(id)) this.sharedBytes.set(id, this.take(id));
     return this.sharedBytes.get(id);
   }
 
-  // Clips with one skin and its textures have one object, which is on the GPU once.
+  // Clips that share a skin and its textures share one object, which is uploaded to the GPU once.
   skin(description) {
     const key = JSON.stringify(description);
     if (!this.skins.has(key)) {
@@ -48,7 +48,7 @@ export class Blocks {
 
 const [ALL_FOUR, NEGATIVE] = [4, 8];
 
-// Fills `count` frames of the tracks, from frame `first` on, from rows.
+// Fills `count` frames of the tracks from rows, from frame `first` on.
 function unpackRows(bytes, tracks, first, count) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   let at = 0;
@@ -82,7 +82,7 @@ function unpackRows(bytes, tracks, first, count) {
   }
 }
 
-// The data of a clip from its description and the blocks that it names: tracks as arrays that `load` fills, block by block.
+// Makes the data of a clip from its description and its blocks. `load` fills the arrays of the tracks, block by block.
 export function unpacked(description, source) {
   const { frames, framesPerBlock, blocks, metresPerUnit } = description;
   const tracks = [];
@@ -111,7 +111,7 @@ export function unpacked(description, source) {
     morphs: description.morphs && { ...description.morphs, weights: new Uint16Array(Uint8Array.from(source.take(description.morphs.id)).buffer) },
     skin: description.skin && source.skin(description.skin),
     load: (frame) => loadBlock(Math.floor(frame / framesPerBlock)),
-    // Loads one more block; false where there is none.
+    // Loads the next block; returns false after the last.
     loadNext: () => {
       const next = isLoaded.indexOf(0);
       if (next >= 0) loadBlock(next);
@@ -122,7 +122,7 @@ export function unpacked(description, source) {
   };
 }
 
-// Loads every block, between pictures, so that a jump to any frame is quick.
+// Loads all blocks in the background, so that a jump to any frame is quick.
 export function loadAll(clips) {
   const loadMore = () => {
     if (clips.some((clip) => clip.loadNext())) setTimeout(loadMore, 4);
