@@ -132,9 +132,9 @@ impl Exporter {
         self
     }
 
-    /// The radius of a shell around each joint, in metres. Points of the shell keep the largest error too, as points of
-    /// a skin do. Default: as in [`Exporter::error_bound`], but at least 3 cm in FBX. It has no effect without a
-    /// largest error.
+    /// The radius of a shell around each joint, in metres. The largest error also applies to the points of the shell,
+    /// which represent a skin. Default: as in [`Exporter::error_bound`], but at least 3 cm in FBX. The radius has no
+    /// effect without a largest error.
     #[must_use]
     pub fn shell_distance(mut self, metres: f64) -> Self {
         self.options.shell_distance = Some(metres);
@@ -414,14 +414,13 @@ fn lost_shear(row: &FormatInfo, unsheared: &process::ShearOutcome) -> Diagnostic
         nodes => format!("{nodes} nodes"),
     };
     let message = format!(
-        "the axes of {nodes} shear at rest, which {} cannot say: they are up to {:.2} degrees from right angles, and \
-            at \
-         right angles in the file",
+        "the axes of {nodes} shear at rest, which {} cannot store: they are up to {:.2} degrees from right angles, and \
+         the file has right angles",
         row.name, unsheared.degrees
     );
     Diagnostic::new(Code::Unrepresentable, message)
         .in_joint(&unsheared.most)
-        .help("write .usda, which keeps them; or apply the transforms where the file was made")
+        .help("write .usda, which keeps sheared axes; or apply the transforms in the program that made the file")
 }
 
 /// Whether a format can hold the rest pose of a scene. If it cannot, the writer aligns the axes of the joints with the

@@ -1,6 +1,6 @@
 //! Reads motion capture files into scenes, and writes scenes to files.
 
-// Tests may unwrap and print; the library may not.
+// Only tests may call `unwrap` and print.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 pub mod convert;

@@ -9,7 +9,7 @@ use mocap_scene::scene::report::Attribution;
 
 /// The file name. The file is in the folder of a motion or in its parent folder.
 const NAME: &str = "mocap.toml";
-/// The largest size in bytes. A larger file is not ours.
+/// The largest size in bytes. A larger file is not an attribution file of mocap.
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Adds the statements of the `mocap.toml` files near `path` to a scene, if its own file does not make them. The

@@ -220,10 +220,10 @@ impl Importer {
         self
     }
 
-    /// The body for arrays of rotations, such as those of AMASS. It is a file with a figure in any format, or a model
-    /// of SMPL, SMPL-H or SMPL-X as `.npz` or `.pkl`. The shape of a model follows the shape coefficients of the
-    /// motion. Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] if the
-    /// input file has its own bone lengths.
+    /// The body for arrays of rotations, such as AMASS files. It is a file with a figure in any format, or a model of
+    /// SMPL, SMPL-H or SMPL-X as `.npz` or `.pkl`. The shape of a model follows the shape coefficients of the motion.
+    /// Default: a body of generic proportions, 1.70 m tall. Import fails with [`Code::InvalidValue`] if the input file
+    /// has its own bone lengths.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -306,8 +306,8 @@ impl Importer {
     /// only the skeleton and the animations are read. A mesh that cannot be read is skipped with a
     /// [`Code::IgnoredMesh`] warning.
     ///
-    /// The meshes are in [`Scene::meshes`], each with bones, as those of an FBX file are. A mesh without a skin is
-    /// bound to its node. Morph targets have the initial weights of the file.
+    /// The meshes are in [`Scene::meshes`]. Each has bones, like meshes of an FBX file. A mesh without a skin is bound
+    /// to its node. Morph targets have the initial weights of the file.
     ///
     /// ```
     /// # std::env::set_current_dir("../..").unwrap();
@@ -339,8 +339,8 @@ impl Importer {
         Self::new().gltf_meshes(true).morph_targets(self.read.morph_targets)
     }
 
-    /// Whether to read data that only a comparison needs: the skeletons that this crate drew in USD, and both bind
-    /// poses that an FBX file states.
+    /// Whether to read data that only a comparison needs: the skeletons that mocap drew in USD, and both bind poses
+    /// that an FBX file states.
     #[must_use]
     #[doc(hidden)]
     pub fn for_comparison(mut self, read: bool) -> Self {

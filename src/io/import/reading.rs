@@ -160,8 +160,8 @@ impl Importer {
         Ok(scene)
     }
 
-    /// A strict importer refuses every warning but gaps: a point that is not seen in every frame is not a fault of the
-    /// file.
+    /// Fails a strict import at the first warning, except for marker gaps: a marker that the cameras lose in some
+    /// frames is not a fault of the file.
     fn refuse_warnings(&self, scene: &mut Scene) -> Result<()> {
         let has_points = scene.has_points();
         let is_fault = |warning: &Diagnostic| !(has_points && warning.code == Code::Gap);

@@ -24,7 +24,7 @@ impl Sha256Sum {
         self.added += bytes.len();
     }
 
-    /// Adds those of the first `end` bytes of `bytes` that were not added yet.
+    /// Adds the first `end` bytes of `bytes`, without the bytes that were added before.
     pub(super) fn add_up_to(&mut self, bytes: &[u8], end: usize) {
         if let Some(bytes) = bytes.get(self.added..end) {
             self.add(bytes);

@@ -1,4 +1,4 @@
-//! `Exporter`: every written format by its row in the table, and by nothing else.
+//! Tests `Exporter` with every written format, driven only by the table of formats.
 
 use std::fs;
 
@@ -25,7 +25,8 @@ fn written() -> Vec<(&'static FormatInfo, &'static str)> {
     written
 }
 
-/// A motion as each format takes it: all but those that keep the file's unit are in metres with +Y up.
+/// A motion in the unit of each format: formats that keep the file's unit get the file's numbers, others get metres
+/// with +Y up.
 fn read(path: &str, row: &FormatInfo) -> Scene {
     let mesh = match row.has_file_meshes {
         true => SkeletonMesh::Own,
@@ -39,13 +40,13 @@ fn read(path: &str, row: &FormatInfo) -> Scene {
     scene
 }
 
-/// The fixtures that a new written format must hold. This test reads every format back within 0.02 mm, by `verify`,
-/// which has its own kinematics. So a new format needs no test of its own.
+/// The fixtures that every written format must store. The test reads each output back, and `verify` compares it within
+/// 0.02 mm with its own kinematics. So a new format needs no separate test.
 #[test]
 fn every_written_format_holds_the_motion_of_every_small_fixture() {
     const SMALL: u64 = 100_000;
     let folder = tempfile::tempdir().unwrap();
-    // Every second format of a file, every second file of a format.
+    // Test every second combination of a file and a format.
     let parts = if is_all() { 1 } else { 2 };
     let first = Sample::new().below(parts);
     let (mut count, mut files_tried) = (0, 0);
@@ -75,14 +76,14 @@ fn every_written_format_holds_the_motion_of_every_small_fixture() {
             let what = format!("{} as .{extension}", path.display());
             let written = match Exporter::new().overwrite(true).export(&scene, &output) {
                 Ok(written) => written,
-                // A VRM animation is of a humanoid, and a packed clip has no scales that change.
+                // A VRM animation needs a humanoid, and a packed clip has no animated scales.
                 Err(error) if [Code::NotHumanoid, Code::Unrepresentable].contains(&error.code()) => continue,
                 Err(error) => panic!("{what}: {error}"),
             };
             assert!(written.files.iter().all(|file| !file.is_empty()), "{what}");
             let again = Importer::new().import(&output).unwrap();
             assert_eq!(again.metadata.format, Some(row.format), "{what}");
-            // BVH has no scales, and says so. Data beside the motion is not compared.
+            // BVH has no scales, and warns. Only the motion is compared.
             let is_beside = |warning: &Diagnostic| warning.code == Code::NotCarriedOver;
             if !written.warnings.iter().all(is_beside) {
                 continue;
@@ -99,7 +100,7 @@ fn every_written_format_holds_the_motion_of_every_small_fixture() {
     assert!(count > 60 / parts, "{count}");
 }
 
-/// Names that files of other programs have, and that separate lines, columns or blocks in some format.
+/// Names from files of other programs, with characters that separate lines, columns or blocks in some format.
 const NAMES: [&str; 24] = [
     "",
     "",
@@ -127,7 +128,7 @@ const NAMES: [&str; 24] = [
     "\u{5de6}\u{8155}",
 ];
 
-/// A root with a joint or an end site of each name, which swing about it.
+/// A root with a swinging joint or end site for each name.
 fn with_hostile_names() -> Scene {
     let node = |name: &str, parent, transform, kind| Node {
         name: name.to_owned(),
@@ -167,8 +168,8 @@ fn with_hostile_names() -> Scene {
     scene
 }
 
-/// Every format holds a node of any name: the file is read again, each joint is where it was, and each change of a name
-/// is told.
+/// Every format can store any node name. After reading the file again, each joint has its position, and the report
+/// lists each changed name.
 #[test]
 fn names_that_a_format_cannot_hold_are_replaced_and_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -234,7 +235,7 @@ fn names_that_a_format_cannot_hold_are_replaced_and_told() {
     );
 }
 
-/// Each name of the file is there once, and is that of the scene or one that the report has.
+/// Each name in the file is unique, and is either the scene's name or a name in the report.
 fn check_names(names: &[&str], exported: &Export) {
     assert_eq!(names.len(), 1 + NAMES.len(), "{names:?}");
     let once: std::collections::BTreeSet<_> = names.iter().collect();
@@ -250,7 +251,7 @@ fn check_names(names: &[&str], exported: &Export) {
     }
 }
 
-/// Bytes in memory are those on the disk, and so are the names.
+/// The bytes and names in memory equal those on the disk.
 #[test]
 fn what_is_written_in_memory_is_what_is_exported() {
     let folder = tempfile::tempdir().unwrap();
@@ -268,7 +269,7 @@ fn what_is_written_in_memory_is_what_is_exported() {
         assert_eq!(exported.files.last().unwrap().name(), format!("take.{extension}"));
         let again = Importer::new().import(&path).unwrap();
         let bones = again.nodes.iter().filter(|node| node.kind != NodeKind::Group);
-        // A VMD has no skeleton: it is read onto that of a model.
+        // A VMD has no skeleton, so the test reads it with a model.
         if row.format != Format::Vmd {
             assert_eq!(exported.nodes, bones.count(), ".{extension}");
         }
@@ -278,7 +279,7 @@ fn what_is_written_in_memory_is_what_is_exported() {
             bound.is_none_or(|error| error > 0.0 && error <= 0.001),
             ".{extension}: {bound:?}"
         );
-        // Two files are no stream.
+        // An output of two files cannot be a stream.
         let count = exported.files.len();
         assert_eq!(exported.into_bytes().is_ok(), count == 1, ".{extension}");
     }
@@ -310,7 +311,7 @@ fn an_output_in_no_written_format_is_an_error() {
     }
 }
 
-/// A file that may be somebody's work stays as it is, whatever its format, unless it is asked for.
+/// A file that may be a source is not replaced in any format, unless an option allows it.
 #[test]
 fn an_export_replaces_only_what_is_known_as_an_output() {
     let folder = tempfile::tempdir().unwrap();
@@ -320,13 +321,13 @@ fn an_export_replaces_only_what_is_known_as_an_output() {
         let path = folder.path().join("take").with_extension(extension);
         fs::write(&path, "somebody's work").unwrap();
         let refused = |exporter: &Exporter, scene: &Scene| exporter.export(scene, &path).map(drop).unwrap_err().code();
-        // The lecture's arm is no humanoid.
+        // The lecture's arm is not a humanoid.
         let is_of_humanoids = row.states_bones || row.format == Format::Vmd;
         let scene = if is_of_humanoids { &other } else { &scene };
         assert_eq!(refused(&Exporter::new(), scene), Code::OutputExists, ".{extension}");
         assert_eq!(fs::read(&path).unwrap(), b"somebody's work", ".{extension}");
         Exporter::new().overwrite(true).export(scene, &path).unwrap();
-        // The same again, and where the file says who wrote it, another.
+        // The same file again. If the format states its writer, also another file of mocap.
         Exporter::new().export(scene, &path).unwrap();
         let again = Exporter::new().export(&other, &path);
         assert_eq!(again.is_ok(), row.states_origin || is_of_humanoids, ".{extension}");
@@ -334,7 +335,7 @@ fn an_export_replaces_only_what_is_known_as_an_output() {
         let inputs = Exporter::new().replace(ReplacePolicy::new([&path])).overwrite(true);
         assert_eq!(refused(&inputs, &other), Code::OutputIsInput, ".{extension}");
     }
-    // What may be replaced is known for every format that is read.
+    // The rule exists for every format that mocap reads.
     for extension in FormatInfo::ALL.iter().flat_map(|row| row.extensions) {
         assert!(
             ReplacePolicy::is_source(format!("a.{extension}").as_ref()),
@@ -343,12 +344,13 @@ fn an_export_replaces_only_what_is_known_as_an_output() {
     }
 }
 
-/// Shear of a rest pose is kept or said to be lost, in every format; `verify` sees it, and the skin stays whole.
+/// Every format keeps the shear of a rest pose or reports its loss. `verify` detects the loss, and the skin is not
+/// damaged.
 #[test]
 fn shear_at_rest_is_kept_or_said() {
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     let mut source = importer.import("../../fixtures/real/cmu_short.bvh").unwrap();
-    // A joint that the motion does not drive, and whose children it does.
+    // A joint that the motion does not animate, with animated children.
     let hip = source.nodes.iter().position(|node| node.name == "LHipJoint").unwrap();
     source.animations[0]
         .channels
@@ -377,7 +379,7 @@ fn shear_at_rest_is_kept_or_said() {
             assert!(said.message.contains("26.57 degrees"), "{}", said.message);
         }
         if [Format::Gltf, Format::Fbx, Format::Usd].contains(&row.format) {
-            // The buffer of a `.gltf` is a file beside it.
+            // The buffer of a `.gltf` is a separate file.
             let Ok(bytes) = written.into_bytes() else { continue };
             let verified = Verification::of(&source, &bytes).unwrap();
             assert_eq!(verified.max_error < 1e-4, keeps, "{extension}: {verified:?}");

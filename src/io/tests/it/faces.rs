@@ -1,6 +1,6 @@
-//! Curves of morph targets through readers, steps and writers. The fixtures state their weights. The weight of
-//! `arm_and_face.gltf` is the second of the motion, and so is `smile` of `face_alone.gltf`. `frown` falls from 1 to
-//! 0.25 at half a second, and to 0 at one. Another reader of glTF, the crate `gltf`, says what was written.
+//! Curves of morph targets through readers, steps and writers. The weights of the fixtures are known: the weight of
+//! `arm_and_face.gltf` and `smile` of `face_alone.gltf` equal the time in seconds. `frown` falls from 1 to 0.25 at 0.5
+//! s, and to 0 at 1 s. The crate `gltf` reads the outputs independently.
 
 use mocap::edit::{Blend, BlendWeight, Concat, Loop, Resample, Reverse, Step, StepInput, Trim, Warp};
 use mocap::glam::Vec3;
@@ -15,7 +15,7 @@ fn import(path: &str) -> Scene {
     Importer::new().import(path).unwrap()
 }
 
-/// The weights of the targets of the face in an animation of the written file, at a second.
+/// The weights of the face's targets in an animation of the written file, at a time in seconds.
 struct Written {
     times: Vec<f32>,
     weights: Vec<Vec<f32>>,
@@ -26,7 +26,7 @@ impl Written {
         Self::of_node(scene, animation, Some("face"))
     }
 
-    /// Of the node of a name, or of the first one.
+    /// The channels of the node with a name, or of the first node.
     fn of_node(scene: &Scene, animation: usize, name: Option<&str>) -> Self {
         let written = Exporter::new().write(scene, Format::Gltf).unwrap();
         assert!(written.warnings.is_empty(), "{:?}", written.warnings);
@@ -53,7 +53,7 @@ impl Written {
         }
     }
 
-    /// By LINEAR, which every sampler of an output is.
+    /// Every sampler of an output has LINEAR interpolation.
     fn at(&self, seconds: f32, target: usize) -> f32 {
         let after = self.times.partition_point(|time| *time <= seconds);
         let weight = |key: usize| self.weights[key][target];
@@ -162,7 +162,7 @@ fn curves_of_morph_targets_go_with_the_time() {
             .apply(scene, &input())
             .unwrap();
     };
-    // The end is the start, and the difference of 0.6 is halfway gone after half of the blend.
+    // The end equals the start. After half of the blend, half of the difference of 0.6 remains.
     after(&looped).assert_is("loop", &[(0.0, &[0.8]), (0.15, &[0.65]), (0.3, &[0.5]), (0.6, &[0.8])]);
     let joined = |scene: &mut Scene| {
         let again = scene.clone();
@@ -193,7 +193,7 @@ fn curves_of_morph_targets_go_with_the_time() {
     Written::of(&slow, 0).assert_is("another rate", &[(0.0, &[0.0]), (1.0, &[0.5]), (2.0, &[1.0])]);
 }
 
-/// Of another face on the same skeleton nothing can be taken.
+/// The curves of another face on the same skeleton cannot be used.
 #[test]
 fn curves_of_another_face_are_counted() {
     let (mut arm, mut other) = (import(ARM), import(ARM));
@@ -210,7 +210,7 @@ fn curves_of_another_face_are_counted() {
     Written::of(&arm, 0).assert_is("concat", &[(0.5, &[0.5]), (1.0, &[1.0]), (1.5, &[0.0])]);
 }
 
-/// The stated weights of a fixture: for each of its clips some times in seconds, each with the weight of each target.
+/// The known weights of a fixture: for each clip, some times in seconds with the weight of each target.
 type Stated<'a> = &'a [&'a [(f64, &'a [f32])]];
 
 const OF_ARM: Stated<'_> = &[&[(0.0, &[0.0]), (0.5, &[0.5]), (1.0, &[1.0])]];
@@ -234,7 +234,7 @@ fn with_targets(path: &str) -> Scene {
     importer.import(path).unwrap()
 }
 
-/// ufbx evaluates the curves of what was written.
+/// ufbx evaluates the curves of the written file.
 #[test]
 fn fbx_keeps_morph_targets_and_their_curves() {
     for (path, stated) in [(ARM, OF_ARM), (FACE, OF_FACE)] {
@@ -266,7 +266,7 @@ fn fbx_keeps_morph_targets_and_their_curves() {
     }
 }
 
-/// Of FBX no file is passed through: the mesh, its targets and their curves are written anew.
+/// The writer makes a new FBX file, with the mesh, its targets and their curves.
 #[test]
 fn morph_targets_go_from_fbx_to_gltf() {
     let fbx = Exporter::new().write(&with_targets(FACE), Format::Fbx).unwrap();
@@ -290,7 +290,8 @@ fn morph_targets_go_from_fbx_to_gltf() {
     }
 }
 
-/// A mesh whose weight at rest is not 0 is written without what it adds, which the weight adds again.
+/// For a mesh with a rest weight above 0, the writer subtracts the weighted offsets from the vertices, because readers
+/// add them again.
 #[test]
 fn weights_at_rest_are_no_part_of_the_written_mesh() {
     let mut scene = with_targets(FACE);
@@ -326,7 +327,7 @@ fn weights_at_rest_are_no_part_of_the_written_mesh() {
     assert_eq!(with.meshes[0].morph_targets[0].weight, 0.5);
 }
 
-/// The weights of an animation in the text of a file: of each time code the weight of each shape.
+/// The weights of an animation in the text of a file: for each time code, the weight of each shape.
 fn blend_shape_weights(text: &str, clip: usize) -> Vec<(f64, Vec<f32>)> {
     let mut clips = text.split("float[] blendShapeWeights.timeSamples = {").skip(1);
     let samples = clips.nth(clip).unwrap().split('}').next().unwrap();
@@ -384,7 +385,7 @@ fn usd_keeps_morph_targets_and_their_curves() {
                 }
             }
         }
-        // A reader that leaves them out says so.
+        // A reader that skips the targets reports it.
         let again = Importer::new().read(&bytes, "face.usda").unwrap();
         let curves = again
             .metadata
@@ -439,7 +440,7 @@ fn formats_without_curves_of_morph_targets_say_so() {
             "{:?}",
             written.warnings
         );
-        // Meshes that were read too have the same curves.
+        // With meshes, the scene has the same curves.
         let with_meshes = Importer::new()
             .gltf_meshes(true)
             .morph_targets(true)
@@ -460,7 +461,7 @@ fn formats_without_curves_of_morph_targets_say_so() {
 #[test]
 fn curves_of_morph_targets_that_are_not_valid_are_left_out() {
     let text = std::fs::read_to_string(FACE).unwrap();
-    // The weights of a sampler are its times: three numbers for three keys of two targets.
+    // Corrupt the sampler: its weights are its times, three numbers for three keys of two targets.
     let wrong = text.replacen("\"output\": 5", "\"output\": 4", 1);
     assert!(wrong != text);
     let scene = Importer::new().read(wrong.as_bytes(), "face.gltf").unwrap();

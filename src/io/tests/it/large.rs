@@ -1,4 +1,4 @@
-//! Large files, which are read block by block.
+//! Large files, which the reader reads block by block.
 
 use std::fmt::Write;
 use std::fs::{self, File};
@@ -10,7 +10,7 @@ use mocap_formats::Source;
 use mocap_io::internals::{BEGINNING, BLOCK, LargeFile};
 use sha2::{Digest, Sha256};
 
-/// More bytes than the beginning; `row` writes a row.
+/// A text larger than the beginning. `row` writes a row.
 fn take(row: impl Fn(usize) -> String) -> String {
     const ROWS: usize = 120_000;
     let mut text = String::from("HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n}\nMOTION\n");
@@ -24,7 +24,7 @@ fn plain(index: usize) -> String {
     format!("{}.0000000000\n", index % 360)
 }
 
-/// Reads a file of `text`, on which `change` is called when its beginning was read.
+/// Reads a file of `text`. Calls `change` on the file after its beginning was read.
 fn read(text: &str, change: impl Fn(&Path)) -> (mocap::Result<Scene>, LargeFile) {
     let file = tempfile::NamedTempFile::with_suffix(".bvh").unwrap();
     fs::write(file.path(), text).unwrap();
@@ -45,7 +45,7 @@ fn import(large: &LargeFile, threads: usize) -> mocap::Result<Scene> {
     Importer::new().threads(threads).read_large(large, &source)
 }
 
-/// Whatever the dialect, and wherever blocks end.
+/// For each dialect, with block ends at different places.
 #[test]
 fn every_fixture_is_read_as_from_memory() {
     const LARGEST: usize = 60_000;
@@ -57,7 +57,7 @@ fn every_fixture_is_read_as_from_memory() {
                 continue;
             }
             let mut bytes = fs::read(&path).unwrap();
-            // The rows of longer ones end early, in some files in the middle of one.
+            // Truncate longer texts, some in the middle of a row.
             if bytes.len() > LARGEST {
                 let is_cut_in_a_row = bytes.len() % 3 == 0;
                 bytes.truncate(LARGEST);

@@ -1,11 +1,11 @@
-//! What a writer writes, its reader reads; and nothing of few bytes becomes a page of many.
+//! Readers accept all outputs of the writers, and a small file never becomes a huge page.
 
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::BufferPlace;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, UpAxis};
 use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene};
 
-/// A chain of joints with a name and an offset each, in metres with +Y up.
+/// A chain of joints, each with a name and an offset, in metres with +Y up.
 fn chain(joints: usize, name: &dyn Fn(usize) -> String, offset: f32) -> Scene {
     let mut scene = Scene::default();
     let node = |joint: usize| Node {
@@ -20,7 +20,7 @@ fn chain(joints: usize, name: &dyn Fn(usize) -> String, offset: f32) -> Scene {
     scene
 }
 
-/// A clip of two keys, the last of them so many frames later, in which each joint turns.
+/// A clip in which each joint turns, with two keys that are `frames` apart.
 fn sparse(scene: &Scene, frames: usize, rate: f64) -> Animation {
     let last = (frames - 1) as f64;
     let ends = [Quat::IDENTITY, Quat::from_rotation_x(0.5)].to_vec();
@@ -39,7 +39,7 @@ fn sparse(scene: &Scene, frames: usize, rate: f64) -> Animation {
     }
 }
 
-/// Scenes at the limits and beyond, each with what it is.
+/// Scenes at and beyond the limits, each with a description.
 fn scenes() -> Vec<(&'static str, Scene)> {
     let plain = |joint: usize| format!("j{joint}");
     let mut all = vec![
@@ -81,7 +81,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 fn what_a_writer_writes_its_reader_reads() {
     let (mut written, mut refused) = (0, 0);
     for (what, scene) in scenes() {
-        // Other formats have a value for every frame, and little of a file stands for much of a take in none of them.
+        // Other formats store a value for every frame, so a small file cannot contain a long take.
         let is_tried = |format: Format| what != "a long take" || format == Format::Gltf;
         for row in FormatInfo::ALL
             .iter()
@@ -105,7 +105,7 @@ fn what_a_writer_writes_its_reader_reads() {
     assert!(written > 20 && refused > 20, "{written} written, {refused} refused");
 }
 
-/// A caller can build what no reader gives.
+/// A caller can build scenes that no reader returns.
 #[test]
 fn no_format_writes_a_take_without_end() {
     let mut scene = chain(3, &|joint| format!("j{joint}"), 0.1);
@@ -128,7 +128,7 @@ fn no_format_writes_a_take_without_end() {
     }
 }
 
-/// A chain is no body, so that none of the scenes above is a VRM animation.
+/// A chain is not a humanoid, so the scenes above cannot be VRM animations.
 #[test]
 fn hips_far_from_the_floor_are_refused_or_read_again_in_a_vrm_animation() {
     for (far, is_written) in [(1e3_f32, true), (1.4e18, false)] {

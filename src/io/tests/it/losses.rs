@@ -1,4 +1,4 @@
-//! The ledger of losses: each kind of data is planted in each written format, and looked for in what is read back.
+//! The ledger of losses: the test writes each kind of data in each format, and searches it in the file read back.
 
 use std::fs;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub(crate) fn channel_of<'a>(scene: &'a mut Scene, joint: &str) -> &'a mut Chann
     channels.find(|channel| channel.node == node).unwrap()
 }
 
-/// Adds an expression that changes.
+/// Adds an animated expression.
 fn add_face(scene: &mut Scene) {
     let end = scene.animations[0].duration;
     let id = NodeId::new(scene.nodes.len());
@@ -58,7 +58,7 @@ fn add_face(scene: &mut Scene) {
     });
 }
 
-/// A scene with data of a kind, and how many.
+/// A scene with data of a kind, and the number of items.
 fn planted(kind: DataKind) -> (Scene, u64) {
     let mut scene = figure();
     let end = scene.animations[0].duration;
@@ -90,7 +90,7 @@ fn planted(kind: DataKind) -> (Scene, u64) {
             channel_of(&mut scene, "LeftForeArm").scaling_keys = Keys::constant(Vec3::splat(2.0));
             1
         }
-        // Of a file that states it.
+        // Data that the file states.
         DataKind::Units => {
             scene.metadata.format = Some(Format::Fbx);
             scene.metadata.assumptions.clear();
@@ -132,7 +132,7 @@ fn planted(kind: DataKind) -> (Scene, u64) {
             }));
             2
         }
-        // What a reader left out.
+        // Data that a reader skipped.
         _ => {
             scene.lose(kind, 2);
             2
@@ -141,13 +141,13 @@ fn planted(kind: DataKind) -> (Scene, u64) {
     (scene, count as u64)
 }
 
-/// How many of a kind are in a file: in the scene of it, or beside that scene.
+/// The number of items of a kind in a file: in its scene, or outside the scene.
 fn found(kind: DataKind, scene: &Scene) -> u64 {
     let beside = scene.metadata.lost.iter().filter(|loss| loss.kind == kind);
     kind.count(scene) + beside.map(|loss| loss.count).sum::<u64>()
 }
 
-/// The length of a forearm in the first frame, as a multiple of that of the upper arm.
+/// The length of a forearm in the first frame, relative to the upper arm.
 fn forearm(scene: &Scene) -> f32 {
     let joints = Pose::at_tick(scene, 0, 0.0).unwrap().node_to_world;
     let names = ["LeftArm", "LeftForeArm", "LeftHand"];
@@ -155,7 +155,7 @@ fn forearm(scene: &Scene) -> f32 {
     elbow.distance(hand) / shoulder.distance(elbow)
 }
 
-/// How many times as far the joint of a finger is from it at the end as at the start.
+/// The distance of a finger joint at the end, relative to the distance at the start.
 fn growth(scene: &Scene) -> f32 {
     let [hand, finger] = ["LeftHand", "LeftHandIndex1"].map(|name| scene.find_node(name).unwrap().index());
     let [start, end] = [0.0, scene.animations[0].duration].map(|tick| {
@@ -168,10 +168,10 @@ fn growth(scene: &Scene) -> f32 {
 #[test]
 fn each_kind_is_in_the_file_or_reported_as_lost() {
     let mut wrong = Vec::new();
-    // The bytes of one file have all of it.
+    // A kept original file has all of the data.
     let exporter = Exporter::new().fbx(FbxOptions::default().textures(FbxTextures::Embedded));
     let of_time = [DataKind::Frames, DataKind::FrameRates, DataKind::Durations];
-    // Those have tests of their own.
+    // Other tests check these kinds.
     let kinds = DataKind::ALL.iter().filter(|kind| !of_time.contains(kind));
     for &kind in kinds {
         let (scene, count) = planted(kind);
@@ -180,7 +180,7 @@ fn each_kind_is_in_the_file_or_reported_as_lost() {
             let extension = row.extensions[0];
             let output = match exporter.write(&scene, row.format) {
                 Ok(output) => output,
-                // Formats of humanoids refuse what is none, and packed clips scales that change.
+                // Humanoid formats reject other figures, and packed clips reject animated scales.
                 Err(error) => {
                     let reasons = [Code::NotHumanoid, Code::Unrepresentable];
                     assert!(
@@ -209,26 +209,26 @@ fn each_kind_is_in_the_file_or_reported_as_lost() {
             let there = found(kind, &again);
             let is_right = match row.carriage(kind) {
                 Carriage::Kept if kind == DataKind::Clips && row.has_one_clip => (there, lost) == (1, count - 1),
-                // Rounding may bring a joint to rest.
+                // Rounding may make a joint constant.
                 Carriage::Kept if row.is_packed => there > 0 && lost == 0,
                 Carriage::Kept => (there, lost) == (count, 0),
                 Carriage::Converted if kind == DataKind::ScaleCurves => {
                     lost == 0 && (growth(&again) - 2.0).abs() < 1e-3
                 }
-                // The numbers of a VMD are those of another body.
+                // A VMD has the values of another body.
                 Carriage::Converted if kind == DataKind::RestScales && row.format != Format::Vmd => {
                     lost == 0 && (forearm(&again) - forearm(&scene)).abs() < 1e-3 * forearm(&scene)
                 }
                 Carriage::Converted if kind == DataKind::RestScales => lost == 0,
-                // The root of a VMD is a joint below another one.
+                // The root of a VMD has a parent joint.
                 Carriage::OfRoot => there <= 1 && lost == count,
                 Carriage::Converted if kind == DataKind::PositionCurves => {
                     lost == 0 && (growth(&again) - growth(&scene)).abs() < 1e-3
                 }
-                // Formats of certain bones lose joints below them.
+                // Formats with a fixed set of bones lose other joints.
                 Carriage::Converted if ["vrma", "vmd"].contains(&extension) => there > 0 && there + lost <= count,
                 Carriage::Converted => lost == 0 && there > 0,
-                // The planted one is of an expression; `faces` has morph targets.
+                // This scene has an expression. `faces` tests morph targets.
                 Carriage::OfTargets => (there, lost) == (0, count),
                 Carriage::AtFrames => unreachable!("of time alone"),
                 Carriage::PassedThrough | Carriage::Lost => (there, lost) == (0, count),
@@ -246,7 +246,7 @@ fn each_kind_is_in_the_file_or_reported_as_lost() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Another program may draw a texture on a mesh that has none.
+/// Another program may add a texture to a mesh, so its coordinates are data.
 #[test]
 fn texture_coordinates_are_kept_without_a_texture() {
     let mut scene = character();
@@ -273,7 +273,7 @@ fn texture_coordinates_are_kept_without_a_texture() {
         };
         assert!(found.iter().all(|place| is_among(place, &coords)), "{format:?}");
         assert!(coords.iter().all(|place| is_among(place, found)), "{format:?}");
-        // A format without meshes says how many are lost.
+        // A format without meshes reports the number of lost meshes.
         let lost = Exporter::new().write(&again, Format::Bvh).unwrap().losses;
         assert!(
             lost.contains(&DataLoss::new(DataKind::UvSets, 1)),
@@ -325,7 +325,7 @@ fn what_is_beside_the_scene_of_a_gltf_is_passed_through_or_reported() {
         }
         assert_eq!(losses, expected, "{extension}");
     }
-    // The file says what it lacks.
+    // The file lists the lost data.
     let fbx = of("fbx").into_bytes().unwrap();
     let record = FormatInfo::provenance(&fbx).unwrap();
     assert_eq!(record.losses.len(), 8);
@@ -386,8 +386,8 @@ fn the_table_of_losses_is_that_of_the_rows() {
     );
 }
 
-/// A scene in which one kind of motion alone is left: a joint that turns, the root, a scale, a position.
-/// `faces.rs` has those of faces.
+/// A scene with only one kind of motion: a rotating joint, the root, a scale or a position. `faces.rs` tests curves of
+/// faces.
 fn still_but_for(kind: &str) -> Scene {
     let mut scene = figure();
     let end = scene.animations[0].duration;
@@ -414,14 +414,14 @@ fn still_but_for(kind: &str) -> Scene {
     scene
 }
 
-/// An output that is written moves, whatever alone moves in its source.
+/// Every output has motion, even if only one kind of motion is in its source.
 #[test]
 fn no_output_of_a_moving_source_stands_still() {
     let channels = BvhOptions::new().channels(Channels::Three);
     for (kind, refused) in [
         ("joint", &[][..]),
         ("root", &[]),
-        // Packed clips refuse every scale that changes.
+        // Packed clips reject animated scales.
         ("scale", &["bvh", "vrma", "mclip", "vmd"]),
         ("position", &["bvh", "vrma", "vmd"]),
     ] {
@@ -447,7 +447,7 @@ fn no_output_of_a_moving_source_stands_still() {
     }
 }
 
-/// A still clip is not the motion of a file that has another clip.
+/// A file with a static clip and another clip has motion.
 #[test]
 fn a_format_of_one_clip_takes_one_that_moves() {
     let mut scene = figure();

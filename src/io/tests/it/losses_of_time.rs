@@ -7,7 +7,7 @@ use mocap::{Exporter, Format, FormatInfo, Importer, Pose, Scene, SkeletonMesh};
 
 use crate::losses::{channel_of, figure, written};
 
-/// How many of a kind a format loses of a scene, and the scene of its file, read at `rate` where keys are sampled.
+/// The number of items of a kind that a format loses, and the scene read back. A reader that samples keys uses `rate`.
 fn output(scene: &Scene, row: &FormatInfo, kind: DataKind, rate: f64) -> (u64, Scene) {
     let output = Exporter::new().write(scene, row.format).unwrap();
     let loss = output.losses.iter().find(|loss| loss.kind == kind);
@@ -17,7 +17,8 @@ fn output(scene: &Scene, row: &FormatInfo, kind: DataKind, rate: f64) -> (u64, S
     (loss.map_or(0, |loss| loss.count), again)
 }
 
-/// A key between two frames, at which an elbow bends: a file has it, or has the pose between the frames beside it.
+/// A key between two frames at which an elbow bends. A file stores the key, or interpolates the pose from the
+/// neighbouring frames.
 #[test]
 fn keys_between_frames_are_in_the_file_or_counted() {
     const BETWEEN: f64 = 1.5;
@@ -44,7 +45,7 @@ fn keys_between_frames_are_in_the_file_or_counted() {
             assert_eq!(lost, 1, "{}", row.name);
             lose.push(row.extensions[0]);
         }
-        // A VMD has its own names.
+        // A VMD has its own joint names.
         if row.format != Format::Vmd {
             let is_there = (angle(&again) - planted).abs() < 0.01;
             assert_eq!(is_there, lost == 0, "{}: {}, not {planted}", row.name, angle(&again));
@@ -53,7 +54,7 @@ fn keys_between_frames_are_in_the_file_or_counted() {
     assert_eq!(lose, ["bvh", "trc", "vmd"]);
 }
 
-/// The frames of a file of 30 a second are every fourth of 120.
+/// At 30 frames per second, a file has every fourth of 120 frames.
 #[test]
 fn frames_that_a_format_of_one_rate_has_not_are_counted() {
     let scene = figure();
@@ -101,7 +102,7 @@ fn durations_are_in_the_file_or_counted() {
     hand.rotation_keys = Keys::at_ticks([0.0, 1.0].map(Quat::from_rotation_x).to_vec(), vec![0.0, end]);
     let seconds = |scene: &Scene| scene.animations[0].duration / scene.animations[0].ticks_per_second;
     for row in written() {
-        // FBX is sampled at whole frames: five of these are two of the motion.
+        // The reader samples FBX at whole frames: five frames of the file are two frames of the motion.
         let (lost, again) = output(&scene, row, DataKind::Durations, 75.0);
         let is_kept = (seconds(&again) - seconds(&scene)).abs() < 1e-4;
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Numbers that nothing can be computed with: refused or replaced by every reader, and written by no writer.
+//! Invalid numbers: every reader rejects or replaces them, and no writer writes them.
 
 use std::fs;
 
@@ -47,7 +47,7 @@ fn gltf_json(end: f32, frame_time: Value) -> String {
     .to_string()
 }
 
-/// The small FBX file with a frame rate of its own, or with another number in place of one that it has.
+/// The small FBX file with a custom frame rate, or with a changed number.
 fn fbx_text(from: &str, to: &str) -> String {
     let text = fs::read_to_string("../../fixtures/made/tiny.fbx").unwrap();
     assert!(text.contains(from), "{from}");
@@ -56,7 +56,7 @@ fn fbx_text(from: &str, to: &str) -> String {
 
 #[test]
 fn every_reader_refuses_a_rate_that_no_motion_has() {
-    // The numbers of a binary file: after its name, types and a letter, `I` or `D`.
+    // The numbers of a binary file follow the name, the types and a letter, `I` or `D`.
     let fbx = |rate: f64| {
         let mut bytes = fs::read("../../fixtures/real/huesitos.fbx").unwrap();
         let mut put = |name: &[u8], letter: &[u8], number: &[u8]| {
@@ -73,7 +73,7 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
         bytes
     };
     {
-        // Its keys are 1/25 s apart; a lower rate would lose every other one.
+        // The keys are 1/25 s apart. A lower rate would lose every other key.
         for (stated, rate) in [(50.0, 50.0), (12.5, 25.0)] {
             let scene = read(&fbx(stated), "a.fbx").unwrap();
             assert_eq!(scene.animations[0].ticks_per_second, rate);
@@ -92,14 +92,14 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
         assert_eq!(error.code(), Code::FrameTime, "{error}");
         assert!(error.to_string().contains("/asset/extras/mocap/frame_time"), "{error}");
     }
-    // A motion of hours between frames, and that of the fastest camera, are read.
+    // Frame times of hours, and of the fastest camera, are valid.
     for time in ["9999", "0.000001"] {
         assert!(
             read(bvh_text(time, "0 0 0 1 1 1").as_bytes(), "a.bvh").is_ok(),
             "{time}"
         );
     }
-    // The rate that a caller states for a file is held to the same rule, in every format.
+    // The same limits apply to a rate that the caller states, in every format.
     let files = [
         "made/tiny.amc",
         "real/hand_take.c3d",
@@ -119,7 +119,7 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
 
 #[test]
 fn a_value_beyond_any_place_is_replaced_or_refused_in_every_format() {
-    // BVH and AMC: the last value before it, with a warning at its place.
+    // BVH and AMC use the previous value, with a warning at the location.
     for number in ["3e38", "-1.1e18", "inf", "nan"] {
         let text = bvh_text("0.1", &format!("0 {number} 0 1 1 1"));
         let scene = read(text.as_bytes(), "a.bvh").unwrap();
@@ -152,7 +152,7 @@ fn a_value_beyond_any_place_is_replaced_or_refused_in_every_format() {
         assert_eq!(error.code(), Code::NonFiniteOffset, "{error}");
         assert!(error.location().is_some());
     }
-    // A scale without an inverse: the text formats' rows have no other, so BVH refuses it.
+    // A scale without an inverse. BVH rejects it, because its rows store only one scale.
     let error = read(bvh_text("0.1", "0 0 0 1 1e-13 1").as_bytes(), "a.bvh").unwrap_err();
     assert_eq!((error.code(), error.joint()), (Code::NumberRange, Some("a")), "{error}");
     for number in [3e38, 1e-13, f32::NAN, f32::INFINITY] {
@@ -199,7 +199,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
     assert_eq!(changed.animations, scene.animations);
     let options = ArrayOptions::new().frames_per_second(1e6);
     assert_eq!(Arrays::of(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
-    // Two keys that are far apart stand for many frames.
+    // Two distant keys represent many frames.
     let mut scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
     let clip = &mut scene.animations[0];
     clip.channels.truncate(1);
@@ -208,7 +208,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
     clip.duration = 1e15;
     let error = scene.resample(30.0, &Limits::default()).unwrap_err();
     assert_eq!(error.code(), Code::LimitExceeded, "{error}");
-    // The caller's limits hold, whatever the motion.
+    // The caller's limits apply to every motion.
     let mut scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();
     let tight = Limits::new().max_values(100);
     let error = Conversion::new()
@@ -317,7 +317,7 @@ fn nothing_that_is_not_finite_is_written() {
     }
 }
 
-/// JSON has no number that is not finite: it is written as `null`, which nothing else in such a file is.
+/// JSON has no infinite numbers. They are written as `null`, which has no other use in such a file.
 fn assert_is_finite_glb(glb: &[u8], place: &str) {
     let file = ::gltf::Gltf::from_slice_without_validation(glb).unwrap();
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;

@@ -1,4 +1,4 @@
-//! The same scene and the same bytes, however many threads read a file.
+//! The scene and the bytes do not depend on the number of reading threads.
 
 use std::fmt::Write;
 use std::fs;
@@ -7,11 +7,11 @@ use crate::sample::Sample;
 use mocap::gltf::GltfOptions;
 use mocap::{Importer, Scene};
 
-/// The least bytes that are worth several threads are 2 MiB (`WORTHWHILE` of the reader).
+/// The reader uses several threads from 2 MiB on (`WORTHWHILE`).
 const LONG: usize = 2_500_000;
 
-/// The rows of a real capture, again and again until they are worth several threads, each round with other numbers;
-/// `change` may do to a row what it likes.
+/// Repeats the rows of a real capture until the reader uses several threads, with other numbers in each repetition.
+/// `change` can edit each row.
 fn long_take(change: impl Fn(usize, &str) -> String) -> String {
     let text = fs::read_to_string("../../fixtures/real/cmu_short.bvh").unwrap();
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();
@@ -32,7 +32,8 @@ fn read(text: &str, threads: usize) -> Scene {
         .unwrap()
 }
 
-/// Reads with one thread, with 2 or 7 from memory, with 1 or 7 from a file, and gives the scene that all of them give.
+/// Reads with one thread, with 2 or 7 threads from memory, and with 1 or 7 threads from a file. Checks that all scenes
+/// are equal, and returns the scene.
 fn read_alike(text: &str) -> Scene {
     let expected = read(text, 1);
     let folder = tempfile::tempdir().unwrap();
@@ -55,12 +56,12 @@ fn plain_rows() {
     let text = long_take(|_, row| row.to_owned());
     let scene = read_alike(&text);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-    // Scenes that are equal may differ in the sign of a zero, and files may not.
+    // Equal scenes may differ in the sign of a zero, so also compare files.
     let glb = |scene: &Scene| GltfOptions::default().write_glb(scene).unwrap();
     assert!(glb(&read(&text, 7)) == glb(&scene));
     let frames = text.lines().count() - text.lines().position(|line| line.starts_with("Frame Time")).unwrap() - 1;
     assert_eq!(scene.animations[0].frame_count(), frames);
-    // Every row has another first number, so that a row that is lost or out of place is seen.
+    // Every row has a different first number, so that the test detects lost and misplaced rows.
     for (frame, row) in text
         .lines()
         .skip_while(|line| !line.starts_with("Frame Time"))
@@ -74,7 +75,7 @@ fn plain_rows() {
 
 #[test]
 fn a_row_that_is_not_plain_in_the_middle() {
-    // A value that is not finite takes the value of the row before, which another thread has read.
+    // A value that is not finite takes the value of the previous row, which another thread has read.
     let scene = read_alike(&long_take(|frame, row| match frame {
         2_500 => row.replacen(row.split_whitespace().next().unwrap(), "nan", 1),
         _ => row.to_owned(),
@@ -101,7 +102,7 @@ fn fewer_frames_declared_than_there_are() {
 #[test]
 fn lines_that_are_no_rows_and_other_line_ends() {
     let text = long_take(|_, row| row.to_owned());
-    // Another text has another SHA-256; its motion is the same.
+    // A different text has a different SHA-256, but the motion is equal.
     let expected = read(&text, 1).animations;
     let frames = expected[0].frame_count();
     for line_end in Sample::new().some(["\r", "\r\n"], 2) {
@@ -110,7 +111,7 @@ fn lines_that_are_no_rows_and_other_line_ends() {
             "{line_end:?}"
         );
     }
-    // Lines are counted to know the place of a row, so an empty one must not move those that follow.
+    // The reader counts lines to locate rows. An empty line must not shift the following rows.
     let with_gaps = long_take(|frame, row| match frame {
         1_500 | 2_500 => format!("\n{row}\n \t"),
         _ => row.to_owned(),

@@ -1,4 +1,4 @@
-//! The unit of what is exported: stated by the caller, stated by the file, or inferred.
+//! The unit of an export: stated by the caller, stated by the file, or inferred.
 
 use mocap::scene::{Node, NodeKind};
 use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Pose, Scene, SkeletonMesh};
@@ -11,7 +11,7 @@ fn warned(written: &mocap::Export) -> Vec<String> {
     of_unit.map(|warning| warning.message.clone()).collect()
 }
 
-/// The height of the head in frame 30, and the scene, of a file that is read back.
+/// Reads a file back. Returns the height of the head in frame 30, and the scene.
 fn height_in(bytes: &[u8], row: &FormatInfo) -> (f32, Scene) {
     let name = format!("walk.{}", row.extensions[0]);
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
@@ -32,8 +32,8 @@ fn height_in(bytes: &[u8], row: &FormatInfo) -> (f32, Scene) {
     (pose.node_to_world[head.expect(row.name)].w_axis.y, read)
 }
 
-/// A person walks, of which the file states no unit. Nobody converts the scene, and the head is at the height of a
-/// person's head in every format that has a unit. The bytes are those of a scene that the caller converts.
+/// Exports a walk from a file without a unit, without a conversion by the caller. In every format with a unit, the head
+/// is at the height of a person's head. The bytes equal an export after a conversion by the caller.
 #[test]
 fn a_walk_that_nobody_converts_has_the_size_of_a_person() {
     let walk = Importer::new().skeleton_mesh(SkeletonMesh::None).import(WALK).unwrap();
@@ -58,7 +58,7 @@ fn a_walk_that_nobody_converts_has_the_size_of_a_person() {
             "{}: other bytes than those of a converted scene",
             row.name
         );
-        // Markers and models of MikuMikuDance have no joint of this name.
+        // Markers and models of MikuMikuDance have no joint with this name.
         if matches!(row.format, Format::Gltf | Format::Fbx | Format::Usd | Format::Mclip) {
             let (height, read) = height_in(&bytes, row);
             assert!((1.3..1.8).contains(&height), "{}: the head is at {height} m", row.name);
@@ -86,7 +86,7 @@ fn what_the_caller_or_the_file_states_stays() {
     // BVH has no unit: nothing is inferred, and the numbers stay.
     assert_eq!(warned(&exporter.write(&walk, Format::Bvh).unwrap()), [""; 0]);
     assert!(bytes(&walk, Format::Bvh) == bytes(&kept, Format::Bvh));
-    // Who keeps the unit on purpose gets the numbers of the file.
+    // A caller who keeps the unit gets the numbers of the file.
     let raw = exporter.write(&kept, Format::Gltf).unwrap();
     assert_eq!(
         warned(&raw),
@@ -95,7 +95,7 @@ fn what_the_caller_or_the_file_states_stays() {
     let raw = Importer::new().read(&raw.into_bytes().unwrap(), "raw.glb").unwrap();
     let first = |scene: &Scene| scene.animations[0].channels[0].position_keys.values[0];
     assert!(first(&raw).abs_diff_eq(first(&walk), 1e-4));
-    // So does who states that the unit is a metre.
+    // So does a caller who states that the unit is 1 m.
     let mut stated = walk.clone();
     stated.metadata.metres_per_unit = Some(1.0);
     let stated = exporter.write(&stated, Format::Gltf).unwrap();
@@ -104,7 +104,7 @@ fn what_the_caller_or_the_file_states_stays() {
         .read(&stated.into_bytes().unwrap(), "stated.glb")
         .unwrap();
     assert!(first(&stated).abs_diff_eq(first(&walk), 1e-4));
-    // A unit that the scene states is converted for a format that has metres alone: nothing is inferred but the axis.
+    // For a format in metres, the stated unit of the scene is converted. Only the up axis is inferred.
     let mut inches = walk.clone();
     inches.metadata.metres_per_unit = Some(0.0254);
     inches.metadata.up = Some(mocap::scene::UpAxis::Y);
@@ -114,7 +114,7 @@ fn what_the_caller_or_the_file_states_stays() {
         .read(&inches.into_bytes().unwrap(), "inches.glb")
         .unwrap();
     assert!(first(&inches).abs_diff_eq(first(&walk) * 0.0254, 1e-4));
-    // A scene that no file states is the caller's: it is written as it is, with a warning.
+    // A scene that was not read from a file is written unchanged, with a warning.
     let bone = |name: &str, parent, y| Node {
         name: name.to_owned(),
         parent,

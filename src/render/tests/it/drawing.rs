@@ -1,9 +1,9 @@
-//! What a drawing contains.
+//! The contents of drawings.
 
 use mocap::render::Drawing;
 use mocap_render::internals::Shape;
 
-/// Every text and where its anchor is.
+/// Every text with the position of its anchor.
 pub(crate) fn texts(drawing: &Drawing) -> Vec<(&str, [f32; 2])> {
     let texts = drawing.shapes.iter().filter_map(|shape| match shape {
         Shape::Text { text, at, .. } => Some((text.as_str(), *at)),

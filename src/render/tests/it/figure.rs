@@ -1,4 +1,4 @@
-//! Figures as they are drawn.
+//! The drawn nodes and links of figures.
 
 use mocap::figure::Humanoid;
 use mocap::glam::Vec3;
@@ -39,7 +39,7 @@ fn a_figure_is_not_tied_to_a_node_that_it_leaves() {
         scene: &moved,
     };
     assert_eq!(DrawnClip::new(clip).root, 1);
-    // With a rotation of its own it is a part of the figure.
+    // With its own rotation, the joint is a part of the figure.
     let mut still = moved.animations[0].channels[0].clone();
     still.node_name = "still".to_owned();
     still.node = Some(NodeId(0));

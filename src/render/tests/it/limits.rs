@@ -4,7 +4,7 @@ use mocap::render::{Clip, Drawing, MovieOptions, PlotOptions, SheetOptions};
 use mocap::scene::NodeId;
 use mocap::{Importer, Scene};
 
-/// A figure without a size made a scale that is not finite.
+/// A figure without a size once caused an infinite scale.
 #[test]
 fn every_number_of_a_picture_is_finite() {
     let point = "HIERARCHY ROOT a { OFFSET 0 0 0 CHANNELS 3 Xrotation Yrotation Zrotation }\nMOTION\n";

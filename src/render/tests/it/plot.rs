@@ -46,7 +46,7 @@ fn every_number_at_an_axis_has_its_unit() {
     assert_eq!(numbers.iter().find(|text| !has_unit(text)), None);
 }
 
-/// The curves, read back with the numbers at the axes, are the columns of the file.
+/// The test reads the curves back with the numbers at the axes, and compares them with the columns of the file.
 #[test]
 fn a_plot_shows_the_angles_of_the_file() {
     let scene = mocap::import("../../fixtures/real/lecture_Test.bvh").unwrap();

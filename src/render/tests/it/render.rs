@@ -1,4 +1,4 @@
-//! Pictures: their contents, and that they do not change by a byte.
+//! The contents of pictures, and the hashes of their bytes.
 
 use std::fs;
 
@@ -27,7 +27,7 @@ fn hash(bytes: &[u8]) -> String {
     format!("{hash:016x}")
 }
 
-/// Hashes of pictures that a person has looked at. Whoever changes one looks at the new picture first: the files are
+/// Hashes of pictures that a person has checked. Look at the new picture before you change a hash: the files are
 /// written to `target/pictures`.
 #[test]
 fn pictures_stay_the_same_to_the_byte() {
@@ -58,7 +58,7 @@ fn pictures_stay_the_same_to_the_byte() {
         keep(format!("{name}.gif"), &movie.to_gif().unwrap());
         keep(format!("{name}.apng"), &movie.to_apng().unwrap());
     }
-    // `HASH NAME.KIND`, those of the chosen files.
+    // `HASH NAME.KIND` of the chosen files.
     let is_chosen = |line: &&str| files.iter().any(|(name, _)| line.contains(&format!(" {name}.")));
     let expected: Vec<_> = expected.lines().filter(is_chosen).collect();
     assert_eq!(
@@ -233,7 +233,7 @@ fn a_node_knows_its_lines() {
         lines(14, 16, None),
     ];
     assert_eq!(found, expected);
-    // One long line, whatever ends it.
+    // One long line, with any line ending.
     let scene = mocap::import("../../fixtures/dialects/hierarchy_on_one_line.bvh").unwrap();
     assert_eq!(
         scene.nodes[1].source.unwrap().offset,

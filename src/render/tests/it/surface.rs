@@ -13,7 +13,7 @@ fn triangle(depth: f32, shift: f32) -> [(Vec2, f32); 3] {
     [[2.0, 2.0], [12.0, 2.0], [2.0, 12.0]].map(|[x, y]| (Vec2::new(x + shift, y), depth))
 }
 
-/// The area of a triangle is half of that of its box, and what is nearer hides what is behind, in any order.
+/// A triangle has half of the area of its bounding box. Nearer triangles hide farther triangles, in any order.
 #[test]
 fn the_nearest_triangle_is_seen() {
     for order in [[0, 1], [1, 0]] {
@@ -25,7 +25,7 @@ fn the_nearest_triangle_is_seen() {
         let count = |shade: u8| buffer.colors.iter().filter(|found| **found == [shade; 3]).count();
         let of_all = (10 * 10 / 2 * SAMPLES * SAMPLES) as f32;
         assert!((count(9) as f32 / of_all - 1.0).abs() < 0.06, "{}", count(9));
-        // What the other leaves of it: 50 less a triangle of 6 x 6.
+        // The visible part: 50 minus the overlap, a triangle of 6 x 6.
         assert!((count(3) as f32 / of_all - 32.0 / 50.0).abs() < 0.06, "{}", count(3));
     }
 }

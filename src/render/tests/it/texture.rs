@@ -5,7 +5,7 @@ use mocap::scene::{AlphaMode, Surface, Wrap};
 use mocap_render::internals::png_of;
 use mocap_render::internals::texture::{Image, Paint};
 
-/// Red, green in the upper row; blue, and nothing, in the lower.
+/// The upper row is red and green, the lower row blue and transparent.
 fn image() -> Image {
     let pixels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [9, 9, 9, 0]];
     Image {

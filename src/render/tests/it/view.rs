@@ -18,7 +18,7 @@ fn a_script_has_no_words_of_modules() {
     let script = script();
     let is_of_modules = |line: &&str| line.starts_with("import ") || line.starts_with("export ");
     assert_eq!(script.lines().find(is_of_modules), None);
-    // What a page starts with is last, after all that it uses.
+    // The entry point of the page comes last, after the modules that it uses.
     let place = |text: &str| script.find(text).unwrap();
     assert!(place("class Stage") < place("class Player"));
 }

@@ -43,7 +43,7 @@ fn targets_of_one_name_are_one_slider() {
         .map(|word| u32::from_le_bytes(*word))
         .collect();
     assert_eq!(words, [1, 3, 5]);
-    // The second vertex of the smile goes down by 2, which is all of the range.
+    // The second vertex of the smile moves down by 2, the full range.
     let steps = packed.moved[12..]
         .as_chunks::<2>()
         .0

@@ -63,7 +63,7 @@ fn joints_stay_within_the_bound() {
         bytes(&packed),
         bytes(&exact)
     );
-    // A bound that two bytes cannot hold takes finer steps, and an impossible one exact values.
+    // An error bound too small for two bytes gets finer steps, and an impossible bound gets exact values.
     let (fine, exact_too) = (rows(false, 0.15), rows(false, 1e-9));
     assert!(fine.max_error <= 1.5e-5 && bytes(&fine) > bytes(&packed));
     assert_eq!((exact_too.max_error, bytes(&exact_too)), (0.0, bytes(&exact)));
@@ -78,7 +78,7 @@ fn a_rotation_keeps_its_sign_and_its_length() {
             .collect();
         let mut bytes = Vec::new();
         let unpacked = pack_rotations(&rows, ROTATION_PRECISION, &mut bytes);
-        // x and z stay zero, w is left out, y takes two bytes a frame.
+        // x and z are constant zero, w is omitted, and y takes two bytes per frame.
         assert_eq!(bytes.len(), 1 + 3 * 13 + 2 * 1000);
         for frame in 0..1000 {
             let at = |rows: &[Row]| Vec4::from_array([0, 1, 2, 3].map(|c| rows[c][frame]));

@@ -6,7 +6,7 @@ use mocap::scene::{NodeKind, Scene};
 use mocap::{Binding, Pose, Trs};
 use mocap_render::internals::pack::{Part, Storage, Tracks};
 
-/// A walk without its end, and its tracks.
+/// A truncated walk with its tracks.
 fn packed(storage: Storage) -> (Scene, Vec<Vec<u8>>, f64) {
     let scene = mocap::import("../../fixtures/real/cmu_12_01_walk.bvh").unwrap();
     let animation = &scene.animations[0];
