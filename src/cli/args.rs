@@ -288,7 +288,7 @@ pub(crate) struct ScoreArgs {
     /// The reference: a motion of a person, or of a robot that --body names
     #[arg(value_name = "INPUT")]
     pub(crate) source: PathBuf,
-    /// The motion of the robot that follows it, which any program made, in any layout that is read
+    /// The robot's motion that follows the reference, made by any program, in any readable layout
     #[arg(value_name = "OUTPUT")]
     pub(crate) output: PathBuf,
     /// The robot that moves: a .urdf file, or an .xml file of MuJoCo

@@ -1,6 +1,6 @@
 //! Work on many files: the list of inputs, the threads, the manifest and the progress.
 //!
-//! This module is independent of the commands. A command that makes an output of each file in a [`folder`] only defines
+//! This module is independent of the commands. A command that makes one output per file, in a [`folder`], only defines
 //! the work on one file. Other commands find their [`inputs`], and pass each to [`for_each`]. They receive the results
 //! on their own thread, write them to a [`manifest`] or to standard output, and update the [`progress`].
 
@@ -72,7 +72,7 @@ pub fn for_each<T: Send, E>(
     })
 }
 
-/// The message about a file on which a command panicked.
+/// The error of a file whose reader or writer panicked.
 pub(crate) const PANICKED: &str = "internal error: the reader or the writer panicked; please report this file";
 
 /// Sorts results into the order of their inputs.

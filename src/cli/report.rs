@@ -136,8 +136,8 @@ pub(crate) fn caution(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
 }
 
-/// For a command that needs one animation: reports which of several it uses, and moves it to the front. It is the first
-/// animation in which joints move.
+/// For a command that needs one animation: chooses the first animation in which joints move, reports the choice, and
+/// moves this animation to the front.
 pub(crate) fn clip_taken(scene: &mut mocap::Scene) {
     let (index, count) = (scene.main_clip(), scene.animations.len());
     if count > 1 {

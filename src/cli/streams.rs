@@ -53,7 +53,7 @@ pub(crate) fn text(path: &Path, most: u64) -> mocap::Result<String> {
     Err(Error::from(diagnostic).with_path(path))
 }
 
-/// The motions of a job that are not on a disk: standard input, if the job names it.
+/// The motions of a job that are not files: standard input, if the job names it.
 pub(crate) fn given<'a>(
     read: &InputOptions,
     mut motions: impl Iterator<Item = &'a PathBuf>,

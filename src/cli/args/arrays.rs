@@ -31,7 +31,7 @@ pub(crate) struct FkArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
-    /// Put ' before CSV names that begin with = + - or @, so that no spreadsheet reads them as formulas
+    /// Put ' before CSV names that begin with = + - or @, so that spreadsheets do not read them as formulas
     #[arg(long)]
     pub(crate) spreadsheet: bool,
     #[command(flatten)]

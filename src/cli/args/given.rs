@@ -23,7 +23,7 @@ impl ArgumentSources {
         self.names.iter().any(|given| given == name)
     }
 
-    /// Whether nothing is to be written.
+    /// Whether the command must not write files.
     pub(crate) fn is_dry_run(&self) -> bool {
         self.has("dry-run")
     }

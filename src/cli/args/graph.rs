@@ -72,7 +72,7 @@ pub(crate) enum GraphCommand {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct WalkArgs {
-    /// A graph written by `mocap graph`. The clips of the graph are read again
+    /// A graph written by `mocap graph`. The command reads the clips of the graph again
     #[arg(value_name = "INPUT")]
     pub(crate) graph: PathBuf,
     /// The file to write, in any format of mocap formats, or - for standard output

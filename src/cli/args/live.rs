@@ -103,7 +103,7 @@ impl FromStr for ListenAddress {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let rest = text.strip_prefix("vmc:");
-        let rest = rest.ok_or("not vmc:PORT or vmc:ADDRESS:PORT, as vmc:39539")?;
+        let rest = rest.ok_or("not vmc:PORT or vmc:ADDRESS:PORT, such as vmc:39539")?;
         resolved(rest).map(Self)
     }
 }
@@ -129,7 +129,7 @@ fn resolved(text: &str) -> Result<SocketAddr, String> {
         return Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port));
     }
     let found = text.to_socket_addrs().ok().and_then(|mut found| found.next());
-    found.ok_or_else(|| format!("{text} is neither a port nor an address and a port, as 127.0.0.1:39539"))
+    found.ok_or_else(|| format!("{text} is neither a port nor an address and a port, such as 127.0.0.1:39539"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -25,7 +25,7 @@ pub(crate) struct PoseArgs {
     /// Print comma-separated values
     #[arg(long)]
     pub(crate) csv: bool,
-    /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula
+    /// Put ' before CSV names that begin with = + - or @, so that spreadsheets do not read them as formulas
     #[arg(long)]
     pub(crate) spreadsheet: bool,
     #[command(flatten)]

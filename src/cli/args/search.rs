@@ -145,7 +145,7 @@ impl FromStr for PathArg {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || "not X/Z+X/Z, as 0/0+0/4+3/4 in metres".to_owned();
+        let wrong = || "not X/Z+X/Z, such as 0/0+0/4+3/4 in metres".to_owned();
         let number = |text: &str| text.parse().ok().filter(|number: &f32| number.abs() <= 1e5);
         let point = |text: &str| {
             let (x, z) = text.split_once('/')?;

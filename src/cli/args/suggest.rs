@@ -6,7 +6,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::kinds::nearest;
 
-/// Replaces the guesses of clap.
+/// Replaces clap's suggestions.
 pub(super) fn suggest(error: &mut clap::Error, command: &clap::Command) {
     match error.kind() {
         ErrorKind::InvalidSubcommand => {

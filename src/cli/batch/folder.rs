@@ -101,7 +101,7 @@ pub(crate) struct FileBatch<'a> {
     pub(crate) spread: &'a SpreadArgs,
     pub(crate) resume: bool,
     pub(crate) force: bool,
-    /// Whether nothing is to be written.
+    /// Whether the run must not write files.
     pub(crate) is_dry_run: bool,
     /// Everything that an output depends on except the input, as text, for the manifest.
     pub(crate) options: String,

@@ -94,7 +94,7 @@ impl Record {
         }
     }
 
-    /// The paths of those files of the output in `folder` that have not changed since they were written.
+    /// The paths of the output files in `folder` that have not changed since they were written.
     pub(crate) fn unchanged_files(&self, folder: &Path) -> Vec<PathBuf> {
         let Some(output) = &self.output else { return Vec::new() };
         let output = folder.join(output);
@@ -153,7 +153,7 @@ const EXTENSION: &str = "jsonl";
 /// The manifest of a run with an output folder.
 pub(crate) struct Manifest {
     path: PathBuf,
-    /// Absent if nothing is to be written.
+    /// Absent if the run must not write files.
     file: Option<File>,
     /// Length of the file.
     bytes: u64,
@@ -169,8 +169,8 @@ impl Manifest {
         })
     }
 
-    /// Opens the manifest in `folder` with those records of former runs that `is_kept` accepts; without `is_kept`, with
-    /// no records.
+    /// Opens the manifest in `folder`. Keeps the records of former runs that `is_kept` accepts, or no records without
+    /// `is_kept`.
     pub(crate) fn open(
         folder: &Path,
         shard: Option<Shard>,
@@ -186,7 +186,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// As [`open`](Self::open), for a run that writes nothing.
+    /// Like [`open`](Self::open), for a run that writes nothing.
     pub(crate) fn unwritten(
         folder: &Path,
         shard: Option<Shard>,

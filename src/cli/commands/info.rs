@@ -21,7 +21,7 @@ pub(crate) struct InfoView<'a> {
     file: String,
     #[serde(flatten)]
     summary: Summary<'a>,
-    /// The joints of a robot that move, in the order of the arrays of its motions.
+    /// The movable joints of a robot, in the order of the arrays of its motions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     robot_joints: Vec<RobotJointView>,
     /// The text for users.
@@ -29,15 +29,16 @@ pub(crate) struct InfoView<'a> {
     screen: String,
 }
 
-/// A joint of a robot: positions in radians or metres, velocities a second, efforts in newton metres or newtons.
+/// A joint of a robot: positions in radians or metres, velocities in these units per second, efforts in newton metres
+/// or newtons.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct RobotJointView {
     joint: String,
     link: String,
-    /// Whether it moves along its axis, and not about it.
+    /// Whether the joint slides along its axis, instead of rotating about it.
     slides: bool,
-    /// Absent without a limit, as the others.
+    /// The lower limit of the position. Each limit is absent if the robot states none.
     lower: Option<f64>,
     upper: Option<f64>,
     velocity: Option<f64>,
@@ -62,7 +63,7 @@ impl RobotJointView {
         joints.collect()
     }
 
-    /// A row of the table for people.
+    /// The row of the text table.
     fn row(&self, order: usize, width: usize) -> String {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
         let whole = |value: Option<f64>| value.map_or("-".to_owned(), |value| value.to_string());
@@ -81,7 +82,7 @@ impl RobotJointView {
     }
 }
 
-/// The joints of the robot in a file, which a scene does not have; none of another file and of standard input.
+/// The joints of the robot in a file, because a scene lacks their limits. Empty for other files and for standard input.
 fn robot_joints(args: &InfoArgs, scene: &Scene) -> Result<Vec<RobotJointView>, Failure> {
     let is_robot = matches!(scene.metadata.format, Some(Format::Urdf | Format::Mjcf));
     if !is_robot || streams::is_standard(&args.file) {

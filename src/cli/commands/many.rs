@@ -101,8 +101,8 @@ struct ClipGroup<'a> {
     extension: String,
     is_dry_run: bool,
     maker: Maker<'static>,
-    /// All files by their relative path. `looked` is the maker that has looked at all files, made on first use: files
-    /// of a skeleton share bones and T-pose.
+    /// All files by their relative path. `looked` is the maker after it has read all files, made on first use. Files
+    /// with one skeleton share bones and T-pose.
     files: BTreeMap<String, PathBuf>,
     looked: OnceLock<Maker<'static>>,
     /// The up axes of skeletons, once standing clips have determined them.
@@ -295,7 +295,7 @@ impl ClipGroup<'_> {
         if self.axes.is_none() && guesses.iter().any(is_doubtful_up) {
             return Ok(None);
         }
-        // The conversion of a retargeted motion is told the axis, so it does not guess it.
+        // The conversion of a retargeted motion gets the known axis, so that it does not infer one.
         if let Some((_, told)) = told.filter(|_| self.job.target.is_some()) {
             hear(Notice::Note(&told.to_string()));
             guesses.push(told);
@@ -387,7 +387,7 @@ fn doubtful_up(record: &Record) -> Option<&Assumption> {
     record.guesses.iter().rfind(|guess| is_doubtful_up(guess))
 }
 
-/// The up axis of a lying or hanging clip, determined by other clips.
+/// The up axis of a clip in which the figure lies or hangs, determined by other clips.
 fn told_by_others(up: UpAxis) -> Assumption {
     Assumption {
         topic: Topic::Up,

@@ -6,7 +6,7 @@ use super::{MANY, ONE_OUTPUT, many, output_format, print_job};
 use crate::Failure;
 use crate::args::{ArgumentSources, OutputFormat, OwnArgs, refuse_options};
 
-/// Prints a job, or runs it with an output folder. A job with one output is returned, and still to be run.
+/// Prints a job, or runs it with an output folder. A job with one output is returned, and the caller runs it.
 pub(super) fn begin(args: &OwnArgs, given: &ArgumentSources, job: MotionJob) -> Result<Option<MotionJob>, Failure> {
     if args.instead.print_job {
         return print_job(&job).map(|()| None);

@@ -1,4 +1,4 @@
-//! `mocap score`: how near a motion of a robot is to its reference, whoever made it.
+//! `mocap score`: measures how close a robot's motion is to its reference.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ use super::{Place, import_motion, print_report};
 use crate::args::ScoreArgs;
 use crate::{Failure, report, streams};
 
-/// A report with the scores, which the text of a report leaves out.
+/// A report whose text includes the scores. The text of a plain report lacks them.
 #[derive(Serialize)]
 #[serde(transparent)]
 struct Scored(RobotReport);
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &ScoreArgs) -> Result<(), Failure> {
     report::warnings(Some(&args.robot), &robot.warnings);
     let scene = streams::import(&Importer::new().body(&args.robot), &args.output)?;
     if scene.metadata.up != Some(UpAxis::Z) {
-        let message = "a motion of a robot is read from the arrays of its joints, which this file has not";
+        let message = "the file has no arrays of a robot's joints, which the command compares with the reference";
         return Err(Failure::Usage(format!("{}: {message}", args.output.display())));
     }
     let mut motion = RobotMotion::of_scene(&robot, &scene).map_err(|error| error.with_path(&args.output))?;

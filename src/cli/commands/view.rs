@@ -269,7 +269,7 @@ impl PageFile {
         Ok(())
     }
 
-    /// Drops a rest pose before the motion. It was only needed to find the T-pose.
+    /// Drops a rest pose before the motion. Only the search for the T-pose needed this pose.
     fn leave_out_rest_pose(&mut self) -> mocap::Result<()> {
         if Conversion::leave_out_rest_pose(&mut self.scene, &self.figure)? {
             report::say(&format!("{}: the first frame, a rest pose, is dropped", self.name));
