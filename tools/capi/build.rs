@@ -1,4 +1,5 @@
-//! Names the interface's version in the shared library, so that programs find the one that they were linked against.
+//! Writes the interface version into the shared library's name, so that a program loads the version that it was linked
+//! against.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -1,6 +1,6 @@
 /* The C interface of mocap: open a motion file, read node matrices at a tick,
- * change motions, put poses on another skeleton or a robot, play packed
- * clips, lead a figure by motion matching, make tables of joint angles and
+ * edit motions, retarget poses to another skeleton or a robot, play packed
+ * clips, steer a figure by motion matching, make tables of joint angles and
  * forces.
  *
  * Made from src/lib.rs; see README.md. Do not edit.
@@ -16,47 +16,47 @@
 #include <stdlib.h>
 
 /*
- The version of this interface. It grows when a program that was compiled against an older header may break;
- compare it with `mocap_interface_version`.
+ The version of this interface. It increases when a program compiled with an older header may break. Compare it with
+ `mocap_interface_version`.
  */
 #define MOCAP_INTERFACE_VERSION 1
 
 /*
- The index that stands for no node: the parent of the root, and the answer where nothing is found.
+ The index for no node: the parent of the root, and the result of a search without a match.
  */
 #define MOCAP_NO_NODE 4294967295
 
 /*
- The axis that points up in the file: not known; see `mocap_conversion`.
+ The up axis of the file is unknown; see `mocap_conversion`.
  */
 #define MOCAP_UP_AUTO 0
 
 /*
- The axis that points up in the file: +Y.
+ The up axis of the file is +Y.
  */
 #define MOCAP_UP_Y 1
 
 /*
- The axis that points up in the file: +Z.
+ The up axis of the file is +Z.
  */
 #define MOCAP_UP_Z 2
 
 /*
- The axis that points up in the file: -Y.
+ The up axis of the file is -Y.
  */
 #define MOCAP_UP_NEG_Y 3
 
 /*
- The axis that points up in the file: -Z.
+ The up axis of the file is -Z.
  */
 #define MOCAP_UP_NEG_Z 4
 
 /*
- Whether a call did what it was asked for.
+ The result of a call.
  */
 typedef enum mocap_status {
   /*
-   It did.
+   The call succeeded.
    */
   MOCAP_STATUS_OK = 0,
   /*
@@ -74,39 +74,39 @@ typedef enum mocap_status {
 } mocap_status;
 
 /*
- An open packed clip. Only pointers to it leave the library.
+ An open packed clip. Programs only hold pointers to this type.
  */
 typedef struct mocap_clip mocap_clip;
 
 /*
- A figure that follows what it is asked for by jumps between the frames of motions. Only pointers to it leave the
- library.
+ A figure that follows a stick or a trajectory by motion matching. Programs only hold pointers to this type.
  */
 typedef struct mocap_controller mocap_controller;
 
 /*
- Moves poses of one skeleton onto another. Only pointers to it leave the library.
+ Retargets poses from one skeleton to another. Programs only hold pointers to this type.
  */
 typedef struct mocap_retargeter mocap_retargeter;
 
 /*
- Poses in, frames of a robot out. Only pointers to it leave the library.
+ Retargets a stream of poses to a robot. Programs only hold pointers to this type.
  */
 typedef struct mocap_robot_stream mocap_robot_stream;
 
 /*
- An open motion file. Only pointers to it leave the library.
+ An open motion file. Programs only hold pointers to this type.
  */
 typedef struct mocap_scene mocap_scene;
 
 /*
- Columns over time. Only pointers to it leave the library.
+ A table of columns over time. Programs only hold pointers to this type.
  */
 typedef struct mocap_table mocap_table;
 
 /*
- A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., as a course in animation writes it. A link L
- is the translation of a joint to its parent. A joint J is its rotation, and of the first joint the translation too.
+ A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., in the notation of animation courses. A link
+ L is the translation of a joint relative to its parent. A joint J is the rotation of the joint. J0 also has the
+ translation of the root.
  */
 typedef struct mocap_chain_matrix {
   /*
@@ -114,7 +114,7 @@ typedef struct mocap_chain_matrix {
    */
   char letter;
   /*
-   The number behind the letter.
+   The number after the letter.
    */
   uint32_t index;
   /*
@@ -122,31 +122,32 @@ typedef struct mocap_chain_matrix {
    */
   uint32_t node;
   /*
-   The matrix, column after column; it maps column vectors.
+   The matrix in column-major order; it multiplies column vectors.
    */
   float matrix[16];
   /*
-   The product of the chain up to this matrix. After the last it is the joint to the world.
+   The product of the chain up to this matrix. The last product maps from the joint to the world.
    */
   float product[16];
 } mocap_chain_matrix;
 
 /*
- What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the
+ The known unit and axis of a file, and the wanted frame rate. All zero, `mocap_conversion conversion = {0};`, is the
  default.
  */
 typedef struct mocap_conversion {
   /*
-   Metres in one unit of length of the file. 0: what the file states, else the unit in which the figure has the
-   size of a person.
+   The unit of length of the file, in metres. 0: the unit that the file states, or else the unit in which the
+   figure has the size of a person.
    */
   double metres_per_unit;
   /*
-   Frames per second of the result. 0: those of the file.
+   Frames per second of the result. 0: the frame rate of the file.
    */
   double frame_rate;
   /*
-   `MOCAP_UP_Y` or another axis. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
+   `MOCAP_UP_Y` or another axis. `MOCAP_UP_AUTO`: the axis that the file states, or else the axis from the feet to
+   the head.
    */
   uint32_t up;
 } mocap_conversion;
@@ -156,22 +157,21 @@ extern "C" {
 #endif // __cplusplus
 
 /*
- The interface version of the library that the program runs with.
+ The interface version of the loaded library.
  */
 uint32_t mocap_interface_version(void);
 
 /*
- The version of the library, as in "0.1.0". The text is never freed.
+ The version of the library, such as "0.1.0". The text is never freed.
  */
 const char *mocap_version(void);
 
 /*
- Why the last call of this thread failed, in UTF-8; empty if it did not.
+ The reason why the last call of this thread failed, in UTF-8; empty if it succeeded.
 
- The text belongs to the thread, and has at most 4,095 bytes. It stays unchanged until the thread's next call that
- fails. A call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a
- pointer that is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each
- thread sees its own failures alone.
+ The text belongs to the thread, and has at most 4,095 bytes. It stays unchanged until the thread's next failed call.
+ Successful calls do not change it, even in the same expression. The memory is never freed, so an old pointer never
+ dangles, but it shows the text of a later failure. Copy the text to keep it. Each thread only sees its own failures.
  */
 const char *mocap_error_text(void);
 
@@ -184,7 +184,7 @@ const char *mocap_error_text(void);
 void mocap_close(struct mocap_scene *scene);
 
 /*
- How many things the reader read around. `mocap_warning_text` says what they are.
+ The number of warnings of the reader. `mocap_warning_text` returns each of them.
 
  # Safety
  `scene` is an open scene.
@@ -192,8 +192,8 @@ void mocap_close(struct mocap_scene *scene);
 size_t mocap_warning_count(const struct mocap_scene *scene);
 
 /*
- What the reader read around, from 0 in the order of the file; NULL beyond the last. The text lives as long as the
- scene.
+ A warning of the reader, counted from 0 in the order of the file; NULL beyond the last. The text lives as long as
+ the scene.
 
  # Safety
  `scene` is an open scene.
@@ -202,7 +202,7 @@ const char *mocap_warning_text(const struct mocap_scene *scene,
                                size_t warning);
 
 /*
- How many nodes the skeleton has, its end sites included. Node 0 is the root; a parent has a smaller index than its
+ The number of nodes of the skeleton, including end sites. Node 0 is the root. A parent has a smaller index than its
  children.
 
  # Safety
@@ -227,7 +227,7 @@ const char *mocap_node_name(const struct mocap_scene *scene, uint32_t node);
 uint32_t mocap_node_parent(const struct mocap_scene *scene, uint32_t node);
 
 /*
- The first node of this name, depth-first; MOCAP_NO_NODE if there is none, and then `mocap_error_text` says so.
+ The first node with this name, depth-first. MOCAP_NO_NODE if there is none; `mocap_error_text` then names the node.
 
  # Safety
  `scene` is an open scene, and `name` is a text that ends with a zero byte.
@@ -236,7 +236,7 @@ uint32_t mocap_find_node(const struct mocap_scene *scene,
                          const char *name);
 
 /*
- How many animations the file has; 0 if it is a skeleton alone. BVH has at most one.
+ The number of animations of the file; 0 if the file has only a skeleton. BVH has at most one.
 
  # Safety
  `scene` is an open scene.
@@ -244,7 +244,7 @@ uint32_t mocap_find_node(const struct mocap_scene *scene,
 uint32_t mocap_animation_count(const struct mocap_scene *scene);
 
 /*
- How many channels an animation has, one for each node that it moves; 0 if there is no such animation.
+ The number of channels of an animation, one for each node that it moves; 0 if there is no such animation.
 
  # Safety
  `scene` is an open scene.
@@ -253,8 +253,8 @@ size_t mocap_channel_count(const struct mocap_scene *scene,
                            uint32_t animation);
 
 /*
- The node that a channel moves. MOCAP_NO_NODE if there is no such channel or animation, and if the channel moves no
- node; then `mocap_error_text` says which.
+ The node that a channel moves. MOCAP_NO_NODE if there is no such channel or animation, or if the channel moves no
+ node; `mocap_error_text` then has the reason.
 
  # Safety
  `scene` is an open scene.
@@ -264,8 +264,8 @@ uint32_t mocap_channel_node(const struct mocap_scene *scene,
                             size_t channel);
 
 /*
- The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one
- less than there are frames. 0 if there is no such animation.
+ The duration of an animation in ticks, from the first frame to the last. In BVH a tick is a frame, so the duration
+ is the number of frames minus 1. 0 if there is no such animation.
 
  # Safety
  `scene` is an open scene.
@@ -274,7 +274,7 @@ double mocap_duration(const struct mocap_scene *scene,
                       uint32_t animation);
 
 /*
- Ticks in a second; 0 if there is no such animation.
+ Ticks per second; 0 if there is no such animation.
 
  # Safety
  `scene` is an open scene.
@@ -282,14 +282,14 @@ double mocap_duration(const struct mocap_scene *scene,
 double mocap_ticks_per_second(const struct mocap_scene *scene, uint32_t animation);
 
 /*
- Writes the matrix of every node to its parent into `matrices`: 16 floats a node, column after column, as OpenGL and
- Vulkan read them; they map column vectors. `count` is how many matrices there is room for, at least
- `mocap_node_count`. `mocap_open_file` says what unit lengths are in.
+ Writes the matrix of every node relative to its parent into `matrices`. Each matrix has 16 floats in column-major
+ order, as in OpenGL and Vulkan, and multiplies column vectors. `count` is the number of matrices that fit in
+ `matrices`, at least `mocap_node_count`. Lengths are in the unit of the scene; see `mocap_open_file`.
 
- Between two keys the pose is interpolated: positions and scales on a line, rotations on the shorter arc of the
- sphere. Before tick 0 the first pose holds, after the last tick the last; a tick that is NaN stands for 0. With an
- animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`. Nothing is
- allocated.
+ The pose between two keys is interpolated: positions and scales linearly, rotations along the shorter arc (slerp).
+ Ticks before 0 give the first pose, ticks after the end the last pose, and NaN gives tick 0. The call fails if there
+ is no such animation. For a scene without animations, call `mocap_rest_local_matrices`. The call allocates no
+ memory.
 
  # Safety
  `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -301,8 +301,8 @@ enum mocap_status mocap_local_matrices(const struct mocap_scene *scene,
                                        size_t count);
 
 /*
- Writes the matrix of every node to the world, that is to the space in which the root stands. Otherwise as
- `mocap_local_matrices`.
+ Like `mocap_local_matrices`, but writes the matrix of every node relative to the world: the coordinate frame of the
+ root's parent.
 
  # Safety
  `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -314,8 +314,7 @@ enum mocap_status mocap_world_matrices(const struct mocap_scene *scene,
                                        size_t count);
 
 /*
- Writes the matrix of every node to its parent in the rest pose, without motion. Otherwise as
- `mocap_local_matrices`.
+ Like `mocap_local_matrices`, but writes the matrix of every node relative to its parent in the rest pose.
 
  # Safety
  `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -325,8 +324,7 @@ enum mocap_status mocap_rest_local_matrices(const struct mocap_scene *scene,
                                             size_t count);
 
 /*
- Writes the matrix of every node to the world in the rest pose, without motion. Otherwise as
- `mocap_local_matrices`.
+ Like `mocap_local_matrices`, but writes the matrix of every node relative to the world in the rest pose.
 
  # Safety
  `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -336,12 +334,12 @@ enum mocap_status mocap_rest_world_matrices(const struct mocap_scene *scene,
                                             size_t count);
 
 /*
- Writes the matrices of the chain from the root to `joint`, the name of a node, at `tick`: as many as there are and
- there is room for. Returns how many there are, or 0 where the call fails. With `matrices` NULL and `count` 0 it only
- counts them.
+ Writes the matrices of the chain from the root to `joint`, the name of a node, at `tick`. Writes at most `count`
+ matrices. Returns the number of matrices in the chain, or 0 if the call fails. With `matrices` NULL and `count` 0,
+ the call only returns the number.
 
- `point` is three numbers in the space of the joint, or NULL; where it is in the world goes to `point_in_world`. In a
- scene without animations the chain is that of the rest pose. Ticks are as in `mocap_local_matrices`.
+ `point` is NULL, or three numbers in the coordinate frame of the joint; `point_in_world` then gets its world
+ position. In a scene without animations, the chain has the rest pose. For ticks, see `mocap_local_matrices`.
 
  # Safety
  `scene` is an open scene, `joint` a text, and `matrices` points to room for `count` matrices. `point` and
@@ -360,8 +358,8 @@ size_t mocap_chain(const struct mocap_scene *scene,
  Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are
  copied.
 
- Returns NULL where they are not a whole and valid packed clip; `mocap_error_text` says why. `mocap_clip_close` frees
- it.
+ Returns NULL if the bytes are not a complete and valid packed clip; `mocap_error_text` has the reason. Free the clip
+ with `mocap_clip_close`.
 
  # Safety
  `bytes` points to `size` bytes.
@@ -378,7 +376,7 @@ struct mocap_clip *mocap_clip_open(const uint8_t *bytes,
 void mocap_clip_close(struct mocap_clip *clip);
 
 /*
- How many nodes a packed clip has, in the order of the file that it was made from; 0 for NULL.
+ The number of nodes of a packed clip, in the order of its source file; 0 for NULL.
 
  # Safety
  `clip` is NULL or an open packed clip.
@@ -402,11 +400,11 @@ double mocap_clip_duration(const struct mocap_clip *clip);
 double mocap_clip_ticks_per_second(const struct mocap_clip *clip);
 
 /*
- The pose at `tick`, straight from the packed form: the matrices of all nodes to their parents go to `local`, and to
- the world to `world`; either may be NULL. `count` is how many matrices there is room for, at least
- `mocap_clip_node_count`.
+ Decodes the pose at `tick`. `local` gets the matrices of all nodes relative to their parents, and `world` the
+ matrices relative to the world; either may be NULL. `count` is the number of matrices that fit in each buffer, at
+ least `mocap_clip_node_count`.
 
- Nothing is allocated. One thread at a time may use a packed clip.
+ The call allocates no memory. Only one thread at a time may use a packed clip.
 
  # Safety
  `clip` is a packed clip that no other thread uses, and `local` and `world` are NULL or point to room for 16 x
@@ -419,13 +417,13 @@ enum mocap_status mocap_clip_pose(struct mocap_clip *clip,
                                   size_t count);
 
 /*
- Makes a figure of the character of a scene, which stands at the origin and looks along +Z. `database` is the `size`
- bytes of a file that `mocap index --pack` wrote, with the motions within.
+ Makes a figure with the character of a scene. The figure stands at the origin and faces +Z. `database` is the `size`
+ bytes of a file that `mocap index --pack` wrote, which includes the motions.
 
- The figure is in metres with +Y up, whatever the scene is in; its nodes are those of the scene. It takes memory for
- the pose of every frame of the database, and the scene may be closed then. Returns NULL where the character is no
- humanoid with two legs, and where the bytes are no database; `mocap_error_text` says why. `mocap_controller_free`
- frees it.
+ The figure is always in metres with +Y up, and has the nodes of the scene. It takes memory for the pose of every
+ frame of the database. You may close the scene after this call. Returns NULL if the character is not a humanoid with
+ two legs, or if the bytes are not a database; `mocap_error_text` has the reason. Free the figure with
+ `mocap_controller_free`.
 
  # Safety
  `character` is an open scene, and `database` points to `size` bytes.
@@ -435,8 +433,9 @@ struct mocap_controller *mocap_controller_open(const struct mocap_scene *charact
                                                size_t size);
 
 /*
- Makes a figure as `mocap_controller_open` does, of the motions of `count` scenes, on any skeletons; with `mirror`
- each with left and right exchanged too. The scenes may be closed then.
+ Like `mocap_controller_open`, with the motions of `count` scenes instead of a database. The scenes may have any
+ skeletons. With `mirror`, the figure also uses the mirror image of each motion. You may close the scenes after this
+ call.
 
  # Safety
  `character` is an open scene, and `motions` points to `count` open scenes.
@@ -456,11 +455,11 @@ struct mocap_controller *mocap_controller_new(const struct mocap_scene *characte
 void mocap_controller_free(struct mocap_controller *controller);
 
 /*
- Advances by a frame, a sixtieth of a second, by the input of a stick. The input is a velocity over the ground along
- x and z, in metres per second, and a facing (`look_x`, `look_z`). While both are 0, the figure faces its velocity.
- Velocity and direction change smoothly. Seen from behind a figure that looks along +Z, right is along -X.
+ Advances by one frame, 1/60 s, controlled by a stick. The input is a velocity over the ground along x and z, in m/s,
+ and a facing (`look_x`, `look_z`). While both components of the facing are 0, the figure faces the direction of its
+ velocity. Velocity and facing change smoothly. Seen from behind a figure that faces +Z, right is -X.
 
- Nothing is allocated. One thread at a time may use a figure.
+ The call allocates no memory. Only one thread at a time may use a figure.
 
  # Safety
  `controller` is a figure that no other thread uses.
@@ -472,8 +471,8 @@ enum mocap_status mocap_controller_steer(struct mocap_controller *controller,
                                          float look_z);
 
 /*
- Advances by a frame towards a trajectory of 12 floats: x and z in metres of the figure's place in 20, 40 and 60
- frames, then x and z of its facing. Nothing is allocated.
+ Advances by one frame towards a trajectory of 12 floats: x and z of the figure's positions in 20, 40 and 60 frames,
+ in metres, then x and z of its facings. The call allocates no memory.
 
  # Safety
  `controller` is a figure that no other thread uses, and `trajectory` points to 12 floats.
@@ -482,10 +481,10 @@ enum mocap_status mocap_controller_follow(struct mocap_controller *controller,
                                           const float *trajectory);
 
 /*
- The pose of a figure: the matrices of all nodes to their parents go to `local`, and to the world to `world`; either
- may be NULL. `count` is how many matrices there is room for, at least `mocap_node_count` of its scene. Place and
- facing of the figure go to the 4 floats of `root`, if that is not NULL. They are x and z in metres, then x and z of
- a direction of length 1. Nothing is allocated.
+ The pose of a figure. `local` gets the matrices of all nodes relative to their parents, and `world` the matrices
+ relative to the world; either may be NULL. `count` is the number of matrices that fit in each buffer, at least
+ `mocap_node_count` of the figure's scene. If `root` is not NULL, its 4 floats get the figure's position (x and z in
+ metres) and facing (x and z of a direction of length 1). The call allocates no memory.
 
  # Safety
  `controller` is a figure that no other thread uses. `local` and `world` are NULL or point to room for 16 x `count`
@@ -498,11 +497,11 @@ enum mocap_status mocap_controller_pose(const struct mocap_controller *controlle
                                         float *root);
 
 /*
- A copy of a scene in metres with +Y up, as `mocap convert` makes it. `conversion` says what is known about the file;
- NULL stands for the default. `mocap_assumption_text` of the copy says what was guessed.
+ Returns a copy of a scene in metres with +Y up, as `mocap convert` does. `conversion` states the known properties of
+ the file; NULL means the default. `mocap_assumption_text` of the copy lists the inferred properties.
 
- Returns NULL where a number of `conversion` has no meaning. The scene that was given stays as it is; each is freed
- by a `mocap_close` of its own. A copy that is converted again stays in metres with +Y up.
+ Returns NULL if a number in `conversion` is invalid. The original scene does not change. Free each scene with
+ `mocap_close`. Converting the copy again does not change its unit and axes.
 
  # Safety
  `scene` is an open scene, and `conversion` is NULL or points to a conversion.
@@ -511,7 +510,7 @@ struct mocap_scene *mocap_convert(const struct mocap_scene *scene,
                                   const struct mocap_conversion *conversion);
 
 /*
- How many things were assumed about a scene that its file does not say. `mocap_assumption_text` says what they are.
+ The number of assumptions about a scene that its file does not state. `mocap_assumption_text` returns each of them.
 
  # Safety
  `scene` is an open scene.
@@ -519,8 +518,8 @@ struct mocap_scene *mocap_convert(const struct mocap_scene *scene,
 size_t mocap_assumption_count(const struct mocap_scene *scene);
 
 /*
- What was assumed about a scene, from 0, with the reason, as in "unit: cm, because the skeleton measures ...". NULL
- beyond the last. The text lives as long as the scene.
+ An assumption about a scene, counted from 0, with its reason, such as "unit: cm, because the skeleton measures ...".
+ NULL beyond the last. The text lives as long as the scene.
 
  # Safety
  `scene` is an open scene.
@@ -529,17 +528,16 @@ const char *mocap_assumption_text(const struct mocap_scene *scene,
                                   size_t assumption);
 
 /*
- A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of
- them: each a text as `mocap edit --step` takes it, or an object with its name and its options.
+ Returns a copy of a scene after steps in order, as `mocap edit` does. `steps` is a JSON list. Each step is a text in
+ the form of `mocap edit --step`, or an object with the step's name and options.
 
      mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 
- `others` are the second motions of those steps that take one, in their order, and `other_count` is how many there
- are. Lengths in steps are metres whatever the unit of the scene. The first animation is changed; a rest pose in its
- first frame is changed with it. `mocap_edit_report_text` of the copy says what each step changed.
+ `others` are the second motions of the steps that take one, in order, and `other_count` is their number. Lengths in
+ steps are in metres, for any unit of the scene. The steps change the first animation, including a rest pose in its
+ first frame. `mocap_edit_report_text` of the copy returns the changes of each step.
 
- Returns NULL where a step is unknown or cannot be done. The scenes that were given stay as they are; each is freed
- by a `mocap_close` of its own.
+ Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 
  # Safety
  `scene` is an open scene, `steps` is a text that ends with a zero byte, and `others` points to `other_count` open
@@ -551,7 +549,7 @@ struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
                                size_t other_count);
 
 /*
- How many steps `mocap_edit` applied to make a scene. `mocap_edit_report_text` says what they changed.
+ The number of steps that `mocap_edit` applied to make a scene. `mocap_edit_report_text` returns their changes.
 
  # Safety
  `scene` is an open scene.
@@ -559,8 +557,8 @@ struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
 size_t mocap_edit_report_count(const struct mocap_scene *scene);
 
 /*
- What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The
- text lives as long as the scene.
+ The changes of a step, counted from 0, with units, such as "mirror: 17 pairs of joints exchanged". NULL beyond the
+ last. The text lives as long as the scene.
 
  # Safety
  `scene` is an open scene.
@@ -569,9 +567,9 @@ const char *mocap_edit_report_text(const struct mocap_scene *scene,
                                    size_t report);
 
 /*
- Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
+ Reads a motion file. Returns NULL if reading fails; `mocap_error_text` has the reason, with line and column.
 
- The formats, told apart by their contents, else by the extension:
+ The formats, detected from the contents, or else from the extension:
 
  - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
  - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
@@ -590,10 +588,10 @@ const char *mocap_edit_report_text(const struct mocap_scene *scene,
 
  3ds Max `.bip` is refused, with advice on what to export instead.
 
- The root's OFFSET of BVH: the root's position channels replace it. They are added to it where the first frame's
- root position is near zero on all axes while the OFFSET is not.
+ In BVH, the position channels of the root replace its OFFSET. If the root position of the first frame is near zero
+ on all axes and the OFFSET is not, they are added to the OFFSET.
 
- Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
+ A scene never changes, so any number of threads may use it at the same time. Free it with `mocap_close`.
 
  # Safety
  `path` is a text that ends with a zero byte.
@@ -601,12 +599,12 @@ const char *mocap_edit_report_text(const struct mocap_scene *scene,
 struct mocap_scene *mocap_open_file(const char *path);
 
 /*
- Reads a motion file as a job does: `reading` is the JSON of its `read`, which `src/job/job.schema.json` describes.
- So markers are solved into a skeleton, with a trial of somebody who stands:
+ Reads a motion file with the options of a job. `reading` is the JSON of the job's `read`, described by
+ `src/job/job.schema.json`. For example, these options solve a skeleton from markers, with a static trial:
 
      mocap_open_file_as("walk.trc", "{\"markers\": \"auto\", \"static\": \"standing.trc\"}")
 
- `mocap_report` says how well. NULL stands for no options. Otherwise as `mocap_open_file`.
+ `mocap_report` returns the residuals of the solution. NULL means no options. The result is as for `mocap_open_file`.
 
  # Safety
  `path` is a text that ends with a zero byte, and so is `reading`, or it is NULL.
@@ -615,8 +613,8 @@ struct mocap_scene *mocap_open_file_as(const char *path,
                                        const char *reading);
 
 /*
- Reads the `size` bytes of a motion file that is in memory already, and does not keep them. `name` stands for the
- file in errors. Otherwise as `mocap_open_file`.
+ Like `mocap_open_file`, but reads the `size` bytes of a motion file from memory, and does not keep them. `name` is
+ the file name in errors.
 
  # Safety
  `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
@@ -626,12 +624,12 @@ struct mocap_scene *mocap_open_memory(const uint8_t *bytes,
                                       const char *name);
 
 /*
- Prepares the motion of the skeleton of `source` onto that of `target`, both of them humanoids of any rest pose, unit
- and axes. `scale` is how many times as long as those of the source the steps of the target are, in metres; 0: in the
- proportion of the legs.
+ Prepares to retarget poses from the skeleton of `source` to the skeleton of `target`. Both are humanoids with any
+ rest pose, unit and axes. `scale` is the length of the target's steps relative to the source's steps, both in
+ metres; 0: the ratio of the leg lengths.
 
- Returns NULL where one of the two is not a humanoid; `mocap_error_text` says which and why. The scenes may be closed
- then: the retargeter needs them no more. `mocap_retargeter_free` frees it.
+ Returns NULL if one of the two is not a humanoid; `mocap_error_text` has the reason. You may close the scenes after
+ this call. Free the retargeter with `mocap_retargeter_free`.
 
  # Safety
  `source` and `target` are open scenes.
@@ -649,13 +647,13 @@ struct mocap_retargeter *mocap_retargeter_new(const struct mocap_scene *source,
 void mocap_retargeter_free(struct mocap_retargeter *retargeter);
 
 /*
- Puts a pose of the source on the target. `source` has the matrix of every node of the source to its parent, as
- `mocap_local_matrices` writes them, or as they come from a live capture; `source_count` is how many. The matrices of
- the target's nodes go to `local`, to their parents, and to `world`, to the world; either may be NULL. `count` is how
- many matrices there is room for, at least the target's `mocap_node_count`. Nodes that nothing moves keep their rest
- pose.
+ Retargets a pose. `source` has the matrix of every node of the source relative to its parent, from
+ `mocap_local_matrices` or from a live capture; `source_count` is their number. `local` gets the matrices of the
+ target's nodes relative to their parents, and `world` the matrices relative to the world; either may be NULL.
+ `count` is the number of matrices that fit in each buffer, at least the target's `mocap_node_count`. Nodes without
+ motion keep their rest pose.
 
- Nothing is allocated. One thread at a time may use a retargeter.
+ The call allocates no memory. Only one thread at a time may use a retargeter.
 
  # Safety
  `retargeter` is a retargeter that no other thread uses. `source` points to 16 x `source_count` floats. `local` and
@@ -669,7 +667,7 @@ enum mocap_status mocap_retarget_pose(struct mocap_retargeter *retargeter,
                                       size_t count);
 
 /*
- How many bones are not moved from one skeleton to the other. `mocap_unmapped_text` says which and why.
+ The number of bones that are not retargeted. `mocap_unmapped_text` returns each of them with the reason.
 
  # Safety
  `retargeter` is a retargeter.
@@ -677,8 +675,8 @@ enum mocap_status mocap_retarget_pose(struct mocap_retargeter *retargeter,
 size_t mocap_unmapped_count(const struct mocap_retargeter *retargeter);
 
 /*
- A bone that is not moved, from 0, with the reason, as in "jaw: the target has no such joint"; NULL beyond the last.
- The text lives as long as the retargeter.
+ A bone that is not retargeted, counted from 0, with the reason, such as "jaw: the target has no such joint"; NULL
+ beyond the last. The text lives as long as the retargeter.
 
  # Safety
  `retargeter` is a retargeter.
@@ -687,13 +685,13 @@ const char *mocap_unmapped_text(const struct mocap_retargeter *retargeter,
                                 size_t bone);
 
 /*
- Begins a motion on a robot that comes pose by pose, at `fps` poses a second, from 1 to 1000. `source` is the
- skeleton of the poses, a humanoid; an animation of it shows where its floor is. `robot` is the path of a URDF or
- MJCF file. `passes` is 2, for smooth joints and feet that stand, with frames that come 0.6 s later, or 1, with
- 0.1 s.
+ Begins to retarget a live motion to a robot, at `fps` poses per second, from 1 to 1000. `source` is the skeleton of
+ the poses, a humanoid; its animation, if it has one, determines the floor. `robot` is the path of a URDF or MJCF
+ file. With `passes` 2, joints are smooth and feet do not slide, and frames have a delay of 0.6 s. With `passes` 1,
+ the delay is 0.1 s.
 
- Returns NULL where the robot cannot be read, and where one of the two is no humanoid; `mocap_error_text` says why.
- The scene may be closed then. `mocap_robot_stream_free` frees it.
+ Returns NULL if the robot cannot be read, or if the source or the robot is not a humanoid; `mocap_error_text` has
+ the reason. You may close the scene after this call. Free the stream with `mocap_robot_stream_free`.
 
  # Safety
  `source` is an open scene, and `robot` is a text that ends with a zero byte.
@@ -712,18 +710,18 @@ struct mocap_robot_stream *mocap_robot_stream_new(const struct mocap_scene *sour
 void mocap_robot_stream_free(struct mocap_robot_stream *stream);
 
 /*
- How many seconds later a frame is given back; 0 for NULL.
+ The delay of a frame in seconds; 0 for NULL.
 
  # Safety
- `stream` is NULL or a stream that lives.
+ `stream` is NULL or an open stream.
  */
 double mocap_robot_stream_delay(const struct mocap_robot_stream *stream);
 
 /*
- How many joints the robot has; a frame has 7 numbers more. 0 for NULL.
+ The number of joints of the robot. A frame has 7 more numbers. 0 for NULL.
 
  # Safety
- `stream` is NULL or a stream that lives.
+ `stream` is NULL or an open stream.
  */
 size_t mocap_robot_stream_joint_count(const struct mocap_robot_stream *stream);
 
@@ -731,18 +729,18 @@ size_t mocap_robot_stream_joint_count(const struct mocap_robot_stream *stream);
  The name of a joint, from 0, in the order of a frame; NULL beyond the last. The text lives as long as the stream.
 
  # Safety
- `stream` is NULL or a stream that lives.
+ `stream` is NULL or an open stream.
  */
 const char *mocap_robot_stream_joint_name(const struct mocap_robot_stream *stream,
                                           size_t joint);
 
 /*
- Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes the
- frame whose time has come to `frame`, and whether there is one to `given`. The frame is MuJoCo's `qpos`: x, y and z
- of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres.
- `count` is how many numbers there is room for, at least 7 and one for each joint.
+ Takes the next pose: the matrix of every node of the source relative to its parent, as for `mocap_retarget_pose`.
+ Writes the finished frame to `frame`, and whether a frame is finished to `given`. The frame is MuJoCo's `qpos`: x, y
+ and z of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or
+ metres. `count` is the number of values that fit in `frame`, at least 7 plus one for each joint.
 
- One thread at a time may use a stream.
+ Only one thread at a time may use a stream.
 
  # Safety
  `stream` is a stream that no other thread uses, `source` points to 16 x `source_count` floats, `frame` to room for
@@ -756,8 +754,8 @@ enum mocap_status mocap_robot_stream_push(struct mocap_robot_stream *stream,
                                           bool *given);
 
 /*
- Ends a stream, and gives the frames that are left, one with each call, until `given` is false: as
- `mocap_robot_stream_push` does.
+ Ends a stream, and returns one of the remaining frames with each call, as `mocap_robot_stream_push` does, until
+ `given` is false.
 
  # Safety
  `stream` is a stream that no other thread uses, `frame` points to room for `count` numbers, and `given` to a bool.
@@ -768,8 +766,8 @@ enum mocap_status mocap_robot_stream_pull(struct mocap_robot_stream *stream,
                                           bool *given);
 
 /*
- How well the frames sit on the robot that were given in the last 30 s, as JSON, with a verdict: the report of
- `mocap robot --json`. "null" before the first. `mocap_text_free` frees it; NULL for NULL.
+ The quality of the frames of the last 30 s, as JSON with a verdict: the report of `mocap robot --json`. "null"
+ before the first frame. Free the text with `mocap_text_free`. NULL for NULL.
 
  # Safety
  `stream` is NULL or a stream that no other thread uses.
@@ -777,16 +775,17 @@ enum mocap_status mocap_robot_stream_pull(struct mocap_robot_stream *stream,
 char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
 
 /*
- Does a job, as `mocap run` does: reads files, changes motions, puts them on another body, writes files. `job` is its
- JSON; `src/job/job.schema.json` says what it may hold.
+ Runs a job, as `mocap run` does: reads files, edits motions, retargets them, and writes files. `job` is the JSON of
+ the job, described by `src/job/job.schema.json`.
 
      mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
 
- A job with `survey` writes no motion: its report has a row for each clip, in `survey`. One with `graph` writes the
- motion graph of its inputs as JSON, one with `walk` a motion that walks over it; `docs/motion-graphs.md` has both.
+ A job with `survey` writes no motion: the report has a row for each clip, in `survey`. A job with `graph` writes the
+ motion graph of its inputs as JSON. A job with `walk` writes a motion along a walk over a graph.
+ `docs/motion-graphs.md` describes both.
 
- Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse
- than the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.
+ Returns a report as JSON with `files`, `notes` and `warnings`. If the output is worse than the job allows, it has
+ `problem`. Free the text with `mocap_text_free`. NULL if the job fails; no file is then written.
 
  # Safety
  `job` is a text that ends with a zero byte.
@@ -794,11 +793,11 @@ char *mocap_robot_stream_report(const struct mocap_robot_stream *stream);
 char *mocap_run(const char *job);
 
 /*
- Compares a written file with the file that it was made of, as `mocap verify` does: what was done between them is
- read from the output, and done again.
+ Compares a written file with its source, as `mocap verify` does. The output records the changes, and the comparison
+ repeats them.
 
- Returns how far they are apart, as JSON with `max_error` in metres and `findings`; `mocap_text_free` frees it. NULL
- where they cannot be compared.
+ Returns the differences as JSON with `max_error` in metres and `findings`. Free the text with `mocap_text_free`.
+ NULL if the files cannot be compared.
 
  # Safety
  `source` and `output` are texts that end with a zero byte.
@@ -807,15 +806,16 @@ char *mocap_verify(const char *source,
                    const char *output);
 
 /*
- Frees a text that `mocap_run`, `mocap_verify` or `mocap_report` has returned. NULL is allowed.
+ Frees a text that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
+ allowed.
 
  # Safety
- `text` comes from one of them, and was not freed before.
+ `text` comes from one of these functions, and was not freed before.
  */
 void mocap_text_free(char *text);
 
 /*
- Makes a table of a scene, by the name of what is asked for:
+ Makes a table of a scene. `what` is the name of the table:
 
  - "angles": the joint angles of a humanoid in degrees, and the position of its pelvis in metres, with the names and
    signs of `docs/biomechanics.md`;
@@ -823,8 +823,8 @@ void mocap_text_free(char *text);
    metres, the free moment in newton metres;
  - "analog": the analog channels of a C3D file, in its units.
 
- Returns NULL where the scene has nothing of it; `mocap_error_text` says why. `mocap_table_free` frees it. It does
- not need the scene any longer.
+ Returns NULL if the scene lacks the data; `mocap_error_text` has the reason. Free the table with `mocap_table_free`.
+ You may close the scene after this call.
 
  # Safety
  `scene` is an open scene, and `what` is a text that ends with a zero byte.
@@ -841,7 +841,8 @@ struct mocap_table *mocap_table_new(const struct mocap_scene *scene,
 void mocap_table_free(struct mocap_table *table);
 
 /*
- How many columns a table has; 0 for NULL. Time is none of them: row `i` is at `i` divided by `mocap_table_rate`.
+ The number of columns of a table; 0 for NULL. Time is not a column: the time of row `i` is `i` / `mocap_table_rate`
+ seconds.
 
  # Safety
  `table` is NULL or comes from `mocap_table_new`.
@@ -849,7 +850,7 @@ void mocap_table_free(struct mocap_table *table);
 size_t mocap_table_column_count(const struct mocap_table *table);
 
 /*
- How many rows a table has; 0 for NULL.
+ The number of rows of a table; 0 for NULL.
 
  # Safety
  `table` is NULL or comes from `mocap_table_new`.
@@ -857,7 +858,7 @@ size_t mocap_table_column_count(const struct mocap_table *table);
 size_t mocap_table_row_count(const struct mocap_table *table);
 
 /*
- Rows a second; 0 for NULL.
+ Rows per second; 0 for NULL.
 
  # Safety
  `table` is NULL or comes from `mocap_table_new`.
@@ -875,8 +876,8 @@ const char *mocap_table_name(const struct mocap_table *table,
                              size_t column);
 
 /*
- The unit of a column, such as "deg", "m" or "N"; of analog channels as the file states it, and empty where it does
- not. NULL beyond the last. The text lives as long as the table.
+ The unit of a column, such as "deg", "m" or "N". The unit of an analog channel is the file's, or empty if the file
+ states none. NULL beyond the last. The text lives as long as the table.
 
  # Safety
  `table` is NULL or comes from `mocap_table_new`.
@@ -885,7 +886,7 @@ const char *mocap_table_unit(const struct mocap_table *table,
                              size_t column);
 
 /*
- The values of a table, row after row, with one for each column; NULL for NULL. They live as long as the table.
+ The values of a table, row by row, with one value for each column; NULL for NULL. They live as long as the table.
 
  # Safety
  `table` is NULL or comes from `mocap_table_new`.

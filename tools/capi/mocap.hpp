@@ -1,11 +1,11 @@
-// The C++ interface of mocap, for C++11 and later: the handles of mocap.h with owners, its errors as exceptions.
+// The C++ interface of mocap, for C++11 and later. Objects own the handles of mocap.h, and errors are exceptions.
 //
 //     mocap::Scene walk = mocap::Scene::open("walk.bvh").converted();
 //     std::vector<mocap::Matrix> matrices = walk.world(30.5);
 //
-// mocap.h says what each function does; what is said there of memory and of freeing holds by itself here. An object may
-// be moved and not copied. A `mocap::Scene` never changes, so any number of threads may ask it at once; a `mocap::Clip`, a
-// `mocap::Retargeter` and a `mocap::RobotStream` belong to one thread at a time.
+// mocap.h describes each function. Objects free their memory by themselves. They can be moved, but not copied. A
+// `mocap::Scene` never changes, so any number of threads may use it at the same time. Only one thread at a time may use
+// a `mocap::Clip`, a `mocap::Retargeter` or a `mocap::RobotStream`.
 
 #ifndef MOCAP_HPP
 #define MOCAP_HPP
@@ -37,15 +37,15 @@ private:
     mocap_status status_;
 };
 
-/// Node to parent, or node to world: column after column, for column vectors.
+/// A matrix from a node to its parent or to the world, in column-major order, for column vectors.
 using Matrix = std::array<float, 16>;
 
-/// No node: the parent of the root, and the answer where no node has a name.
+/// The index for no node: the parent of the root, and the result of a search without a match.
 constexpr std::uint32_t no_node = MOCAP_NO_NODE;
 
 namespace detail {
 
-// An array of a class is one block of floats.
+// Code below treats an array of matrices as one block of floats.
 static_assert(sizeof(Matrix) == 16 * sizeof(float), "a matrix is sixteen floats");
 
 inline void check(mocap_status status)
@@ -55,7 +55,7 @@ inline void check(mocap_status status)
     }
 }
 
-/// The value of a call, which failed where there is an error text.
+/// Returns the value of a call, or throws `Error` if there is an error text.
 template <class Value> Value checked(Value value)
 {
     const char *text = mocap_error_text();
@@ -93,29 +93,30 @@ struct Close {
 /// An open motion file.
 class Scene {
 public:
-    /// Reads a file. Throws `Error` with file, line and column where that fails.
+    /// Reads a file. Throws `Error` with file, line and column if reading fails.
     static Scene open(const std::string &path) { return Scene(detail::opened(mocap_open_file(path.c_str()))); }
 
-    /// Reads a file as a job does: `reading` is the JSON of its `read`, such as `{"markers": "auto"}`.
+    /// Reads a file with the options of a job. `reading` is the JSON of the job's `read`, such as `{"markers":
+    /// "auto"}`.
     static Scene open_as(const std::string &path, const std::string &reading)
     {
         return Scene(detail::opened(mocap_open_file_as(path.c_str(), reading.c_str())));
     }
 
-    /// Reads the bytes of a file, which are not kept. `name` stands for it in errors.
+    /// Reads the bytes of a file, and does not keep them. `name` is the file name in errors.
     static Scene read(const void *bytes, std::size_t size, const std::string &name)
     {
         return Scene(detail::opened(mocap_open_memory(static_cast<const std::uint8_t *>(bytes), size, name.c_str())));
     }
 
-    /// A copy in metres with +Y up, as `mocap convert` makes it.
+    /// Returns a copy in metres with +Y up, as `mocap convert` does.
     Scene converted(const mocap_conversion &conversion = mocap_conversion()) const
     {
         return Scene(detail::opened(mocap_convert(get(), &conversion)));
     }
 
-    /// A copy that steps have changed: a JSON list of them, as `mocap_edit` takes it. `others` are the second motions of
-    /// those steps that take one, in their order.
+    /// Returns an edited copy. `steps` is a JSON list of steps, as for `mocap_edit`. `others` are the second motions of
+    /// the steps that take one, in order.
     Scene edited(const std::string &steps, const std::vector<const Scene *> &others = {}) const
     {
         std::vector<const mocap_scene *> handles;
@@ -133,7 +134,7 @@ public:
     /// The parent of a node; `no_node` for the root.
     std::uint32_t parent(std::uint32_t node) const { return detail::checked(mocap_node_parent(get(), node)); }
 
-    /// The first node of this name; `no_node` if there is none.
+    /// The first node with this name; `no_node` if there is none.
     std::uint32_t find(const std::string &name) const noexcept { return mocap_find_node(get(), name.c_str()); }
 
     std::uint32_t animation_count() const { return detail::checked(mocap_animation_count(get())); }
@@ -146,7 +147,7 @@ public:
         return detail::checked(mocap_ticks_per_second(get(), animation));
     }
 
-    /// How many channels an animation has, one for each node that it moves.
+    /// The number of channels of an animation, one for each node that it moves.
     std::size_t channel_count(std::uint32_t animation = 0) const
     {
         return detail::checked(mocap_channel_count(get(), animation));
@@ -158,7 +159,7 @@ public:
         return mocap_channel_node(get(), animation, channel);
     }
 
-    /// The matrix of every node to its parent at a tick.
+    /// The matrix of every node relative to its parent at a tick.
     std::vector<Matrix> local(double tick, std::uint32_t animation = 0) const
     {
         std::vector<Matrix> matrices(node_count());
@@ -166,13 +167,13 @@ public:
         return matrices;
     }
 
-    /// The same into memory that is there, at least `node_count()` matrices; nothing is allocated.
+    /// Writes the matrices into an existing vector of at least `node_count()` matrices, without allocation.
     void local(double tick, std::vector<Matrix> &matrices, std::uint32_t animation = 0) const
     {
         detail::check(mocap_local_matrices(get(), animation, tick, detail::floats(matrices), matrices.size()));
     }
 
-    /// The matrix of every node to the world at a tick.
+    /// The matrix of every node relative to the world at a tick.
     std::vector<Matrix> world(double tick, std::uint32_t animation = 0) const
     {
         std::vector<Matrix> matrices(node_count());
@@ -180,13 +181,13 @@ public:
         return matrices;
     }
 
-    /// The same into memory that is there, at least `node_count()` matrices; nothing is allocated.
+    /// Writes the matrices into an existing vector of at least `node_count()` matrices, without allocation.
     void world(double tick, std::vector<Matrix> &matrices, std::uint32_t animation = 0) const
     {
         detail::check(mocap_world_matrices(get(), animation, tick, detail::floats(matrices), matrices.size()));
     }
 
-    /// The matrix of every node to its parent in the rest pose.
+    /// The matrix of every node relative to its parent in the rest pose.
     std::vector<Matrix> rest_local() const
     {
         std::vector<Matrix> matrices(node_count());
@@ -194,7 +195,7 @@ public:
         return matrices;
     }
 
-    /// The matrix of every node to the world in the rest pose.
+    /// The matrix of every node relative to the world in the rest pose.
     std::vector<Matrix> rest_world() const
     {
         std::vector<Matrix> matrices(node_count());
@@ -202,7 +203,7 @@ public:
         return matrices;
     }
 
-    /// The matrices J0, L1, J1, ... from the root to a joint at a tick, each with the product up to it.
+    /// The matrices J0, L1, J1, ... from the root to a joint at a tick, each with the product up to this matrix.
     std::vector<mocap_chain_matrix> chain(const std::string &joint, double tick, std::uint32_t animation = 0) const
     {
         std::vector<mocap_chain_matrix> matrices(2 * std::size_t(node_count()));
@@ -211,7 +212,7 @@ public:
         return matrices;
     }
 
-    /// Where a point in the space of a joint is in the world at a tick.
+    /// The world position of a point in a joint's coordinate frame at a tick.
     std::array<float, 3> point_to_world(
         const std::string &joint, std::array<float, 3> point, double tick, std::uint32_t animation = 0) const
     {
@@ -221,32 +222,32 @@ public:
         return world;
     }
 
-    /// What the reader read around.
+    /// The warnings of the reader.
     std::vector<std::string> warnings() const
     {
         return texts(mocap_warning_count(get()), mocap_warning_text);
     }
 
-    /// What was assumed that the file does not say, with reasons.
+    /// The assumptions that the file does not state, with reasons.
     std::vector<std::string> assumptions() const
     {
         return texts(mocap_assumption_count(get()), mocap_assumption_text);
     }
 
-    /// What each step changed that `edited` applied.
+    /// The changes of each step that `edited` applied.
     std::vector<std::string> reports() const
     {
         return texts(mocap_edit_report_count(get()), mocap_edit_report_text);
     }
 
-    /// "inspect", "bones", "solved", "recorded" or "gait" as JSON, as `mocap_report` says it.
+    /// The report "inspect", "bones", "solved", "recorded" or "gait" as JSON; see `mocap_report`.
     std::string report(const std::string &what) const
     {
         const std::unique_ptr<char, detail::Close> json(detail::opened(mocap_report(get(), what.c_str())));
         return json.get();
     }
 
-    /// The handle for the functions of mocap.h. It stays that of this object.
+    /// The handle for the functions of mocap.h. The object still owns the handle.
     const mocap_scene *get() const noexcept { return handle_.get(); }
 
 private:
@@ -264,10 +265,10 @@ private:
     std::unique_ptr<mocap_scene, detail::Close> handle_;
 };
 
-/// A packed clip: poses straight from the bytes of a `.mclip`.
+/// A packed clip: decodes poses from the bytes of a `.mclip`.
 class Clip {
 public:
-    /// Opens the bytes, which are copied.
+    /// Opens a copy of the bytes.
     Clip(const void *bytes, std::size_t size)
         : handle_(detail::opened(mocap_clip_open(static_cast<const std::uint8_t *>(bytes), size)))
     {
@@ -277,14 +278,15 @@ public:
     double duration() const { return detail::checked(mocap_clip_duration(get())); }
     double ticks_per_second() const { return detail::checked(mocap_clip_ticks_per_second(get())); }
 
-    /// The matrices of a tick to the parents and to the world, into memory that is there; nothing is allocated.
+    /// Writes the matrices at a tick, relative to the parents and to the world, into existing vectors, without
+    /// allocation.
     void pose(double tick, std::vector<Matrix> &local, std::vector<Matrix> &world)
     {
         const std::size_t count = local.size() < world.size() ? local.size() : world.size();
         detail::check(mocap_clip_pose(handle_.get(), tick, detail::floats(local), detail::floats(world), count));
     }
 
-    /// The matrices of a tick to the world.
+    /// The world matrices at a tick.
     std::vector<Matrix> world(double tick)
     {
         std::vector<Matrix> matrices(node_count());
@@ -298,25 +300,25 @@ private:
     std::unique_ptr<mocap_clip, detail::Close> handle_;
 };
 
-/// Puts poses of one skeleton on another. The scenes may go before it.
+/// Retargets poses from one skeleton to another. The scenes may be destroyed first.
 class Retargeter {
 public:
-    /// `scale` is how many times as long as those of the source the steps of the target are; 0: in the proportion of the
-    /// legs.
+    /// `scale` is the length of the target's steps relative to the source's steps; 0: the ratio of the leg lengths.
     Retargeter(const Scene &source, const Scene &target, double scale = 0)
         : handle_(detail::opened(mocap_retargeter_new(source.get(), target.get(), scale))),
           target_count_(target.node_count())
     {
     }
 
-    /// The target's matrices to the parents and to the world for those of the source to the parents.
+    /// Computes the target's matrices, relative to the parents and to the world, from the source's matrices relative to
+    /// the parents.
     void pose(const std::vector<Matrix> &source, std::vector<Matrix> &local, std::vector<Matrix> &world)
     {
         const std::size_t count = local.size() < world.size() ? local.size() : world.size();
         put(source, detail::floats(local), detail::floats(world), count);
     }
 
-    /// The target's matrices to the world.
+    /// The target's world matrices.
     std::vector<Matrix> world(const std::vector<Matrix> &source)
     {
         std::vector<Matrix> matrices(target_count_);
@@ -324,7 +326,7 @@ public:
         return matrices;
     }
 
-    /// The bones that are not moved, with reasons.
+    /// The bones that are not retargeted, with reasons.
     std::vector<std::string> unmapped() const
     {
         std::vector<std::string> found;
@@ -347,18 +349,18 @@ private:
     std::uint32_t target_count_;
 };
 
-/// A motion on a robot while it comes. The scene may go before it.
+/// Retargets a live motion to a robot. The scene may be destroyed first.
 class RobotStream {
 public:
-    /// `robot` is the path of a URDF or MJCF file, and `fps` the poses a second. With two passes frames are smooth and
-    /// come 0.6 s later, with one 0.1 s.
+    /// `robot` is the path of a URDF or MJCF file, and `fps` the number of poses per second. With two passes, frames
+    /// are smooth and have a delay of 0.6 s. With one pass, the delay is 0.1 s.
     RobotStream(const Scene &source, const std::string &robot, double fps, std::uint8_t passes = 2)
         : handle_(detail::opened(mocap_robot_stream_new(source.get(), robot.c_str(), fps, passes))),
           size_(7 + mocap_robot_stream_joint_count(handle_.get()))
     {
     }
 
-    /// How many seconds later a frame is given back.
+    /// The delay of a frame in seconds.
     double delay() const noexcept { return mocap_robot_stream_delay(handle_.get()); }
 
     /// The joints, in the order of a frame.
@@ -371,7 +373,8 @@ public:
         return names;
     }
 
-    /// Takes the matrices of a pose to the parents. Returns MuJoCo's `qpos` of the frame whose time has come, or nothing.
+    /// Takes the matrices of a pose relative to the parents. Returns MuJoCo's `qpos` of the finished frame, or an empty
+    /// vector.
     std::vector<double> push(const std::vector<Matrix> &source)
     {
         std::vector<double> frame(size_);
@@ -382,7 +385,7 @@ public:
         return frame;
     }
 
-    /// Ends the stream. Returns the frames that are left one by one, then nothing.
+    /// Ends the stream. Returns the remaining frames one by one, then an empty vector.
     std::vector<double> pull()
     {
         std::vector<double> frame(size_);
@@ -392,7 +395,7 @@ public:
         return frame;
     }
 
-    /// How well the frames of the last 30 s sit on the robot: JSON.
+    /// The quality of the frames of the last 30 s, as JSON.
     std::string report() const
     {
         const std::unique_ptr<char, detail::Close> text(detail::opened(mocap_robot_stream_report(handle_.get())));
@@ -406,36 +409,38 @@ private:
     std::size_t size_;
 };
 
-/// A figure that is led by motion matching. The scenes and the bytes may go before it.
+/// A figure steered by motion matching. The scenes and the bytes may be destroyed first.
 class Controller {
 public:
-    /// Of the bytes of a database with the motions within, as `mocap index --pack` writes it.
+    /// Makes a figure from the bytes of a database that includes the motions, as `mocap index --pack` writes it.
     static Controller open(const Scene &character, const void *database, std::size_t size)
     {
         const auto *bytes = static_cast<const std::uint8_t *>(database);
         return Controller(detail::opened(mocap_controller_open(character.get(), bytes, size)), character);
     }
 
-    /// Of motions on any skeletons; with `mirror` each with left and right exchanged too.
+    /// Makes a figure from motions on any skeletons. With `mirror`, also uses the mirror image of each motion.
     Controller(const Scene &character, const std::vector<const mocap_scene *> &motions, bool mirror = false)
         : Controller(
               detail::opened(mocap_controller_new(character.get(), motions.data(), motions.size(), mirror)), character)
     {
     }
 
-    /// Goes on by a sixtieth of a second with a velocity along x and z, looking along another vector, or where it goes.
+    /// Advances by 1/60 s with a velocity along x and z. The figure faces `look`, or the direction of its velocity if
+    /// `look` is zero.
     void steer(float x, float z, float look_x = 0, float look_z = 0)
     {
         detail::check(mocap_controller_steer(handle_.get(), x, z, look_x, look_z));
     }
 
-    /// Goes on by a sixtieth of a second: x and z of where it is to be in 20, 40 and 60 frames, then of where it looks.
+    /// Advances by 1/60 s. `trajectory` has x and z of the wanted positions in 20, 40 and 60 frames, then x and z of
+    /// the wanted facings.
     void follow(const std::array<float, 12> &trajectory)
     {
         detail::check(mocap_controller_follow(handle_.get(), trajectory.data()));
     }
 
-    /// x and z of where it stands, and of where it looks.
+    /// The figure's position (x and z), and its facing (x and z).
     std::array<float, 4> root() const
     {
         std::array<float, 4> root{};
@@ -443,7 +448,7 @@ public:
         return root;
     }
 
-    /// The matrices of the character's nodes to the world.
+    /// The world matrices of the character's nodes.
     std::vector<Matrix> world() const
     {
         std::vector<Matrix> matrices(count_);
@@ -461,7 +466,7 @@ private:
     std::uint32_t count_;
 };
 
-/// Numbers over time that are no motion: "angles", "forces" or "analog" of a scene, as `mocap_table_new` makes them.
+/// A table over time of a scene: "angles", "forces" or "analog"; see `mocap_table_new`.
 class Table {
 public:
     Table(const Scene &scene, const std::string &what)
@@ -472,16 +477,16 @@ public:
     std::size_t column_count() const noexcept { return mocap_table_column_count(handle_.get()); }
     std::size_t row_count() const noexcept { return mocap_table_row_count(handle_.get()); }
 
-    /// Rows a second.
+    /// Rows per second.
     double rate() const noexcept { return mocap_table_rate(handle_.get()); }
 
     /// The name of a column. Throws beyond the last.
     std::string name(std::size_t column) const { return text(mocap_table_name(handle_.get(), column)); }
 
-    /// The unit of a column; empty where the file states none. Throws beyond the last.
+    /// The unit of a column; empty if the file states none. Throws beyond the last.
     std::string unit(std::size_t column) const { return text(mocap_table_unit(handle_.get(), column)); }
 
-    /// All values, row after row, with one for each column.
+    /// All values, row by row, with one value for each column.
     std::vector<double> values() const
     {
         const double *first = mocap_table_values(handle_.get());
@@ -500,22 +505,21 @@ private:
     std::unique_ptr<mocap_table, detail::Close> handle_;
 };
 
-/// Does a job of JSON, as `mocap run` does; returns its report as JSON.
+/// Runs a job given as JSON, as `mocap run` does. Returns the report as JSON.
 inline std::string run(const std::string &job)
 {
     const std::unique_ptr<char, detail::Close> report(detail::opened(mocap_run(job.c_str())));
     return report.get();
 }
 
-/// Compares a written file with the file that it was made of, as `mocap_verify` does; returns how far they are apart, as
-/// JSON.
+/// Compares a written file with its source; see `mocap_verify`. Returns the differences as JSON.
 inline std::string verify(const std::string &source, const std::string &output)
 {
     const std::unique_ptr<char, detail::Close> report(detail::opened(mocap_verify(source.c_str(), output.c_str())));
     return report.get();
 }
 
-/// Throws where the library that the program runs with has another interface than the header that it was compiled with.
+/// Throws if the loaded library has another interface version than the header of the program.
 inline void check_interface()
 {
     if (mocap_interface_version() != MOCAP_INTERFACE_VERSION) {
@@ -525,7 +529,7 @@ inline void check_interface()
     }
 }
 
-/// The version of the library, as in "0.1.0".
+/// The version of the library, such as "0.1.0".
 inline std::string version()
 {
     return mocap_version();

@@ -1,4 +1,4 @@
-//! The wall between Rust and C: errors become a text and a status, and no panic passes.
+//! The border between Rust and C: converts errors to a text and a status, and catches panics.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -7,11 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// Whether a call did what it was asked for.
+/// The result of a call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// It did.
+    /// The call succeeded.
     Ok = 0,
     /// An argument is NULL, out of range, or too small.
     BadArgument = 1,
@@ -35,7 +35,7 @@ impl Failure {
         }
     }
 
-    /// Number `index` of things of which there are `count`.
+    /// The error of an `index` beyond the `count` existing items.
     pub(crate) fn absent(what: &str, index: u64, count: u64) -> Self {
         Self::argument(&format!(
             "there is no {what} {index}: there are {count}, counted from 0"
@@ -64,21 +64,22 @@ impl From<mocap::Error> for Failure {
 /// The most bytes of an error text, with the zero byte at its end.
 const LONGEST_TEXT: usize = 4096;
 
-/// What stands at the end of a text that was cut.
+/// The end of a truncated text.
 const CUT: &str = " ...";
 
-/// Memory for the text of a thread's last failure. It is never freed, so that no pointer into it can dangle: when its
-/// thread ends, another may take it. Its last byte is always 0.
+/// Memory for the text of a thread's last failure. The memory is never freed, so that pointers into it stay valid. When
+/// the thread ends, another thread may reuse the memory. The last byte is always 0.
 type TextMemory = &'static [AtomicU8; LONGEST_TEXT];
 
 static UNUSED: Mutex<Vec<TextMemory>> = Mutex::new(Vec::new());
 
 /// The last failure of a thread.
 struct LastFailure {
-    /// Why it failed. The text stays unchanged until the next failure, because C evaluates arguments in any order. In
-    /// `printf("%s %d", mocap_error_text(), ...)` a call that succeeds may come between the text and its use.
+    /// The reason of the failure. The text stays unchanged until the next failure, because C evaluates arguments in any
+    /// order. In `printf("%s %d", mocap_error_text(), ...)`, a successful call may run after `mocap_error_text` and
+    /// before the text is printed.
     text: Option<TextMemory>,
-    /// Whether it is that of the last call.
+    /// Whether the last call failed with this text.
     is_last: bool,
 }
 
@@ -100,7 +101,7 @@ impl LastFailure {
     }
 }
 
-/// The letters of a text within its first `bytes`.
+/// The longest start of a text within `bytes` bytes that ends between two characters.
 fn before(text: &str, bytes: usize) -> &str {
     let end = (0..=bytes).rev().find(|&end| text.is_char_boundary(end));
     &text[..end.unwrap_or(0)]
@@ -120,7 +121,8 @@ thread_local! {
     };
 }
 
-/// Why the thread's last call failed; empty if it did not. The text stays as it is until the thread's next failure.
+/// The reason why the thread's last call failed; empty if it succeeded. The text stays unchanged until the thread's
+/// next failure.
 pub(crate) fn last_failure() -> *const c_char {
     LAST_FAILURE.with_borrow(|last| match last.text {
         Some(text) if last.is_last => text.as_ptr().cast(),
@@ -128,12 +130,12 @@ pub(crate) fn last_failure() -> *const c_char {
     })
 }
 
-/// Runs `call`; where it fails or panics, remembers why and returns `otherwise`.
+/// Runs `call`. If it fails or panics, stores the reason and returns `otherwise`.
 pub(crate) fn guard<T>(otherwise: T, call: impl FnOnce() -> Result<T, Failure>) -> T {
     caught(call).unwrap_or(otherwise)
 }
 
-/// Runs `call` for its status.
+/// Runs `call`, and returns its status.
 pub(crate) fn status(call: impl FnOnce() -> Result<(), Failure>) -> Status {
     match caught(call) {
         Ok(()) => Status::Ok,
@@ -142,7 +144,7 @@ pub(crate) fn status(call: impl FnOnce() -> Result<(), Failure>) -> Status {
 }
 
 fn caught<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, Status> {
-    // A scene never changes once it is open, so nothing half done can be seen after a panic.
+    // An open scene never changes, so a panic leaves no partial state.
     let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(Failure::defect(&*panic)));
     let (result, message) = match result {
         Ok(value) => (Ok(value), None),
@@ -157,7 +159,7 @@ fn caught<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, Status> {
     result
 }
 
-/// A text for C, which ends at the first zero byte.
+/// Converts a text for C. The text ends at its first zero byte.
 pub(crate) fn c_text(text: &str) -> CString {
     let before_zero = text.split('\0').next().unwrap_or_default();
     CString::new(before_zero).unwrap_or_default()
@@ -214,7 +216,7 @@ mod tests {
         // SAFETY: the text is never freed, also when its thread has ended.
         let text = unsafe { CStr::from_ptr(of_ended as *const c_char) };
         assert!(text.to_bytes().len() < LONGEST_TEXT);
-        // Threads that come and go take no more memory than those that live at once.
+        // The memory depends on the number of threads that live at the same time.
         let mut places: Vec<_> = (0..50)
             .map(|_| std::thread::spawn(move || fail("gone")).join().unwrap())
             .collect();

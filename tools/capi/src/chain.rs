@@ -1,4 +1,4 @@
-//! The matrices of a chain, each apart.
+//! The separate matrices of a chain.
 
 use std::ffi::c_char;
 
@@ -8,28 +8,29 @@ use crate::border::{Failure, guard};
 use crate::handle::Scene;
 use crate::{opened, text};
 
-/// A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., as a course in animation writes it. A link L
-/// is the translation of a joint to its parent. A joint J is its rotation, and of the first joint the translation too.
+/// A matrix of the chain from the root to a joint, T = J0 L1 J1 L2 J2 ..., in the notation of animation courses. A link
+/// L is the translation of a joint relative to its parent. A joint J is the rotation of the joint. J0 also has the
+/// translation of the root.
 #[repr(C)]
 pub struct ChainMatrix {
     /// `J` or `L`.
     pub letter: c_char,
-    /// The number behind the letter.
+    /// The number after the letter.
     pub index: u32,
     /// The node of the joint or the end site.
     pub node: u32,
-    /// The matrix, column after column; it maps column vectors.
+    /// The matrix in column-major order; it multiplies column vectors.
     pub matrix: [f32; 16],
-    /// The product of the chain up to this matrix. After the last it is the joint to the world.
+    /// The product of the chain up to this matrix. The last product maps from the joint to the world.
     pub product: [f32; 16],
 }
 
-/// Writes the matrices of the chain from the root to `joint`, the name of a node, at `tick`: as many as there are and
-/// there is room for. Returns how many there are, or 0 where the call fails. With `matrices` NULL and `count` 0 it only
-/// counts them.
+/// Writes the matrices of the chain from the root to `joint`, the name of a node, at `tick`. Writes at most `count`
+/// matrices. Returns the number of matrices in the chain, or 0 if the call fails. With `matrices` NULL and `count` 0,
+/// the call only returns the number.
 ///
-/// `point` is three numbers in the space of the joint, or NULL; where it is in the world goes to `point_in_world`. In a
-/// scene without animations the chain is that of the rest pose. Ticks are as in `mocap_local_matrices`.
+/// `point` is NULL, or three numbers in the coordinate frame of the joint; `point_in_world` then gets its world
+/// position. In a scene without animations, the chain has the rest pose. For ticks, see `mocap_local_matrices`.
 ///
 /// # Safety
 /// `scene` is an open scene, `joint` a text, and `matrices` points to room for `count` matrices. `point` and

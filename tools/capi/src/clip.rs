@@ -1,4 +1,4 @@
-//! Packed clips: poses from the packed form.
+//! Packed clips: decodes poses.
 
 use std::ptr;
 use std::slice;
@@ -9,7 +9,7 @@ use mocap::glam::Mat4;
 
 use crate::border::{self, Failure, Status, guard};
 
-/// An open packed clip. Only pointers to it leave the library.
+/// An open packed clip. Programs only hold pointers to this type.
 pub struct Clip {
     clip: PackedClip<'static>,
     pose: Vec<Trs>,
@@ -20,8 +20,8 @@ pub struct Clip {
 /// Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are
 /// copied.
 ///
-/// Returns NULL where they are not a whole and valid packed clip; `mocap_error_text` says why. `mocap_clip_close` frees
-/// it.
+/// Returns NULL if the bytes are not a complete and valid packed clip; `mocap_error_text` has the reason. Free the clip
+/// with `mocap_clip_close`.
 ///
 /// # Safety
 /// `bytes` points to `size` bytes.
@@ -59,13 +59,13 @@ pub unsafe extern "C" fn mocap_clip_close(clip: *mut Clip) {
     });
 }
 
-/// How many nodes a packed clip has, in the order of the file that it was made from; 0 for NULL.
+/// The number of nodes of a packed clip, in the order of its source file; 0 for NULL.
 ///
 /// # Safety
 /// `clip` is NULL or an open packed clip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_clip_node_count(clip: *const Clip) -> u32 {
-    // SAFETY: the caller hands over NULL or a clip that lives.
+    // SAFETY: the caller hands over NULL or an open clip.
     guard(0, || Ok(unsafe { opened(clip) }?.clip.node_count() as u32))
 }
 
@@ -75,7 +75,7 @@ pub unsafe extern "C" fn mocap_clip_node_count(clip: *const Clip) -> u32 {
 /// `clip` is NULL or an open packed clip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_clip_duration(clip: *const Clip) -> f64 {
-    // SAFETY: the caller hands over NULL or a clip that lives.
+    // SAFETY: the caller hands over NULL or an open clip.
     guard(0.0, || Ok(unsafe { opened(clip) }?.clip.duration()))
 }
 
@@ -85,15 +85,15 @@ pub unsafe extern "C" fn mocap_clip_duration(clip: *const Clip) -> f64 {
 /// `clip` is NULL or an open packed clip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_clip_ticks_per_second(clip: *const Clip) -> f64 {
-    // SAFETY: the caller hands over NULL or a clip that lives.
+    // SAFETY: the caller hands over NULL or an open clip.
     guard(0.0, || Ok(unsafe { opened(clip) }?.clip.ticks_per_second()))
 }
 
-/// The pose at `tick`, straight from the packed form: the matrices of all nodes to their parents go to `local`, and to
-/// the world to `world`; either may be NULL. `count` is how many matrices there is room for, at least
-/// `mocap_clip_node_count`.
+/// Decodes the pose at `tick`. `local` gets the matrices of all nodes relative to their parents, and `world` the
+/// matrices relative to the world; either may be NULL. `count` is the number of matrices that fit in each buffer, at
+/// least `mocap_clip_node_count`.
 ///
-/// Nothing is allocated. One thread at a time may use a packed clip.
+/// The call allocates no memory. Only one thread at a time may use a packed clip.
 ///
 /// # Safety
 /// `clip` is a packed clip that no other thread uses, and `local` and `world` are NULL or point to room for 16 x
@@ -124,8 +124,8 @@ pub unsafe extern "C" fn mocap_clip_pose(
         }
         for (place, matrices) in [(local, &clip.local), (world, &clip.world)] {
             if !place.is_null() {
-                // SAFETY: there is room for `count` matrices, which is no less than there are. A matrix of glam is
-                // sixteen floats, column by column.
+                // SAFETY: there is room for `count` matrices, at least the number of nodes. A matrix of glam is sixteen
+                // floats in column-major order.
                 unsafe { ptr::copy_nonoverlapping(matrices.as_ptr().cast::<f32>(), place, 16 * nodes) };
             }
         }
@@ -138,6 +138,6 @@ pub unsafe extern "C" fn mocap_clip_pose(
 /// # Safety
 /// `clip` is NULL or an open packed clip.
 unsafe fn opened<'a>(clip: *const Clip) -> Result<&'a Clip, Failure> {
-    // SAFETY: the caller hands over NULL or a clip that lives.
+    // SAFETY: the caller hands over NULL or an open clip.
     unsafe { clip.as_ref() }.ok_or_else(|| Failure::argument("the clip is NULL"))
 }

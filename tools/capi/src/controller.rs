@@ -1,4 +1,4 @@
-//! Motion matching: a figure that goes where it is asked to.
+//! Motion matching: a figure that follows a stick or a trajectory.
 
 use std::ptr;
 use std::slice;
@@ -11,23 +11,22 @@ use crate::border::{self, Failure, Status, guard};
 use crate::handle::Scene;
 use crate::{Matrix, opened};
 
-/// Floats of a trajectory: x and z of three positions, and of three directions.
+/// The number of floats of a trajectory: x and z of three positions and of three directions.
 const TRAJECTORY: usize = 12;
 
-/// A figure that follows what it is asked for by jumps between the frames of motions. Only pointers to it leave the
-/// library.
+/// A figure that follows a stick or a trajectory by motion matching. Programs only hold pointers to this type.
 pub struct Controller {
     figure: Figure,
     nodes: usize,
 }
 
-/// Makes a figure of the character of a scene, which stands at the origin and looks along +Z. `database` is the `size`
-/// bytes of a file that `mocap index --pack` wrote, with the motions within.
+/// Makes a figure with the character of a scene. The figure stands at the origin and faces +Z. `database` is the `size`
+/// bytes of a file that `mocap index --pack` wrote, which includes the motions.
 ///
-/// The figure is in metres with +Y up, whatever the scene is in; its nodes are those of the scene. It takes memory for
-/// the pose of every frame of the database, and the scene may be closed then. Returns NULL where the character is no
-/// humanoid with two legs, and where the bytes are no database; `mocap_error_text` says why. `mocap_controller_free`
-/// frees it.
+/// The figure is always in metres with +Y up, and has the nodes of the scene. It takes memory for the pose of every
+/// frame of the database. You may close the scene after this call. Returns NULL if the character is not a humanoid with
+/// two legs, or if the bytes are not a database; `mocap_error_text` has the reason. Free the figure with
+/// `mocap_controller_free`.
 ///
 /// # Safety
 /// `character` is an open scene, and `database` points to `size` bytes.
@@ -48,7 +47,7 @@ pub unsafe extern "C" fn mocap_controller_open(
         let database = Database::read(bytes)?;
         if let Some(clip) = database.clips().iter().find(|clip| !clip.is_packed() && !clip.mirrored) {
             let message = format!(
-                "the database has the motion of {} not within: make it with --pack",
+                "the database lacks the motion of {}: make the database with --pack",
                 clip.row.file
             );
             return Err(Failure::argument(&message));
@@ -58,8 +57,9 @@ pub unsafe extern "C" fn mocap_controller_open(
     })
 }
 
-/// Makes a figure as `mocap_controller_open` does, of the motions of `count` scenes, on any skeletons; with `mirror`
-/// each with left and right exchanged too. The scenes may be closed then.
+/// Like `mocap_controller_open`, with the motions of `count` scenes instead of a database. The scenes may have any
+/// skeletons. With `mirror`, the figure also uses the mirror image of each motion. You may close the scenes after this
+/// call.
 ///
 /// # Safety
 /// `character` is an open scene, and `motions` points to `count` open scenes.
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn mocap_controller_new(
             let found = IndexedClip::of(motion, &index.to_string(), mirror);
             if found.is_empty() {
                 return Err(Failure::argument(&format!(
-                    "motion {index} is none of a humanoid with two feet"
+                    "motion {index} is not a motion of a humanoid with two feet"
                 )));
             }
             clips.extend(found);
@@ -125,11 +125,11 @@ pub unsafe extern "C" fn mocap_controller_free(controller: *mut Controller) {
     });
 }
 
-/// Advances by a frame, a sixtieth of a second, by the input of a stick. The input is a velocity over the ground along
-/// x and z, in metres per second, and a facing (`look_x`, `look_z`). While both are 0, the figure faces its velocity.
-/// Velocity and direction change smoothly. Seen from behind a figure that looks along +Z, right is along -X.
+/// Advances by one frame, 1/60 s, controlled by a stick. The input is a velocity over the ground along x and z, in m/s,
+/// and a facing (`look_x`, `look_z`). While both components of the facing are 0, the figure faces the direction of its
+/// velocity. Velocity and facing change smoothly. Seen from behind a figure that faces +Z, right is -X.
 ///
-/// Nothing is allocated. One thread at a time may use a figure.
+/// The call allocates no memory. Only one thread at a time may use a figure.
 ///
 /// # Safety
 /// `controller` is a figure that no other thread uses.
@@ -150,8 +150,8 @@ pub unsafe extern "C" fn mocap_controller_steer(
     })
 }
 
-/// Advances by a frame towards a trajectory of 12 floats: x and z in metres of the figure's place in 20, 40 and 60
-/// frames, then x and z of its facing. Nothing is allocated.
+/// Advances by one frame towards a trajectory of 12 floats: x and z of the figure's positions in 20, 40 and 60 frames,
+/// in metres, then x and z of its facings. The call allocates no memory.
 ///
 /// # Safety
 /// `controller` is a figure that no other thread uses, and `trajectory` points to 12 floats.
@@ -175,10 +175,10 @@ pub unsafe extern "C" fn mocap_controller_follow(controller: *mut Controller, tr
     })
 }
 
-/// The pose of a figure: the matrices of all nodes to their parents go to `local`, and to the world to `world`; either
-/// may be NULL. `count` is how many matrices there is room for, at least `mocap_node_count` of its scene. Place and
-/// facing of the figure go to the 4 floats of `root`, if that is not NULL. They are x and z in metres, then x and z of
-/// a direction of length 1. Nothing is allocated.
+/// The pose of a figure. `local` gets the matrices of all nodes relative to their parents, and `world` the matrices
+/// relative to the world; either may be NULL. `count` is the number of matrices that fit in each buffer, at least
+/// `mocap_node_count` of the figure's scene. If `root` is not NULL, its 4 floats get the figure's position (x and z in
+/// metres) and facing (x and z of a direction of length 1). The call allocates no memory.
 ///
 /// # Safety
 /// `controller` is a figure that no other thread uses. `local` and `world` are NULL or point to room for 16 x `count`
@@ -192,7 +192,7 @@ pub unsafe extern "C" fn mocap_controller_pose(
     root: *mut f32,
 ) -> Status {
     border::status(|| {
-        // SAFETY: the caller hands over NULL or a figure that lives.
+        // SAFETY: the caller hands over NULL or a valid figure.
         let controller = unsafe { controller.as_ref() }.ok_or_else(|| Failure::argument("the controller is NULL"))?;
         let nodes = controller.nodes;
         if count < nodes && !(local.is_null() && world.is_null()) {
@@ -205,8 +205,8 @@ pub unsafe extern "C" fn mocap_controller_pose(
             (world, pose.node_to_world_arrays()),
         ] {
             if !place.is_null() {
-                // SAFETY: there is room for `count` matrices, which is no less than there are, and the caller's memory
-                // is not that of the figure.
+                // SAFETY: there is room for `count` matrices, at least the number of nodes, and the caller's memory
+                // does not overlap the figure.
                 unsafe { ptr::copy_nonoverlapping(matrices.as_ptr(), place.cast::<Matrix>(), nodes) };
             }
         }

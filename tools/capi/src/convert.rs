@@ -1,4 +1,4 @@
-//! From the unit and the axes of a file to metres with +Y up, as a scene of its own.
+//! Converts a copy of a scene to metres with +Y up.
 
 use std::ffi::c_char;
 use std::ptr;
@@ -9,31 +9,32 @@ use crate::border::{Failure, guard};
 use crate::handle::Scene;
 use crate::opened;
 
-/// The axis that points up in the file: not known; see `mocap_conversion`.
+/// The up axis of the file is unknown; see `mocap_conversion`.
 pub const MOCAP_UP_AUTO: u32 = 0;
 
-/// The axis that points up in the file: +Y.
+/// The up axis of the file is +Y.
 pub const MOCAP_UP_Y: u32 = 1;
 
-/// The axis that points up in the file: +Z.
+/// The up axis of the file is +Z.
 pub const MOCAP_UP_Z: u32 = 2;
 
-/// The axis that points up in the file: -Y.
+/// The up axis of the file is -Y.
 pub const MOCAP_UP_NEG_Y: u32 = 3;
 
-/// The axis that points up in the file: -Z.
+/// The up axis of the file is -Z.
 pub const MOCAP_UP_NEG_Z: u32 = 4;
 
-/// What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the
+/// The known unit and axis of a file, and the wanted frame rate. All zero, `mocap_conversion conversion = {0};`, is the
 /// default.
 #[repr(C)]
 pub struct Conversion {
-    /// Metres in one unit of length of the file. 0: what the file states, else the unit in which the figure has the
-    /// size of a person.
+    /// The unit of length of the file, in metres. 0: the unit that the file states, or else the unit in which the
+    /// figure has the size of a person.
     pub metres_per_unit: f64,
-    /// Frames per second of the result. 0: those of the file.
+    /// Frames per second of the result. 0: the frame rate of the file.
     pub frame_rate: f64,
-    /// `MOCAP_UP_Y` or another axis. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
+    /// `MOCAP_UP_Y` or another axis. `MOCAP_UP_AUTO`: the axis that the file states, or else the axis from the feet to
+    /// the head.
     pub up: u32,
 }
 
@@ -59,11 +60,11 @@ impl Conversion {
     }
 }
 
-/// A copy of a scene in metres with +Y up, as `mocap convert` makes it. `conversion` says what is known about the file;
-/// NULL stands for the default. `mocap_assumption_text` of the copy says what was guessed.
+/// Returns a copy of a scene in metres with +Y up, as `mocap convert` does. `conversion` states the known properties of
+/// the file; NULL means the default. `mocap_assumption_text` of the copy lists the inferred properties.
 ///
-/// Returns NULL where a number of `conversion` has no meaning. The scene that was given stays as it is; each is freed
-/// by a `mocap_close` of its own. A copy that is converted again stays in metres with +Y up.
+/// Returns NULL if a number in `conversion` is invalid. The original scene does not change. Free each scene with
+/// `mocap_close`. Converting the copy again does not change its unit and axes.
 ///
 /// # Safety
 /// `scene` is an open scene, and `conversion` is NULL or points to a conversion.
@@ -81,7 +82,7 @@ pub unsafe extern "C" fn mocap_convert(scene: *const Scene, conversion: *const C
     })
 }
 
-/// How many things were assumed about a scene that its file does not say. `mocap_assumption_text` says what they are.
+/// The number of assumptions about a scene that its file does not state. `mocap_assumption_text` returns each of them.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -91,8 +92,8 @@ pub unsafe extern "C" fn mocap_assumption_count(scene: *const Scene) -> usize {
     guard(0, || Ok(unsafe { opened(scene) }?.assumptions.len()))
 }
 
-/// What was assumed about a scene, from 0, with the reason, as in "unit: cm, because the skeleton measures ...". NULL
-/// beyond the last. The text lives as long as the scene.
+/// An assumption about a scene, counted from 0, with its reason, such as "unit: cm, because the skeleton measures ...".
+/// NULL beyond the last. The text lives as long as the scene.
 ///
 /// # Safety
 /// `scene` is an open scene.

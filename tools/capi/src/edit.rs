@@ -1,4 +1,4 @@
-//! Changes of a motion, as a scene of its own.
+//! Edits a copy of a scene.
 
 use std::ffi::{CStr, c_char};
 use std::ptr;
@@ -11,17 +11,16 @@ use crate::border::{Failure, guard};
 use crate::handle::Scene;
 use crate::{opened, text};
 
-/// A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of
-/// them: each a text as `mocap edit --step` takes it, or an object with its name and its options.
+/// Returns a copy of a scene after steps in order, as `mocap edit` does. `steps` is a JSON list. Each step is a text in
+/// the form of `mocap edit --step`, or an object with the step's name and options.
 ///
 ///     mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 ///
-/// `others` are the second motions of those steps that take one, in their order, and `other_count` is how many there
-/// are. Lengths in steps are metres whatever the unit of the scene. The first animation is changed; a rest pose in its
-/// first frame is changed with it. `mocap_edit_report_text` of the copy says what each step changed.
+/// `others` are the second motions of the steps that take one, in order, and `other_count` is their number. Lengths in
+/// steps are in metres, for any unit of the scene. The steps change the first animation, including a rest pose in its
+/// first frame. `mocap_edit_report_text` of the copy returns the changes of each step.
 ///
-/// Returns NULL where a step is unknown or cannot be done. The scenes that were given stay as they are; each is freed
-/// by a `mocap_close` of its own.
+/// Returns NULL if a step is unknown or fails. The original scenes do not change. Free each scene with `mocap_close`.
 ///
 /// # Safety
 /// `scene` is an open scene, `steps` is a text that ends with a zero byte, and `others` points to `other_count` open
@@ -58,7 +57,7 @@ fn read_steps(text: &CStr) -> Result<Vec<EditStep>, Failure> {
     EditStep::list_from_json(text).map_err(|error| Failure::argument(&error.to_string()))
 }
 
-/// How many steps `mocap_edit` applied to make a scene. `mocap_edit_report_text` says what they changed.
+/// The number of steps that `mocap_edit` applied to make a scene. `mocap_edit_report_text` returns their changes.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -68,8 +67,8 @@ pub unsafe extern "C" fn mocap_edit_report_count(scene: *const Scene) -> usize {
     guard(0, || Ok(unsafe { opened(scene) }?.edit_reports.len()))
 }
 
-/// What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The
-/// text lives as long as the scene.
+/// The changes of a step, counted from 0, with units, such as "mirror: 17 pairs of joints exchanged". NULL beyond the
+/// last. The text lives as long as the scene.
 ///
 /// # Safety
 /// `scene` is an open scene.

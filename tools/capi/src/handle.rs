@@ -1,4 +1,4 @@
-//! What stands behind a handle: a scene with everything that C asks for made beforehand.
+//! The scene behind a handle, with all texts for C prepared.
 
 use std::ffi::{CStr, CString};
 
@@ -10,20 +10,20 @@ use mocap::scene::{self, Assumption, Node, NodeId};
 use crate::Matrix;
 use crate::border::{Failure, c_text};
 
-/// An open motion file. Only pointers to it leave the library.
+/// An open motion file. Programs only hold pointers to this type.
 pub struct Scene {
     scene: scene::Scene,
     names: Vec<CString>,
     bindings: Vec<Binding>,
-    /// Of each animation, the node that each channel moves.
+    /// For each animation, the node that each channel moves.
     nodes_of_channels: Vec<Vec<Option<NodeId>>>,
     pub(crate) warnings: Vec<CString>,
     pub(crate) assumptions: Vec<CString>,
-    /// What each step changed that made the scene.
+    /// The changes of each step that made the scene.
     pub(crate) edit_reports: Vec<CString>,
 }
 
-/// An animation, and which of its channels drives which node.
+/// An animation, with the node of each channel.
 pub(crate) struct Animation<'a> {
     pub(crate) data: &'a scene::Animation,
     binding: &'a Binding,
@@ -56,7 +56,7 @@ impl Scene {
         }
     }
 
-    /// A copy that `conversion` has changed.
+    /// Returns a converted copy.
     pub(crate) fn converted(&self, conversion: &mocap::Conversion) -> Result<Self, Failure> {
         let mut scene = self.scene.clone();
         let decided = conversion.apply(&mut scene)?;
@@ -66,7 +66,7 @@ impl Scene {
         Ok(converted)
     }
 
-    /// What steps made of the scene, with what they changed.
+    /// Makes a handle of an edited scene, with the reports of the steps.
     pub(crate) fn edited(&self, changed: scene::Scene, reports: &[EditReport]) -> Self {
         let mut edited = Self::new(changed);
         edited.assumptions.clone_from(&self.assumptions);
@@ -122,15 +122,15 @@ impl Scene {
         })
     }
 
-    /// The rest pose, each node to its parent.
+    /// The rest pose, as matrices relative to the parents.
     pub(crate) fn rest(&self, matrices: &mut [Matrix]) {
         for (matrix, node) in matrices.iter_mut().zip(&self.scene.nodes) {
             *matrix = node.transform.to_cols_array();
         }
     }
 
-    /// Turns matrices to the parent into matrices to the world, in place: a parent stands before its children, so its
-    /// matrix is done when theirs is due.
+    /// Converts matrices relative to the parents to world matrices, in place. Parents precede their children, so the
+    /// matrix of a parent is always finished first.
     pub(crate) fn chain(&self, matrices: &mut [Matrix]) {
         for (index, node) in self.scene.nodes.iter().enumerate() {
             if let Some(parent) = node.parent {
@@ -154,7 +154,7 @@ impl Animation<'_> {
         Ok(node.0)
     }
 
-    /// The pose at `tick`, each node to its parent.
+    /// The pose at `tick`, as matrices relative to the parents.
     pub(crate) fn local_matrices(&self, scene: &Scene, tick: f64, matrices: &mut [Matrix]) {
         scene.rest(matrices);
         self.binding.sample(self.data, tick, |node, trs| {

@@ -1,11 +1,11 @@
 //! The C interface of `mocap`.
 //!
-//! `mocap.h` is made from this file, so the comments here speak to a reader of the header. What the functions share,
-//! the handle and the wall that no panic passes, stands in `handle` and `border`.
+//! `mocap.h` is generated from this file, so the comments address readers of the header. `handle` has the type behind a
+//! handle, and `border` catches panics and converts errors.
 
 #![allow(unsafe_code, reason = "pointers of other languages go in and out")]
 #![deny(clippy::missing_safety_doc, clippy::undocumented_unsafe_blocks)]
-// Tests may unwrap; the library may not.
+// Only tests may call `unwrap`.
 #![warn(clippy::unwrap_used)]
 
 mod border;
@@ -61,20 +61,20 @@ pub use crate::table::{
     mocap_table_rate, mocap_table_row_count, mocap_table_unit, mocap_table_values,
 };
 
-/// The version of this interface. It grows when a program that was compiled against an older header may break;
-/// compare it with `mocap_interface_version`.
+/// The version of this interface. It increases when a program compiled with an older header may break. Compare it with
+/// `mocap_interface_version`.
 pub const MOCAP_INTERFACE_VERSION: u32 = 1;
 
-/// The index that stands for no node: the parent of the root, and the answer where nothing is found.
+/// The index for no node: the parent of the root, and the result of a search without a match.
 pub const MOCAP_NO_NODE: u32 = 0xFFFF_FFFF;
 
-/// The interface version of the library that the program runs with.
+/// The interface version of the loaded library.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_interface_version() -> u32 {
     MOCAP_INTERFACE_VERSION
 }
 
-/// The version of the library, as in "0.1.0". The text is never freed.
+/// The version of the library, such as "0.1.0". The text is never freed.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_version() -> *const c_char {
     const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
@@ -84,12 +84,11 @@ pub extern "C" fn mocap_version() -> *const c_char {
     VERSION.as_ptr()
 }
 
-/// Why the last call of this thread failed, in UTF-8; empty if it did not.
+/// The reason why the last call of this thread failed, in UTF-8; empty if it succeeded.
 ///
-/// The text belongs to the thread, and has at most 4,095 bytes. It stays unchanged until the thread's next call that
-/// fails. A call that succeeds, also one in the same expression, does not change it. Its memory is never freed: a
-/// pointer that is kept longer shows the text of a later failure, and cannot dangle. Copy the text to keep it. Each
-/// thread sees its own failures alone.
+/// The text belongs to the thread, and has at most 4,095 bytes. It stays unchanged until the thread's next failed call.
+/// Successful calls do not change it, even in the same expression. The memory is never freed, so an old pointer never
+/// dangles, but it shows the text of a later failure. Copy the text to keep it. Each thread only sees its own failures.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_error_text() -> *const c_char {
     border::last_failure()
@@ -110,7 +109,7 @@ pub unsafe extern "C" fn mocap_close(scene: *mut Scene) {
     });
 }
 
-/// How many things the reader read around. `mocap_warning_text` says what they are.
+/// The number of warnings of the reader. `mocap_warning_text` returns each of them.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -120,8 +119,8 @@ pub unsafe extern "C" fn mocap_warning_count(scene: *const Scene) -> usize {
     guard(0, || Ok(unsafe { opened(scene) }?.warnings.len()))
 }
 
-/// What the reader read around, from 0 in the order of the file; NULL beyond the last. The text lives as long as the
-/// scene.
+/// A warning of the reader, counted from 0 in the order of the file; NULL beyond the last. The text lives as long as
+/// the scene.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -136,7 +135,7 @@ pub unsafe extern "C" fn mocap_warning_text(scene: *const Scene, warning: usize)
     })
 }
 
-/// How many nodes the skeleton has, its end sites included. Node 0 is the root; a parent has a smaller index than its
+/// The number of nodes of the skeleton, including end sites. Node 0 is the root. A parent has a smaller index than its
 /// children.
 ///
 /// # Safety
@@ -172,7 +171,7 @@ pub unsafe extern "C" fn mocap_node_parent(scene: *const Scene, node: u32) -> u3
     })
 }
 
-/// The first node of this name, depth-first; MOCAP_NO_NODE if there is none, and then `mocap_error_text` says so.
+/// The first node with this name, depth-first. MOCAP_NO_NODE if there is none; `mocap_error_text` then names the node.
 ///
 /// # Safety
 /// `scene` is an open scene, and `name` is a text that ends with a zero byte.
@@ -187,7 +186,7 @@ pub unsafe extern "C" fn mocap_find_node(scene: *const Scene, name: *const c_cha
     })
 }
 
-/// How many animations the file has; 0 if it is a skeleton alone. BVH has at most one.
+/// The number of animations of the file; 0 if the file has only a skeleton. BVH has at most one.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -197,7 +196,7 @@ pub unsafe extern "C" fn mocap_animation_count(scene: *const Scene) -> u32 {
     guard(0, || Ok(unsafe { opened(scene) }?.animation_count()))
 }
 
-/// How many channels an animation has, one for each node that it moves; 0 if there is no such animation.
+/// The number of channels of an animation, one for each node that it moves; 0 if there is no such animation.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -207,8 +206,8 @@ pub unsafe extern "C" fn mocap_channel_count(scene: *const Scene, animation: u32
     unsafe { ask(scene, animation, 0, |animation| Ok(animation.data.channels.len())) }
 }
 
-/// The node that a channel moves. MOCAP_NO_NODE if there is no such channel or animation, and if the channel moves no
-/// node; then `mocap_error_text` says which.
+/// The node that a channel moves. MOCAP_NO_NODE if there is no such channel or animation, or if the channel moves no
+/// node; `mocap_error_text` then has the reason.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -222,8 +221,8 @@ pub unsafe extern "C" fn mocap_channel_node(scene: *const Scene, animation: u32,
     }
 }
 
-/// The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one
-/// less than there are frames. 0 if there is no such animation.
+/// The duration of an animation in ticks, from the first frame to the last. In BVH a tick is a frame, so the duration
+/// is the number of frames minus 1. 0 if there is no such animation.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -233,7 +232,7 @@ pub unsafe extern "C" fn mocap_duration(scene: *const Scene, animation: u32) -> 
     unsafe { ask(scene, animation, 0.0, |animation| Ok(animation.data.duration)) }
 }
 
-/// Ticks in a second; 0 if there is no such animation.
+/// Ticks per second; 0 if there is no such animation.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -243,14 +242,14 @@ pub unsafe extern "C" fn mocap_ticks_per_second(scene: *const Scene, animation: 
     unsafe { ask(scene, animation, 0.0, |animation| Ok(animation.data.ticks_per_second)) }
 }
 
-/// Writes the matrix of every node to its parent into `matrices`: 16 floats a node, column after column, as OpenGL and
-/// Vulkan read them; they map column vectors. `count` is how many matrices there is room for, at least
-/// `mocap_node_count`. `mocap_open_file` says what unit lengths are in.
+/// Writes the matrix of every node relative to its parent into `matrices`. Each matrix has 16 floats in column-major
+/// order, as in OpenGL and Vulkan, and multiplies column vectors. `count` is the number of matrices that fit in
+/// `matrices`, at least `mocap_node_count`. Lengths are in the unit of the scene; see `mocap_open_file`.
 ///
-/// Between two keys the pose is interpolated: positions and scales on a line, rotations on the shorter arc of the
-/// sphere. Before tick 0 the first pose holds, after the last tick the last; a tick that is NaN stands for 0. With an
-/// animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`. Nothing is
-/// allocated.
+/// The pose between two keys is interpolated: positions and scales linearly, rotations along the shorter arc (slerp).
+/// Ticks before 0 give the first pose, ticks after the end the last pose, and NaN gives tick 0. The call fails if there
+/// is no such animation. For a scene without animations, call `mocap_rest_local_matrices`. The call allocates no
+/// memory.
 ///
 /// # Safety
 /// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -271,8 +270,8 @@ pub unsafe extern "C" fn mocap_local_matrices(
     }
 }
 
-/// Writes the matrix of every node to the world, that is to the space in which the root stands. Otherwise as
-/// `mocap_local_matrices`.
+/// Like `mocap_local_matrices`, but writes the matrix of every node relative to the world: the coordinate frame of the
+/// root's parent.
 ///
 /// # Safety
 /// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -294,8 +293,7 @@ pub unsafe extern "C" fn mocap_world_matrices(
     }
 }
 
-/// Writes the matrix of every node to its parent in the rest pose, without motion. Otherwise as
-/// `mocap_local_matrices`.
+/// Like `mocap_local_matrices`, but writes the matrix of every node relative to its parent in the rest pose.
 ///
 /// # Safety
 /// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -310,8 +308,7 @@ pub unsafe extern "C" fn mocap_rest_local_matrices(scene: *const Scene, matrices
     }
 }
 
-/// Writes the matrix of every node to the world in the rest pose, without motion. Otherwise as
-/// `mocap_local_matrices`.
+/// Like `mocap_local_matrices`, but writes the matrix of every node relative to the world in the rest pose.
 ///
 /// # Safety
 /// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -327,7 +324,7 @@ pub unsafe extern "C" fn mocap_rest_world_matrices(scene: *const Scene, matrices
     }
 }
 
-/// A matrix as the caller stores it: column after column.
+/// A matrix in the caller's layout: column-major order.
 type Matrix = [f32; 16];
 
 /// The scene behind a handle.
@@ -335,7 +332,7 @@ type Matrix = [f32; 16];
 /// # Safety
 /// `scene` is NULL or an open scene.
 unsafe fn opened<'a>(scene: *const Scene) -> Result<&'a Scene, Failure> {
-    // SAFETY: the caller hands over NULL or a scene that lives.
+    // SAFETY: the caller hands over NULL or an open scene.
     unsafe { scene.as_ref() }.ok_or_else(|| Failure::argument("the scene is NULL"))
 }
 
@@ -351,7 +348,7 @@ unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a CStr, Failure>
     Ok(unsafe { CStr::from_ptr(text) })
 }
 
-/// A path is bytes on Unix, and UTF-8 elsewhere.
+/// Converts a path: any bytes on Unix, UTF-8 on other systems.
 fn path_from(text: &CStr) -> Result<&Path, Failure> {
     #[cfg(unix)]
     {
@@ -383,7 +380,7 @@ unsafe fn ask<T>(
     })
 }
 
-/// Lets `write` fill the caller's matrices, one a node.
+/// Calls `write` to fill the caller's matrices, one for each node.
 ///
 /// # Safety
 /// `scene` is NULL or an open scene, and `matrices` is NULL or points to room for 16 x `count` floats.
@@ -404,8 +401,8 @@ unsafe fn fill(
             let message = format!("there is room for {count} matrices, and the scene has {needed} nodes");
             return Err(Failure::argument(&message));
         }
-        // SAFETY: there is room for `count` matrices, which is no less than `needed`. Zero bits make floats, and the
-        // caller's memory is written once to hold them. A float array has the alignment of a float.
+        // SAFETY: there is room for `count` matrices, at least `needed`. Zero bits are valid floats, and the caller's
+        // memory is initialized with them. A float array has the alignment of a float.
         let matrices = unsafe {
             matrices.write_bytes(0, 16 * needed);
             slice::from_raw_parts_mut(matrices.cast::<Matrix>(), needed)

@@ -11,9 +11,9 @@ use crate::border::{Failure, guard};
 use crate::handle::Scene;
 use crate::{path_from, text};
 
-/// Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
+/// Reads a motion file. Returns NULL if reading fails; `mocap_error_text` has the reason, with line and column.
 ///
-/// The formats, told apart by their contents, else by the extension:
+/// The formats, detected from the contents, or else from the extension:
 ///
 /// - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
 /// - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
@@ -32,10 +32,10 @@ use crate::{path_from, text};
 ///
 /// 3ds Max `.bip` is refused, with advice on what to export instead.
 ///
-/// The root's OFFSET of BVH: the root's position channels replace it. They are added to it where the first frame's
-/// root position is near zero on all axes while the OFFSET is not.
+/// In BVH, the position channels of the root replace its OFFSET. If the root position of the first frame is near zero
+/// on all axes and the OFFSET is not, they are added to the OFFSET.
 ///
-/// Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
+/// A scene never changes, so any number of threads may use it at the same time. Free it with `mocap_close`.
 ///
 /// # Safety
 /// `path` is a text that ends with a zero byte.
@@ -49,12 +49,12 @@ pub unsafe extern "C" fn mocap_open_file(path: *const c_char) -> *mut Scene {
     })
 }
 
-/// Reads a motion file as a job does: `reading` is the JSON of its `read`, which `src/job/job.schema.json` describes.
-/// So markers are solved into a skeleton, with a trial of somebody who stands:
+/// Reads a motion file with the options of a job. `reading` is the JSON of the job's `read`, described by
+/// `src/job/job.schema.json`. For example, these options solve a skeleton from markers, with a static trial:
 ///
 ///     mocap_open_file_as("walk.trc", "{\"markers\": \"auto\", \"static\": \"standing.trc\"}")
 ///
-/// `mocap_report` says how well. NULL stands for no options. Otherwise as `mocap_open_file`.
+/// `mocap_report` returns the residuals of the solution. NULL means no options. The result is as for `mocap_open_file`.
 ///
 /// # Safety
 /// `path` is a text that ends with a zero byte, and so is `reading`, or it is NULL.
@@ -73,8 +73,8 @@ pub unsafe extern "C" fn mocap_open_file_as(path: *const c_char, reading: *const
     })
 }
 
-/// Reads the `size` bytes of a motion file that is in memory already, and does not keep them. `name` stands for the
-/// file in errors. Otherwise as `mocap_open_file`.
+/// Like `mocap_open_file`, but reads the `size` bytes of a motion file from memory, and does not keep them. `name` is
+/// the file name in errors.
 ///
 /// # Safety
 /// `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.

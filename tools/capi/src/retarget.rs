@@ -12,7 +12,7 @@ use crate::border::{self, Failure, Status, c_text, guard};
 use crate::handle::Scene;
 use crate::{Matrix, opened};
 
-/// Moves poses of one skeleton onto another. Only pointers to it leave the library.
+/// Retargets poses from one skeleton to another. Programs only hold pointers to this type.
 pub struct Retargeter {
     retargeter: mocap::retarget::PoseRetargeter,
     source: Pose,
@@ -20,12 +20,12 @@ pub struct Retargeter {
     unmapped: Vec<CString>,
 }
 
-/// Prepares the motion of the skeleton of `source` onto that of `target`, both of them humanoids of any rest pose, unit
-/// and axes. `scale` is how many times as long as those of the source the steps of the target are, in metres; 0: in the
-/// proportion of the legs.
+/// Prepares to retarget poses from the skeleton of `source` to the skeleton of `target`. Both are humanoids with any
+/// rest pose, unit and axes. `scale` is the length of the target's steps relative to the source's steps, both in
+/// metres; 0: the ratio of the leg lengths.
 ///
-/// Returns NULL where one of the two is not a humanoid; `mocap_error_text` says which and why. The scenes may be closed
-/// then: the retargeter needs them no more. `mocap_retargeter_free` frees it.
+/// Returns NULL if one of the two is not a humanoid; `mocap_error_text` has the reason. You may close the scenes after
+/// this call. Free the retargeter with `mocap_retargeter_free`.
 ///
 /// # Safety
 /// `source` and `target` are open scenes.
@@ -70,13 +70,13 @@ pub unsafe extern "C" fn mocap_retargeter_free(retargeter: *mut Retargeter) {
     });
 }
 
-/// Puts a pose of the source on the target. `source` has the matrix of every node of the source to its parent, as
-/// `mocap_local_matrices` writes them, or as they come from a live capture; `source_count` is how many. The matrices of
-/// the target's nodes go to `local`, to their parents, and to `world`, to the world; either may be NULL. `count` is how
-/// many matrices there is room for, at least the target's `mocap_node_count`. Nodes that nothing moves keep their rest
-/// pose.
+/// Retargets a pose. `source` has the matrix of every node of the source relative to its parent, from
+/// `mocap_local_matrices` or from a live capture; `source_count` is their number. `local` gets the matrices of the
+/// target's nodes relative to their parents, and `world` the matrices relative to the world; either may be NULL.
+/// `count` is the number of matrices that fit in each buffer, at least the target's `mocap_node_count`. Nodes without
+/// motion keep their rest pose.
 ///
-/// Nothing is allocated. One thread at a time may use a retargeter.
+/// The call allocates no memory. Only one thread at a time may use a retargeter.
 ///
 /// # Safety
 /// `retargeter` is a retargeter that no other thread uses. `source` points to 16 x `source_count` floats. `local` and
@@ -117,7 +117,7 @@ pub unsafe extern "C" fn mocap_retarget_pose(
     })
 }
 
-/// How many bones are not moved from one skeleton to the other. `mocap_unmapped_text` says which and why.
+/// The number of bones that are not retargeted. `mocap_unmapped_text` returns each of them with the reason.
 ///
 /// # Safety
 /// `retargeter` is a retargeter.
@@ -127,8 +127,8 @@ pub unsafe extern "C" fn mocap_unmapped_count(retargeter: *const Retargeter) -> 
     guard(0, || Ok(unsafe { known(retargeter) }?.unmapped.len()))
 }
 
-/// A bone that is not moved, from 0, with the reason, as in "jaw: the target has no such joint"; NULL beyond the last.
-/// The text lives as long as the retargeter.
+/// A bone that is not retargeted, counted from 0, with the reason, such as "jaw: the target has no such joint"; NULL
+/// beyond the last. The text lives as long as the retargeter.
 ///
 /// # Safety
 /// `retargeter` is a retargeter.

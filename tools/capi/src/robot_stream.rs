@@ -15,7 +15,7 @@ use crate::{opened, path_from, text};
 /// Numbers of the base in a frame: its position, and its rotation as w, x, y, z.
 const BASE: usize = 7;
 
-/// Poses in, frames of a robot out. Only pointers to it leave the library.
+/// Retargets a stream of poses to a robot. Programs only hold pointers to this type.
 pub struct RobotStream {
     stream: SmoothRobotStream,
     pose: Pose,
@@ -24,13 +24,13 @@ pub struct RobotStream {
     left: Option<VecDeque<Vec<f64>>>,
 }
 
-/// Begins a motion on a robot that comes pose by pose, at `fps` poses a second, from 1 to 1000. `source` is the
-/// skeleton of the poses, a humanoid; an animation of it shows where its floor is. `robot` is the path of a URDF or
-/// MJCF file. `passes` is 2, for smooth joints and feet that stand, with frames that come 0.6 s later, or 1, with
-/// 0.1 s.
+/// Begins to retarget a live motion to a robot, at `fps` poses per second, from 1 to 1000. `source` is the skeleton of
+/// the poses, a humanoid; its animation, if it has one, determines the floor. `robot` is the path of a URDF or MJCF
+/// file. With `passes` 2, joints are smooth and feet do not slide, and frames have a delay of 0.6 s. With `passes` 1,
+/// the delay is 0.1 s.
 ///
-/// Returns NULL where the robot cannot be read, and where one of the two is no humanoid; `mocap_error_text` says why.
-/// The scene may be closed then. `mocap_robot_stream_free` frees it.
+/// Returns NULL if the robot cannot be read, or if the source or the robot is not a humanoid; `mocap_error_text` has
+/// the reason. You may close the scene after this call. Free the stream with `mocap_robot_stream_free`.
 ///
 /// # Safety
 /// `source` is an open scene, and `robot` is a text that ends with a zero byte.
@@ -76,34 +76,34 @@ pub unsafe extern "C" fn mocap_robot_stream_free(stream: *mut RobotStream) {
     });
 }
 
-/// How many seconds later a frame is given back; 0 for NULL.
+/// The delay of a frame in seconds; 0 for NULL.
 ///
 /// # Safety
-/// `stream` is NULL or a stream that lives.
+/// `stream` is NULL or an open stream.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_delay(stream: *const RobotStream) -> f64 {
-    // SAFETY: the caller hands over NULL or a stream that lives.
+    // SAFETY: the caller hands over NULL or an open stream.
     guard(0.0, || Ok(unsafe { living(stream) }?.stream.delay()))
 }
 
-/// How many joints the robot has; a frame has 7 numbers more. 0 for NULL.
+/// The number of joints of the robot. A frame has 7 more numbers. 0 for NULL.
 ///
 /// # Safety
-/// `stream` is NULL or a stream that lives.
+/// `stream` is NULL or an open stream.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_joint_count(stream: *const RobotStream) -> usize {
-    // SAFETY: the caller hands over NULL or a stream that lives.
+    // SAFETY: the caller hands over NULL or an open stream.
     guard(0, || Ok(unsafe { living(stream) }?.joints.len()))
 }
 
 /// The name of a joint, from 0, in the order of a frame; NULL beyond the last. The text lives as long as the stream.
 ///
 /// # Safety
-/// `stream` is NULL or a stream that lives.
+/// `stream` is NULL or an open stream.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_joint_name(stream: *const RobotStream, joint: usize) -> *const c_char {
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or a stream that lives.
+        // SAFETY: the caller hands over NULL or an open stream.
         let joints = &unsafe { living(stream) }?.joints;
         let name = joints.get(joint);
         let name = name.ok_or_else(|| Failure::absent("joint", joint as u64, joints.len() as u64))?;
@@ -111,12 +111,12 @@ pub unsafe extern "C" fn mocap_robot_stream_joint_name(stream: *const RobotStrea
     })
 }
 
-/// Takes the next pose: the matrix of every node of the source to its parent, as for `mocap_retarget_pose`. Writes the
-/// frame whose time has come to `frame`, and whether there is one to `given`. The frame is MuJoCo's `qpos`: x, y and z
-/// of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or metres.
-/// `count` is how many numbers there is room for, at least 7 and one for each joint.
+/// Takes the next pose: the matrix of every node of the source relative to its parent, as for `mocap_retarget_pose`.
+/// Writes the finished frame to `frame`, and whether a frame is finished to `given`. The frame is MuJoCo's `qpos`: x, y
+/// and z of the base in metres with +Z up, its rotation as w, x, y, z, and the positions of the joints in radians or
+/// metres. `count` is the number of values that fit in `frame`, at least 7 plus one for each joint.
 ///
-/// One thread at a time may use a stream.
+/// Only one thread at a time may use a stream.
 ///
 /// # Safety
 /// `stream` is a stream that no other thread uses, `source` points to 16 x `source_count` floats, `frame` to room for
@@ -145,8 +145,8 @@ pub unsafe extern "C" fn mocap_robot_stream_push(
     })
 }
 
-/// Ends a stream, and gives the frames that are left, one with each call, until `given` is false: as
-/// `mocap_robot_stream_push` does.
+/// Ends a stream, and returns one of the remaining frames with each call, as `mocap_robot_stream_push` does, until
+/// `given` is false.
 ///
 /// # Safety
 /// `stream` is a stream that no other thread uses, `frame` points to room for `count` numbers, and `given` to a bool.
@@ -169,15 +169,15 @@ pub unsafe extern "C" fn mocap_robot_stream_pull(
     })
 }
 
-/// How well the frames sit on the robot that were given in the last 30 s, as JSON, with a verdict: the report of
-/// `mocap robot --json`. "null" before the first. `mocap_text_free` frees it; NULL for NULL.
+/// The quality of the frames of the last 30 s, as JSON with a verdict: the report of `mocap robot --json`. "null"
+/// before the first frame. Free the text with `mocap_text_free`. NULL for NULL.
 ///
 /// # Safety
 /// `stream` is NULL or a stream that no other thread uses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_robot_stream_report(stream: *const RobotStream) -> *mut c_char {
     guard(ptr::null_mut(), || {
-        // SAFETY: the caller hands over NULL or a stream that lives.
+        // SAFETY: the caller hands over NULL or an open stream.
         let report = unsafe { living(stream) }?.stream.report();
         let report = serde_json::to_string(&report).unwrap_or_default();
         Ok(CString::new(report).unwrap_or_default().into_raw())
@@ -208,9 +208,9 @@ unsafe fn put(found: Option<&[f64]>, frame: *mut f64, given: *mut bool) {
 }
 
 /// # Safety
-/// `stream` is NULL or a stream that lives.
+/// `stream` is NULL or an open stream.
 unsafe fn living<'a>(stream: *const RobotStream) -> Result<&'a RobotStream, Failure> {
-    // SAFETY: the caller hands over NULL or a stream that lives.
+    // SAFETY: the caller hands over NULL or an open stream.
     unsafe { stream.as_ref() }.ok_or_else(|| Failure::argument("the stream is NULL"))
 }
 

@@ -9,16 +9,17 @@ use mocap::verify::Verifier;
 use crate::border::{Failure, guard};
 use crate::{path_from, text};
 
-/// Does a job, as `mocap run` does: reads files, changes motions, puts them on another body, writes files. `job` is its
-/// JSON; `src/job/job.schema.json` says what it may hold.
+/// Runs a job, as `mocap run` does: reads files, edits motions, retargets them, and writes files. `job` is the JSON of
+/// the job, described by `src/job/job.schema.json`.
 ///
 ///     mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
 ///
-/// A job with `survey` writes no motion: its report has a row for each clip, in `survey`. One with `graph` writes the
-/// motion graph of its inputs as JSON, one with `walk` a motion that walks over it; `docs/motion-graphs.md` has both.
+/// A job with `survey` writes no motion: the report has a row for each clip, in `survey`. A job with `graph` writes the
+/// motion graph of its inputs as JSON. A job with `walk` writes a motion along a walk over a graph.
+/// `docs/motion-graphs.md` describes both.
 ///
-/// Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse
-/// than the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.
+/// Returns a report as JSON with `files`, `notes` and `warnings`. If the output is worse than the job allows, it has
+/// `problem`. Free the text with `mocap_text_free`. NULL if the job fails; no file is then written.
 ///
 /// # Safety
 /// `job` is a text that ends with a zero byte.
@@ -34,11 +35,11 @@ pub unsafe extern "C" fn mocap_run(job: *const c_char) -> *mut c_char {
     })
 }
 
-/// Compares a written file with the file that it was made of, as `mocap verify` does: what was done between them is
-/// read from the output, and done again.
+/// Compares a written file with its source, as `mocap verify` does. The output records the changes, and the comparison
+/// repeats them.
 ///
-/// Returns how far they are apart, as JSON with `max_error` in metres and `findings`; `mocap_text_free` frees it. NULL
-/// where they cannot be compared.
+/// Returns the differences as JSON with `max_error` in metres and `findings`. Free the text with `mocap_text_free`.
+/// NULL if the files cannot be compared.
 ///
 /// # Safety
 /// `source` and `output` are texts that end with a zero byte.
@@ -53,10 +54,11 @@ pub unsafe extern "C" fn mocap_verify(source: *const c_char, output: *const c_ch
     })
 }
 
-/// Frees a text that `mocap_run`, `mocap_verify` or `mocap_report` has returned. NULL is allowed.
+/// Frees a text that `mocap_run`, `mocap_verify`, `mocap_report` or `mocap_robot_stream_report` has returned. NULL is
+/// allowed.
 ///
 /// # Safety
-/// `text` comes from one of them, and was not freed before.
+/// `text` comes from one of these functions, and was not freed before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_text_free(text: *mut c_char) {
     guard((), || {

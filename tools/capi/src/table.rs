@@ -11,14 +11,14 @@ use crate::border::{Failure, c_text, guard};
 use crate::handle::Scene;
 use crate::{opened, text};
 
-/// Columns over time. Only pointers to it leave the library.
+/// A table of columns over time. Programs only hold pointers to this type.
 pub struct Table {
     series: TimeSeries,
     names: Vec<CString>,
     units: Vec<CString>,
 }
 
-/// Makes a table of a scene, by the name of what is asked for:
+/// Makes a table of a scene. `what` is the name of the table:
 ///
 /// - "angles": the joint angles of a humanoid in degrees, and the position of its pelvis in metres, with the names and
 ///   signs of `docs/biomechanics.md`;
@@ -26,8 +26,8 @@ pub struct Table {
 ///   metres, the free moment in newton metres;
 /// - "analog": the analog channels of a C3D file, in its units.
 ///
-/// Returns NULL where the scene has nothing of it; `mocap_error_text` says why. `mocap_table_free` frees it. It does
-/// not need the scene any longer.
+/// Returns NULL if the scene lacks the data; `mocap_error_text` has the reason. Free the table with `mocap_table_free`.
+/// You may close the scene after this call.
 ///
 /// # Safety
 /// `scene` is an open scene, and `what` is a text that ends with a zero byte.
@@ -68,7 +68,8 @@ pub unsafe extern "C" fn mocap_table_free(table: *mut Table) {
     });
 }
 
-/// How many columns a table has; 0 for NULL. Time is none of them: row `i` is at `i` divided by `mocap_table_rate`.
+/// The number of columns of a table; 0 for NULL. Time is not a column: the time of row `i` is `i` / `mocap_table_rate`
+/// seconds.
 ///
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.
@@ -78,7 +79,7 @@ pub unsafe extern "C" fn mocap_table_column_count(table: *const Table) -> usize 
     guard(0, || Ok(unsafe { made(table) }?.names.len()))
 }
 
-/// How many rows a table has; 0 for NULL.
+/// The number of rows of a table; 0 for NULL.
 ///
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.
@@ -88,7 +89,7 @@ pub unsafe extern "C" fn mocap_table_row_count(table: *const Table) -> usize {
     guard(0, || Ok(unsafe { made(table) }?.series.frames()))
 }
 
-/// Rows a second; 0 for NULL.
+/// Rows per second; 0 for NULL.
 ///
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.
@@ -109,8 +110,8 @@ pub unsafe extern "C" fn mocap_table_name(table: *const Table, column: usize) ->
     guard(ptr::null(), || at(&unsafe { made(table) }?.names, column))
 }
 
-/// The unit of a column, such as "deg", "m" or "N"; of analog channels as the file states it, and empty where it does
-/// not. NULL beyond the last. The text lives as long as the table.
+/// The unit of a column, such as "deg", "m" or "N". The unit of an analog channel is the file's, or empty if the file
+/// states none. NULL beyond the last. The text lives as long as the table.
 ///
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.
@@ -120,7 +121,7 @@ pub unsafe extern "C" fn mocap_table_unit(table: *const Table, column: usize) ->
     guard(ptr::null(), || at(&unsafe { made(table) }?.units, column))
 }
 
-/// The values of a table, row after row, with one for each column; NULL for NULL. They live as long as the table.
+/// The values of a table, row by row, with one value for each column; NULL for NULL. They live as long as the table.
 ///
 /// # Safety
 /// `table` is NULL or comes from `mocap_table_new`.

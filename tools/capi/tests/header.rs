@@ -1,8 +1,8 @@
-//! The committed header against the source that it is made from.
+//! Compares the committed header with the header generated from the source.
 
 use std::fs;
 
-/// Makes the header anew. To write it: `MOCAP_HEADER=write cargo test --test header`.
+/// Generates the header. `MOCAP_HEADER=write cargo test --test header` writes it.
 #[test]
 fn the_header_is_current() {
     let config = cbindgen::Config::from_file("cbindgen.toml").unwrap();
@@ -33,7 +33,7 @@ fn pkg_config_states_the_version() {
     );
 }
 
-/// Whatever the header has, its owners in C++ use.
+/// The classes in C++ use every function of the header.
 #[test]
 fn the_cpp_header_has_every_function() {
     let header = fs::read_to_string("mocap.h").unwrap();

@@ -118,7 +118,7 @@ fn packed(bytes: &[u8]) -> Result<Database, Failure> {
     match database.clips().iter().find(|clip| !clip.is_packed() && !clip.mirrored) {
         None => Ok(database),
         Some(clip) => Err(Failure::argument(format!(
-            "the database has the motion of {} not within: make it with --pack",
+            "the database lacks the motion of {}: make the database with --pack",
             clip.row.file
         ))),
     }
@@ -130,7 +130,7 @@ fn indexed(motions: &[&Scene], mirror: bool) -> Result<Vec<IndexedClip>, Failure
     for (index, motion) in motions.iter().enumerate() {
         let found = IndexedClip::of(motion, &index.to_string(), mirror);
         if found.is_empty() {
-            let message = format!("motion {index} is none of a humanoid with two feet");
+            let message = format!("motion {index} is not a motion of a humanoid with two feet");
             return Err(Failure::argument(message));
         }
         clips.extend(found);

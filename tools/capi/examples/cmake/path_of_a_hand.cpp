@@ -1,4 +1,4 @@
-// Prints where a hand goes, ten times a second, in metres:
+// Prints the path of a hand in metres, ten positions per second:
 //
 //     path_of_a_hand walk.bvh LeftHand
 
