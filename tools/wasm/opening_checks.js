@@ -83,11 +83,11 @@ export function openingChecks(pageCheck, { open, fixture, folder, program }) {
     assert.deepEqual(await playing(page), ["cmu_12_01_walk on human_vrm0"]);
     await dropOnFigure(fixture("real/cmu_short.bvh"));
     assert.deepEqual(await playing(page), ["cmu_short on human_vrm0"]);
-    // Beside the picture it is opened alone; what cannot be put on is said and shown alone.
+    // Beside the picture it is opened alone; a file that cannot be retargeted gives a notice and is shown alone.
     await drop(fixture("real/z_up_dab.bvh"));
     assert.deepEqual(await playing(page), ["z_up_dab.bvh"]);
     await drop(fixture("characters/human_vrm0.vrm"), fixture("real/lecture_Test.bvh"));
-    assert.match(await page.textContent("#notice"), /lecture_Test\.bvh cannot be put on human_vrm0\.vrm/);
+    assert.match(await page.textContent("#notice"), /lecture_Test\.bvh cannot be retargeted to human_vrm0\.vrm/);
     assert.ok((await items()).every(({ state }) => state === "ok"));
     assert.deepEqual(trouble, []);
   });
@@ -126,7 +126,7 @@ export function openingChecks(pageCheck, { open, fixture, folder, program }) {
     });
     await drop(file);
     assert.deepEqual((await items()).map(({ state, code }) => [state, code]), [["stopped", undefined]]);
-    assert.equal(await page.textContent("#chosen-facts"), "It was stopped.");
+    assert.equal(await page.textContent("#chosen-facts"), "Reading was stopped.");
     await page.click("#again");
     await idle();
     assert.equal((await items())[0].state, "ok");

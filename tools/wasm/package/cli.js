@@ -1,6 +1,6 @@
 #!/usr/bin/env node
-// The command line of the package: the commands of the program `mocap` that are jobs on files, with its options, its
-// words and its exit codes. Which options there are is in job.schema.json.
+// The command line of the package: the commands of `mocap` that are jobs on files, with the same options, messages and exit
+// codes. job.schema.json has the options.
 
 import { existsSync, readFileSync, readdirSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, extname, join } from "node:path";
@@ -10,17 +10,17 @@ const here = (name) => new URL(name, import.meta.url);
 const { name: PACKAGE, version } = JSON.parse(readFileSync(here("package.json"), "utf8"));
 const schema = JSON.parse(readFileSync(here("job.schema.json"), "utf8"));
 
-/** What each command takes before its options, and what it makes. */
+/** The positional arguments and the effect of each command. */
 const COMMANDS = {
   convert: ["INPUT [OUTPUT]", "convert a motion file: to GLB, VRMA, FBX, BVH and others"],
-  retarget: ["INPUT TARGET -o OUTPUT", "put a motion on a character"],
-  robot: ["INPUT --robot TARGET -o OUTPUT", "put a motion of a human on a robot"],
+  retarget: ["INPUT TARGET -o OUTPUT", "retarget a motion to a character"],
+  robot: ["INPUT --robot TARGET -o OUTPUT", "retarget a human motion to a robot"],
   edit: ["INPUT -o OUTPUT --step STEP", "change a motion: foot-lock, mirror, smooth:cut-off=8, ..."],
   check: ["INPUT..", "report errors and warnings of files"],
-  run: ["JOB", "do the job of a JSON file"],
+  run: ["JOB", "run the job of a JSON file"],
 };
 
-/** Options of a job that a command line calls otherwise. */
+/** Options of a job with another name on the command line. */
 const SPELLED = { joints: "joint-set" };
 
 const FULL = "install the program: `cargo install mocap-cli`";
@@ -28,13 +28,13 @@ const FULL = "install the program: `cargo install mocap-cli`";
 /** A mistake in the arguments. */
 class Usage extends Error {}
 
-/** The record, or the alternative that is an object, to which a part of the schema refers. */
+/** The record to which a part of the schema refers, or the alternative that is an object. */
 function record(part) {
   if (part.$ref) return record(schema.$defs[part.$ref.split("/").at(-1)]);
   return part.properties ? part : undefined;
 }
 
-/** The kinds of JSON that a part of the schema takes. */
+/** The JSON types that a part of the schema accepts. */
 function kinds(part) {
   if (part.$ref) return kinds(schema.$defs[part.$ref.split("/").at(-1)]);
   if (part.enum || typeof part.const === "string") return ["string"];
@@ -115,7 +115,7 @@ function jobOf(command, words) {
   if (!job.write.output) throw new Usage("the following required arguments were not provided: --output <OUTPUT>");
   if (files.length > 1 && !target && !job.steps) throw new Usage(`many motions at once are for the full program; ${FULL}`);
   job.source.inputs = files;
-  // A rest pose before the motion is no part of what a step changes.
+  // Steps must not change a rest pose before the motion.
   if (command === "edit") (job.source.frames ??= {})["drop-first-frame"] ??= "auto";
   return job;
 }
@@ -126,7 +126,7 @@ function number(flag, text) {
   return value;
 }
 
-/** The files that the texts of a job name, and those that belong to them, with their bytes. */
+/** The files that a job names and their companion files, with their bytes. */
 function filesOf(value) {
   const names = new Set();
   const add = (name) => {
@@ -159,7 +159,7 @@ function readsFolder(path) {
   }
 }
 
-/** Writes a file whole or not at all. */
+/** Writes a complete file or nothing. */
 function save(name, bytes) {
   const part = `${name}.${process.pid}.part`;
   try {
@@ -171,7 +171,7 @@ function save(name, bytes) {
   }
 }
 
-/** What is wrong, as the program shows it: the line with a marker, and what is expected. */
+/** A diagnostic in the format of the program: the line with a marker, and the expected text. */
 function shown(severity, file, { code, message, reason, line, column, length, text, joint, expected, found, help }) {
   const place = [file, line, column].filter((part) => part !== undefined && part !== null).join(":");
   const lines = [`${place}${place && ": "}${severity}[${code}]: ${reason ?? message}`];
@@ -243,7 +243,7 @@ async function main([command, ...words]) {
   const isJob = command === "run";
   if (isJob && words.length !== 1) throw new Usage("run takes one file: JOB");
   const job = command === "check" ? undefined : isJob ? JSON.parse(readFileSync(words[0], "utf8")) : jobOf(command, words);
-  // Node 18 has no way of its own to find the module.
+  // Node 18 cannot find the module by itself.
   const named = job ? [...(job.source?.inputs ?? []), ...Object.values(job.target ?? {}).map(({ file }) => file)] : words;
   const missing = named.find((file) => file !== "--" && !existsSync(file));
   if (missing !== undefined) throw new MocapError({ code: "io", message: "there is no such file", file: missing });

@@ -1,6 +1,6 @@
-// Errors, and the bytes that are given to the module. The types are in index.d.ts.
+// Errors, and the conversion of input bytes. The types are in index.d.ts.
 
-/** What is wrong with a file, an option, or the memory that is left. */
+/** An error of a file, an option or the memory. */
 export class MocapError extends Error {
   constructor(finding, warnings = []) {
     const { code, message, file, location, pointer, joint, expected, found, help } = finding;
@@ -17,7 +17,7 @@ export class MocapError extends Error {
   }
 }
 
-/** A diagnostic with its place beside its message. */
+/** A diagnostic whose location fields are moved to the top level. */
 export function flat({ location, ...diagnostic }) {
   return { ...diagnostic, line: location?.line, column: location?.column, length: location?.length, text: location?.text };
 }

@@ -6,13 +6,13 @@ import type {
 export * from "./options.js";
 
 declare global {
-  // Without `lib: ["esnext.disposable"]` TypeScript does not know it; with it, this says the same again.
+  // TypeScript without `lib: ["esnext.disposable"]` lacks this symbol. With the lib, this declaration repeats it.
   interface SymbolConstructor {
     readonly dispose: unique symbol;
   }
 }
 
-/** A file and its name. The extension tells the format if the contents do not. */
+/** A file and its name. The extension determines the format if the contents do not. */
 export interface File {
   name: string;
   bytes: Bytes;
@@ -24,21 +24,24 @@ export type Bytes = Uint8Array | ArrayBuffer | string;
 export type Moment = { seconds: number } | { frame: number };
 
 /**
- * The joints of bones of the VRM humanoid; null for a bone that there is not. Others are searched for. `follow` has joints
- * that follow a bone, or another joint, instead of their parents.
+ * The joints of the VRM humanoid's bones; null for an absent bone. mocap finds the other bones. `follow` has joints that follow
+ * a bone or another joint instead of their parents.
  */
 export type Bones = Record<string, string | null | Record<string, string>>;
 
 export interface ReadOptions extends InputCallOptions {
-  /** Whether a track that never changes is one key. Default: true. */
+  /** Whether to reduce a constant track to one key. Default: true. */
   collapseKeys?: boolean;
-  /** Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true; reading takes half as long without. */
+  /**
+   * Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true. Without the hash, reading takes half as
+   * long.
+   */
   hash?: boolean;
   /** The mesh that shows the skeleton in a `.glb`. Default: `"skinned"`. */
   skeletonMesh?: "skinned" | "segmented" | "none";
   /** Read the meshes of a glTF file. */
   gltfMeshes?: boolean;
-  /** Read the morph targets of meshes too, for the sliders of a player. */
+  /** Also read the morph targets of meshes, for the sliders of a player. */
   morphTargets?: boolean;
 }
 
@@ -54,28 +57,28 @@ export interface ConvertOptions extends SourceSpaceOptions, SourceFramesOptions 
   first?: Moment;
   /** The last moment to keep. */
   last?: Moment;
-  /** What joints are called in the result: the names of a program or of a collection, or one for each bone. */
+  /** The names of joints in the result: a naming scheme of a program or dataset, or a name for each bone. */
   names?: BoneNames | Bones;
 }
 
-/** How far a file may be from the scene. */
+/** The error bound of a file. */
 export type ErrorOptions = Omit<SizeCallOptions, "compress">;
 
 export interface GlbOptions extends ErrorOptions {
-  /** How keys are stored. Default: `"none"`, as 32-bit floats. */
+  /** The storage of keys. Default: `"none"`, 32-bit floats. */
   compress?: SizeCallOptions["compress"];
-  /** Write constant tracks as animation channels too. */
+  /** Also write constant tracks as animation channels. */
   keepConstant?: boolean;
-  /** Leave out the meshes, the materials and all else beside the skeleton and its motion; in FBX the skin. */
+  /** Write only the skeleton and its motion, without meshes and materials; in FBX, without the skin. */
   skeletonOnly?: boolean;
 }
 
 export type BvhOptions = BvhOutputCallOptions;
 
 export interface EditOptions {
-  /** The second motions of those steps that take one, in their order. */
+  /** The second motions of the steps that take one, in order. */
   others?: Scene[];
-  /** Which joint is which bone, where the guess is wrong. */
+  /** The joints of bones, to correct mocap's choice. */
   bones?: Bones;
 }
 
@@ -86,11 +89,11 @@ export interface RetargetOptions extends CharacterTargetOptions {
   characterBones?: Bones;
   /** The name of the clip. Default: the name of the motion's file. */
   name?: string;
-  /** Whether `toPlayer` shows how far limbs point from those of the motion. Default: `false`. */
+  /** Whether `toPlayer` shows the angles between the limbs and the source's limbs. Default: `false`. */
   limbAngles?: boolean;
 }
 
-/** Something that is wrong with a file, and where it is. Lines and columns are counted from 1. */
+/** A problem of a file, with its location. Lines and columns are counted from 1. */
 export interface Diagnostic {
   code: string;
   message: string;
@@ -98,17 +101,17 @@ export interface Diagnostic {
   file?: string;
   line?: number;
   column?: number;
-  /** Characters from `column` on. */
+  /** The number of characters from `column` on. */
   length?: number;
-  /** The line, or the part of a long one. */
+  /** The line, or a part of a long line. */
   text?: string;
-  /** Where it is in a file of JSON. */
+  /** The location in a JSON file, as a JSON Pointer. */
   pointer?: string;
   joint: string | null;
   expected: string | null;
   found: string | null;
   help: string | null;
-  /** How often it occurs. */
+  /** The number of occurrences. */
   count: number;
 }
 
@@ -121,12 +124,12 @@ export interface Assumption {
 }
 
 /**
- * An error. `code` is one of the library's, or `"out-of-memory"`, `"defect"` or `"freed"`. After `"out-of-memory"` and
- * `"defect"` the scenes that were read before are gone; the module goes on with fresh memory.
+ * An error. `code` is a code of the library, or `"out-of-memory"`, `"defect"` or `"freed"`. After `"out-of-memory"` and
+ * `"defect"`, all earlier scenes are invalid. The module continues with fresh memory.
  */
 export class MocapError extends Error {
   readonly code: string;
-  /** The message without where it is. */
+  /** The message without the location. */
   readonly reason: string;
   readonly file?: string;
   readonly line?: number;
@@ -142,8 +145,8 @@ export class MocapError extends Error {
 }
 
 /**
- * The keys of one track. `values` and `ticks` are views into the module's memory, made when they are asked for: use them
- * before the next call of the module, or copy them with `slice()`.
+ * The keys of one track. `values` and `ticks` are views into the module's memory, made on each access. Use them before the next
+ * call of the module, or copy them with `slice()`.
  */
 export interface Keys {
   /** The number of keys. */
@@ -158,7 +161,7 @@ export interface Keys {
 
 export interface Channel {
   nodeName: string;
-  /** The index of the node; null where it drives none. */
+  /** The index of the node; null if the channel drives none. */
   node: number | null;
   positions: Keys;
   rotations: Keys;
@@ -168,7 +171,7 @@ export interface Channel {
 export interface Animation {
   name: string;
   ticksPerSecond: number;
-  /** From the first frame to the last, in ticks. */
+  /** The duration in ticks, from the first frame to the last. */
   duration: number;
   frameCount: number;
   channels: Channel[];
@@ -177,48 +180,53 @@ export interface Animation {
 export interface Node {
   name: string;
   kind: "joint" | "end_site" | "group";
-  /** The index of the parent, which stands before its children; null on the root. */
+  /** The index of the parent; null for the root. Parents precede their children. */
   parent: number | null;
   rotationOrder: string | null;
-  /** The lines of the file that describe it. */
+  /** The lines of the file that define the node. */
   source: { name: number; offset: number | null; channels: number | null } | null;
   humanoidBone: string | null;
-  /** What the node of a VRM animation is on a face: X of its translation is the weight of an expression, its rotation the gaze. */
+  /**
+   * The role of a VRM animation's node for the face. X of the translation is the weight of an expression. The rotation is the
+   * gaze.
+   */
   face: { preset: string } | { custom: string } | { look_at: { offset_from_head?: [number, number, number] } } | null;
-  /** Node to parent at rest, 16 numbers column by column; a view, as those of `Keys`. */
+  /** The rest transform relative to the parent: 16 numbers in column-major order; a view, as in `Keys`. */
   readonly transform: Float32Array;
 }
 
-/** Matrices of all nodes, 16 numbers each, column by column; views, until the scene is posed again. */
+/** The matrices of all nodes, 16 numbers each, in column-major order. The views are valid until the scene is posed again. */
 export interface Pose {
   nodeToWorld: Float32Array;
   nodeToParent: Float32Array;
 }
 
-/** A file that was written, and what there is to say about it. */
+/** A written file, with its warnings and report. */
 export interface Written {
   bytes: Uint8Array;
   assumptions: Assumption[];
   warnings: Diagnostic[];
-  /** Of a written format: `nodes`, `notes`, `renamed` and `achieved`, the error. */
+  /** The report of a written format: `nodes`, `notes`, `renamed`, and the error `achieved`. */
   report?: Record<string, unknown>;
 }
 
-/** Columns over time. Row `i` is at `i / frameRate` seconds. */
+/** A table over time. Row `i` is at `i / frameRate` seconds. */
 export interface Table {
   frameRate: number;
   frameCount: number;
   /** The names of the columns. */
   columns: string[];
-  /** The unit of each column, such as `"deg"`, `"m"` or `"N"`; of analog channels that of the file, which may be empty. */
+  /**
+   * The unit of each column, such as `"deg"`, `"m"` or `"N"`. The unit of an analog channel is the file's, which may be empty.
+   */
   units: string[];
-  /** Row after row, with a value for each column; a copy. */
+  /** The values row by row, with a value for each column; a copy. */
   values: Float64Array;
-  /** What was decided or left out. */
+  /** Decisions, and skipped data. */
   notes: string[];
 }
 
-/** What a C3D file has beside markers; lengths in metres, +Y up, times in seconds from the first frame. */
+/** The data of a C3D file besides markers. Lengths are in metres with +Y up, times in seconds from the first frame. */
 export interface Recorded {
   events: { time: number; label: string; context: string; subject: string }[];
   analog_rate: number;
@@ -227,7 +235,7 @@ export interface Recorded {
   plates: Record<string, unknown>[];
 }
 
-/** What `Scene.chain` returns; matrices are rows. */
+/** The result of `Scene.chain`. Matrices are lists of rows. */
 export interface Chain {
   chain: ChainMatrix[];
   pointInWorld: [number, number, number] | null;
@@ -243,11 +251,14 @@ export interface ChainMatrix {
   product: number[][];
   /** The order of the angles of a J, such as `ZYX` for Rz Ry Rx. */
   order?: string;
-  /** The angles of a J in degrees, in this order; positive ones turn counter-clockwise for a viewer towards whom the axis points. */
+  /**
+   * The angles of a J in degrees, in this order. Positive angles turn counter-clockwise for a viewer towards whom the axis
+   * points.
+   */
   degrees?: [number, number, number];
 }
 
-/** How well a skeleton that was solved from markers explains them; lengths in metres. */
+/** The residuals of a skeleton that was solved from markers; lengths in metres. */
 export interface Solved {
   markers: Record<string, unknown>[];
   rms_of_seconds: number[];
@@ -255,103 +266,116 @@ export interface Solved {
   swaps: Record<string, unknown>[];
 }
 
-/** A scene in the module's memory. It never changes. `free()` or `using` frees it at once, the garbage collector some time. */
+/**
+ * A scene in the module's memory. A scene never changes. `free()` or `using` frees it immediately, the garbage collector later.
+ */
 export class Scene {
   private constructor();
   readonly nodes: Node[];
   readonly animations: Animation[];
   readonly meshCount: number;
-  /** As in the JSON of `mocap dump --json`. */
+  /** The metadata, as in the JSON of `mocap dump --json`. */
   readonly metadata: Record<string, unknown>;
   readonly warnings: Diagnostic[];
-  /** What was decided when this scene was converted. `Mocap.check` has all that a file leaves open. */
+  /** The assumptions of the conversion to this scene. `Mocap.check` returns everything that a file does not state. */
   readonly assumptions: Assumption[];
-  /** Of a retargeted scene, how far it is from its source; of an edited one, what each step changed: as `--json` prints it. */
+  /** The report on a retargeted scene's quality, or on the changes of each edit step, as `--json` prints it. */
   readonly reports?: Record<string, unknown>[];
   pose(tick: number, animation?: number): Pose;
   /**
-   * The matrices from the root to a joint at a tick of the first animation, T = J0 L1 J1 L2 J2 ..., each apart; `point` is attached to the
-   * joint, in its axes.
+   * The separate matrices from the root to a joint at a tick of the first animation, T = J0 L1 J1 L2 J2 ... `point` is in the
+   * joint's coordinate frame.
    */
   chain(joint: string, tick?: number, point?: [number, number, number] | null): Chain;
-  /** A copy in metres with +Y up, or as the options say. */
+  /** Returns a copy in metres with +Y up, or in the unit and axes of the options. */
   convert(options?: ConvertOptions): Scene;
   /**
-   * A copy whose first animation steps have changed in their order, those of `mocap edit`: `["mirror", {step: "smooth",
-   * "cut-off": 8}]`. Lengths in steps are metres. A rest pose in the first frame is changed with it: `convert` drops it.
+   * Returns a copy whose first animation is edited by steps in order. The steps are steps of `mocap edit`: `["mirror", {step:
+   * "smooth", "cut-off": 8}]`. Lengths in steps are in metres. Steps also change a rest pose in the first frame; `convert`
+   * drops the pose first.
    */
   edit(steps: EditStep[], options?: EditOptions): Scene;
-  /** This motion on a character that `Mocap.readCharacter` has read. */
+  /** Retargets this motion to a character from `Mocap.readCharacter`. */
   retarget(character: Scene, options?: RetargetOptions): Scene;
   /**
-   * Begins a motion of this skeleton on a robot that comes pose by pose. With two passes, the default, joints are smooth and
-   * frames come 0.6 s later, with one 0.1 s. `fps` is from 1 to 1000, and the rate of the first animation by default.
+   * Begins to retarget a live motion of this skeleton to a robot, pose by pose. With two passes (the default), joints are
+   * smooth and the delay is 0.6 s. With one pass, the delay is 0.1 s. `fps` is from 1 to 1000; the default is the rate of the
+   * first animation.
    */
   robotStream(robot: Scene, options?: RobotStreamOptions): RobotStream;
   /**
-   * A figure of this character that is led by motion matching: by the motions of scenes, on any skeletons, or of a database
-   * that `mocap index --pack` wrote. With `mirror`, motions of scenes are there with left and right exchanged too.
+   * Makes a figure of this character that motion matching steers. The motions come from scenes with any skeletons, or from a
+   * database that `mocap index --pack` wrote. With `mirror`, the figure also uses the mirror images of the scenes' motions.
    */
   controller(moves: Scene[] | Bytes, options?: { mirror?: boolean }): Controller;
-  /** In metres with +Y up. Of a retargeted glTF or VRM character: its file with the clip added; a `.gltf` stays one. */
+  /**
+   * Returns GLB in metres with +Y up. For a retargeted glTF or VRM character, returns its file with the clip added; a `.gltf`
+   * stays a `.gltf`.
+   */
   toGlb(options?: GlbOptions): Uint8Array;
-  /** The motion of a humanoid as a VRM animation. */
+  /** Returns the motion of a humanoid as a VRM animation. */
   toVrma(options?: GlbOptions): Uint8Array;
-  /** The first animation as a packed clip, in metres with +Y up. Joints are at most `maxError` metres from their positions: 0.001 by default. */
+  /**
+   * The first animation as a packed clip, in metres with +Y up. Joints stay within `maxError` metres of their positions
+   * (default: 0.001).
+   */
   toMclip(options?: ErrorOptions): Uint8Array;
-  /** As binary FBX in centimetres with +Y up. */
+  /** Returns binary FBX in centimetres with +Y up. */
   toFbx(options?: ErrorOptions): Uint8Array;
-  /** In the unit and the axes of the scene. */
+  /** Returns BVH in the unit and the axes of the scene. */
   toBvh(options?: BvhOptions): string;
-  /** A row for each frame and joint. */
+  /** Returns CSV with a row for each frame and joint. */
   toCsv(): string;
-  /** A contact sheet: poses over time, as `mocap sheet` draws them. */
+  /** Draws a contact sheet: poses over time, as `mocap sheet` does. */
   toPng(options?: { name?: string }): Uint8Array;
   /**
-   * The numbers of a motion on a robot, where this is one: `retarget` onto what `readCharacter` returns of URDF or MJCF. `write`
-   * makes files of them too, in a layout of `RobotFormatName`.
+   * The joint values of a robot's motion. The scene must be the result of `retarget` to a robot that `readCharacter` has read
+   * from URDF or MJCF. `write` makes files of these values, in a layout of `RobotFormatName`.
    */
   robotMotion(): RobotMotion;
-  /** The clip for the player of `mocap view`, as the drop page shows it. */
+  /** The clip in the format of `mocap view`'s player, which the drop page uses. */
   toPlayer(name: string): PlayerClip;
-  /** The joint angles of a humanoid in degrees, as biomechanics states them, and the position of its pelvis; docs/biomechanics.md. */
+  /**
+   * The joint angles of a humanoid in degrees, by biomechanical conventions, and the position of its pelvis; see
+   * docs/biomechanics.md.
+   */
   jointAngles(): Table;
-  /** Of each force plate of a C3D file: the force of the ground, the centre of pressure, the free moment; docs/markers.md. */
+  /** The ground reaction force, centre of pressure and free moment of each force plate of a C3D file; see docs/markers.md. */
   groundForces(): Table;
   /** The analog channels of a C3D file. */
   analog(): Table;
-  /** Heel strikes, toe offs, strides and their means, as `mocap gait --json` prints them. */
+  /** Heel strikes, toe offs, strides and means, as `mocap gait --json` prints them. */
   gait(): Record<string, unknown>;
-  /** Events, channels and force plates of a C3D file; null where it has none. */
+  /** Events, channels and force plates of a C3D file; null if it has none. */
   readonly recorded: Recorded | null;
-  /** How a skeleton was solved from markers; null for others. */
+  /** The residuals of a skeleton solved from markers; null for other scenes. */
   readonly solved: Solved | null;
-  /** As `mocap dump --raw --json`. */
+  /** Returns the JSON of `mocap dump --raw --json`. */
   toJson(): string;
   /**
-   * As those above, with warnings and assumptions: "csv", "json", "png", the extension of a written format, or the layout
-   * of a robot. A `.gltf` has its buffer within. An option that has no effect on the format is an error.
+   * Writes a file, with warnings and assumptions. `format` is "csv", "json", "png", the extension of a written format, or a
+   * layout of a robot. A `.gltf` has its buffer embedded. An option without effect on the format is an error.
    */
   write(format: WrittenExtension | RobotFormatName | "csv" | "json" | "png", options?: GlbOptions | BvhOptions): Written;
   free(): void;
   [Symbol.dispose](): void;
 }
 
-/** What the player of `mocap view` draws; src/render/view/clip.js says what the description holds. */
+/** The input of `mocap view`'s player; src/render/view/clip.js documents the description. */
 export interface PlayerClip {
   description: Record<string, unknown>;
-  /** The bytes that the description names by these ids. */
+  /** The ids in the description, with their bytes. */
   blocks: [string, Uint8Array][];
-  /** What is not shown of the skin, and why. */
+  /** The parts of the skin that are not shown, with reasons. */
   leftOut: string[];
-  /** What the file does not state. */
+  /** Assumptions that the file does not state. */
   assumptions: Assumption[];
   rootOffset: { policy: "replace" | "add"; reason: string; confidence: string } | null;
 }
 
 /**
- * A packed clip, whose pose at any tick is computed from the packed form. `free()` or `using` frees it at once, the garbage
- * collector some time.
+ * A packed clip, from which poses can be decoded at any tick. `free()` or `using` frees it immediately, the garbage collector
+ * later.
  *
  *     const clip = mocap.openClip(bytes);
  *     const pose = new Float32Array(clip.poseLength);
@@ -368,20 +392,20 @@ export class PackedClip {
   readonly maxError: number;
   /** The bytes of the file. */
   readonly bytes: number;
-  /** The numbers of a pose: ten a node. */
+  /** The number of values of a pose: ten per node. */
   readonly poseLength: number;
   /**
-   * Fills `pose` with ten numbers a node, from the node to its parent, and returns it: translation x, y, z, rotation x, y, z,
-   * w, scale x, y, z. Before the first tick that of the first, after the last that of the last. It allocates nothing.
+   * Fills and returns `pose`, with ten numbers per node, relative to its parent: translation x, y, z, rotation x, y, z, w,
+   * scale x, y, z. Ticks outside the clip give the first or last pose. The call allocates no memory.
    */
   sample(tick: number, pose: Float32Array): Float32Array;
   free(): void;
   [Symbol.dispose](): void;
 }
 
-/** A motion on a robot: +Z is up. Frame after frame stand together. */
+/** A motion of a robot, with +Z up. Values are stored frame by frame. */
 export interface RobotMotion {
-  /** Frames a second. */
+  /** Frames per second. */
   fps: number;
   frames: number;
   /** The joints that move, with their limits in radians or metres; `null` where there is none. */
@@ -390,14 +414,14 @@ export interface RobotMotion {
   contacts: [boolean, boolean][];
   /** The base: x, y, z in metres. */
   rootPositions: Float64Array;
-  /** Its rotation: x, y, z, w. */
+  /** The rotation of the base: x, y, z, w. */
   rootRotations: Float64Array;
   /** The joints, in radians or metres. */
   positions: Float64Array;
 }
 
 export interface RobotStreamOptions extends RobotTargetOptions {
-  /** Poses a second. Default: the rate of the first animation. */
+  /** Poses per second. Default: the rate of the first animation. */
   fps?: number;
   /** Bones of the motion. */
   bones?: Bones;
@@ -405,12 +429,12 @@ export interface RobotStreamOptions extends RobotTargetOptions {
   characterBones?: Bones;
 }
 
-/** Frames of a robot, with the numbers of `RobotMotion`. */
+/** Frames of a robot, with the values of `RobotMotion`. */
 export type RobotFrames = Pick<RobotMotion, "frames" | "contacts" | "rootPositions" | "rootRotations" | "positions">;
 
 /**
- * A motion on a robot while it comes: poses in, frames out, `delay` seconds later. `free()` or `using` frees it at once, the
- * garbage collector some time.
+ * Retargets a stream of poses to a robot, with a delay of `delay` seconds. `free()` or `using` frees it immediately, the
+ * garbage collector later.
  *
  *     const stream = skeleton.robotStream(g1, { fps: 60 });
  *     const frame = stream.push(skeleton.pose(tick).nodeToParent);    // 60 times a second
@@ -421,20 +445,22 @@ export class RobotStream {
   /** The joints, in the order of `positions`. */
   readonly jointNames: string[];
   readonly delay: number;
-  /** Takes the next pose: matrices of all nodes to their parents, 16 numbers each. Gives the frame whose time has come; null at first. */
+  /**
+   * Takes the next pose: matrices of all nodes relative to their parents, 16 numbers each. Returns the finished frame; null at
+   * first.
+   */
   push(nodeToParent: ArrayLike<number>): RobotFrames | null;
-  /** The frames that are left, at the end. */
+  /** Ends the stream, and returns the remaining frames. */
   finish(): RobotFrames;
-  /** How well the frames of the last 30 s sit on the robot, as `mocap robot --json` prints it; null before the first frame. */
+  /** The quality of the frames of the last 30 s, as `mocap robot --json` prints it; null before the first frame. */
   report(): Record<string, unknown> | null;
   free(): void;
   [Symbol.dispose](): void;
 }
 
 /**
- * A figure that goes where it is asked to, by jumps between the frames of its motions (docs/search.md). It begins at the
- * origin and looks along +Z. Nothing is allocated for a frame. `free()` or `using` frees it at once, the garbage collector
- * some time.
+ * A figure steered by motion matching (docs/search.md). It begins at the origin and faces +Z. A frame allocates no memory.
+ * `free()` or `using` frees the figure immediately, the garbage collector later.
  *
  *     const figure = hero.controller([walk, run], { mirror: true });
  *     figure.steer(stick.x, stick.z);                      // 60 times a second
@@ -443,20 +469,23 @@ export class RobotStream {
 export class Controller {
   private constructor();
   readonly nodeCount: number;
-  /** The frames of all motions, 60 in a second. */
+  /** The number of frames of all motions, at 60 frames per second. */
   readonly frames: number;
-  /** x and z of where it stands, in metres, then x and z of where it looks; a view. */
+  /** The figure's position (x and z in metres), then its facing (x and z); a view. */
   readonly root: Float32Array;
-  /** Matrices of all nodes of the character, in metres with +Y up, 16 numbers each, column by column; views. */
+  /** World matrices of all nodes of the character, in metres with +Y up, 16 numbers each, in column-major order; views. */
   readonly nodeToWorld: Float32Array;
   readonly nodeToParent: Float32Array;
   /**
-   * Goes on by a frame, a sixtieth of a second, with a velocity over the ground in metres per second, looking along another
-   * vector, or where it goes if that is zero. Velocity and direction change smoothly. Seen from behind a figure that looks
-   * along +Z, right is along -X.
+   * Advances by one frame, 1/60 s, with a velocity over the ground in m/s. The figure faces the vector `look`, or the direction
+   * of its velocity if `look` is zero. Velocity and facing change smoothly. Seen from behind a figure that faces +Z, right is
+   * -X.
    */
   steer(x: number, z: number, lookX?: number, lookZ?: number): void;
-  /** Goes on by a frame: 12 numbers, x and z of where it is to be in 20, 40 and 60 frames, then x and z of where it looks. */
+  /**
+   * Advances by one frame. The 12 numbers are x and z of the wanted positions in 20, 40 and 60 frames, then x and z of the
+   * wanted facings.
+   */
   follow(trajectory: ArrayLike<number>): void;
   free(): void;
   [Symbol.dispose](): void;
@@ -464,61 +493,68 @@ export class Controller {
 
 /** The module, ready to read. */
 export class Mocap {
-  /** In the main thread of Chromium `load()` makes it: there a module of more than 8 MB cannot be waited for. */
+  /**
+   * In Chromium's main thread, call `load()` instead, because this thread cannot instantiate modules above 8 MB synchronously.
+   */
   constructor(module: WebAssembly.Module, instance?: WebAssembly.Instance);
-  /** Reads a file, or several that belong together, such as `.amc` and `.asf`. */
+  /** Reads a file, or several files that belong together, such as `.amc` and `.asf`. */
   read(bytes: Bytes, name: string, options?: ReadOptions): Scene;
   read(files: File[], options?: ReadOptions): Scene;
   /** Reads a character for `Scene.retarget`, or a robot of URDF or MJCF. */
   readCharacter(bytes: Bytes, name: string, options?: ReadOptions): Scene;
   readCharacter(files: File[], options?: ReadOptions): Scene;
-  /** Opens a packed clip (`.mclip`), to sample poses from it without unpacking it. `read` makes a scene of it instead. */
+  /** Opens a packed clip (`.mclip`) to decode single poses. `read` decodes the whole clip to a scene instead. */
   openClip(bytes: Bytes, name?: string): PackedClip;
   /**
-   * Does a job on files in memory, as `mocap run` does it on a disk: `{source: {inputs: ["walk.bvh"]}, steps: ["mirror"],
-   * write: {output: "walk.glb"}}`. `mocap run --print-job` prints the job of a command line.
-   * Nothing is written: the files of the output are in the answer. A job with `graph` compares motions to a motion graph, one
-   * with `walk: {seconds: 60}` makes a walk over it, of the clips at once or of a graph and its clips.
+   * Runs a job on files in memory, as `mocap run` does on a disk: `{source: {inputs: ["walk.bvh"]}, steps: ["mirror"], write:
+   * {output: "walk.glb"}}`. `mocap run --print-job` prints the job of a command line. The result has the output files; nothing
+   * is written to a disk. A job with `graph` makes a motion graph. A job with `walk: {seconds: 60}` makes a walk over a graph;
+   * its inputs are clips, or a graph and its clips.
    */
   run(job: Job, files: File[]): JobReport;
-  /** The steps of `Scene.edit`, with what each does and takes. */
+  /** The steps of `Scene.edit`, with their effects and options. */
   readonly steps: StepInfo[];
-  /** What is wrong with a file, and what it leaves open; it never throws for what the file holds. */
+  /**
+   * Returns the problems of a file, and the properties that it does not state. Contents of the file never cause an exception.
+   */
   check(bytes: Bytes, name: string, options?: ReadOptions): Checked;
   check(files: File[], options?: ReadOptions): Checked;
-  /** Bytes of memory that the module has taken. */
+  /** The memory of the module, in bytes. */
   readonly memory: number;
 }
 
 export interface StepInfo {
   name: StepName;
   help: string;
-  /** Whether it takes a second motion, of `EditOptions.others`. */
+  /** Whether the step takes a second motion from `EditOptions.others`. */
   takesOther: boolean;
-  /** Its options: `takes` is as the help of the command line has it, such as `HZ` or `true|false`; `words` are those of a `WORD`. */
+  /**
+   * The options of the step. `takes` is the value in the command line's help, such as `HZ` or `true|false`; `words` are the
+   * possible values of a `WORD`.
+   */
   keys: { name: string; takes: string; words?: string[] }[];
 }
 
-/** What a job has done. */
+/** The report of a job. */
 export interface JobReport {
-  /** The files of the output; the last is the one that the job names. */
+  /** The output files; the last file has the name in the job. */
   files: { name: string; bytes: Uint8Array }[];
-  /** What was decided, chosen and left out, a sentence each. */
+  /** Decisions, chosen options and skipped data, one sentence each. */
   notes: string[];
   warnings: Diagnostic[];
-  /** What the inputs have and the output has not, counted by kind; each is a warning too. */
+  /** The data of the inputs that the output lacks, counted by kind; each kind is also a warning. */
   losses?: { kind: string; count: number }[];
-  /** What each step changed. */
+  /** The changes of each step. */
   steps?: object[];
-  /** How well each motion is the same on the other body. */
+  /** The retargeting quality of each motion. */
   clips?: object[];
   /** The rows of a survey. */
   survey?: object[];
-  /** How large the motion graph is. */
+  /** The size of the motion graph. */
   graph?: { clips: number; transitions: number; seconds: number; kept_seconds: number; left_out: string[] };
   /**
-   * What the walk over a motion graph is: when its transitions begin in seconds, the distance of the farthest in metres; how
-   * near it is to the path that it follows, in metres and degrees.
+   * The walk over a motion graph: the begins of its transitions in seconds, the largest distance of a transition in metres, and
+   * the deviation from its path in metres and degrees.
    */
   walk?: {
     frames: number;
@@ -528,7 +564,7 @@ export interface JobReport {
     path: null | { length: number; mean_distance: number; largest_distance: number; mean_angle: number; largest_angle: number };
     feet: object | null;
   };
-  /** What is worse than the job allows. */
+  /** The result that is worse than the job allows. */
   problem?: string;
 }
 
@@ -539,7 +575,7 @@ export interface Checked {
 }
 
 /**
- * Loads `mocap.wasm`, by default the one beside this module: its address, its bytes, or a module that is compiled already.
- * What is no WebAssembly, such as the page that a server sends in place of a file, is an error that says so.
+ * Loads `mocap.wasm`. `source` is its address, its bytes or a compiled module; the default is the file beside this script.
+ * Other contents, such as an error page of a server, cause an error with an explanation.
  */
 export function load(source?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module): Promise<Mocap>;

@@ -12,7 +12,7 @@ const dispose = Symbol.dispose ?? Symbol.for("Symbol.dispose");
 /** Files that others refer to. */
 const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
 
-/** Calls that the drop page does not make have an entrance of their own. */
+/** Calls that the drop page does not make. They have a separate entry point. */
 const OTHER = new Set([
   "check", "run", "table", "report", "openClip", "controller", "robotStream", "robotPush", "robotFinish", "robotReport",
   "chain",
@@ -20,14 +20,14 @@ const OTHER = new Set([
 
 /** One instance of the module, and the memory of its scenes. */
 class Instance {
-  /** Why it has ended, if it has. */
+  /** The reason why the instance has ended, if it has. */
   ended;
 
   constructor(instance) {
     this.exports = instance.exports;
   }
 
-  /** Runs `call`. After a trap nothing in the instance can be relied on, so it ends. */
+  /** Runs `call`. A trap ends the instance, because its state is then undefined. */
   run(call) {
     if (this.ended) {
       const help = "read the file again";
@@ -47,7 +47,7 @@ class Instance {
     try {
       said = this.text(this.exports.mocap_panic(), this.exports.mocap_panic_length());
     } catch {
-      // The memory is as it is.
+      // Ignore the error: the memory stays as it is.
     }
     const isMemory = said === "" && /unreachable/.test(error.message);
     this.ended = isMemory ? "there was not enough memory" : `of a defect: ${said || error.message}`;
@@ -57,7 +57,7 @@ class Instance {
     return new MocapError(finding);
   }
 
-  /** Sends a request with files, and returns the answer; `bytes` is a copy. */
+  /** Sends a request with files, and returns the answer. `bytes` is a copy. */
   call(request, files = []) {
     return this.run((exports) => {
       const inputs = [encoder.encode(JSON.stringify(request)), ...files];
@@ -107,16 +107,16 @@ class Instance {
   }
 }
 
-/** Frees the scenes that nobody holds. */
+/** Frees unreachable scenes. */
 const forgotten = new FinalizationRegistry(({ instance, scene }) => instance.free(scene));
 
-/** Frees the packed clips that nobody holds. */
+/** Frees unreachable packed clips. */
 const forgottenClips = new FinalizationRegistry(({ instance, clip }) => instance.freeClip(clip));
 
-/** Frees the figures that nobody holds. */
+/** Frees unreachable figures. */
 const forgottenControllers = new FinalizationRegistry(({ instance, controller }) => instance.freeController(controller));
 
-/** Frees the motions on robots that nobody holds. */
+/** Frees unreachable robot streams. */
 const forgottenRobotStreams = new FinalizationRegistry(({ instance, stream }) => instance.freeRobotStream(stream));
 
 /** Keys of one track: views into the module's memory. */
@@ -219,7 +219,7 @@ export class Scene {
   }
 
   edit(steps, { others = [], bones = {} } = {}) {
-    for (const other of others) this.#checkOther(other, "the second motion of a step is a scene", "the two motions");
+    for (const other of others) this.#checkOther(other, "the second motion of a step must be a Scene", "the two motions");
     const numbers = others.map((other) => other.#number);
     return this.#derived({ call: "edit", scene: this.#number, steps, others: numbers, bones });
   }
@@ -234,12 +234,12 @@ export class Scene {
   }
 
   retarget(character, options = {}) {
-    this.#checkOther(character, "a motion is retargeted onto what readCharacter returns", "the motion and the character");
+    this.#checkOther(character, "the character must be the result of readCharacter", "the motion and the character");
     return this.#derived({ call: "retarget", scene: this.#number, character: character.#number, options });
   }
 
   robotStream(robot, options = {}) {
-    this.#checkOther(robot, "a robot is what readCharacter returns of URDF or MJCF", "the skeleton and the robot");
+    this.#checkOther(robot, "the robot must be the result of readCharacter for a URDF or MJCF file", "the skeleton and the robot");
     const request = { call: "robotStream", scene: this.#number, robot: robot.#number, options };
     return new RobotStream(this.#instance, this.#instance.call(request).answer);
   }
@@ -248,7 +248,7 @@ export class Scene {
     this.#check();
     const request = { call: "controller", character: this.#number, mirror };
     if (!Array.isArray(moves)) return new Controller(this.#instance, this.#instance.call(request, [bytesOf(moves)]).answer);
-    for (const motion of moves) this.#checkOther(motion, "a motion of a figure is a scene", "the motion and the character");
+    for (const motion of moves) this.#checkOther(motion, "a motion of a figure must be a Scene", "the motion and the character");
     const motions = moves.map((motion) => motion.#number);
     return new Controller(this.#instance, this.#instance.call({ ...request, motions }).answer);
   }
@@ -371,7 +371,7 @@ export class PackedClip {
   #instance;
   #number;
   #address;
-  /** The pose that was sampled last. */
+  /** The last sampled pose. */
   #pose;
   #freed = false;
 
@@ -386,7 +386,7 @@ export class PackedClip {
     forgottenClips.register(this, { instance, clip }, this);
   }
 
-  /** Allocates nothing: the view of the module's memory is kept. */
+  /** Allocates no memory, because the view of the module's memory is kept. */
   sample(tick, pose) {
     const instance = this.#instance;
     if (this.#freed || instance.ended) this.#fail();
@@ -398,7 +398,7 @@ export class PackedClip {
     } catch (error) {
       throw instance.end(error);
     }
-    // Memory that has grown has another buffer.
+    // When the memory grows, it gets a new buffer.
     if (this.#pose.length === 0) this.#pose = instance.floats(this.#address, this.poseLength);
     pose.set(this.#pose);
     return pose;
@@ -421,7 +421,7 @@ export class PackedClip {
   }
 }
 
-/** Numbers of a trajectory, and of the root of a figure. */
+/** The number of values of a trajectory, and of the root of a figure. */
 const [TRAJECTORY_FLOATS, ROOT_FLOATS] = [12, 4];
 
 /** The frames of a robot: positions of the base, its rotations, positions of the joints. */
@@ -431,7 +431,7 @@ function robotNumbers(frames, bytes) {
   return { rootPositions: numbers.subarray(0, root), rootRotations: numbers.subarray(root, turns), positions: numbers.subarray(turns) };
 }
 
-/** A motion on a robot while it comes, in the module's memory. */
+/** A stream of poses to a robot, in the module's memory. */
 export class RobotStream {
   #instance;
   #number;
@@ -485,7 +485,7 @@ export class Controller {
   #instance;
   #number;
   #at;
-  /** Views of the module's memory, which are kept: nothing is allocated for a frame. */
+  /** Views of the module's memory. They are kept, so that a frame allocates no memory. */
   #views;
   #freed = false;
 
@@ -510,7 +510,7 @@ export class Controller {
     };
   }
 
-  /** The views; others where memory has grown. */
+  /** The views, renewed if the memory has grown. */
   get #memory() {
     if (this.#freed) throw new MocapError({ code: "freed", message: "the figure was freed", help: "make it again" });
     if (this.#instance.ended) this.#instance.run(() => {});
@@ -568,7 +568,7 @@ export class Controller {
 export class Mocap {
   #module;
   #instance;
-  /** What takes over where the instance has ended. */
+  /** The instance that replaces an ended instance. */
   #spare;
 
   constructor(module, instance = new WebAssembly.Instance(module, {})) {
@@ -577,13 +577,13 @@ export class Mocap {
     this.#keepSpare();
   }
 
-  /** Chromium's main thread makes instances of a module of this size only where it need not wait for them. */
+  /** Chromium's main thread can only instantiate a module of this size asynchronously, so prepare an instance ahead. */
   async #keepSpare() {
     this.#spare = undefined;
     this.#spare = await WebAssembly.instantiate(this.#module, {}).catch(() => undefined);
   }
 
-  /** The instance; a fresh one where the last has ended. */
+  /** The instance, or a fresh instance if the last one has ended. */
   get #alive() {
     if (this.#instance.ended) {
       this.#instance = new Instance(this.#spare ?? new WebAssembly.Instance(this.#module, {}));
@@ -623,7 +623,7 @@ export class Mocap {
     return new PackedClip(instance, instance.call({ call: "openClip", files: [name] }, [bytesOf(bytes)]).answer);
   }
 
-  /** Bytes of memory that the module has taken; it keeps what was freed for the next file. */
+  /** The memory of the module, in bytes. The module reuses freed memory for the next file. */
   get memory() {
     return this.#alive.exports.memory.buffer.byteLength;
   }
@@ -637,13 +637,13 @@ export class Mocap {
     const isList = Array.isArray(args[0]);
     const files = isList ? [...args[0]] : [{ bytes: args[0], name: args[1] ?? "" }];
     const options = { ...(isList ? args[1] : args[2]) };
-    // The file that refers to the others comes first.
+    // The main file, which refers to the others, comes first.
     const first = files.findIndex((file) => !BESIDE.test(file.name));
     if (first > 0) files.unshift(...files.splice(first, 1));
     for (const key of ["body", "static"]) {
       const own = options[key];
       if (!own) continue;
-      // Its name may be that of another file, and its folder tells them apart.
+      // Another file may have the same name. A folder distinguishes them.
       const name = files.some((file) => file.name === own.name) ? `${key}/${own.name}` : own.name;
       files.push({ name, bytes: own.bytes });
       options[key] = name;
@@ -654,7 +654,7 @@ export class Mocap {
 }
 
 export async function load(source) {
-  // A bundler finds the file by this expression, and puts it beside what it makes.
+  // Bundlers recognize this expression, and copy the file to their output.
   const module = await compile(source, () => new URL("mocap.wasm", import.meta.url), "mocap.wasm");
   return new Mocap(module, await WebAssembly.instantiate(module, {}));
 }

@@ -2,25 +2,25 @@
 
 import { MocapError, bytesOf } from "./error.js";
 
-/** Where the module is: beside the script that asks for it, by its own expression, which bundlers find. */
+/** The address of the module, beside the script. `expression` contains the literal address that bundlers recognize. */
 function beside(expression, name) {
   let address;
   try {
     address = expression();
   } catch {
-    const message = `a script that is no module does not know where ${name} is`;
+    const message = `a script that is not a module cannot find ${name}`;
     throw new MocapError({ code: "invalid-value", message, help: `give load() the address of ${name}` });
   }
-  // While one develops, Vite 5 to 7 have a copy of this script in a folder of their own, and not of the module. What Next.js
-  // gives has no host, so that it is left as it is.
+  // In development, Vite 5 to 7 serve a copy of this script from their own folder, but not a copy of the module. Addresses from
+  // Next.js have no host, and stay unchanged.
   const inVite = /\/\.vite\/.*$/;
   return inVite.test(address.href) ? new URL(address.href.replace(inVite, `/mocap-wasm/${name}`)) : address;
 }
 
-/** The start of every module of WebAssembly. */
+/** The first bytes of every WebAssembly module. */
 const MAGIC = [0, 0x61, 0x73, 0x6d];
 
-/** Refuses what is no module, a page that a server sends in place of a file. */
+/** Rejects bytes that are not a module, such as an error page of a server. */
 function checked(bytes, source, type) {
   if (MAGIC.every((byte, index) => bytes[index] === byte)) return bytes;
   const found = /html/.test(type) || bytes[0] === 0x3c ? "a page of HTML" : `something else${type ? ` (${type})` : ""}`;
@@ -38,7 +38,7 @@ async function fetched(source) {
     throw new MocapError({ code: "io", message: `${source}: ${response.status} ${response.statusText}`, help });
   }
   const type = response.headers.get("content-type") ?? "";
-  // A host that does not know the type of `.wasm` cannot stream it.
+  // Streaming needs the right media type, which some servers do not send.
   if (type === "application/wasm") return WebAssembly.compileStreaming(response);
   return WebAssembly.compile(checked(new Uint8Array(await response.arrayBuffer()), source, type));
 }
@@ -48,7 +48,7 @@ export async function compile(source, expression, name) {
   if (source instanceof WebAssembly.Module) return source;
   if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return WebAssembly.compile(checked(bytesOf(source), "what load() was given", ""));
   const address = source ?? beside(expression, name);
-  // Asked for at run time, for a bundler that sees an import of Node's would look for it.
+  // Request the Node module at run time, because bundlers would try to resolve an import.
   const files = String(address).startsWith("file:") && globalThis.process?.getBuiltinModule?.("node:fs/promises");
   if (files) return WebAssembly.compile(checked(await files.readFile(new URL(address)), address, ""));
   return fetched(address);

@@ -1,4 +1,4 @@
-/** What is shown, when it is. */
+/** The detail of the event `load`. */
 export interface MocapPlayerLoad {
   clips: { name: string; seconds: number; frames: number }[];
   /** Seconds of the longest clip. */
@@ -7,14 +7,14 @@ export interface MocapPlayerLoad {
 
 /**
  * `<mocap-player src="walk.bvh" character="hero.vrm" speed="1" loop="false" paused theme="dark">`. `src` and `character` are
- * addresses; `page` is that of `player.html`, by default the one of the package. Events: `ready`; `load` with a
+ * addresses. `page` is the address of `player.html`; the default is the file of the package. Events: `ready`; `load` with a
  * `MocapPlayerLoad`; `error` with a `message`; `timeupdate` with `seconds`, `duration` and `playing`, each in `detail`.
  */
 export class MocapPlayer extends HTMLElement {
   play(): void;
   pause(): void;
   readonly paused: boolean;
-  /** In seconds. */
+  /** The duration in seconds. */
   readonly duration: number;
   currentTime: number;
 }

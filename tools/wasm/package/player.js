@@ -1,5 +1,5 @@
-// <mocap-player src="walk.bvh" character="hero.vrm">: the player of the drop page as an element. It fetches its files itself and
-// gives their bytes to the page in its frame, which can connect to nothing. The types are in player.d.ts.
+// <mocap-player src="walk.bvh" character="hero.vrm">: the player of the drop page as an element. The element fetches the files,
+// and passes their bytes to the page in its iframe, which has no network access. The types are in player.d.ts.
 
 const nameOf = (address) => decodeURIComponent(new URL(address, document.baseURI).pathname.split("/").pop()) || "motion.bvh";
 
@@ -15,7 +15,7 @@ export class MocapPlayer extends Base {
   static observedAttributes = ["src", "character", "speed", "loop", "paused", "theme"];
   #frame;
   #ready;
-  /** The load that was asked for last. */
+  /** The last requested load. */
   #wanted;
   #now = { seconds: 0, duration: 0, playing: false };
 
@@ -25,7 +25,7 @@ export class MocapPlayer extends Base {
     shadow.innerHTML = "<style>:host { display: block; height: 360px } iframe { display: block; width: 100%; height: 100%; border: 0 }</style>";
     const frame = document.createElement("iframe");
     frame.title = this.getAttribute("aria-label") ?? "A motion";
-    // Scripts, and files that are saved; nothing of the page around it.
+    // Allow scripts and downloads, but no access to the enclosing page.
     frame.sandbox = "allow-scripts allow-downloads";
     frame.src = `${new URL(this.getAttribute("page") ?? new URL("player.html", import.meta.url), document.baseURI)}#embedded`;
     this.#frame = frame;
@@ -57,7 +57,7 @@ export class MocapPlayer extends Base {
     const addresses = [this.getAttribute("src"), this.getAttribute("character")].filter(Boolean);
     if (addresses.length === 0) return;
     const wanted = (this.#wanted = {});
-    // Attributes that are set together are one load.
+    // Attributes that are set together cause one load.
     await Promise.resolve();
     try {
       const files = await Promise.all(addresses.map(fileOf));

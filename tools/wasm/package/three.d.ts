@@ -12,9 +12,9 @@ export class MocapLoader extends Loader<MocapResult> {
   constructor(manager?: LoadingManager, mocap?: Mocap);
   animateBonePositions: boolean;
   animateBoneRotations: boolean;
-  /** What to convert; `{}` for metres with +Y up. Default: null, the unit and the axes of the file. */
+  /** Options of the conversion; `{}` for metres with +Y up. Default: null, the unit and the axes of the file. */
   convert: ConvertOptions | null;
-  /** Loads the module; `parse` needs it, `load` waits for it. */
+  /** Loads the module. Call it before `parse`; `load` waits for the module. */
   init(): Promise<this>;
   load(
     url: string,

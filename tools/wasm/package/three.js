@@ -18,7 +18,7 @@ let ready;
 export class MocapLoader extends Loader {
   animateBonePositions = true;
   animateBoneRotations = true;
-  /** Options of Scene.convert(), for metres with +Y up; without any, lengths are those of the file, as in BVHLoader. */
+  /** Options of Scene.convert(); `{}` for metres with +Y up. With null, lengths are in the file's unit, as in BVHLoader. */
   convert = null;
   #mocap;
 
@@ -27,7 +27,7 @@ export class MocapLoader extends Loader {
     this.#mocap = mocap;
   }
 
-  /** Loads the module; parse() needs it. */
+  /** Loads the module. Call it before parse(). */
   async init() {
     this.#mocap ??= await (ready ??= load());
     return this;
@@ -80,7 +80,7 @@ export class MocapLoader extends Loader {
     for (const { node, positions, rotations } of channels) {
       if (node === null) continue;
       const name = names[node];
-      // The clip outlives the scene, so the keys are copied.
+      // Copy the keys, because the clip outlives the scene.
       if (this.animateBonePositions && positions.length > 0) {
         tracks.push(new VectorKeyframeTrack(`${name}.position`, times(positions), positions.values.slice()));
       }
@@ -110,7 +110,7 @@ function skeletonOf(scene) {
   return new Skeleton(bones);
 }
 
-/** Names by which three.js finds the bones: without the characters that it reserves, and each once. */
+/** Unique names of bones, without the characters that three.js reserves. */
 function boneNames(nodes) {
   const taken = new Set();
   return nodes.map(({ name }) => {

@@ -1,4 +1,4 @@
-// Several files as one .zip, stored as they are: motion is small, or packed already.
+// Writes several files as one .zip without compression, because motions are small or already compressed.
 
 const CRC_TABLE = Uint32Array.from({ length: 256 }, (_, byte) => {
   let value = byte;
@@ -12,13 +12,13 @@ function checksum(bytes) {
   return (value ^ 0xffffffff) >>> 0;
 }
 
-/** Bytes that an archive of this form can have. */
+/** The largest archive of this form, in bytes. */
 const LARGEST_ARCHIVE = 2 ** 32 - 1;
 const UTF_8 = 0x800;
-/** The first day that the format knows, so that the same files make the same archive. */
+/** The first date of the format. A constant date makes equal archives of equal files. */
 const FIRST_DAY = 0x21;
 
-/** Numbers of 2 or 4 bytes, the lowest first. */
+/** Encodes numbers of 2 or 4 bytes, the lowest byte first. */
 function littleEndian(...pairs) {
   const bytes = new Uint8Array(pairs.reduce((sum, [, size]) => sum + size, 0));
   let at = 0;
@@ -26,7 +26,7 @@ function littleEndian(...pairs) {
   return bytes;
 }
 
-/** A name that no other file of the archive has. */
+/** A unique file name in the archive. */
 function freeName(name, taken) {
   const [, stem, extension] = /^(.*?)(\.\w+)?$/s.exec(name);
   for (let count = 1; ; count++) {
@@ -35,7 +35,7 @@ function freeName(name, taken) {
   }
 }
 
-/** The archive of files, each with its name and bytes. */
+/** Makes an archive of files, each with name and bytes. */
 export function zipOf(files) {
   const [parts, directory, taken] = [[], [], new Set()];
   let at = 0;
@@ -46,7 +46,7 @@ export function zipOf(files) {
     parts.push(littleEndian([0x04034b50, 4], ...both), name, file.bytes);
     directory.push(littleEndian([0x02014b50, 4], [20, 2], ...both, [0, 2], [0, 2], [0, 2], [0, 4], [at, 4]), name);
     at += 30 + name.length + size;
-    if (at > LARGEST_ARCHIVE) throw new Error("together they are larger than the 4 GB that an archive may have; save some of them");
+    if (at > LARGEST_ARCHIVE) throw new Error("the files are together larger than 4 GB, the limit of an archive; save some of them");
   }
   const length = directory.reduce((sum, part) => sum + part.length, 0);
   const end = littleEndian([0x06054b50, 4], [0, 2], [0, 2], [files.length, 2], [files.length, 2], [length, 4], [at, 4], [0, 2]);

@@ -1,8 +1,9 @@
-// NumPy's files: an array is .npy, several are an .npz. https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+// Writes NumPy's files: .npy for an array, .npz for several arrays.
+// https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 
 import { zipOf } from "./archive.js";
 
-/** The bytes before the values are a multiple of this. */
+/** The header is padded to a multiple of this number of bytes. */
 const ALIGNMENT = 64;
 const MAGIC = [0x93, 0x4e, 0x55, 0x4d, 0x50, 0x59, 1, 0];
 
@@ -18,7 +19,7 @@ function npyOf(kind, shape, values) {
   return bytes;
 }
 
-/** Texts as NumPy has them: letters of 32 bits, each text as long as the longest. */
+/** Encodes texts for NumPy: 32-bit characters, each text padded to the length of the longest. */
 function textsOf(texts) {
   const letters = texts.map((text) => Array.from(text, (letter) => letter.codePointAt(0)));
   const longest = Math.max(1, ...letters.map(({ length }) => length));

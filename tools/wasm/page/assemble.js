@@ -1,4 +1,4 @@
-// Writes the drop page: the template and the player of `mocap view`, the reader with its WebAssembly, in one file.
+// Writes the drop page as one file: the template and the player of `mocap view`, and the reader with its WebAssembly.
 //
 //   node assemble.js OUT.html
 
@@ -17,7 +17,7 @@ const here = import.meta.dirname;
 const view = join(here, "../../../src/render/view");
 const read = (path) => readFileSync(path, "utf8");
 
-/** Nothing is loaded and nothing is connected to. A worker comes from bytes in the page, and WebAssembly is compiled. */
+/** The page loads nothing and connects to nothing. It starts a worker from bytes in the page, and compiles WebAssembly. */
 const POLICY = [
   "default-src 'none'",
   "connect-src 'none'",
@@ -29,7 +29,7 @@ const POLICY = [
   "base-uri 'none'",
 ].join("; ");
 
-/** Source text without indentation and comments, as src/render/view.rs makes it. */
+/** Removes indentation and comments from source text, as src/render/build.rs does. */
 function lean(source) {
   const lines = source.split("\n").map((line) => line.trim());
   let isComment = false;
@@ -42,7 +42,7 @@ function lean(source) {
   return `${kept.join("\n")}\n`;
 }
 
-/** A module and all that it imports, each after those it needs, as one script without imports. */
+/** Joins a module and its imports to one script without imports. Each module comes after the modules that it imports. */
 function bundled(path, known = new Set()) {
   if (known.has(path)) return "";
   known.add(path);
@@ -52,9 +52,11 @@ function bundled(path, known = new Set()) {
   return before + lean(source).replace(/^import .*\n/gm, "").replace(/^export /gm, "");
 }
 
-/** Modules in one script share their names; one that stands twice is found here and not in a browser. */
+/**
+ * Checks a joined script. Its modules share one namespace, so a name declared twice is an error here instead of in a browser.
+ */
 function checkedScript(path) {
-  // A page from a file may start no worker that is a module. This one has its WebAssembly from the page.
+  // A page from a file cannot start a module worker. The worker gets its WebAssembly from the page.
   const script = bundled(path).replaceAll("import.meta.url", "location.href");
   new Script(script, { filename: path });
   return script;
@@ -73,12 +75,12 @@ const encodings = packages.find(({ name }) => name === "encoding_rs");
 const tables = unusedEncodings(read(join(dirname(encodings.manifest_path), "src/data.rs")));
 if (!tables.length) throw new Error("the tables of encoding_rs are not found in its source");
 const wasm = leanCode(leanModule(whole, [view, survey].flatMap((folder) => readdirSync(folder).map((name) => join(folder, name))).filter((path) => /\.(js|css|html)$/.test(path)).map(read).concat(tables)));
-// A header with the size of the whole, which a pipe would not know.
+// The header states the total size, which is unknown with a pipe.
 const packed = execFileSync("xz", ["--format=lzma", "--lzma1=preset=9e,lc=4,pb=0", "--stdout"], { input: wasm, maxBuffer: 2 * wasm.length });
 packed.writeBigUInt64LE(BigInt(wasm.length), 5);
 const wasmText = toBase128(packed);
 if (!wasm.equals(fromLzma(fromBase128(wasmText)))) throw new Error("the WebAssembly in the page is not what it was made from");
-/** A walk for an empty page, a few seconds of it, packed within a tenth of a millimetre. */
+/** A few seconds of a walk for an empty page, packed within 0.1 mm. */
 async function walkOf(path) {
   const mocap = await load(whole);
   const walk = mocap.read(read(path), "walk.bvh", { skeletonMesh: "none" });

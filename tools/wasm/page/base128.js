@@ -1,10 +1,11 @@
-// Bytes as text in UTF-8: seven bits are a letter of one byte, so the text is a seventh longer; in base64 it is a third longer.
+// Encodes bytes as UTF-8 text: seven bits become a character of one byte, so the text is a seventh longer. Base64 text is a
+// third longer.
 
-/** What an element of HTML does not keep, NUL and carriage return, and what could end it, "<". */
+/** Characters that an HTML element does not preserve (NUL and carriage return), and "<", which could end the element. */
 const REPLACED = [0, 13, 60];
 
-// Such a letter becomes one of two bytes, its place in that list from FIRST on and the seven bits that follow. LAST stands in
-// place of FIRST where none follow.
+// Such a character becomes a character of two bytes: its index in this list, from FIRST on, and the next seven bits. LAST
+// replaces FIRST if no bits follow.
 const FIRST = 2;
 const LAST = FIRST + REPLACED.length;
 
@@ -21,7 +22,7 @@ export function toBase128(bytes) {
     }
     codes.push(held < 0 ? seven : ((FIRST + held) << 7) | seven);
     held = -1;
-    // So few at once are arguments of a call.
+    // Larger batches would exceed the number of arguments of a call.
     if (codes.length === 4096) {
       parts.push(String.fromCharCode(...codes));
       codes = [];
@@ -40,7 +41,7 @@ export function toBase128(bytes) {
 
 /** @param {string} text */
 export function fromBase128(text) {
-  // Where every letter has fourteen bits.
+  // The size if every character has fourteen bits.
   const bytes = new Uint8Array(Math.floor((text.length * 14) / 8));
   let length = 0;
   let bits = 0;

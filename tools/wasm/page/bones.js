@@ -1,4 +1,4 @@
-// Which joint is which bone, chosen by hand where the guess is wrong.
+// Lets the user correct the bone of a joint.
 
 import { make } from "../../../src/render/view/dom.js";
 
@@ -15,7 +15,7 @@ const HUMANOID_BONES = (
   "rightLittleIntermediate rightLittleDistal"
 ).split(" ");
 
-/** A choice of the bone that a joint is; `choose` is called with its name, or nothing. */
+/** A selection of a joint's bone. `choose` is called with the name of the bone, or nothing. */
 export function boneChoice(bone, choose) {
   const options = HUMANOID_BONES.map((name) => make("option", { value: name }, name));
   const select = make("select", { id: "bone-choice", onchange: (event) => choose(event.target.value) }, make("option", { value: "" }, "no bone"), ...options);
@@ -23,7 +23,7 @@ export function boneChoice(bone, choose) {
   return make("div", { class: "choice" }, make("label", { for: "bone-choice" }, "It is"), select);
 }
 
-/** The bones that are chosen for a file after one more choice: its joint is this bone, and not the one that it was. */
+/** The user's bones of a file after one more choice: the joint gets the new bone instead of its previous bone. */
 export function withBone(chosen, { name, bone }, wanted) {
   const bones = { ...chosen };
   if (bone) bones[bone.name] = null;

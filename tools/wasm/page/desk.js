@@ -1,4 +1,4 @@
-// The desk beside the player: what is opened, what is wrong with it, what was assumed, and what is made of it.
+// The panel beside the player: open files, their problems and assumptions, and outputs.
 
 import { byId, make } from "../../../src/render/view/dom.js";
 import { Blocks, loadAll, unpacked } from "../../../src/render/view/unpack.js";
@@ -14,11 +14,11 @@ import { Saving, stem } from "./saving.js";
 import { Steps } from "./steps.js";
 import { Trim } from "./trim.js";
 
-/** Whether the system asks for pictures that stand still. */
+/** Whether the user prefers reduced motion. */
 const wantsStillness = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 export class Desk {
-  // `ownPage` is the page that has them all.
+  // `ownPage` is the page that contains the player.
   constructor(player, reader, ownPage) {
     Object.assign(this, { player, reader, ownPage });
     this.opened = new Opened({ show: (item) => this.show([item]), turnBeside: (item) => this.turnBeside(item), remove: (item) => this.remove(item) });
@@ -37,7 +37,7 @@ export class Desk {
     this.trim = new Trim({ tick: () => player.tick, change: (values) => this.change(this.chosen, "change", values), tell: (text) => this.tell(text) });
     player.keep = (clip, steps) => this.keep(clip, steps);
     player.panel.boneChoice = (clip, node) => this.boneChoice(clip, node);
-    // How many drops and choices there were, and how many are still at work.
+    // The number of drops and file selections so far, and of those in progress.
     this.openings = this.opening = 0;
     // The items in the player, and the one whose details are shown.
     this.shown = [];
@@ -47,8 +47,8 @@ export class Desk {
 
   get items() { return this.opened.items; }
 
-  // What was dropped or chosen, each file with its path. The first that can be read is shown, a motion and a character
-  // together as one; `onFigure` is the item whose figure they were dropped on.
+  // Opens dropped or selected files, each with its path. Shows the first readable file, or a motion on a character if both are
+  // among them. `onFigure` is the item on whose figure the files were dropped.
   async open(files, onFigure = null) {
     this.openings++;
     this.opening++;
@@ -64,17 +64,17 @@ export class Desk {
     }
     await Promise.all(added.filter(({ state }) => state === "waiting").map((item) => this.inspect(item)));
     const pair = pairOf(added, onFigure);
-    // Unless something else was chosen meanwhile.
+    // Skip this if the user has selected another item meanwhile.
     if (pair && wanted === this.wanted) await this.putOn(pair.motion, pair.character, { isTried: true });
     this.opening--;
   }
 
-  // What was saved in this page, as it was.
+  // Restores the items that were saved in this page.
   async restore() {
     this.openings++;
     this.opening++;
     const { session } = this.ownPage;
-    // A motion on a character, or before its steps, has the files of the motion, and is another item.
+    // A retargeted motion, or a motion before its steps, shares the files of the motion, but is a separate item.
     const mark = ({ onto, isBefore }, index) => (onto === undefined && !isBefore ? undefined : `another ${index}`);
     const items = (await this.ownPage.opened()).map((item, index) => [this.opened.add({ ...item, onto: null, mark: mark(item, index) }), item.onto, item.from]);
     for (const [item, onto, from] of items) Object.assign(item, { onto: items[onto]?.[0] ?? null, from: items[from]?.[0] });
@@ -90,20 +90,20 @@ export class Desk {
     return this.open([{ file: new File([this.ownPage.walkBytes], name, { lastModified: 0 }), path: name }]);
   }
 
-  // A hand or a foot that was dragged stays where it is, as a step.
+  // Keeps a dragged hand or foot in place, as a step.
   keep(clip, steps) {
     const item = this.shown[clip.index];
-    // With a first step a rest pose before the motion is left out.
+    // The first step drops a rest pose before the motion.
     const before = item.steps.length ? 0 : item.clip.data.firstTick;
     const frame = Math.max(0, Math.round(clip.tick) - before);
     const texts = steps.map(({ limb, to }) => `reach:limb=${limb},to=${to.join("/")},range=${frame}f..${frame}f`);
     return this.change(item, "steps", [...item.steps, ...texts]);
   }
 
-  // A motion with its steps and without them, one over the other at the same time.
+  // Shows a motion with and without its steps, overlaid.
   async compare(item) {
     const { path, files, names, read, change } = item;
-    // A rest pose before the motion is left out where there are steps.
+    // With steps, a rest pose before the motion is dropped.
     const before = { path, files, names, read, change: { firstFrame: "auto", ...change }, steps: [], name: `${item.name}, before`, mark: `before ${item.id}`, isBefore: true };
     const known = this.items.find(({ mark }) => mark === before.mark);
     this.tell("");
@@ -111,7 +111,7 @@ export class Desk {
     if (await this.show([item, Object.assign(known ?? this.opened.add(before), before)], { keepTime: true })) this.player.arrange("over");
   }
 
-  // The bone of a joint can be chosen, but for those of a body that a motion was put on: that is another file's.
+  // A selection of a joint's bone. The bones of a retargeted character belong to another file, so they cannot be selected.
   boneChoice(clip, node) {
     const item = this.shown[clip.index];
     if (!item || item.onto || isRobotFormat(item.format)) return [];
@@ -122,13 +122,13 @@ export class Desk {
   }
 
   passedOver(items, files) {
-    if (!items.length && !files.length) return "There is no file in what was dropped.";
+    if (!items.length && !files.length) return "You dropped no files.";
     if (!files.length) return items.length ? "" : "None of these files is a motion.";
     const names = files.slice(0, 3).map(({ path }) => path.split("/").pop());
-    return `Passed over, not named as motion: ${names.join(", ")}${files.length > 3 ? ` and ${files.length - 3} more` : ""}.`;
+    return `Skipped, because the names are not names of motions: ${names.join(", ")}${files.length > 3 ? ` and ${files.length - 3} more` : ""}.`;
   }
 
-  /** What the reader has to know of an item. */
+  /** The request to the reader for an item. */
   request({ id, files, names, read, change, steps, onto, retarget }) {
     return { id, files, names, read, change, steps, onto: onto && { id: onto.id, files: onto.files, names: onto.names }, retarget };
   }
@@ -146,11 +146,11 @@ export class Desk {
 
   succeed(item, facts) {
     const { joints, format, hasSkin } = facts;
-    // The clips of the file, where none of them was chosen; its frames, which a trim counts.
+    // Keep the number of clips if the user has not selected one. A trim counts the frames of the file.
     if (!("clip" in item.read)) item.clips = facts.clips;
     if (!Object.keys(item.change).length && !item.steps.length) item.frames = facts.frames;
     Object.assign(item, { state: "ok", error: null, summary: summaryOf({ ...facts, clips: item.clips }), joints, format, hasSkin });
-    // A character needs no motion of its own.
+    // A character needs no motion.
     item.warnings = facts.warnings.filter(({ code }) => code !== "no-motion" || !(item.onto || isCharacter(item)));
     this.showCharacters();
   }
@@ -160,7 +160,7 @@ export class Desk {
     return Object.assign(item, { state: "error", error, warnings: error.warnings ?? [], summary: error.reason ?? error.message });
   }
 
-  // Shows items in the player; whether all could be. The first is chosen.
+  // Shows items in the player, and selects the first. Returns whether all items could be shown.
   async show(items, { keepTime = false } = {}) {
     const wanted = { items };
     this.wanted = wanted;
@@ -186,7 +186,7 @@ export class Desk {
     this.player.show(clips);
     if (keepTime) {
       this.player.seekTime(time);
-      // The figure may be elsewhere, and of another size.
+      // The figure may have moved or changed its size.
       this.player.stage.frameAll();
     }
     this.player.play(keepTime ? playing : !wantsStillness());
@@ -198,7 +198,7 @@ export class Desk {
     return true;
   }
 
-  // The clip of an item in the form that the player reads. It is kept while it is shown.
+  // The clip of an item in the player's format. The clip is kept while it is shown.
   async clip(item) {
     const key = JSON.stringify([item.read, item.change, item.steps, item.retarget]);
     if (item.clip?.key !== key) {
@@ -206,7 +206,7 @@ export class Desk {
       const bytes = new Map(answer.blocks);
       const data = unpacked({ ...answer.description, assumptions: [], warnings: answer.leftOut }, new Blocks((id) => bytes.get(id)));
       const { onto, steps, change } = item;
-      // A motion on a character, and one with steps, has left it out.
+      // Retargeted motions and motions with steps have dropped the rest pose.
       const hasRest = !onto && !steps.length && !change.first && (change.firstFrame ?? "keep") === "keep";
       const startsAtRest = hasRest && answer.assumptions.some(({ topic, choice }) => topic === "first-frame" && choice === "rest-pose");
       item.clip = { key, data: { ...data, firstTick: startsAtRest ? 1 : 0, glb: () => this.saving.bytes(item, "glb") } };
@@ -222,7 +222,7 @@ export class Desk {
     for (const item of items) item.clip = null;
   }
 
-  // A change of how an item is read or cut; without effect where it cannot be.
+  // Changes how an item is read or trimmed. If the change fails, the item stays as before.
   async change(item, part, values) {
     const before = { read: item.read, change: item.change, steps: item.steps };
     item[part] = Array.isArray(values) ? values : Object.fromEntries(Object.entries({ ...item[part], ...values }).filter(([, value]) => value !== undefined));
@@ -230,7 +230,7 @@ export class Desk {
     const items = this.shown.includes(item) ? this.shown : [item];
     if (await this.show([item, ...items.filter((other) => other !== item)], { keepTime: true })) return;
     if (item.state !== "error" || !this.shown.includes(item)) return;
-    // What is still in the player was read before.
+    // The item in the player is from before the change.
     const reason = item.error.reason ?? item.error.message;
     Object.assign(item, before);
     this.tell(`Not changed: ${reason}`);
@@ -239,7 +239,7 @@ export class Desk {
     this.showDetails();
   }
 
-  // A new item: the motion of one on the skeleton of another. Where it is only tried, one that cannot be is not kept.
+  // Makes a new item: a motion retargeted to a character. With `isTried`, a failed item is removed.
   async putOn(item, character, { isTried = false } = {}) {
     const { path, files, names, read, change, steps } = item;
     const name = `${stem(item.name)} on ${stem(character.name)}`;
@@ -251,13 +251,13 @@ export class Desk {
     if (isTried && moved.state === "error") {
       const reason = moved.error.reason ?? moved.error.message;
       await this.remove(moved, item);
-      this.tell(`${item.name} cannot be put on ${character.name}: ${reason}.`);
+      this.tell(`${item.name} cannot be retargeted to ${character.name}: ${reason}.`);
     } else if (isShown && !isTried) {
       await this.show([moved, item]);
     }
   }
 
-  // Takes an item from the list; another one is shown in place of it.
+  // Removes an item from the list, and shows another item instead.
   async remove(item, next = this.items[this.items.indexOf(item) + 1] ?? this.items.at(-2)) {
     this.opened.remove(item);
     this.forget([item]);
@@ -271,7 +271,7 @@ export class Desk {
     return this.showList();
   }
 
-  // Nothing is opened any more.
+  // Removes all items.
   clear() {
     for (const item of this.items) this.reader.forget(item.id);
     this.opened.items = [];
@@ -328,10 +328,10 @@ export class Desk {
     if (byId("details").hidden) return;
     const { name, state, error, warnings, answer } = item;
     byId("chosen-name").textContent = name;
-    byId("chosen-facts").textContent = { error: "It could not be read.", stopped: "It was stopped." }[state] ?? this.facts(item);
+    byId("chosen-facts").textContent = { error: "The file could not be read.", stopped: "Reading was stopped." }[state] ?? this.facts(item);
     byId("stays-still").textContent = (state === "ok" && item.notShown) || "";
     byId("again").hidden = state !== "error" && state !== "stopped";
-    // The picture is of another file.
+    // The picture shows another file.
     byId("not-shown").hidden = this.shown.includes(item) || !this.shown.length;
     byId("not-shown").textContent = `The picture shows ${this.shown.map((other) => other.name).join(", ")}.`;
     const findings = [...(error ? [[error, true]] : []), ...warnings.map((warning) => [warning, false])];
@@ -373,7 +373,7 @@ export class Desk {
     const others = answer.assumptions.filter(({ topic }) => !own.has(topic));
     byId("more-assumed").hidden = !others.length;
     byId("other-assumptions").replaceChildren(...others.map((other) => make("li", {}, `${other.topic}: ${other.choice}, ${other.reason}`)));
-    // A motion on a character is cut and read as the motion is, before it is put on.
+    // The options of reading and trimming belong to the source motion, not to the retargeted motion.
     byId("assumed").hidden = Boolean(onto);
     this.trim.show(item);
     byId("onto").hidden = Boolean(onto) || !answer.frames;
@@ -388,7 +388,7 @@ export class Desk {
     const select = byId("character");
     const before = select.value;
     const items = this.items.filter((item) => item !== this.chosen && item.state === "ok" && !item.onto && item.format !== "c3d");
-    // A file without motion is most likely a character.
+    // List files without motion first, because they are probably characters.
     items.sort((a, b) => Number(Boolean(a.frames)) - Number(Boolean(b.frames)));
     select.replaceChildren(...items.map(({ id, name }) => make("option", { value: id }, name)), make("option", { value: "open" }, "open a file…"));
     if (items.some(({ id }) => String(id) === before)) select.value = before;
@@ -429,7 +429,7 @@ export class Desk {
       this.next(by);
     });
     document.querySelector(".keys").prepend(make("dt", {}, make("kbd", {}, "Page↑"), " ", make("kbd", {}, "Page↓")), make("dd", {}, "previous, next file"));
-    // On a phone one panel is open at a time.
+    // On a phone, only one panel is open at a time.
     onClick("panel-button", () => byId("panel").classList.contains("open") && this.showDesk(false));
   }
 
@@ -439,7 +439,7 @@ export class Desk {
     if (wanted) this.player.showPanel(false);
   }
 
-  // A file for the skeleton of a character: the motion stays what is shown.
+  // Opens a file as a character, and keeps showing the motion.
   openCharacter() {
     const motion = this.chosen;
     const input = make("input", { type: "file" });

@@ -1,4 +1,4 @@
-// What was dropped or chosen, as items: the files that belong together.
+// Groups dropped or selected files into items of files that belong together.
 
 import { MOTION } from "./formats.js";
 
@@ -9,7 +9,7 @@ const MESH = /\.(stl|obj|dae)$/i;
 
 const folderOf = (path) => path.slice(0, path.lastIndexOf("/") + 1);
 
-/** The files of a folder that was dropped, with their paths; hidden ones are left out. */
+/** The files of a dropped folder with their paths, without hidden files. */
 async function filesBelow(handle, path, found) {
   if (handle.name.startsWith(".")) return;
   if (handle.kind === "file") {
@@ -26,7 +26,7 @@ async function entriesBelow(entry, path, found) {
     return;
   }
   const reader = entry.createReader();
-  // A reader gives a hundred at a time.
+  // A directory reader returns 100 entries at a time.
   for (;;) {
     const entries = await new Promise((done, failed) => reader.readEntries(done, failed));
     if (!entries.length) return;
@@ -36,7 +36,7 @@ async function entriesBelow(entry, path, found) {
 
 /** The files of a drop, each with its path. */
 export async function droppedFiles(transfer) {
-  // All is asked for before the first pause, after which a drop has nothing more to say.
+  // Request all entries before the first `await`, because the browser clears the drop's data afterwards.
   const parts = Array.from(transfer.items, (item) => {
     if (item.kind !== "file") return null;
     const entry = item.webkitGetAsEntry?.();
@@ -66,16 +66,16 @@ function pathFrom(folder, path) {
 }
 
 /**
- * Items in the order of their paths. A motion comes with what it may refer to: an .amc with the .asf of its folder, or
- * with any where its folder has none, a .gltf with the files below its folder. A single file is always an item, for its
- * contents say what it is; of several, those of no known name are passed over.
+ * The items in the order of their paths. A motion has the files to which it may refer. An .amc has the .asf of its folder, or
+ * any .asf if its folder has none. A .gltf has the files below its folder. A single file is always an item, because its
+ * contents determine the format. Among several files, unknown names are skipped.
  */
 export function itemsOf(all) {
   const sorted = [...all].sort((a, b) => a.path.localeCompare(b.path, undefined, { numeric: true }));
   const motions = sorted.filter(({ path }) => MOTION.test(path));
   const hasMotion = (folder) => motions.some((motion) => /\.amc$/i.test(motion.path) && folderOf(motion.path).startsWith(folder));
   const skeletons = sorted.filter(({ path }) => /\.asf$/i.test(path));
-  // A skeleton without a motion is shown for itself.
+  // A skeleton without a motion is an item.
   const lone = skeletons.filter(({ path }) => !hasMotion(folderOf(path)) && !motions.some((motion) => /\.amc$/i.test(motion.path)));
   const single = sorted.length === 1 && !motions.length && !lone.length ? sorted : [];
   const items = [...motions, ...lone, ...single].map((motion) => {
@@ -87,7 +87,7 @@ export function itemsOf(all) {
       beside = near.length ? near : skeletons;
     }
     if (/\.gltf$/i.test(motion.path)) beside = sorted.filter((file) => file !== motion && BESIDE.test(file.path) && isBelow(file));
-    // The meshes of a robot may be in a folder beside that of its file.
+    // The meshes of a robot may be in a folder next to the folder of its file.
     if (ROBOT.test(motion.path)) beside = sorted.filter(({ path }) => MESH.test(path));
     const together = [motion, ...beside];
     const nameOf = (file) => {

@@ -1,8 +1,8 @@
-// What is wrong with a file, with its place, as an element of a list.
+// Shows a problem of a file with its location, as a list element.
 
 import { make } from "../../../src/render/view/dom.js";
 
-/** A line of a file with a mark below the wrong part; of a long line what is around it. */
+/** A line of a file with a mark below the wrong part. A long line is cut to the text around this part. */
 function marked({ text, column = 1, length = 1 }) {
   const [before, most] = [24, 120];
   const characters = Array.from(text);
@@ -13,7 +13,7 @@ function marked({ text, column = 1, length = 1 }) {
   return `${start}${line.join("")}${end}\n${" ".repeat(start.length + Math.max(0, column - 1 - from))}${mark}`;
 }
 
-/** A diagnostic as the package gives it; an error where it says so. */
+/** Makes an element of a diagnostic of the package. */
 export function findingElement(finding, isError) {
   const { code, file, line, column, text, joint, pointer, expected, found, help, count } = finding;
   const message = finding.reason ?? finding.message;

@@ -1,15 +1,15 @@
-// What is shown, as the job of a file and as the command line that does the same.
+// The job and the command line that write the shown motion.
 
 import { quoted, turnedUp } from "../../../src/render/view/drag.js";
 import { isRobotFormat } from "./opened.js";
 
-/** `drop-first-frame` by the choices of the page. */
+/** The values of `drop-first-frame` for the choices of the page. */
 const FIRST_FRAME = { drop: "yes", auto: "auto" };
 
 const given = (options) => Object.fromEntries(Object.entries(options).filter(([, value]) => value !== undefined));
 const filled = (part) => (Object.keys(part).length ? part : undefined);
 
-/** The options of reading, space and frames of an item, by their names in a job. */
+/** The options of an item for reading, space and frames, by their names in a job. */
 function optionsOf({ read, change }) {
   const { first, last, unit, up, firstFrame } = change;
   const trim = first || last ? `${first ? `${first.frame}f` : ""}..${last ? `${last.frame}f` : ""}` : undefined;
@@ -20,15 +20,15 @@ function optionsOf({ read, change }) {
   };
 }
 
-/** Steps as the program takes them, for which +Y is up: the page has the axes of the file. */
+/** Converts steps for the program, in which +Y is up. The page has the axes of the file. */
 const programSteps = ({ steps, clip }) => steps.map((step) => (step.startsWith("reach:") ? step.replace(/\bto=([^,]+)/, (_, to) => `to=${turnedUp(to.split("/").map(Number), clip?.data.up).join("/")}`) : step));
 
-/** The job of `mocap run` that writes what is shown. */
+/** The job of `mocap run` that writes the shown motion. */
 export function jobOf(item, output) {
   const { names, onto, retarget } = item;
   const steps = programSteps(item);
   const { read, space, frames } = optionsOf(item);
-  // Steps are for the motion without a rest pose before it, as `mocap edit` does it.
+  // Steps need the motion without a rest pose before it, as in `mocap edit`.
   if (steps.length) frames["drop-first-frame"] ??= "auto";
   const isRobot = isRobotFormat(onto?.format);
   const body = onto && given({ file: onto.names[0], map: onto.change.bones, feet: isRobot || retarget.feet === "lock" ? undefined : retarget.feet });
@@ -41,14 +41,14 @@ export function jobOf(item, output) {
   });
 }
 
-/** The command line that writes what is shown; of a job file where it is more than one command. */
+/** The command line that writes the shown motion, or `mocap run job.json` if one command cannot. */
 export function commandOf(item, output) {
   const { names, onto, retarget, change } = item;
   const steps = programSteps(item);
   const { read, space, frames } = optionsOf(item);
   const flags = Object.entries({ ...read, ...space, ...frames }).map(([name, value]) => `--${name}=${quoted(value)}`);
   const line = (...words) => ["mocap", ...words].join(" ");
-  // A command takes bones from a file, a job has them in it.
+  // A job contains the bones, but a command reads them from a file.
   if (change.bones || onto?.change.bones) return line("run", "job.json");
   if (steps.length && (onto || Object.keys(change).length)) return line("run", "job.json");
   if (steps.length) return line("edit", quoted(names[0]), ...flags, ...steps.flatMap((step) => ["--step", quoted(step)]), "-o", quoted(output));

@@ -1,13 +1,13 @@
-// The module of the page without the functions that nothing in the page can reach: what only the calls below do. They become a
-// trap; their numbers stay.
+// Removes functions from the module that the page never reaches, because only the calls below use them. Each becomes a trap and
+// keeps its index.
 
-/** What the page never calls: jobs, laboratories, packed clips and controllers are for programs. */
+/** The exports that the page never calls. Jobs, laboratory data, packed clips and controllers are for programs. */
 const UNUSED = new Set([
   "mocap_call_other", "mocap_clip_sample", "mocap_clip_free", "mocap_controller_steer", "mocap_controller_follow", "mocap_controller_free",
   "mocap_robot_stream_free",
 ]);
 
-/** Numbers of the sections of a module, and the kind of an import or export that is a function. */
+/** The ids of a module's sections, and the kind of a function in imports and exports. */
 const SECTION = { custom: 0, imports: 2, exports: 7, start: 8, elements: 9, code: 10 };
 const FUNCTION = 0;
 
@@ -20,7 +20,7 @@ class Cursor {
 
   byte() { return this.bytes[this.at++]; }
 
-  /** Also of one with a sign, where only its length matters. */
+  /** Reads a number. For signed numbers only the length matters. */
   number() {
     let value = 0;
     for (let factor = 1; ; factor *= 128) {
@@ -41,13 +41,15 @@ class Cursor {
   }
 }
 
-/** Skips what stands after an instruction with the prefix 0xfc: tables and blocks of memory, and numbers without a trap. */
+/**
+ * Skips the operands of an instruction with the prefix 0xfc: bulk memory and table instructions, and saturating conversions.
+ */
 function skipBulk(cursor) {
   const operands = { 8: 2, 9: 1, 10: 2, 11: 1, 12: 2, 13: 1, 14: 2, 15: 1, 16: 1, 17: 1 };
   cursor.numbers(operands[cursor.number()] ?? 0);
 }
 
-/** The same of 0xfd, vectors of 128 bits. */
+/** Skips the operands of an instruction with the prefix 0xfd: 128-bit vectors. */
 function skipVector(cursor) {
   const code = cursor.number();
   if (code <= 11 || code === 92 || code === 93) cursor.numbers(2);
@@ -59,7 +61,7 @@ function skipVector(cursor) {
   }
 }
 
-/** The functions that a body names, from its locals to its end. */
+/** The functions that a function body references. */
 function namedIn(bytes, start, end) {
   const cursor = new Cursor(bytes, start);
   cursor.list(() => cursor.numbers(2));
@@ -97,11 +99,11 @@ function sectionsOf(bytes) {
   return sections;
 }
 
-/** The functions that stand in tables, where any trait object may find them. */
+/** The functions in tables, which any indirect call can reach. */
 function inTables(cursor) {
   return cursor.list(() => {
     if (cursor.number() !== 0) throw new Error("a table of functions has another form");
-    // Where it begins: a constant, and the end of the expression.
+    // Skip the offset: a constant, and the end of the expression.
     cursor.byte();
     cursor.number();
     cursor.byte();
@@ -136,7 +138,7 @@ export function leanCode(bytes) {
     ...roots.filter(({ name, kind }) => kind === FUNCTION && !UNUSED.has(name)).map(({ index }) => index),
     ...inTables(at(SECTION.elements)),
   ]);
-  // A set that grows while it is gone through.
+  // The set grows during the iteration.
   for (const index of reached) for (const named of namedIn(bytes, bodies[index].start, bodies[index].end)) reached.add(named);
   const lean = bodies.map(({ start, end }, index) => (reached.has(index) ? [...lengthOf(end - start), ...bytes.subarray(start, end)] : TRAP));
   const content = Buffer.concat([Buffer.from(lengthOf(bodies.length)), ...lean.map((body) => Buffer.from(body))]);

@@ -1,22 +1,24 @@
-// The module of the page without what the page does not use. Bytes become zeros and stay where they are, so that every address
-// holds; zeros take no room once they are packed.
+// Clears data of the module that the page does not use. The bytes become zeros, so that all addresses stay valid. Compressed
+// zeros take no space.
 
-/** Where a list of bytes begins in another, or -1. */
+/** The position of one list of bytes in another, or -1. */
 const placeOf = (bytes, part) => Buffer.from(bytes.buffer, bytes.byteOffset, bytes.length).indexOf(part);
 
-/** Tables of TrueType that outlines of letters are read from. */
+/** The TrueType tables that are needed to read outlines. */
 const USED_TABLES = new Set(["cmap", "glyf", "loca", "hmtx", "head", "hhea", "maxp"]);
 
 /**
- * Letters that pictures of the page have: Latin, Greek, Cyrillic, Armenian, Hebrew; and signs between words, currencies,
- * letter-like signs, arrows, mathematics.
+ * The characters in pictures of the page: Latin, Greek, Cyrillic, Armenian, Hebrew, punctuation, currencies, letter-like
+ * symbols, arrows and mathematics.
  */
 const LETTERS = [[0x20, 0x5ff], [0x1e00, 0x1fff], [0x2000, 0x22ff]];
 
-/** The bytes by which every font of TrueType begins. */
+/** The first bytes of every TrueType font. */
 const TRUE_TYPE = Buffer.from([0, 1, 0, 0]);
 
-/** The glyphs of the letters, by a table of format 4: four lists with the ends, starts, differences and places of ranges. */
+/**
+ * The glyphs of the characters, from a cmap table of format 4: four lists with the ends, starts, deltas and offsets of ranges.
+ */
 function glyphsOf(font, cmap) {
   const tables = Array.from({ length: font.getUint16(cmap + 2) }, (_, i) => cmap + font.getUint32(cmap + 8 + 8 * i));
   const at = tables.find((table) => font.getUint16(table) === 4);
@@ -36,7 +38,7 @@ function glyphsOf(font, cmap) {
   return glyphs;
 }
 
-/** The parts that a glyph of several parts is made of. */
+/** The components of a composite glyph. */
 function partsOf(font, at) {
   const parts = [];
   for (let flags = 0x20, next = at + 10; flags & 0x20; ) {
@@ -47,7 +49,7 @@ function partsOf(font, at) {
   return parts;
 }
 
-/** Leaves of a font the outlines of the letters above, without instructions for small sizes. */
+/** Reduces a font to the outlines of the characters above, without hinting instructions. */
 function leanFont(bytes, start) {
   const font = new DataView(bytes.buffer, bytes.byteOffset + start);
   const tables = new Map(Array.from({ length: font.getUint16(4) }, (_, i) => {
@@ -80,12 +82,12 @@ function leanFont(bytes, start) {
   }
 }
 
-/** The fewest bytes of a table that is worth clearing; a shorter one might be found where something else is. */
+/** The least size of a table to clear, in bytes. The search for a shorter table could match other data. */
 const LEAST_TABLE = 500;
 
 /**
- * The tables of encodings in the source of the crate encoding_rs, but for those of Shift-JIS, in which names of MikuMikuDance are:
- * nothing else is decoded with the crate, which links them all.
+ * The encoding tables in the source of the crate encoding_rs, except Shift-JIS, the encoding of MikuMikuDance names. The crate
+ * links all tables, but mocap decodes only Shift-JIS with it.
  */
 export function unusedEncodings(source) {
   const tables = source.matchAll(/static ([A-Z0-9_]+): \[u(8|16|32); \d+\] = \[([^\]]*)\]/g);
@@ -97,7 +99,10 @@ export function unusedEncodings(source) {
   }).filter(({ length }) => length >= LEAST_TABLE);
 }
 
-/** A copy of the module. `parts` are texts of `mocap view` and `mocap survey`, which the page does not write, and unused tables. */
+/**
+ * Returns a reduced copy of the module. `parts` are texts of `mocap view` and `mocap survey`, which the page does not write,
+ * and unused tables.
+ */
 export function leanModule(wasm, parts) {
   const bytes = Uint8Array.from(wasm);
   for (const part of parts.map((part) => Buffer.from(part))) {

@@ -1,10 +1,10 @@
-// Bytes of the format LZMA (`xz --format=lzma`), which packs the module a quarter smaller than gzip, the only one that
-// browsers bring. By the specification of LZMA, in the public domain: https://www.7-zip.org/sdk.html.
+// Decodes LZMA (`xz --format=lzma`). LZMA makes the module a quarter smaller than gzip, the only format that browsers decode.
+// The code follows the public domain specification of LZMA: https://www.7-zip.org/sdk.html.
 
-/** Bits of the probability of a bit, and by how much of the rest one bit changes it. */
+/** The bits of a probability, and the shift that adapts a probability after each bit. */
 const [PROBABILITY_BITS, MOVE_BITS] = [11, 5];
 const [TOP, STATES, POSITIONS] = [2 ** 24, 12, 16];
-/** The shortest match, and the lengths that have slots of distance of their own. */
+/** The shortest match, and the number of match lengths with separate distance slots. */
 const [SHORTEST, LENGTH_STATES] = [2, 4];
 const [ALIGN_BITS, FIRST_TREE, FIRST_DIRECT] = [4, 4, 14];
 
@@ -40,7 +40,7 @@ class Bits {
     return bit;
   }
 
-  // Bits that are as often 0 as 1.
+  // Reads bits with equal probabilities of 0 and 1.
   direct(count) {
     let value = 0;
     for (let i = 0; i < count; i++) {
@@ -59,7 +59,7 @@ class Bits {
     return node - 2 ** count;
   }
 
-  // The lowest bit first.
+  // Reads a number, the lowest bit first.
   reverseTree(table, count, start = 0) {
     let [node, value] = [1, 0];
     for (let i = 0; i < count; i++) {
@@ -84,7 +84,7 @@ class Lengths {
   }
 }
 
-/** Reads how far back a match is. */
+/** Reads the distance of a match. */
 class Distances {
   constructor() {
     this.slots = Array.from({ length: LENGTH_STATES }, () => probabilities(64));
@@ -102,7 +102,7 @@ class Distances {
   }
 }
 
-/** Reads a single byte, of which a match may say what it is probably not. */
+/** Reads a literal byte. After a match, the byte at the match distance is its context. */
 function literal(bits, table, start, matched) {
   let node = 1;
   if (matched >= 0) {
@@ -118,7 +118,7 @@ function literal(bits, table, start, matched) {
   return node & 0xff;
 }
 
-/** The bytes that were packed. @param {Uint8Array} bytes */
+/** Returns the decompressed bytes. @param {Uint8Array} bytes */
 export function fromLzma(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset);
   const contextBits = bytes[0] % 9;

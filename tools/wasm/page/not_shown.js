@@ -1,9 +1,9 @@
-// What a glTF or VRM file has that the player does not show, which is said where the file is shown.
+// Finds the data of a glTF or VRM file that the player does not show, for a note beside the file.
 
-/** The most bytes of JSON that are looked at. */
+/** The largest examined JSON, in bytes. */
 const LARGEST_JSON = 64 << 20;
 
-/** The JSON of a .glb, .vrm or .gltf; nothing where there is none. */
+/** The JSON of a .glb, .vrm or .gltf, or null. */
 async function gltfOf(file) {
   const head = new DataView(await file.slice(0, 20).arrayBuffer());
   const isBinary = head.byteLength === 20 && head.getUint32(0) === 0x676c5446;
@@ -13,12 +13,12 @@ async function gltfOf(file) {
   try {
     return JSON.parse(await file.slice(isBinary ? 20 : 0, (isBinary ? 20 : 0) + length).text());
   } catch {
-    // What is wrong with it the reader has said.
+    // The reader has already reported the error.
     return null;
   }
 }
 
-/** A sentence, or "". */
+/** The note as a sentence, or "". */
 export async function notShownOf(file) {
   const gltf = await gltfOf(file);
   if (!gltf || typeof gltf !== "object") return "";

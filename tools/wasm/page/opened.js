@@ -1,18 +1,18 @@
-// What is opened: items, each once, and their rows.
+// The open items, without duplicates, and their rows.
 
 import { byId, make } from "../../../src/render/view/dom.js";
 
 export const plural = (count, one) => `${count} ${one}${count === 1 ? "" : "s"}`;
 const rounded = (value) => Number(value.toFixed(2));
 
-/** The fewest joints of the skeleton of a person. */
+/** The fewest joints of a human skeleton. */
 const FEWEST_OF_A_PERSON = 15;
 
-/** Whether a file is a figure without a motion, which motions are put on. */
+/** Whether a file is a figure without a motion, to which motions can be retargeted. */
 export const isCharacter = ({ state, frames, joints, onto, format }) =>
   state === "ok" && !frames && !onto && format !== "c3d" && (joints >= FEWEST_OF_A_PERSON || isRobotFormat(format));
 
-/** Whether it is a robot, which has links and takes a motion as a character does. */
+/** Whether the format is a robot's. Motions can also be retargeted to robots. */
 export const isRobotFormat = (format) => format === "urdf" || format === "mjcf";
 
 /** A summary of a file in a list. */
@@ -23,7 +23,7 @@ export function summaryOf({ frames, ticksPerSecond, joints, clips, format }) {
   return `${others}${rounded((frames - 1) / ticksPerSecond)} s, ${plural(frames, "frame")}, ${plural(joints, "joint")}`;
 }
 
-/** What makes a file the one that is opened already. */
+/** The identity of an open file. */
 const signature = ({ path, files }) => JSON.stringify([path, ...files.map(({ name, size, lastModified }) => [name, size, lastModified])]);
 
 export class Opened {
@@ -34,7 +34,7 @@ export class Opened {
     this.last = 0;
   }
 
-  // Adds an item, or finds the one that it is.
+  // Adds an item, or returns the equal open item.
   add(item) {
     const mark = item.onto ? null : item.mark ?? signature(item);
     const known = mark && this.items.find((other) => other.mark === mark);
@@ -55,7 +55,7 @@ export class Opened {
     this.reveal();
   }
 
-  // The row of what is chosen comes into view.
+  // Scrolls to the row of the selected item.
   reveal() {
     byId("opened").children[this.items.indexOf(this.chosen)]?.scrollIntoView({ block: "nearest" });
   }
@@ -88,8 +88,8 @@ export class Opened {
 }
 
 /**
- * Which of the files that were dropped goes on which: a motion on the one character among them. Where they were dropped on the
- * figure, that counts too: a character for a motion, a motion for a character.
+ * The motion and the character to combine: a motion with the only character among the dropped files. If the files were dropped
+ * on a figure, the figure is a candidate too.
  */
 export function pairOf(added, onFigure) {
   const isMotion = (item) => item.state === "ok" && item.frames > 0;
@@ -98,7 +98,7 @@ export function pairOf(added, onFigure) {
   if (characters.length === 1 && motions.length > 0) return { motion: motions[0], character: characters[0] };
   if (!onFigure || added.length === 0) return null;
   if (characters.length === 1 && isMotion(onFigure)) {
-    // A motion on a character goes onto another one as the motion that it was.
+    // If the figure shows a retargeted motion, use the source motion.
     return { motion: onFigure.from ?? onFigure, character: characters[0] };
   }
   const body = onFigure.onto ?? onFigure;

@@ -1,4 +1,4 @@
-// This page as a file that has what is opened in it: whoever opens it sees the same, and can go on from there.
+// Saves this page with the open items, so that another person can open the file and continue.
 
 import { takeText } from "../../../src/render/view/unpack.js";
 import { fromBase128, toBase128 } from "./base128.js";
@@ -7,11 +7,11 @@ const piped = async (bytes, stream) => new Uint8Array(await new Response(new Blo
 
 const dataElement = (type, id, text) => `<script type="${type}" id="${id}">${text}<\/script>`;
 
-/** What of an item does not come from its files. */
+/** The properties of an item that do not come from its files. */
 const keptOf = ({ path, name, names, read, change, steps, retarget, isBefore }) => ({ path, name, names, read, change, steps, retarget, isBefore });
 
 export class OwnPage {
-  /** Before anything changes the page. `wasm` are the bytes of the module. */
+  /** Call this before anything changes the page. `wasm` are the bytes of the module. */
   constructor() {
     this.wasm = fromBase128(takeText("wasm"));
     this.walk = takeText("walk");
@@ -19,7 +19,7 @@ export class OwnPage {
     this.html = `<!doctype html>\n${document.documentElement.outerHTML}`;
   }
 
-  /** What was saved in this page, which is then not in it any more. */
+  /** Takes the saved data out of this page. */
   taken() {
     const found = document.getElementById("session");
     if (!found) return null;
@@ -35,7 +35,7 @@ export class OwnPage {
   /** The walk that an empty page offers. */
   get walkBytes() { return fromBase128(this.walk); }
 
-  /** The items that were saved in this page, with their files, each with the place of its character; and which are shown. */
+  /** The items saved in this page, with their files and the index of each character, and the shown items. */
   async opened() {
     const { session } = this;
     const files = [];
@@ -47,7 +47,7 @@ export class OwnPage {
     return session.items.map((item) => ({ ...item, files: item.files.map((index) => files[index]) }));
   }
 
-  /** A page with items in it, of which the first `shown` are shown; characters stand behind. */
+  /** Makes a page with the shown items first, then their characters. */
   async with(shown) {
     const items = [...new Set([...shown, ...shown.flatMap(({ onto, from }) => [from, onto].filter(Boolean))])];
     const files = [...new Set(items.flatMap((item) => item.files))];
@@ -64,7 +64,7 @@ export class OwnPage {
     }
     const texts = { wasm: toBase128(this.wasm), walk: this.walk };
     const html = this.html.replace(/(<script [^>]*id="(wasm|walk)">)(<\/script>)/g, (_, start, id, end) => `${start}${texts[id]}${end}`);
-    // Behind the last element with data, before the script.
+    // Insert after the last data element, before the script.
     const [before, after] = splitAfter(html, /<script [^>]*id="walk">[^<]*<\/script>/);
     return new Blob([before, ...parts, after], { type: "text/html" });
   }

@@ -1,19 +1,19 @@
-// How far a request is: its stages, and what waits.
+// Shows the progress of a request: its stages, and waiting requests.
 
 import { byId } from "../../../src/render/view/dom.js";
 
 const STAGES = {
-  starting: "starting", reading: "reading", parsing: "understanding", editing: "changing", retargeting: "putting on the character", packing: "preparing the picture", writing: "writing",
+  starting: "starting", reading: "reading", parsing: "understanding", editing: "changing", retargeting: "retargeting", packing: "preparing the picture", writing: "writing",
 };
 
-/** The stages of each call, in their order; the bar has a part for each. */
+/** The stages of each call in order. The bar has a part for each stage. */
 const OF_CALL = {
   inspect: ["reading", "parsing"],
   show: ["reading", "parsing", "editing", "retargeting", "packing"],
   save: ["reading", "parsing", "editing", "retargeting", "writing"],
 };
 
-/** What is done within these milliseconds needs no bar. */
+/** Requests that take less than this number of milliseconds show no bar. */
 const SOON = 120;
 
 export class Progress {
@@ -28,12 +28,12 @@ export class Progress {
     const count = waiting > 1 ? `${items.length - waiting + 1} of ${items.length}: ` : "";
     byId("work-text").textContent = `${count}${item?.name ?? ""}, ${STAGES[stage]}`;
     byId("work-bar").value = waiting > 1 ? 1 - waiting / items.length : this.done(request, stage, share);
-    // What nobody waits for is no cover over the picture.
+    // A background request does not cover the picture.
     byId("work").classList.toggle("aside", request.call === "inspect");
     if (byId("work").hidden) this.soon = setTimeout(() => { byId("work").hidden = false; }, SOON);
   }
 
-  // The part of a call that is done: its stages before this one, and what is done of this one.
+  // The finished fraction of a call: all earlier stages, and a share of the current stage.
   done({ call, item }, stage, share = 0) {
     const isDone = { editing: item?.steps?.length, retargeting: item?.onto };
     const stages = (OF_CALL[call] ?? []).filter((name) => !(name in isDone) || isDone[name]);

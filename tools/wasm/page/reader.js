@@ -1,12 +1,11 @@
-// The worker that reads, as the page sees it: requests one after another, the urgent ones first, and a worker in place of
-// one that has ended.
+// The page's side of the reading worker. Sends requests one by one, urgent requests first, and replaces an ended worker.
 
-/** After these errors nothing in the worker can be relied on. */
+/** After these errors the state of the worker is undefined. */
 const ENDED = new Set(["defect", "out-of-memory", "stopped"]);
 
 export class Reader {
-  // `wasm` is a promise of the module's bytes. `progress` is called with the request in work and its stage, or with
-  // nothing; `restarted` with the reason.
+  // `wasm` is a promise of the module's bytes. `progress` is called with the current request and its stage, or with nothing.
+  // `restarted` is called with the reason.
   constructor({ script, wasm, progress, restarted }) {
     this.address = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
     Object.assign(this, { wasm, progress, restarted });
@@ -23,7 +22,7 @@ export class Reader {
     worker.onerror = (event) => {
       event.preventDefault();
       const error = { code: "defect", message: event.message || "the browser starts no worker from this page" };
-      // A worker that never was ready would not be the next time.
+      // A worker that never started would not start the next time either.
       if (this.isReady) this.end(error);
       else this.giveUp(error);
     };
@@ -33,7 +32,7 @@ export class Reader {
     );
   }
 
-  // A promise of the answer; it is refused with what the worker says of an error.
+  // Returns a promise of the answer. The promise is rejected with the worker's error.
   ask(request, { isUrgent = true } = {}) {
     return new Promise((done, failed) => {
       if (this.broken) return failed(this.broken);
@@ -61,7 +60,7 @@ export class Reader {
     else this.settle((working) => working.done(answer));
   }
 
-  // Without a reader every request fails.
+  // Fails all requests, because there is no reader.
   giveUp(error) {
     this.broken = error;
     this.restarted(error);
@@ -79,7 +78,7 @@ export class Reader {
     this.next();
   }
 
-  // Ends the worker, with what it is doing, and starts another.
+  // Ends the worker with its current request, and starts another worker.
   end(error) {
     this.worker.terminate();
     this.start();
@@ -87,7 +86,7 @@ export class Reader {
     this.fail(error);
   }
 
-  // The worker need not keep the scenes of a file any longer.
+  // Tells the worker to free the scenes of a file.
   forget(id) { if (this.isReady) this.worker.postMessage({ forget: id }); }
 
   stop() {

@@ -1,18 +1,18 @@
-// A motion on a robot: each joint over time between its limits, and what the report says of it.
+// Shows a robot's motion: each joint over time between its limits, and the quality report.
 
 import { Chart } from "../../../src/render/view/chart.js";
 import { byId, make } from "../../../src/render/view/dom.js";
 import { limbAngles } from "../../../src/render/view/marks.js";
 
 const PERCENT = 100;
-/** The criterion of the verdict that bounds each limb. */
+/** The criterion of the verdict for single limbs. */
 const LIMB_CRITERION = "worst_limb_degrees";
 const percent = (fraction) => `${(PERCENT * fraction).toFixed(fraction < 0.01 ? 2 : 1)} %`;
-/** As many joints at a limit as are named. */
+/** The largest number of named joints at a limit. */
 const NAMED = 4;
 const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
 
-/** What a report says, a line each. */
+/** The lines of a report. */
 function linesOf({ verdict, mean_degrees, limbs, clamped, fraction_below_floor, fraction_in_self_collision, fraction_of_jumps, skate }) {
   const atLimit = [...clamped].sort((a, b) => b.fraction - a.fraction).slice(0, NAMED).map(({ joint, fraction }) => `${joint} ${percent(fraction)}`);
   const worst = [...limbs].sort((a, b) => (b.max_degrees ?? 0) - (a.max_degrees ?? 0))[0];

@@ -1,4 +1,4 @@
-//! A scene as JavaScript gets it: names and numbers as JSON, keys and matrices as addresses.
+//! Describes a scene for JavaScript: names and numbers as JSON, keys and matrices as addresses.
 
 use mocap::scene::report::SourceLines;
 use mocap::scene::{Assumption, Face, HumanoidBone, Metadata, NodeId, NodeKind, RotationOrder};
@@ -13,13 +13,13 @@ use crate::scenes::Entry;
 pub(crate) struct SceneAt<'a> {
     scene: u32,
     nodes: Vec<NodeAt<'a>>,
-    /// Node to parent at rest: 16 numbers a node, column by column.
+    /// Rest transforms relative to the parents: 16 numbers per node, in column-major order.
     transforms: usize,
     animations: Vec<AnimationAt<'a>>,
     meshes: usize,
     metadata: &'a Metadata,
     warnings: &'a [Diagnostic],
-    /// What was decided for this scene.
+    /// The assumptions about this scene.
     assumptions: &'a [Assumption],
 }
 

@@ -1,4 +1,4 @@
-//! The packed clips that JavaScript holds, each under a number that is never used again.
+//! The packed clips that JavaScript holds, each with a number that is never reused.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
-/// Numbers of a node in a pose: its translation, rotation and scale.
+/// The number of values of a node in a pose: translation, rotation and scale.
 const FLOATS: usize = 3 + 4 + 3;
 
-/// A clip, and room for its pose.
+/// A clip with the buffer of its pose.
 struct Entry {
     clip: PackedClip<'static>,
     pose: Vec<Trs>,
@@ -24,7 +24,7 @@ pub(crate) struct Clips {
     last: u32,
 }
 
-/// What JavaScript is told of a clip.
+/// The description of a clip for JavaScript.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct ClipAt<'a> {
@@ -35,7 +35,7 @@ pub(crate) struct ClipAt<'a> {
     frame_count: usize,
     max_error: f64,
     bytes: usize,
-    /// Where [`Clips::sample`] writes its pose.
+    /// The address where [`Clips::sample`] writes the pose.
     pose: usize,
 }
 
@@ -76,7 +76,7 @@ impl Clips {
         })
     }
 
-    /// Computes the pose of a clip. Whether there is such a clip.
+    /// Computes the pose of a clip. Returns whether the clip exists.
     pub(crate) fn sample(&mut self, number: u32, tick: f64) -> bool {
         let Some(Entry { clip, pose, floats }) = self.entries.get_mut(&number) else {
             return false;

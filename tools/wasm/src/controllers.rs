@@ -1,4 +1,4 @@
-//! The figures of motion matching that JavaScript holds, each under a number that is never used again.
+//! The figures of motion matching that JavaScript holds, each with a number that is never reused.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
-/// Numbers of a trajectory: x and z of three positions, and of three directions.
+/// The number of values of a trajectory: x and z of three positions and of three directions.
 const TRAJECTORY: usize = 12;
 
-/// A figure, and what JavaScript reads and writes of it where it lies.
+/// A figure, with the memory that JavaScript reads and writes directly.
 struct Entry {
     figure: Controller,
-    /// x and z of where it stands, and of where it looks.
+    /// The position (x and z) and the facing (x and z).
     root: Box<[f32; 4]>,
     /// The trajectory of the next frame.
     trajectory: Box<[f32; TRAJECTORY]>,
@@ -27,7 +27,7 @@ pub(crate) struct Controllers {
     last: u32,
 }
 
-/// What JavaScript is told of a figure.
+/// The description of a figure for JavaScript.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct ControllerAt {
@@ -41,7 +41,7 @@ pub(crate) struct ControllerAt {
 }
 
 impl Controllers {
-    /// A figure of a character in metres with +Y up: of the motions of a database, or of scenes.
+    /// Makes a figure of a character in metres with +Y up, from the motions of a database or of scenes.
     pub(crate) fn add(
         &mut self,
         character: &Scene,
@@ -78,12 +78,12 @@ impl Controllers {
         })
     }
 
-    /// Goes on by a frame with a velocity. Whether there is such a figure.
+    /// Advances by one frame with a velocity. Returns whether the figure exists.
     pub(crate) fn steer(&mut self, number: u32, velocity: Vec2, look: Vec2) -> bool {
         self.go_on(number, |entry| entry.figure.steer(velocity, look))
     }
 
-    /// Goes on by a frame towards the trajectory that JavaScript has written. Whether there is such a figure.
+    /// Advances by one frame towards the trajectory that JavaScript has written. Returns whether the figure exists.
     pub(crate) fn follow(&mut self, number: u32) -> bool {
         self.go_on(number, |entry| {
             let number = |place: usize| Some(entry.trajectory[place]).filter(|number| number.is_finite());
@@ -112,7 +112,7 @@ fn root(figure: &Controller) -> [f32; 4] {
     [at.x, at.z, forward.x, forward.z]
 }
 
-/// A database with its motions within.
+/// Reads a database that includes its motions.
 fn packed(bytes: &[u8]) -> Result<Database, Failure> {
     let database = Database::read(bytes)?;
     match database.clips().iter().find(|clip| !clip.is_packed() && !clip.mirrored) {
@@ -124,7 +124,7 @@ fn packed(bytes: &[u8]) -> Result<Database, Failure> {
     }
 }
 
-/// The clips of scenes, each under its number.
+/// Indexes the clips of scenes, with their numbers as file names.
 fn indexed(motions: &[&Scene], mirror: bool) -> Result<Vec<IndexedClip>, Failure> {
     let mut clips = Vec::new();
     for (index, motion) in motions.iter().enumerate() {

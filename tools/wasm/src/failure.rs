@@ -1,4 +1,4 @@
-//! Why a call failed, as JSON.
+//! The error of a call, as JSON.
 
 use mocap::{Code, Diagnostic, Error};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use serde::Serialize;
 pub(crate) struct Failure(Box<Error>);
 
 impl Failure {
-    /// A value of the caller has no meaning.
+    /// An invalid argument of the caller.
     pub(crate) fn argument(message: impl Into<String>) -> Self {
         Error::from(Diagnostic::new(Code::UnknownOption, message)).into()
     }

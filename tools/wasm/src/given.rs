@@ -1,4 +1,4 @@
-//! The options of a call, as records of the library's jobs.
+//! Converts the options of a call to records of the library's jobs.
 
 use mocap::{Code, Diagnostic, Error};
 use serde::de::value::Error as Refusal;
@@ -9,19 +9,19 @@ use serde_json::{Map, Value};
 use crate::failure::Failure;
 use crate::names;
 
-/// Options that a function of the package was given, from which records are taken one after the other.
+/// The options that a function of the package received. Each record takes its options from them.
 pub(crate) struct Given {
     function: &'static str,
     values: Map<String, Value>,
-    /// The options of the records so far, in the package's names.
+    /// The options of all records so far, by their names in the package.
     known: Vec<String>,
 }
 
-/// An option that was given.
+/// An option that the caller set.
 struct Stated {
-    /// Its name in the package.
+    /// The name in the package.
     name: String,
-    /// Its name in the record.
+    /// The name in the record.
     field: &'static str,
     value: Value,
 }
@@ -31,7 +31,11 @@ impl Given {
         let mut values = match options {
             Value::Null => Map::new(),
             Value::Object(values) => values,
-            _ => return Err(Failure::argument(format!("the options of {function} are no object"))),
+            _ => {
+                return Err(Failure::argument(format!(
+                    "the options of {function} are not an object"
+                )));
+            }
         };
         values.retain(|_, value| !value.is_null());
         Ok(Self {
@@ -45,21 +49,21 @@ impl Given {
         self.values.get(name)
     }
 
-    /// Whether an option is given, and is no `false`. `name` is its name in a job.
+    /// Whether an option is set to anything but `false`. `name` is the option's name in a job.
     pub(crate) fn states(&self, name: &str) -> bool {
         let value = self.values.get(&names::spelling(name));
         value.is_some_and(|value| *value != Value::Bool(false))
     }
 
-    /// The record of the options that it has. What is not given has its default.
+    /// Takes the options of a record. Absent options have their defaults.
     pub(crate) fn take<T: DeserializeOwned>(&mut self) -> Result<T, Failure> {
         let mut record = Record::default();
-        // It says which fields there are, and then that it has no values.
+        // Deserialization lists the fields of the record, and then fails because it finds no values.
         let _ = T::deserialize(&mut record);
         let stated = self.stated(&record);
         let values = stated.iter().map(|stated| (stated.field, record.value(stated)));
         T::deserialize(object(values)).map_err(|error| {
-            // One value alone tells which of them is wrong.
+            // Test the values one by one to find the invalid one.
             let refuses = |field: &str, value: Value| T::deserialize(object([(field, value)])).err();
             let wrong = stated.iter().find_map(|stated| {
                 let error = refuses(stated.field, record.value(stated))?;
@@ -75,7 +79,7 @@ impl Given {
         })
     }
 
-    /// What of a record was given.
+    /// The options of a record that the caller set.
     fn stated(&mut self, record: &Record) -> Vec<Stated> {
         let mut stated = Vec::new();
         for &field in record.fields {
@@ -89,7 +93,7 @@ impl Given {
         stated
     }
 
-    /// An error where options are given that no record has.
+    /// Fails if options remain that no record has.
     pub(crate) fn end(self) -> Result<(), Failure> {
         let Some(name) = self.values.keys().next() else {
             return Ok(());
@@ -99,7 +103,7 @@ impl Given {
         Err(Error::from(Diagnostic::new(Code::UnknownOption, message).help(help)).into())
     }
 
-    /// What serde says of an option, in the words of the package.
+    /// Rewrites an error of serde about an option in the terms of the package.
     fn refused(&self, record: &Record, stated: &Stated, path: &str, said: &str) -> Failure {
         let function = self.function;
         let listed = said
@@ -113,7 +117,7 @@ impl Given {
         let words = words.filter_map(|word| names::word(record.name, stated.field, word));
         let words = words.collect::<Vec<_>>().join(", ");
         let given = stated.value.as_str().or(variant.split('`').next()).unwrap_or_default();
-        Failure::argument(format!("{path} of {function} must be one of {words}, and is {given}"))
+        Failure::argument(format!("{path} of {function} must be one of {words}, not {given}"))
     }
 }
 
@@ -122,7 +126,7 @@ fn object<'a>(values: impl IntoIterator<Item = (&'a str, Value)>) -> Value {
     Value::Object(values.collect())
 }
 
-/// The name and the fields of a struct: a source without values, which only learns what is asked for.
+/// The name and the fields of a struct. As a deserializer without values, it only records the requested fields.
 #[derive(Default)]
 struct Record {
     name: &'static str,
@@ -130,7 +134,7 @@ struct Record {
 }
 
 impl Record {
-    /// A value in the words of a job. What only a job has is no word.
+    /// Converts a value to the words of a job. Words that only jobs have are rejected.
     fn value(&self, stated: &Stated) -> Value {
         match &stated.value {
             Value::String(word) => names::word_of_job(self.name, stated.field, word)

@@ -1,4 +1,4 @@
-//! Where keys and matrices are in memory.
+//! The addresses of keys and matrices.
 
 use mocap::scene::Keys;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! What a laboratory asks of a motion: columns over time, and reports.
+//! Tables over time and reports for laboratories.
 
 use mocap::Scene;
 use mocap::biomechanics::{Gait, JointAngles, TimeSeries};
@@ -24,7 +24,7 @@ pub(crate) enum Report {
     Solved,
 }
 
-/// Their names as JSON, and the values, row after row, as doubles.
+/// Returns the names of columns as JSON, and the values row by row as doubles.
 pub(crate) fn table(scene: &Scene, columns: Columns) -> Result<Answer, Failure> {
     #[derive(Serialize)]
     #[serde(rename_all = "camelCase")]
@@ -49,7 +49,8 @@ pub(crate) fn table(scene: &Scene, columns: Columns) -> Result<Answer, Failure> 
     Ok((json(&named)?, bytes))
 }
 
-/// As the program prints it with `--json`; `null` where a scene was not solved, or its file recorded nothing.
+/// A report as the program prints it with `--json`; `null` if the scene was not solved from markers, or if its file has
+/// no such data.
 pub(crate) fn report(scene: &Scene, report: Report) -> Result<Answer, Failure> {
     let text = match report {
         Report::Gait => json(&Gait::of(scene)?),

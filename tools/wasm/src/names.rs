@@ -1,6 +1,6 @@
-//! What options of a job are called in the package. `tools/bindings` writes the types of TypeScript by the same tables.
+//! The names of job options in the package. `tools/bindings` generates the TypeScript types from the same tables.
 
-/// Options with another name: their records and their names in a job, then in the package. Others are in camel case.
+/// Options with another name: record, name in a job, name in the package. Other names are converted to camel case.
 const NAMES: &[(&str, &str, &str)] = &[
     ("InputOptions", "from", "format"),
     ("Sources", "map", "bones"),
@@ -8,7 +8,7 @@ const NAMES: &[(&str, &str, &str)] = &[
     ("SourceFrames", "drop-first-frame", "firstFrame"),
 ];
 
-/// Options of a job that calls do not take: files of other calls, and what calls have in a form of their own.
+/// Options of a job that calls do not take: files of other calls, and options with a separate form in calls.
 const LEFT_OUT: &[(&str, &[&str])] = &[
     ("InputOptions", &["skeleton"]),
     ("SourceFrames", &["trim"]),
@@ -23,7 +23,7 @@ const LEFT_OUT: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Words with another name: record, option, word of a job, and that of the package; `None` where calls do not take it.
+/// Words with another name: record, option, word in a job, word in the package; `None` if calls do not take the word.
 const WORDS: &[(&str, &str, &str, Option<&str>)] = &[
     ("SourceFrames", "drop-first-frame", "no", Some("keep")),
     ("SourceFrames", "drop-first-frame", "yes", Some("drop")),
@@ -32,7 +32,7 @@ const WORDS: &[(&str, &str, &str, Option<&str>)] = &[
     ("SizeOptions", "compress", "meshopt-khr", None),
 ];
 
-/// The name in the package of an option of a record; `None` where calls do not take it.
+/// The name of a record's option in the package; `None` if calls do not take the option.
 pub(crate) fn option(record: &str, name: &str) -> Option<String> {
     let is_left_out = |(own, names): &(&str, &[&str])| *own == record && names.contains(&name);
     if LEFT_OUT.iter().any(is_left_out) {
@@ -42,7 +42,7 @@ pub(crate) fn option(record: &str, name: &str) -> Option<String> {
     Some(row.map_or_else(|| camel_case(name), |(_, _, own)| (*own).to_owned()))
 }
 
-/// What a word of a job is called in the package; `None` where calls do not take it.
+/// The package's word for a word of a job; `None` if calls do not take the word.
 pub(crate) fn word<'a>(record: &str, option: &str, word: &'a str) -> Option<&'a str> {
     match rows(record, option).find(|row| row.0 == word) {
         Some((_, own)) => own,
@@ -50,7 +50,7 @@ pub(crate) fn word<'a>(record: &str, option: &str, word: &'a str) -> Option<&'a 
     }
 }
 
-/// The word of a job for one of the package; `None` where only a job has it.
+/// The job's word for a word of the package; `None` for a word that only jobs have.
 pub(crate) fn word_of_job<'a>(record: &str, option: &str, word: &'a str) -> Option<&'a str> {
     if let Some((job, _)) = rows(record, option).find(|row| row.1 == Some(word)) {
         return Some(job);
@@ -63,7 +63,7 @@ fn rows<'a>(record: &'a str, option: &'a str) -> impl Iterator<Item = (&'static 
     WORDS.iter().filter(is_of).map(|row| (row.2, row.3))
 }
 
-/// What an option of a job is called in the package, whichever record has it.
+/// The name of a job's option in the package, for any record.
 pub(crate) fn spelling(name: &str) -> String {
     let row = NAMES.iter().find(|(_, option, _)| *option == name);
     row.map_or_else(|| camel_case(name), |(_, _, own)| (*own).to_owned())

@@ -1,5 +1,5 @@
-//! The options of the package: records of the library's jobs, and what only the package has. What is left out has the
-//! library's default.
+//! The options of the package: records of the library's jobs, and options that only the package has. Absent options
+//! have the library's defaults.
 
 use mocap::convert::Moment;
 use mocap::figure::HumanoidMap;
@@ -16,8 +16,8 @@ use serde_json::Value;
 use crate::failure::Failure;
 use crate::given::Given;
 
-/// WebAssembly has 4 GiB of memory at most, in which the file, its scene and what is written of it stand beside each
-/// other.
+/// The limits of the reader. WebAssembly has at most 4 GiB of memory, which must hold the file, its scene and the
+/// output at the same time.
 fn limits() -> Limits {
     Limits::new().max_bytes(512 << 20).max_values(1 << 26)
 }
@@ -40,7 +40,7 @@ struct OwnReadOptions {
 impl ReadOptions {
     pub(crate) fn of(function: &'static str, options: Value) -> Result<Self, Failure> {
         let mut given = Given::new(function, options)?;
-        // In a job the text `1` is an index, too.
+        // In a job the text `1` is also an index.
         let name = given.get("clip").and_then(Value::as_str).map(str::to_owned);
         let mut reading: InputOptions = given.take()?;
         if let Some(name) = name {
@@ -84,7 +84,7 @@ pub(crate) struct ConvertOptions {
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 struct OwnConvertOptions {
-    /// Of a scene, as the unit and the axis of a source are.
+    /// The unit of the result.
     out_unit: UnitChoice,
     out_up: UpChoice,
     keep_units: bool,
@@ -134,7 +134,7 @@ impl ConvertOptions {
         }
     }
 
-    /// The names that joints get, where they get others.
+    /// The new names of joints, if the caller wants other names.
     pub(crate) fn names(&self) -> Result<Option<HumanoidMap>, Failure> {
         match &self.own.names {
             Some(JointNames::File(name)) => Err(Failure::argument(format!(
@@ -146,12 +146,12 @@ impl ConvertOptions {
     }
 }
 
-/// Options of all writers; each reads its own.
+/// The options of all writers. Each writer reads its own options.
 pub(crate) struct WriteOptions {
     writing: OutputOptions,
-    /// Those that were given, of those that only some formats take.
+    /// The options set by the caller that only some formats take.
     stated: Vec<WriteOption>,
-    /// What a picture calls the clip.
+    /// The name of the clip in a picture.
     pub(crate) name: Option<String>,
 }
 
@@ -174,12 +174,12 @@ impl WriteOptions {
         let mut smaller: SizeOptions = given.take()?;
         let bvh: BvhOutputOptions = given.take()?;
         given.end()?;
-        // A job rounds keys where a largest error is given; a call leaves them as they are.
+        // With an error bound, a job quantizes keys by default; a call keeps 32-bit floats.
         smaller.compress.get_or_insert(Compression::None);
         let mut writing = OutputOptions::default();
         (writing.smaller, writing.bvh) = (smaller, bvh);
         (writing.keep_constant, writing.skeleton_only) = (own.keep_constant, own.skeleton_only);
-        // The page gets one file.
+        // The page gets a single file.
         writing.embed = true;
         Ok(Self {
             writing,
@@ -192,7 +192,7 @@ impl WriteOptions {
         self.writing.exporter()
     }
 
-    /// How the clip of a character is stored, whose file is passed through.
+    /// The storage of the clip in a character's file, which is passed through.
     pub(crate) fn gltf(&self) -> GltfOptions {
         self.writing.gltf().keep_constant(self.writing.keep_constant)
     }
@@ -201,13 +201,13 @@ impl WriteOptions {
         self.writing.skeleton_only
     }
 
-    /// Whether the points of a shell are asked for where nothing is left out.
+    /// Whether a shell distance is set without an error bound.
     pub(crate) fn is_shell_without_bound(&self) -> bool {
         let smaller = &self.writing.smaller;
         smaller.shell_distance.is_some() && !smaller.has_bound()
     }
 
-    /// Why an option that was given has no effect on a format.
+    /// The reason why an option has no effect on a format.
     pub(crate) fn refusal(&self, row: &FormatInfo, extension: &str) -> Option<Diagnostic> {
         let mut stated = self.stated.iter();
         stated.find_map(|option| row.refusal(*option, extension))
@@ -251,7 +251,7 @@ impl PoseRetargetOptions {
         self.own.name.as_deref()
     }
 
-    /// Whether to keep how far the limbs point from those of the motion, for the player.
+    /// Whether to keep the angles between the limbs and the source's limbs, for the player.
     pub(crate) fn keeps_limb_angles(&self) -> bool {
         self.own.limb_angles
     }

@@ -1,4 +1,4 @@
-//! What can be asked for, and the answers.
+//! The requests and their answers.
 
 use std::sync::Arc;
 
@@ -26,54 +26,54 @@ use crate::scenes::{Entry, Scenes};
 use crate::state::State;
 use crate::writing::{in_metres, write};
 
-/// One call. `files` are the names of the inputs, the motion first.
+/// A request. `files` are the names of the inputs, the motion first.
 #[derive(Deserialize)]
 #[serde(tag = "call", rename_all = "camelCase", deny_unknown_fields)]
 enum Request {
-    /// A file to a scene.
+    /// Reads a file to a scene.
     Read {
         files: Vec<String>,
         #[serde(default)]
         options: Value,
     },
-    /// A character for [`Request::Retarget`]: a glTF or VRM file keeps all that is in it.
+    /// Reads a character for [`Request::Retarget`]. A glTF or VRM file keeps all its contents.
     ReadCharacter {
         files: Vec<String>,
         #[serde(default)]
         options: Value,
     },
-    /// A changed copy of a scene.
+    /// A converted copy of a scene.
     Convert {
         scene: u32,
         #[serde(default)]
         options: Value,
     },
-    /// A changed copy of a scene: its first animation after steps, in their order. `others` are the second motions of
-    /// those steps that take one.
+    /// An edited copy of a scene: its first animation after steps in order. `others` are the second motions of the
+    /// steps that take one.
     Edit {
         scene: u32,
-        /// Each an object with its name and its options, or text.
+        /// Each step is a text, or an object with name and options.
         steps: Vec<Value>,
         #[serde(default)]
         others: Vec<u32>,
         #[serde(default)]
         bones: HumanoidMap,
     },
-    /// The steps of [`Request::Edit`] and what each takes.
+    /// The steps of [`Request::Edit`] with their options.
     Steps {},
-    /// A motion on a character, as a scene.
+    /// Retargets a motion to a character, as a scene.
     Retarget {
         scene: u32,
         character: u32,
         #[serde(default)]
         options: Value,
     },
-    /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
+    /// A clip in the format of `mocap view`'s player: text, and the bytes of its blocks in sequence.
     View { scene: u32, name: String },
-    /// The numbers of a motion on a robot. It has the joints with their limits. As bytes of 64 bits it has the
-    /// positions of the base, its rotations (x, y, z, w) and the positions of the joints, each frame after frame.
+    /// The values of a robot's motion. The JSON has the joints with their limits. The bytes are 64-bit floats:
+    /// positions of the base, rotations of the base (x, y, z, w), and positions of the joints, each frame by frame.
     RobotMotion { scene: u32 },
-    /// A scene as a file: by the extension of a written format, or as csv, json or png.
+    /// Writes a scene to a file: by the extension of a written format, or as csv, json or png.
     Write {
         scene: u32,
         format: String,
@@ -82,21 +82,21 @@ enum Request {
     },
 }
 
-/// A call that the drop page does not make; see [`mocap_call_other`](crate::mocap_call_other).
+/// A request that the drop page does not make; see [`mocap_call_other`](crate::mocap_call_other).
 #[derive(Deserialize)]
 #[serde(tag = "call", rename_all = "camelCase", deny_unknown_fields)]
 enum OtherRequest {
-    /// What is wrong with a file, and what it leaves open.
+    /// The problems of a file, and the properties that it does not state.
     Check {
         files: Vec<String>,
         #[serde(default)]
         options: Value,
     },
-    /// A whole job on files in memory. The answer has the bytes of all files of the output, one after the other.
+    /// Runs a job on files in memory. The answer has the bytes of all output files in sequence.
     Run { job: Value, files: Vec<String> },
     /// Joint angles, ground reaction forces or analog channels.
     Table { scene: u32, columns: Columns },
-    /// The gait of a walk, what a laboratory recorded, or how a skeleton was solved from markers.
+    /// Gait parameters, recorded laboratory data, or the residuals of a skeleton solved from markers.
     Report { scene: u32, report: laboratory::Report },
     /// The matrices from the root to a joint, and a point attached to it.
     Chain {
@@ -107,27 +107,28 @@ enum OtherRequest {
         #[serde(default)]
         point: Option<[f32; 3]>,
     },
-    /// Begins a motion on a robot that comes pose by pose.
+    /// Begins to retarget a live motion to a robot.
     RobotStream {
         scene: u32,
         robot: u32,
         #[serde(default)]
         options: Value,
     },
-    /// Its next pose, the bytes of which are the file: matrices of all nodes to their parents, of 32 bits.
+    /// The next pose of a stream. The file has the matrices of all nodes relative to their parents, as 32-bit floats.
     RobotPush { stream: u32 },
-    /// The frames of a stream that are left.
+    /// The remaining frames of a stream.
     RobotFinish { stream: u32 },
     /// The report of a stream.
     RobotReport { stream: u32 },
-    /// A packed clip, to be sampled.
+    /// Opens a packed clip for sampling.
     OpenClip { files: Vec<String> },
-    /// A figure of a character, by motion matching: of the motions of a database, which is the file, or of scenes.
+    /// Makes a figure of a character for motion matching. The motions come from a database, which is the file, or from
+    /// scenes.
     Controller {
         character: u32,
         #[serde(default)]
         motions: Vec<u32>,
-        /// Whether motions are there with left and right exchanged too.
+        /// Whether to also use the mirror image of each motion.
         #[serde(default)]
         mirror: bool,
     },
@@ -190,8 +191,9 @@ pub(crate) fn answer_other(state: &mut State, request: &[u8], files: &[Vec<u8>])
         } => chain(&scenes.get(scene)?.scene, &joint, tick, point),
         OtherRequest::RobotStream { scene, robot, options } => {
             let robot = scenes.get(robot)?.robot.as_ref();
-            let robot =
-                robot.ok_or_else(|| Failure::argument("a robot is what readCharacter returns of URDF or MJCF"))?;
+            let robot = robot.ok_or_else(|| {
+                Failure::argument("the robot must be the result of readCharacter for a URDF or MJCF file")
+            })?;
             let source = &scenes.get(scene)?.scene;
             let begun = state.robot_streams.add(source, robot, &StreamOptions::of(options)?)?;
             Ok((json(&begun)?, Vec::new()))
@@ -289,14 +291,14 @@ fn keep(scenes: &mut Scenes, entry: Entry, assumptions: &[Assumption]) -> Result
     Ok((answer, Vec::new()))
 }
 
-/// The bodies of links are pictures, as the meshes of a glTF file are.
+/// Read the meshes of links only if the caller wants meshes.
 fn robot_importer(options: &ReadOptions) -> Importer {
     options.importer().robot_meshes(options.has_gltf_meshes())
 }
 
-/// As `mocap retarget` reads its character: glTF and VRM files are passed through, others give their skeleton.
+/// Reads a character as `mocap retarget` does: glTF and VRM files are passed through, other files give their skeleton.
 fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Entry, Failure> {
-    // Where the meshes of the file are wanted, a mesh of the skeleton does no harm.
+    // If the caller wants meshes, a generated skeleton mesh does no harm.
     let importer = match options.has_gltf_meshes() {
         true => options.importer(),
         false => options.importer().skeleton_mesh(SkeletonMesh::None),
@@ -315,7 +317,7 @@ fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryF
     }
 }
 
-/// As a line of `mocap check --json`.
+/// The answer is like a line of `mocap check --json`.
 fn check(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Answer, Failure> {
     #[derive(Serialize)]
     struct Checked<'a> {
@@ -353,7 +355,7 @@ fn convert(scenes: &mut Scenes, number: u32, options: &ConvertOptions) -> Result
     let mut scene = entry.scene.clone();
     let assumptions = conversion.apply(&mut scene)?;
     if let Some(names) = names {
-        // Indices of nodes may be others now.
+        // The indices of nodes may have changed.
         let known = entry.humanoid.iter().flat_map(|known| &known.bones);
         let known = known.map(|(bone, joint)| (*bone, Some(entry.scene.nodes[joint.joint.index()].name.clone())));
         let mut map = bones.clone();
@@ -406,17 +408,17 @@ fn edit(
     Ok((answer, Vec::new()))
 }
 
-/// As `mocap view` puts it in a page.
+/// Packs the clip as `mocap view` does for a page.
 fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
     #[derive(Serialize)]
     #[serde(rename_all = "camelCase")]
     struct View<'a> {
         description: Box<serde_json::value::RawValue>,
-        /// The id of each block and how many bytes it has.
+        /// The id of each block and its length in bytes.
         blocks: Vec<(String, usize)>,
-        /// What is not shown of the skin.
+        /// The parts of the skin that are not shown.
         left_out: Vec<String>,
-        /// What the file does not state.
+        /// Assumptions that the file does not state.
         assumptions: Vec<Assumption>,
         root_offset: &'a Option<RootOffsetUsed>,
     }
@@ -474,7 +476,7 @@ fn robot_motion(entry: &Entry) -> Result<Answer, Failure> {
     let motion = clips.and_then(|clips| clips.first()?.robot_motion.as_ref());
     let (Some(robot), Some(motion)) = (&entry.robot, motion) else {
         return Err(Failure::argument(
-            "the scene is no motion on a robot: retarget one onto what readCharacter returns of URDF or MJCF",
+            "the scene is not a robot's motion: retarget a motion to a robot that readCharacter has read from URDF or MJCF",
         ));
     };
     let joints = robot.moving_joints().into_iter().map(|link| {
@@ -535,7 +537,7 @@ fn retarget(
     if let Some(robot) = target.robot.as_ref().filter(|_| !target.scene.meshes.is_empty()) {
         add_links(robot, &mut scene);
     }
-    // It may have a root that the file lacked.
+    // The skeleton may have a root that the file lacked.
     let file = match retargeting.target() {
         Target::Character(character) => Some(Arc::clone(character)),
         _ => None,

@@ -1,4 +1,4 @@
-//! Motions on robots: of a whole clip, and streams, which JavaScript holds under numbers that are never used again.
+//! Robot motions of whole clips, and streams that JavaScript holds by numbers that are never reused.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::request::{Answer, json};
 
-/// Bytes of a matrix of 16 numbers of 32 bits.
+/// The size of a matrix of 16 32-bit numbers, in bytes.
 const MATRIX_BYTES: usize = 64;
 
 struct Entry {
@@ -69,7 +69,7 @@ impl StreamOptions {
     }
 }
 
-/// What JavaScript is told of a stream.
+/// The description of a stream for JavaScript.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct StreamAt<'a> {
@@ -87,8 +87,7 @@ impl RobotStreams {
     ) -> Result<StreamAt<'_>, Failure> {
         let rate = source.animations.first().map(|animation| animation.ticks_per_second);
         let fps = options.own.fps.or(rate);
-        let fps =
-            fps.ok_or_else(|| Failure::argument("the scene has no motion whose rate could be taken: give fps"))?;
+        let fps = fps.ok_or_else(|| Failure::argument("the scene has no motion with a frame rate: set fps"))?;
         let stream = RobotRetargeter::new(source, robot, &options.of_robot(source)?)?.stream(source, fps)?;
         let next = self.last.checked_add(1);
         self.last = next.ok_or_else(|| Failure::argument("there were 2^32 streams; load the module again"))?;
@@ -106,7 +105,7 @@ impl RobotStreams {
         entry.ok_or_else(|| Failure::argument("the stream was freed"))
     }
 
-    /// Takes the matrices of all nodes to their parents; the answer has the frame whose time has come, or none.
+    /// Takes the matrices of all nodes relative to their parents. The answer has the finished frame, if there is one.
     pub(crate) fn push(&mut self, stream: u32, matrices: &[u8]) -> Result<Answer, Failure> {
         let Entry { stream, pose } = self.get(stream)?;
         let nodes = pose.node_to_parent.len();
@@ -135,7 +134,7 @@ impl RobotStreams {
         }
     }
 
-    /// The frames that are left.
+    /// The remaining frames.
     pub(crate) fn finish(&mut self, stream: u32) -> Result<Answer, Failure> {
         frames(&self.get(stream)?.stream.finish())
     }
@@ -167,7 +166,7 @@ fn frames(motion: &RobotMotion) -> Result<Answer, Failure> {
     Ok((json(&said)?, numbers(motion)))
 }
 
-/// The positions of the base, its rotations and the positions of the joints, each frame after frame.
+/// The positions of the base, its rotations, and the positions of the joints, each frame by frame.
 pub(crate) fn numbers(motion: &RobotMotion) -> Vec<u8> {
     let numbers = [motion.root_pos(), motion.root_rot(), motion.dof_pos.clone()].concat();
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()

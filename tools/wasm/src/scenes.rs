@@ -1,4 +1,4 @@
-//! The scenes that JavaScript holds, each under a number that is never used again.
+//! The scenes that JavaScript holds, each with a number that is never reused.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,23 +14,22 @@ use mocap::{Binding, Pose, Scene};
 
 use crate::failure::Failure;
 
-/// A scene, and what is computed of it once.
+/// A scene, with data that is computed once.
 pub(crate) struct Entry {
     pub(crate) scene: Scene,
     /// The file of a glTF character, to which motions are added.
     pub(crate) character: Option<Arc<Character>>,
-    /// The robot that it is the links of.
+    /// The robot whose links are the scene.
     pub(crate) robot: Option<Arc<Robot>>,
-    /// The motion that was put on the robot.
+    /// The retargeter of the robot's motion.
     pub(crate) on_robot: Option<Arc<Retargeter>>,
-    /// Which joints are which bones, where that is known.
+    /// The joints of humanoid bones, if known.
     pub(crate) humanoid: Option<Humanoid>,
-    /// Whether a conversion made it, so that what a file leaves open is known.
+    /// Whether a conversion made the scene, so that its unit and axes are known.
     pub(crate) is_converted: bool,
-    /// How far the limbs of its first animation point from those of the motion it was made from, where that was asked
-    /// for.
+    /// The angles between the limbs of the first animation and the source's limbs, if the caller wants them.
     limb_angles: Option<Vec<LimbAngles>>,
-    /// Where each animation comes from, where they were put onto this skeleton.
+    /// The provenance of each retargeted animation.
     pub(crate) provenance: Vec<Provenance>,
     bindings: Vec<Option<Binding>>,
     rest: Vec<Mat4>,
@@ -59,7 +58,7 @@ impl Entry {
         self
     }
 
-    /// The links of a robot; `shapes` says whether they are drawn as bodies.
+    /// Makes an entry of a robot's links. With `shapes`, the scene has the meshes of the links.
     pub(crate) fn of_robot(robot: Robot, shapes: bool) -> Self {
         let mut scene = robot_scene(&robot);
         if shapes {
@@ -92,8 +91,7 @@ impl Entry {
         self
     }
 
-    /// The entry after steps have changed its scene, which record themselves: with the motion, where that was put onto
-    /// this skeleton.
+    /// Makes an entry of an edited scene. The provenance of a retargeted motion also records the steps.
     pub(crate) fn edited(&self, mut changed: Scene) -> Self {
         let mut provenance = self.provenance.clone();
         if let Some(first) = provenance.first_mut() {
@@ -112,12 +110,12 @@ impl Entry {
         self.limb_angles.as_deref()
     }
 
-    /// Node to parent, in the rest pose.
+    /// The matrices relative to the parents in the rest pose.
     pub(crate) fn rest(&self) -> &[Mat4] {
         &self.rest
     }
 
-    /// The matrices of the nodes to the world; `None` where there is no such animation.
+    /// The world matrices of the nodes; `None` if there is no such animation.
     pub(crate) fn pose(&mut self, animation: u32, tick: f64) -> Option<&[[f32; 16]]> {
         let index = animation as usize;
         let animation = self.scene.animations.get(index)?;

@@ -1,4 +1,4 @@
-//! The inputs of the next call, the answer of the last, and the scenes.
+//! The inputs of the next call, the answer of the last call, and the scenes.
 
 use std::cell::RefCell;
 
@@ -10,11 +10,11 @@ use crate::robot_streams::RobotStreams;
 use crate::scenes::Scenes;
 
 thread_local! {
-    /// WebAssembly without threads has one.
+    /// WebAssembly without threads has a single state.
     static STATE: RefCell<State> = RefCell::new(State::default());
 }
 
-/// Everything that stays between two calls.
+/// The state between calls.
 #[derive(Default)]
 pub(crate) struct State {
     pub(crate) scenes: Scenes,
@@ -26,7 +26,7 @@ pub(crate) struct State {
     bytes: Vec<u8>,
 }
 
-/// `None` where a call is made within a call, which JavaScript cannot do.
+/// Returns `None` for a nested call, which JavaScript cannot make.
 pub(crate) fn with_state<T>(run: impl FnOnce(&mut State) -> T) -> Option<T> {
     STATE.with(|state| state.try_borrow_mut().ok().map(|mut state| run(&mut state)))
 }
@@ -43,12 +43,12 @@ impl State {
         self.inputs.last_mut().map_or(std::ptr::null_mut(), Vec::as_mut_ptr)
     }
 
-    /// Whether it was done.
+    /// Returns whether the call succeeded.
     pub(crate) fn call(&mut self) -> bool {
         self.call_with(request::answer)
     }
 
-    /// Does a request that the drop page never makes. Whether it was done.
+    /// Executes a request that the drop page never makes. Returns whether the call succeeded.
     pub(crate) fn call_other(&mut self) -> bool {
         self.call_with(request::answer_other)
     }

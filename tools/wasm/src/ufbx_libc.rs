@@ -1,5 +1,5 @@
-//! What ufbx takes from C's library, which this target does not have: `build` compiles it with `UFBX_NO_LIBC`, and it
-//! calls these functions instead.
+//! Replaces the functions of the C library that ufbx needs, because this target has no C library. `build` compiles ufbx
+//! with `UFBX_NO_LIBC`, so that ufbx calls these functions.
 
 use std::alloc::Layout;
 use std::ffi::{c_char, c_int, c_void};
@@ -92,7 +92,7 @@ unsafe extern "C" fn ufbx_strcmp(a: *const c_char, b: *const c_char) -> c_int {
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_strncmp(a: *const c_char, b: *const c_char, count: usize) -> c_int {
     for index in 0..count {
-        // SAFETY: both texts of the caller end with a zero, and no byte behind one is read.
+        // SAFETY: both texts of the caller end with a zero, and no byte after the zero is read.
         let (a, b) = unsafe { (*a.add(index).cast::<u8>(), *b.add(index).cast::<u8>()) };
         if a != b || a == 0 {
             return a.cmp(&b) as c_int;
@@ -101,16 +101,16 @@ unsafe extern "C" fn ufbx_strncmp(a: *const c_char, b: *const c_char, count: usi
     0
 }
 
-/// `count` bytes; `from` may be null where there are none.
+/// A slice of `count` bytes. `from` may be null if `count` is 0.
 unsafe fn bytes<'a>(from: *const c_void, count: usize) -> &'a [u8] {
     match count {
         0 => &[],
-        // SAFETY: as this function's.
+        // SAFETY: the caller guarantees `count` bytes at `from`.
         _ => unsafe { std::slice::from_raw_parts(from.cast(), count) },
     }
 }
 
-/// As C's `malloc` aligns.
+/// The layout of an allocation, with the alignment of C's `malloc`.
 fn layout(size: usize) -> Option<Layout> {
     Layout::from_size_align(size.max(1), 16).ok()
 }

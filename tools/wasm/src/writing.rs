@@ -1,4 +1,4 @@
-//! Scenes as files.
+//! Writes scenes to files.
 
 use mocap::arrays::{ArrayOptions, Arrays};
 use mocap::dump::SceneView;
@@ -25,7 +25,7 @@ pub(crate) fn in_metres(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error
     Ok((scene, assumptions))
 }
 
-/// The scene in metres with +Y up, with a record of the motion that was put onto its skeleton.
+/// The scene in metres with +Y up, with the provenance of the motion retargeted to its skeleton.
 fn on_skeleton(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
     let (mut scene, assumptions) = in_metres(entry)?;
     if let Some(provenance) = entry.provenance.first() {
@@ -34,7 +34,7 @@ fn on_skeleton(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
     Ok((scene, assumptions))
 }
 
-/// What is said about a file that was written.
+/// The description of a written file.
 #[derive(Default, Serialize)]
 struct Said {
     assumptions: Vec<Assumption>,
@@ -43,7 +43,7 @@ struct Said {
     report: Option<WriterReport>,
 }
 
-/// What the writer of a format says of its files.
+/// The report of a writer.
 #[derive(Serialize)]
 struct WriterReport {
     nodes: usize,
@@ -77,7 +77,7 @@ pub(crate) fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Resu
     }
 }
 
-/// A file of a written format.
+/// Writes a file of a format.
 fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Result<Answer, Failure> {
     let name = format!("scene.{extension}");
     let Some(row) = FormatInfo::of_output(name.as_ref()) else {
@@ -91,7 +91,7 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
     }
     if row.takes(WriteOption::Compress) && options.is_shell_without_bound() {
         return Err(Failure::argument(
-            "shellDistance would do nothing: give maxError too, or compress, or leave it out",
+            "shellDistance has no effect without maxError or compress: set one of them, or omit shellDistance",
         ));
     }
     let character = entry.character.as_ref().filter(|_| !options.is_skeleton_only());
@@ -103,7 +103,7 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
         true => (entry.scene.clone(), Vec::new()),
         false => on_skeleton(entry)?,
     };
-    // The bodies of links are for pictures.
+    // The meshes of links are only for pictures.
     if options.is_skeleton_only() || entry.robot.is_some() {
         scene.leave_out_meshes();
     }

@@ -447,17 +447,17 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         (
             "read",
             json!({"rootOffset": "ad"}),
-            "rootOffset of read must be one of auto, replace, add, and is ad",
+            "rootOffset of read must be one of auto, replace, add, not ad",
         ),
         (
             "read",
             json!({"skeletonMesh": "bones"}),
-            "skeletonMesh of read must be one of segmented, skinned, none, and is bones",
+            "skeletonMesh of read must be one of segmented, skinned, none, not bones",
         ),
         (
             "read",
             json!({"lengths": "long"}),
-            "lengths of read must be one of median, moving, and is long",
+            "lengths of read must be one of median, moving, not long",
         ),
         (
             "read",
@@ -480,12 +480,12 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         (
             "convert",
             json!({"firstFrame": "no"}),
-            "firstFrame of convert must be one of auto, drop, keep, and is no",
+            "firstFrame of convert must be one of auto, drop, keep, not no",
         ),
         (
             "convert",
             json!({"root": "in-place"}),
-            "root of convert must be one of keep, inPlace, extract, and is in-place",
+            "root of convert must be one of keep, inPlace, extract, not in-place",
         ),
         (
             "convert",
@@ -505,7 +505,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         (
             "write",
             json!({"compress": "meshopt"}),
-            "compress of write must be one of none, int16, and is meshopt",
+            "compress of write must be one of none, int16, not meshopt",
         ),
         (
             "write",
@@ -520,7 +520,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         (
             "write",
             json!({"shellDistance": 0.1}),
-            "shellDistance would do nothing: give maxError too, or compress, or leave it out",
+            "shellDistance has no effect without maxError or compress: set one of them, or omit shellDistance",
         ),
         (
             "write",
@@ -530,7 +530,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         (
             "retarget",
             json!({"feet": "off"}),
-            "feet of retarget must be one of lock, free, and is off",
+            "feet of retarget must be one of lock, free, not off",
         ),
         ("retarget", json!({"file": "a"}), "file is not an option of retarget"),
     ] {
@@ -540,7 +540,7 @@ fn wrong_options_are_refused_in_the_words_of_the_package() {
         assert_eq!(message(&error).trim(), expected, "{options}: {error}");
     }
     let error = call(&with("convert", json!([1])), &[]).unwrap_err();
-    assert_eq!(message(&error), "the options of convert are no object");
+    assert_eq!(message(&error), "the options of convert are not an object");
     let error = call(&with("retarget", json!({"scale": -1})), &[]).unwrap_err();
     assert!(message(&error).starts_with("scale of retarget: "), "{error}");
     let bone = call(&with("convert", json!({"bones": {"hipz": "Hips"}})), &[]).unwrap_err();
@@ -578,7 +578,7 @@ fn options_of_a_stream_are_checked() {
         (json!({"passes": 3}), "passes must be 1 or 2, got 3"),
         (
             json!({"feet": "off"}),
-            "feet of robotStream must be one of lock, free, and is off",
+            "feet of robotStream must be one of lock, free, not off",
         ),
         (json!({"frameRate": 60}), "frameRate is not an option of robotStream"),
         (json!({"require": "good"}), "require is not an option of robotStream"),

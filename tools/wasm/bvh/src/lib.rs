@@ -1,7 +1,7 @@
-//! BVH to GLB, and nothing else: the small module of the npm package.
+//! The small module of the npm package, which only converts BVH to GLB.
 //!
-//! [`mocap_bvh_input`] makes room for the file, [`mocap_bvh_to_glb`] turns it into the file of `mocap convert`, and the
-//! answer lies where [`mocap_bvh_output`] says.
+//! [`mocap_bvh_input`] allocates memory for the file. [`mocap_bvh_to_glb`] converts the file as `mocap convert` does.
+//! [`mocap_bvh_output`] returns the address of the answer.
 
 #![allow(unsafe_code, reason = "exported names")]
 
@@ -10,20 +10,20 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use mocap::gltf::GltfOptions;
 use mocap::{Conversion, Error, Importer, Limits, SkeletonMesh};
 
-/// WebAssembly has 4 GiB of memory at most, in which the file, its scene and what is written of it stand beside each
-/// other.
+/// The limits of the reader. WebAssembly has at most 4 GiB of memory, which must hold the file, its scene and the
+/// output at the same time.
 fn limits() -> Limits {
     Limits::new().max_bytes(512 << 20).max_values(1 << 26)
 }
 
-/// The file that is read, and then the answer: the file that was made, or JSON of what is wrong.
+/// The input file, and then the answer: the output file, or an error as JSON.
 static BYTES: Mutex<Vec<u8>> = Mutex::new(Vec::new());
 
 fn bytes() -> MutexGuard<'static, Vec<u8>> {
     BYTES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Makes room for a file. Null where there is no memory for it.
+/// Allocates memory for a file. Null without enough memory.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_bvh_input(length: usize) -> *mut u8 {
     let mut room = Vec::new();
@@ -36,7 +36,8 @@ pub extern "C" fn mocap_bvh_input(length: usize) -> *mut u8 {
     bytes.as_mut_ptr()
 }
 
-/// Makes the GLB of the file. 0: done; 1: it failed, and the answer says why. `has_mesh` draws the skeleton as a mesh.
+/// Converts the file to GLB. Returns 0 on success. Returns 1 on failure; the answer has the reason. `has_mesh` draws
+/// the skeleton as a mesh.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_bvh_to_glb(has_mesh: u32) -> u32 {
     let file = std::mem::take(&mut *bytes());
@@ -46,13 +47,13 @@ pub extern "C" fn mocap_bvh_to_glb(has_mesh: u32) -> u32 {
     u32::from(failed)
 }
 
-/// The address of the answer. It stays until the next file.
+/// The address of the answer, valid until the next file.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_bvh_output() -> *const u8 {
     bytes().as_ptr()
 }
 
-/// How many bytes it is.
+/// The length of the answer in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_bvh_output_length() -> usize {
     bytes().len()
